@@ -1,0 +1,111 @@
+"""Marker positions from C3D files."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError
+
+METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Marker positions as the motion capture system recorded them.
+
+    Attributes
+    ----------
+    rate_hz : float
+        Frames per second (Hz).
+    labels : tuple of str
+        Names of the markers.
+    positions : ndarray, shape (frames, markers, 3)
+        x, y, z (m); NaN while a marker was hidden.
+    """
+
+    rate_hz: float
+    labels: tuple[str, ...]
+    positions: np.ndarray
+
+
+def read_markers(path: str | Path, labels: list[str]) -> Markers:
+    """Read the wanted markers of a C3D file.
+
+    Parameters
+    ----------
+    path : str or Path
+        C3D file.
+    labels : list of str
+        Names of the wanted markers, in the wanted order.
+
+    Returns
+    -------
+    Markers
+        Rate (Hz), labels and positions (m).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or not C3D, its unit is unknown, or a marker is missing.
+    """
+    import ezc3d
+
+    path = Path(path)
+    if not path.exists():
+        raise InputError(
+            f"{path}: expected a C3D file, found no file: correct its path in the trial sheet"
+        )
+    _refuse_truncated(path)
+    try:
+        file = ezc3d.c3d(str(path))
+    except Exception as error:  # ezc3d raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "
+            "it is damaged, export it again"
+        ) from error
+    point = file["parameters"]["POINT"]
+    unit = str(point["UNITS"]["value"][0]).strip() if point["UNITS"]["value"] else ""
+    if unit not in METRES_PER_UNIT:
+        raise InputError(
+            f"{path}: expected marker positions in mm, cm or m, found the unit {unit!r}: set "
+            "POINT:UNITS when exporting"
+        )
+    found = [label.strip() for label in point["LABELS"]["value"]]
+    for label in labels:
+        if label not in found:
+            raise InputError(
+                f"{path}: expected a marker named {label!r}, found {', '.join(found) or 'none'}: "
+                "name the file's markers in the configuration"
+            )
+    points = file["data"]["points"][:3, [found.index(label) for label in labels]]
+    residuals = file["data"]["meta_points"]["residuals"][0, [found.index(label) for label in labels]]
+    positions = METRES_PER_UNIT[unit] * points.transpose(2, 1, 0)
+    positions[residuals.T < 0.0] = np.nan
+    return Markers(float(point["RATE"]["value"][0]), tuple(labels), positions)
+
+
+def _refuse_truncated(path: Path) -> None:
+    """Compare the file's size with what its header block promises."""
+    content = path.read_bytes()
+    if len(content) < 1024 or content[1] != 0x50:
+        raise InputError(
+            f"{path}: expected a C3D file, found {len(content)} bytes without its header: check which "
+            "file the trial sheet names"
+        )
+    processor = content[512 * (content[0] - 1) + 3]
+    if processor != 84:
+        return  # DEC and SGI byte orders: ezc3d reads them, their header is not decoded here
+    words = np.frombuffer(content[:24], dtype="<u2")
+    points, analog, first, last, data_block = words[1], words[2], words[3], words[4], words[8]
+    scale = np.frombuffer(content[12:16], dtype="<f4")[0]
+    bytes_per_value = 4 if scale < 0 else 2
+    frames = int(last) - int(first) + 1
+    if last == 65535:
+        return  # more frames than the header block can hold: their number is a parameter
+    expected = 512 * (int(data_block) - 1) + frames * bytes_per_value * (4 * int(points) + int(analog))
+    if len(content) < expected:
+        raise InputError(
+            f"{path}: expected {frames} frames ({expected} bytes), found {len(content)} bytes: the "
+            "file is truncated, copy it again from the instrument"
+        )

@@ -1,0 +1,106 @@
+"""Delimited text with a header line: D-Flow logs, torque commands, plain tables of signals."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError
+
+
+def read_text_table(
+    path: str | Path, columns: dict[str, str], delimiter: str
+) -> dict[str, np.ndarray]:
+    """Read named columns of a text file whose first line names them.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text file; a name that ends in ``.gz`` is decompressed.
+    columns : dict of str to str
+        Key under which a column is returned -> its name in the file's header.
+    delimiter : str
+        Character between columns.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        One array per key of ``columns``, in the file's units.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, empty, truncated or not text, a column is missing, or a line has
+        another number of fields than the header or a field that is not a number.
+    """
+    path = Path(path)
+    text = _read_text(path)
+    header, _, body = text.partition("\n")
+    names = [name.strip() for name in header.split(delimiter)]
+    missing = [name for name in columns.values() if name not in names]
+    if missing:
+        raise InputError(
+            f"{path}: expected a column named {missing[0]!r}, found {', '.join(map(repr, names))}: "
+            "name the file's columns in the configuration"
+        )
+    lines = body.splitlines()
+    while lines and not lines[-1].strip():
+        lines.pop()
+    if not lines:
+        raise InputError(f"{path}: expected samples under the header, found none: record again")
+    for number in (len(lines) - 1, *range(len(lines))):
+        if lines[number].count(delimiter) != len(names) - 1:
+            found = lines[number].count(delimiter) + 1
+            state = "the file is truncated" if number == len(lines) - 1 else "the line is damaged"
+            raise InputError(
+                f"{path}: expected {len(names)} fields on every line, found {found} on line "
+                f"{number + 2}: {state}, copy it again from the instrument"
+            )
+    wanted = [names.index(name) for name in columns.values()]
+    try:
+        values = np.loadtxt(lines, delimiter=delimiter, usecols=wanted, ndmin=2, comments=None)
+    except ValueError as error:
+        values = _numbers_one_by_one(path, lines, delimiter, wanted, names, error)
+    return {key: values[:, i] for i, key in enumerate(columns)}
+
+
+def _read_text(path: Path) -> str:
+    try:
+        if path.suffix == ".gz":
+            with gzip.open(path, "rt", encoding="utf-8") as file:
+                text = file.read()
+        else:
+            text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(
+            f"{path}: expected a text file, found none: correct its path in the trial sheet"
+        ) from None
+    except (OSError, EOFError) as error:
+        raise InputError(
+            f"{path}: expected a readable file, found {error}: the file is truncated or damaged, "
+            "copy it again from the instrument"
+        ) from None
+    except UnicodeDecodeError:
+        raise InputError(
+            f"{path}: expected text, found binary data: check which file the trial sheet names"
+        ) from None
+    if not text.strip():
+        raise InputError(f"{path}: expected a header and samples, found an empty file: record again")
+    return text
+
+
+def _numbers_one_by_one(path, lines, delimiter, wanted, names, error) -> np.ndarray:
+    """Find the field that is not a number; an empty field is a missing sample (NaN)."""
+    values = np.empty((len(lines), len(wanted)))
+    for row, line in enumerate(lines):
+        fields = line.split(delimiter)
+        for column, index in enumerate(wanted):
+            field = fields[index].strip()
+            try:
+                values[row, column] = float(field) if field else np.nan
+            except ValueError:
+                raise InputError(
+                    f"{path}: expected a number, found {field!r} in column {names[index]!r} on line "
+                    f"{row + 2}: repair the file or export it again"
+                ) from error
+    return values

@@ -1,0 +1,257 @@
+"""From instruments' clocks to one common, regular clock: repair, fill, align, resample.
+
+Nothing here extrapolates: a result exists only where its source was recorded.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+from scipy.interpolate import CubicSpline
+
+from tepsipe.errors import InputError
+
+
+@dataclass(frozen=True)
+class RepairedTime:
+    """Outcome of `repair_time_stamps`.
+
+    Attributes
+    ----------
+    keep : ndarray of bool, shape (n,)
+        Samples whose stamps are kept (-).
+    repeated : int
+        Number of samples dropped because they repeat the stamp before them (-).
+    longest_step_s : float
+        Longest step between kept stamps (s).
+    """
+
+    keep: np.ndarray
+    repeated: int
+    longest_step_s: float
+
+
+def repair_time_stamps(time: np.ndarray, max_gap_s: float, what: str) -> RepairedTime:
+    """Drop repeated time stamps and refuse those that cannot be trusted.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Time stamps (s).
+    max_gap_s : float
+        Longest step allowed between samples (s).
+    what : str
+        Names the source in messages, for example its file.
+
+    Returns
+    -------
+    RepairedTime
+        Which samples to keep, and what was found (s).
+
+    Raises
+    ------
+    InputError
+        If a stamp is not finite, time runs backwards, or a step is longer than ``max_gap_s``.
+    """
+    bad = np.flatnonzero(~np.isfinite(time))
+    if bad.size:
+        raise InputError(
+            f"{what}: expected a time stamp on every line, found none on line {bad[0] + 1} of the "
+            "samples: repair or cut the file there"
+        )
+    if time.size < 2:
+        raise InputError(f"{what}: expected a time series, found {time.size} samples: record again")
+    steps = np.diff(time)
+    backwards = np.flatnonzero(steps < 0.0)
+    if backwards.size:
+        k = backwards[0]
+        raise InputError(
+            f"{what}: expected time to increase, found it running backwards from {time[k]:.6g} s to "
+            f"{time[k + 1]:.6g} s at sample {k + 2}: cut the file into trials or repair its stamps"
+        )
+    keep = np.concatenate([[True], steps > 0.0])
+    longest = float(np.diff(time[keep]).max(initial=0.0))
+    if longest > max_gap_s:
+        k = int(np.argmax(steps))
+        raise InputError(
+            f"{what}: expected no step longer than {max_gap_s:g} s, found one of {longest:.3g} s at "
+            f"{time[k]:.6g} s: cut the trial there or allow longer gaps in the configuration"
+        )
+    return RepairedTime(keep, int((~keep).sum()), longest)
+
+
+def fill_gaps(
+    x: np.ndarray, rate_hz: float, max_gap_s: float, what: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fill short runs of NaN by a cubic spline through the samples around them.
+
+    Runs that touch either end of the record are filled with the nearest sample.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,) or (n, c)
+        Signal (any unit); a sample is missing if any of its c components is NaN.
+    rate_hz : float
+        Sampling rate (Hz).
+    max_gap_s : float
+        Longest run that may be filled (s).
+    what : str
+        Names the signal in messages.
+
+    Returns
+    -------
+    filled : ndarray, shape of ``x``
+        Signal without NaN (unit of ``x``).
+    missing : ndarray of bool, shape (n,)
+        True where a sample was filled (-).
+
+    Raises
+    ------
+    InputError
+        If a run is longer than ``max_gap_s``, or fewer than four samples are left.
+    """
+    columns = x.reshape(x.shape[0], -1)
+    missing = ~np.isfinite(columns).all(axis=1)
+    if not missing.any():
+        return x.copy(), missing
+    edges = np.diff(np.concatenate([[0], missing.astype(int), [0]]))
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    longest = int(np.argmax(ends - starts))
+    length_s = (ends[longest] - starts[longest]) / rate_hz
+    if length_s > max_gap_s + 1e-9:
+        raise InputError(
+            f"{what}: expected gaps of at most {max_gap_s:g} s, found one of {length_s:.3g} s at "
+            f"{starts[longest] / rate_hz:.3f} s: cut the trial there or allow longer gaps in the "
+            "configuration"
+        )
+    present = np.flatnonzero(~missing)
+    if present.size < 4:
+        raise InputError(f"{what}: expected samples, found only {present.size}: record again")
+    around = np.zeros_like(missing)
+    for start, end in zip(starts, ends, strict=True):
+        around[max(0, start - 25) : end + 25] = True
+    knots = np.flatnonzero(around & ~missing)
+    gaps = np.flatnonzero(missing)
+    filled = columns.copy()
+    filled[gaps] = CubicSpline(knots, columns[knots])(np.clip(gaps, present[0], present[-1]))
+    return filled.reshape(x.shape), missing
+
+
+def resample(
+    time: np.ndarray, x: np.ndarray, new_time: np.ndarray, band_hz: float | None = None
+) -> np.ndarray:
+    """Evaluate a sampled signal at other instants by a cubic spline.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Instants of the samples (s), increasing.
+    x : ndarray, shape (n,) or (n, c)
+        Samples (any unit).
+    new_time : ndarray, shape (m,)
+        Instants wanted (s), within the recorded ones.
+    band_hz : float, optional
+        Remove what lies above this frequency first (Hz), with a linear-phase filter. Needed where
+        the new rate is lower than the old one; asks for regular ``time``.
+
+    Returns
+    -------
+    ndarray, shape (m,) or (m, c)
+        Resampled signal (unit of ``x``).
+
+    Raises
+    ------
+    InputError
+        If an instant lies outside the recorded time.
+    """
+    tolerance = 1e-6 * (time[-1] - time[0]) / time.size
+    if new_time[0] < time[0] - tolerance or new_time[-1] > time[-1] + tolerance:
+        raise InputError(
+            f"expected samples from {new_time[0]:.4f} s to {new_time[-1]:.4f} s, found them only from "
+            f"{time[0]:.4f} s to {time[-1]:.4f} s: the recording is too short"
+        )
+    if band_hz is not None:
+        x = _band_limit(x, (time.size - 1) / (time[-1] - time[0]), band_hz)
+    return CubicSpline(time, x)(new_time)
+
+
+def _band_limit(x: np.ndarray, rate_hz: float, band_hz: float) -> np.ndarray:
+    """Linear-phase low-pass whose gain is 1 well below ``band_hz`` and 1/2 at it; ends are mirrored."""
+    half = int(np.ceil(4.0 * rate_hz / band_hz))
+    taps = signal.firwin(2 * half + 1, band_hz, fs=rate_hz)
+    columns = x.reshape(x.shape[0], -1)
+    half_pad = min(half, x.shape[0] - 1)
+    padded = np.pad(columns, ((half_pad, half_pad), (0, 0)), mode="reflect", reflect_type="odd")
+    out = signal.oaconvolve(padded, taps[:, None], mode="same", axes=0)
+    return out[half_pad : half_pad + x.shape[0]].reshape(x.shape)
+
+
+def regular_time(start_s: float, end_s: float, rate_hz: float) -> np.ndarray:
+    """Instants k / rate within [start, end] (s), shape (n,); multiples of the period of ``rate_hz`` (Hz)."""
+    first = int(np.ceil(start_s * rate_hz - 1e-6))
+    last = int(np.floor(end_s * rate_hz + 1e-6))
+    return np.arange(first, last + 1) / rate_hz
+
+
+def rising_edge(line: np.ndarray, threshold: float, what: str) -> int:
+    """Index (-) of the first sample of a trigger line (V) at or above ``threshold`` (V).
+
+    Raises
+    ------
+    InputError
+        If the line never rises, or is high from its first sample on.
+    """
+    high = line >= threshold
+    if not high.any():
+        raise InputError(
+            f"{what}: expected the trigger to rise above {threshold:g} V, found at most "
+            f"{np.max(line):.3g} V: check that the trigger line was connected"
+        )
+    if high[0]:
+        raise InputError(
+            f"{what}: expected the trigger to rise after the log's start, found it high from the "
+            "first sample on: start the log before the trigger"
+        )
+    return int(np.argmax(high))
+
+
+def align_strobed(
+    positions: np.ndarray, rate_hz: float, strober_hz: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bring markers that were sampled one after another to common instants.
+
+    Marker k of frame n is sampled at n / rate + k / strober. Its position at the frames' own
+    instants n / rate follows from a cubic spline through its samples. The first frame is dropped,
+    because all markers but the first were sampled only after it.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (n, markers, 3)
+        Positions as sampled (m), without NaN, markers in the order of the strober.
+    rate_hz, strober_hz : float
+        Frames per second, and markers per second within a frame (Hz).
+
+    Returns
+    -------
+    time : ndarray, shape (n - 1,)
+        Common instants, counted from the first marker of the first frame (s).
+    aligned : ndarray, shape (n - 1, markers, 3)
+        Positions at these instants (m).
+
+    Raises
+    ------
+    InputError
+        If the markers of a frame do not fit into it.
+    """
+    frames, markers = positions.shape[:2]
+    spread = (markers - 1) / strober_hz
+    if spread > 1.0 / rate_hz:
+        raise InputError(
+            f"{markers} markers strobed at {strober_hz:g} Hz need {1e3 * spread:.3g} ms, but a frame "
+            f"lasts {1e3 / rate_hz:.3g} ms: check the strober's frequency in the configuration"
+        )
+    frame_time = np.arange(frames) / rate_hz
+    aligned = np.empty((frames - 1, markers, positions.shape[2]))
+    for k in range(markers):
+        aligned[:, k] = CubicSpline(frame_time + k / strober_hz, positions[:, k])(frame_time[1:])
+    return frame_time[1:], aligned

@@ -1,0 +1,78 @@
+"""The joint as a second-order system: inertia I, damping B, stiffness K (thesis eqs 2-1, 3-5, 3-9).
+
+    tau(t) = I theta'' + B theta' + K (theta - theta_ref)
+
+    H(s) = theta(s) / tau(s) = 1 / (I s^2 + B s + K),   s = j 2 pi f
+
+The thesis prints s = lambda + j2f; the factor pi is needed for f in Hz.
+"""
+
+import numpy as np
+from scipy import signal
+
+PARAMETERS = ("I", "B", "K")
+UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
+
+
+def admittance(parameters: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """Frequency response theta/tau of the joint.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (3,)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    frequency_hz : ndarray, shape (n,)
+        Frequencies (Hz).
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+        H (rad/Nm).
+    """
+    inertia, damping, stiffness = parameters
+    s = 2j * np.pi * frequency_hz
+    return 1.0 / (inertia * s**2 + damping * s + stiffness)
+
+
+def impedance_torque(
+    parameters: np.ndarray, theta: np.ndarray, theta_d: np.ndarray, theta_dd: np.ndarray
+) -> np.ndarray:
+    """Torque of the joint for a known motion, thesis eq (3-9).
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (3,)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    theta, theta_d, theta_dd : ndarray, shape (n,)
+        Angle from its reference (rad), its rate (rad/s) and acceleration (rad/s2).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        tau (Nm).
+    """
+    inertia, damping, stiffness = parameters
+    return inertia * theta_dd + damping * theta_d + stiffness * theta
+
+
+def simulate_angle(parameters: np.ndarray, torque: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Angle of the joint at rest at first, under a torque that runs straight between its samples.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (3,)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad); I must not be 0.
+    torque : ndarray, shape (n,)
+        tau (Nm).
+    rate_hz : float
+        Sampling rate (Hz).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        theta (rad); not finite if the parameters are unstable and the torque lasts long enough.
+    """
+    numerator, denominator, _ = signal.cont2discrete(
+        ([1.0], list(parameters)), 1.0 / rate_hz, method="foh"
+    )
+    return signal.lfilter(np.ravel(numerator), denominator, torque)

@@ -1,0 +1,183 @@
+"""One self-describing HDF5 file per trial.
+
+Every signal is a dataset at the root, with its unit, meaning, rate and processing as attributes and
+its axes as dimension scales, so the file opens in h5py and, through the scales, in xarray. The root
+attributes hold the trial's names, the source files with their checksums, and the options used.
+"""
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from tepsipe.errors import InputError
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One signal of a trial.
+
+    Attributes
+    ----------
+    values : ndarray
+        Samples in ``unit``.
+    unit : str
+        Unit, for example ``Nm``; ``1`` for numbers without one.
+    axes : tuple of str
+        Name of each axis, for example ``("time", "marker", "axis")``.
+    meaning : str
+        What it is, in a few words.
+    processing : tuple of str
+        What was done to it, step by step, with units.
+    """
+
+    values: np.ndarray
+    unit: str
+    axes: tuple[str, ...]
+    meaning: str
+    processing: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial's signals on one common clock.
+
+    Attributes
+    ----------
+    rate_hz : float
+        Rate of the axis ``time`` (Hz).
+    axes : dict of str to ndarray
+        Coordinates: ``time`` (s), and names of markers, components and spatial axes.
+    signals : dict of str to Signal
+        The signals (each with its unit).
+    attributes : dict
+        Further facts, for example how many samples were repaired (units in the keys).
+    """
+
+    rate_hz: float
+    axes: dict[str, np.ndarray]
+    signals: dict[str, Signal]
+    attributes: dict = field(default_factory=dict)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Instants of the samples (s), shape (n,)."""
+        return self.axes["time"]
+
+    def values(self, name: str) -> np.ndarray:
+        """Samples of one signal, in the unit that its attribute names.
+
+        Raises
+        ------
+        InputError
+            If the trial has no such signal.
+        """
+        if name not in self.signals:
+            raise InputError(
+                f"trial: expected the signal {name!r}, found {', '.join(self.signals)}: make the "
+                "trial's file again"
+            )
+        return self.signals[name].values
+
+
+def checksum(path: str | Path) -> str:
+    """SHA-256 of a file (hexadecimal digits, no unit)."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def write_trial(
+    path: str | Path,
+    trial: Trial,
+    experiment: str,
+    condition: str,
+    sources: dict[str, str | Path],
+    options: dict,
+) -> None:
+    """Write a trial.
+
+    Parameters
+    ----------
+    path : str or Path
+        File to write.
+    trial : Trial
+        Signals, each in its unit.
+    experiment, condition : str
+        Names of the trial.
+    sources : dict of str to path
+        Kind of each source file -> the file; their SHA-256 is recorded.
+    options : dict
+        Processing options, recorded as they are (units in the keys).
+    """
+    with h5py.File(path, "w") as file:
+        file.attrs["experiment"] = experiment
+        file.attrs["condition"] = condition
+        file.attrs["rate_hz"] = trial.rate_hz
+        file.attrs["sources"] = json.dumps(
+            {kind: {"file": str(f), "sha256": checksum(f)} for kind, f in sources.items()}
+        )
+        file.attrs["options"] = json.dumps(options, sort_keys=True)
+        for name, value in trial.attributes.items():
+            file.attrs[name] = value
+        for name, values in trial.axes.items():
+            if values.dtype.kind in "US":
+                scale = file.create_dataset(name, data=values.astype(object), dtype=h5py.string_dtype())
+            else:
+                scale = file.create_dataset(name, data=values)
+                scale.attrs["units"] = "s"
+            scale.make_scale(name)
+        for name, signal in trial.signals.items():
+            dataset = file.create_dataset(
+                name, data=signal.values, compression="gzip", compression_opts=1, shuffle=True
+            )
+            dataset.attrs["units"] = signal.unit
+            dataset.attrs["long_name"] = signal.meaning
+            dataset.attrs["rate_hz"] = trial.rate_hz
+            dataset.attrs["processing"] = "; ".join(signal.processing)
+            for number, axis in enumerate(signal.axes):
+                dataset.dims[number].attach_scale(file[axis])
+                dataset.dims[number].label = axis
+
+
+def read_trial(path: str | Path) -> Trial:
+    """Read a trial written by `write_trial`.
+
+    Parameters
+    ----------
+    path : str or Path
+        HDF5 file.
+
+    Returns
+    -------
+    Trial
+        Signals in the units that their attributes name.
+
+    Raises
+    ------
+    InputError
+        If the file is not such a file.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            axes, signals = {}, {}
+            for name, dataset in file.items():
+                if dataset.is_scale:
+                    text = h5py.check_string_dtype(dataset.dtype) is not None
+                    axes[name] = dataset.asstr()[...].astype(str) if text else dataset[...]
+                    continue
+                signals[name] = Signal(
+                    dataset[...],
+                    dataset.attrs["units"],
+                    tuple(dimension.label for dimension in dataset.dims),
+                    dataset.attrs["long_name"],
+                    tuple(filter(None, dataset.attrs["processing"].split("; "))),
+                )
+            return Trial(float(file.attrs["rate_hz"]), axes, signals, dict(file.attrs))
+    except (OSError, KeyError) as error:
+        raise InputError(
+            f"{path}: expected a trial's HDF5 file, found one that cannot be read ({error}): make it "
+            "again"
+        ) from error

@@ -1,0 +1,108 @@
+"""The treadmill belt's drive: commanded velocity pulses and the servo that follows them.
+
+Symbols: v belt velocity (m/s), q integral of the velocity error (m), u drive force (N).
+
+    e = v_command(t - delay) - v,   u = clip(P e + Q q, -u_max, u_max),   q' = e while u is not clipped
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class DriveTruth:
+    """Hidden constants of the belt drive.
+
+    Attributes
+    ----------
+    belt_mass_kg : float
+        Belt, rollers and motor reflected to the belt (kg).
+    bandwidth_hz : float
+        Proportional gain over belt mass, as a frequency (Hz).
+    integral_time_s : float
+        Proportional over integral gain (s).
+    force_limit_N : float
+        Largest drive force (N).
+    delay_s : float
+        From command to drive force (s).
+    viscous_Ns_per_m : float
+        Friction of the unloaded belt (Ns/m).
+    velocity_step_m_per_s, velocity_noise_m_per_s : float
+        Resolution and noise of the logged belt velocity (m/s).
+    """
+
+    belt_mass_kg: float
+    bandwidth_hz: float
+    integral_time_s: float
+    force_limit_N: float
+    delay_s: float
+    viscous_Ns_per_m: float
+    velocity_step_m_per_s: float
+    velocity_noise_m_per_s: float
+
+    def force(self, error: float, integral: float) -> tuple[float, float]:
+        """Drive force (N) and rate of the integral (m/s) for a velocity ``error`` (m/s)."""
+        gain = 2.0 * math.pi * self.bandwidth_hz * self.belt_mass_kg
+        wanted = gain * (error + integral / self.integral_time_s)
+        if wanted > self.force_limit_N:
+            return self.force_limit_N, 0.0
+        if wanted < -self.force_limit_N:
+            return -self.force_limit_N, 0.0
+        return wanted, error
+
+
+def sine_pulse(s: float) -> float:
+    """One full sine period in normalised time ``s`` in 0..1 (-), with peaks +1 and -1 (-)."""
+    return math.sin(2.0 * math.pi * s)
+
+
+def minimum_jerk_pulse(s: float) -> float:
+    """A minimum-jerk movement out and one back in normalised time ``s`` in 0..1 (-): peaks +1, -1 (-)."""
+    half, sign = (2.0 * s, 1.0) if s < 0.5 else (2.0 * s - 1.0, -1.0)
+    return sign * 16.0 * half**2 * (1.0 - half) ** 2
+
+
+PULSES = {"sine": sine_pulse, "minjerk": minimum_jerk_pulse}
+
+
+def velocity_command(
+    profile: str, amplitude_m_per_s: float, onsets_s: np.ndarray, pulse_s: float
+) -> Callable[[float], float]:
+    """Commanded belt velocity as a function of time.
+
+    Parameters
+    ----------
+    profile : {"sine", "minjerk"}
+        Shape of one pulse.
+    amplitude_m_per_s : float
+        Peak velocity (m/s).
+    onsets_s : ndarray, shape (n,)
+        When the pulses start (s), ascending.
+    pulse_s : float
+        Length of a pulse (s).
+
+    Returns
+    -------
+    callable
+        ``command(t)`` gives m/s at t (s).
+
+    Raises
+    ------
+    KeyError
+        If the profile is unknown.
+    """
+    pulse = PULSES[profile]
+    onsets = onsets_s.tolist()
+    first, interval = onsets[0], (onsets[1] - onsets[0] if len(onsets) > 1 else math.inf)
+
+    def command(t: float) -> float:
+        index = 0 if math.isinf(interval) else int((t - first) / interval)
+        if index < 0 or index >= len(onsets):
+            return 0.0
+        s = (t - onsets[index]) / pulse_s
+        return amplitude_m_per_s * pulse(s) if 0.0 <= s < 1.0 else 0.0
+
+    return command

@@ -1,0 +1,158 @@
+"""The ankle dummy standing on the belt, from the Lagrangian of belt, foot and leg.
+
+Generalised coordinates: y belt position (m), th leg angle from the vertical, positive when the leg
+tips towards +y (rad). The foot is taped to the belt and does not rotate.
+
+    [ Mb + mf + m   m r cos th ] [ y'' ]   [ u - c y' + m r sin th th'^2      ]
+    [ m r cos th    Il + m r^2 ] [ th'']  =  [ m g r sin th - rubber(th-th0, th') ]
+
+The reaction on the plate is the rate of the load's linear and angular momentum, differentiated
+numerically: no free-body equation is used here.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+from tepsipe.virtual_lab.belt import DriveTruth
+from tepsipe.virtual_lab.integrate import integrate
+from tepsipe.virtual_lab.rubber import Rubber
+
+
+@dataclass(frozen=True)
+class DummyTruth:
+    """Hidden constants of the ankle dummy.
+
+    Attributes
+    ----------
+    foot_mass_kg, foot_height_m : float
+        Brick (kg, m).
+    leg_mass_kg, leg_length_m, leg_inertia_kgm2 : float
+        Rod: mass (kg), length (m), moment of inertia about its centre of mass (kg m2).
+    rest_angle_rad : float
+        Angle at which the leg stands still (rad).
+    position_x_m, position_y_m : float
+        Where the foot stands on the plate (m).
+    gravity_m_per_s2 : float
+        Acceleration of gravity (m/s2).
+    """
+
+    foot_mass_kg: float
+    foot_height_m: float
+    leg_mass_kg: float
+    leg_length_m: float
+    leg_inertia_kgm2: float
+    rest_angle_rad: float
+    position_x_m: float
+    position_y_m: float
+    gravity_m_per_s2: float
+
+
+@dataclass(frozen=True)
+class DummyMotion:
+    """Exact motion of the rig.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Grid of the integration (s).
+    belt_position, belt_velocity, belt_acceleration : ndarray, shape (n,)
+        Motion of belt and foot along y (m, m/s, m/s2).
+    angle, angle_rate : ndarray, shape (n,)
+        Leg angle from the vertical (rad) and its rate (rad/s).
+    reaction : ndarray, shape (n, 6)
+        Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (Nm).
+    """
+
+    time: np.ndarray
+    belt_position: np.ndarray
+    belt_velocity: np.ndarray
+    belt_acceleration: np.ndarray
+    angle: np.ndarray
+    angle_rate: np.ndarray
+    reaction: np.ndarray
+
+
+def move_dummy(
+    dummy: DummyTruth,
+    rubber: Rubber,
+    drive: DriveTruth,
+    command,
+    duration_s: float,
+    rate_hz: float,
+) -> DummyMotion:
+    """Integrate belt and dummy together.
+
+    Parameters
+    ----------
+    dummy, rubber, drive : DummyTruth, Rubber, DriveTruth
+        Constants of subject, joint and belt drive (units in their names).
+    command : callable
+        Commanded belt velocity (m/s) at t (s).
+    duration_s, rate_hz : float
+        Length of the run (s) and steps per second (Hz).
+
+    Returns
+    -------
+    DummyMotion
+        Motion and reaction on the grid of the integration (s, m, rad, N, Nm).
+    """
+    m, r = dummy.leg_mass_kg, 0.5 * dummy.leg_length_m
+    g = dummy.gravity_m_per_s2
+    moving = drive.belt_mass_kg + dummy.foot_mass_kg + m
+    about_pivot = dummy.leg_inertia_kgm2 + m * r * r
+    toppling = m * g * r * math.sin(dummy.rest_angle_rad)
+    bending_at_rest = brentq(lambda phi: rubber.moment(phi, 0.0) - toppling, -1.0, 1.0, xtol=1e-14)
+    neutral = dummy.rest_angle_rad - bending_at_rest
+
+    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        y, v, q, th, w = state
+        u, q_rate = drive.force(command(t - drive.delay_s) - v, q)
+        s, c = math.sin(th), math.cos(th)
+        coupling = m * r * c
+        push = u - drive.viscous_Ns_per_m * v + m * r * s * w * w
+        turn = m * g * r * s - rubber.moment(th - neutral, w)
+        determinant = moving * about_pivot - coupling * coupling
+        v_rate = (about_pivot * push - coupling * turn) / determinant
+        w_rate = (moving * turn - coupling * push) / determinant
+        return (v, v_rate, q_rate, w, w_rate)
+
+    start = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
+    time, states = integrate(derivative, start, duration_s, rate_hz)
+    y, v, _, th, w = states.T
+    return DummyMotion(
+        time=time,
+        belt_position=y,
+        belt_velocity=v,
+        belt_acceleration=CubicSpline(time, v)(time, 1),
+        angle=th,
+        angle_rate=w,
+        reaction=_reaction(dummy, time, y, v, th, w),
+    )
+
+
+def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
+    """Wrench on foot and leg about the plate's origin, from the rates of their momenta."""
+    m, r = dummy.leg_mass_kg, 0.5 * dummy.leg_length_m
+    leg_y, leg_z = y + r * np.sin(th), dummy.foot_height_m + r * np.cos(th)
+    leg_vy, leg_vz = v + r * np.cos(th) * w, -r * np.sin(th) * w
+    foot_z = 0.5 * dummy.foot_height_m
+    momentum_y = dummy.foot_mass_kg * v + m * leg_vy
+    momentum_z = m * leg_vz
+    # about x, right-handed (positive turns y towards z); th turns z towards y, hence its minus
+    spin_x = (
+        m * (leg_y * leg_vz - leg_z * leg_vy)
+        - dummy.foot_mass_kg * foot_z * v
+        - dummy.leg_inertia_kgm2 * w
+    )
+    rate = CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
+    g = dummy.gravity_m_per_s2
+    fy = rate[:, 0]
+    fz = rate[:, 1] + (dummy.foot_mass_kg + m) * g
+    mx = rate[:, 2] + g * (dummy.foot_mass_kg * y + m * leg_y) + dummy.position_y_m * fz
+    my = -dummy.position_x_m * fz
+    mz = dummy.position_x_m * fy
+    return np.column_stack([np.zeros_like(fy), fy, fz, mx, my, mz])

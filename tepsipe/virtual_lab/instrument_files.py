@@ -1,0 +1,106 @@
+"""Write the files that the instruments would have written."""
+
+from pathlib import Path
+
+import ezc3d
+import numpy as np
+from scipy.io import savemat
+
+from tepsipe.virtual_lab.force_plate import BELTS, COMPONENTS, TRANSDUCERS
+from tepsipe.virtual_lab.manipulator import ManipulatorRecording
+
+MARKERS = ("foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4")
+CHANNELS = tuple(f"{belt}_{name}" for belt in BELTS for name in TRANSDUCERS)
+
+
+def write_dflow_log(path: Path, recording: ManipulatorRecording) -> None:
+    """Write the manipulator's log: tab-separated text, stamps in s, angle in rad, torque in Nm.
+
+    ``TriggerTime`` is 0 until the command starts, then the stamp at which it did.
+    """
+    started = recording.log_time >= recording.trigger_time
+    trigger = np.where(started, recording.trigger_time, 0.0)
+    lines = ["TimeStamp\tFrameNumber\tMotorAngle\tTriggerTime\n"]
+    rows = zip(recording.log_time.tolist(), recording.angle.tolist(), trigger.tolist(), strict=True)
+    lines += [f"{t:.6f}\t{k}\t{a:.8f}\t{c:.6f}\n" for k, (t, a, c) in enumerate(rows)]
+    path.write_text("".join(lines))
+
+
+def write_torque_command(path: Path, recording: ManipulatorRecording) -> None:
+    """Write the torque command: tab-separated text, time from the trigger in s, torque in Nm."""
+    lines = ["Time\tTorqueCommand\n"]
+    step = 1.0 / recording.command_rate_hz
+    lines += [f"{k * step:.9f}\t{tau:.8f}\n" for k, tau in enumerate(recording.command.tolist())]
+    path.write_text("".join(lines))
+
+
+def write_treadmill_log(
+    path: Path,
+    rate_hz: float,
+    voltages: np.ndarray,
+    belt_velocity: np.ndarray,
+    command: np.ndarray,
+    trigger: np.ndarray,
+) -> None:
+    """Write the treadmill's log as a MATLAB file.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    rate_hz : float
+        Sampling rate (Hz).
+    voltages : ndarray, shape (n, 14)
+        Transducer channels (V).
+    belt_velocity, command : ndarray, shape (n,)
+        Measured and commanded velocity of the right belt (m/s).
+    trigger : ndarray, shape (n,)
+        Trigger line (V).
+    """
+    content = {
+        "sample_rate_hz": float(rate_hz),
+        "channel_names": np.array(CHANNELS, dtype=object),
+        "transducers_V": voltages.astype(np.float32),
+        "belt_velocity_m_per_s": belt_velocity.astype(np.float32)[:, None],
+        "command_m_per_s": command.astype(np.float32)[:, None],
+        "trigger_V": trigger.astype(np.float32)[:, None],
+    }
+    savemat(path, content, do_compression=True)
+    # the header holds the date of writing: the same study must give the same bytes
+    with open(path, "r+b") as file:
+        file.write(b"MATLAB 5.0 MAT-file, instrumented treadmill log".ljust(116))
+
+
+def write_calibration(path: Path, calibration: np.ndarray) -> None:
+    """Write the 12 x 14 calibration matrix as CSV: a row per component and belt (N/V, Nm/V)."""
+    lines = [",".join(["component", "unit", *CHANNELS]) + "\n"]
+    names = [(belt, component) for belt in BELTS for component in COMPONENTS]
+    for (belt, component), row in zip(names, calibration, strict=True):
+        unit = "N/V" if component.startswith("F") else "Nm/V"
+        lines.append(",".join([f"{component}_{belt}", unit, *[f"{c:.9g}" for c in row]]) + "\n")
+    path.write_text("".join(lines))
+
+
+def write_markers(path: Path, positions: np.ndarray, rate_hz: float) -> None:
+    """Write markers as C3D.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    positions : ndarray, shape (frames, 8, 3)
+        x, y, z (m), NaN while hidden; the file holds mm.
+    rate_hz : float
+        Frame rate (Hz).
+    """
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [float(rate_hz)]
+    file["parameters"]["POINT"]["LABELS"]["value"] = list(MARKERS)
+    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
+    points = np.ones((4, positions.shape[1], positions.shape[0]))
+    points[:3] = 1000.0 * positions.transpose(2, 1, 0)
+    file["data"]["points"] = points
+    hidden = np.isnan(points[:3]).any(axis=0)
+    file["data"]["meta_points"]["residuals"] = np.where(hidden, -1.0, 0.0)[None]
+    file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *hidden.shape), dtype=bool)
+    file.write(str(path))

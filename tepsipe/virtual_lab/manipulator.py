@@ -1,0 +1,206 @@
+"""The torque-controlled manipulator (Wristalyzer) with the ankle dummy's foot strapped to its handle.
+
+Symbols: th handle angle (rad), w its rate (rad/s), tau commanded torque (Nm). The rod is fixed to
+the arm rest, so the foot and the handle turn as one body against the rubber:
+
+    J w' = tau + ripple - rubber(th, w) - contact * th^3 - Fc tanh(w / ws)
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from tepsipe.virtual_lab.integrate import integrate
+from tepsipe.virtual_lab.rubber import Rubber
+
+
+@dataclass(frozen=True)
+class ManipulatorTruth:
+    """Hidden constants of the manipulator and of the joint in it.
+
+    Attributes
+    ----------
+    inertia_kgm2 : float
+        Foot and handle about the joint (kg m2).
+    contact_Nm_per_rad3 : float
+        Hardening as the rubber is pressed against the brick at large angles (Nm/rad3).
+    friction_Nm, friction_rate_rad_per_s : float
+        Coulomb friction of the drive train (Nm) and the rate at which it is nearly full (rad/s).
+    ripple_Nm, ripple_bandwidth_hz : float
+        Root mean square of the drive's torque ripple (Nm) and its bandwidth (Hz).
+    torque_per_factor_Nm : float
+        Root mean square of the multisine per unit of scale factor (Nm).
+    band_low_hz, band_high_hz, period_s, command_rate_hz : float
+        Multisine's lowest and highest component (Hz), its period (s), rate of the command (Hz).
+    log_rate_hz, log_jitter_s : float
+        Mean rate of the log (Hz) and standard deviation of its sampling instants (s).
+    repeated_fraction, missing_fraction : float
+        Part of the log's lines that repeat the sample before them, and that are not written (-).
+    encoder_step_rad : float
+        Resolution of the angle encoder (rad).
+    encoder_zero_rad : float
+        Reading of the encoder at the joint's rest (rad).
+    lead_s, tail_s : float
+        Time logged before the trigger and after the end of the command (s).
+    """
+
+    inertia_kgm2: float
+    contact_Nm_per_rad3: float
+    friction_Nm: float
+    friction_rate_rad_per_s: float
+    ripple_Nm: float
+    ripple_bandwidth_hz: float
+    torque_per_factor_Nm: float
+    band_low_hz: float
+    band_high_hz: float
+    period_s: float
+    command_rate_hz: float
+    log_rate_hz: float
+    log_jitter_s: float
+    repeated_fraction: float
+    missing_fraction: float
+    encoder_step_rad: float
+    encoder_zero_rad: float
+    lead_s: float
+    tail_s: float
+
+
+@dataclass(frozen=True)
+class ManipulatorRecording:
+    """What the manipulator's two files hold.
+
+    Attributes
+    ----------
+    log_time : ndarray, shape (n,)
+        Time stamps of the log's lines, on the log's own clock (s).
+    angle : ndarray, shape (n,)
+        Encoder readings (rad).
+    trigger_time : float
+        Stamp, on the log's clock, at which the command started (s).
+    command : ndarray, shape (m,)
+        Torque command from the trigger on (Nm).
+    command_rate_hz : float
+        Rate of the command (Hz).
+    """
+
+    log_time: np.ndarray
+    angle: np.ndarray
+    trigger_time: float
+    command: np.ndarray
+    command_rate_hz: float
+
+
+def multisine(truth: ManipulatorTruth, duration_s: float, rng: np.random.Generator) -> np.ndarray:
+    """Random-phase multisine of unit root mean square.
+
+    Parameters
+    ----------
+    truth : ManipulatorTruth
+        Band, period and rate of the command (Hz, s, Hz).
+    duration_s : float
+        Length (s); the last period may be cut.
+    rng : numpy.random.Generator
+        Draws the phases (rad).
+
+    Returns
+    -------
+    ndarray, shape (duration_s * command_rate_hz,)
+        The signal (-).
+    """
+    harmonics = np.arange(
+        round(truth.band_low_hz * truth.period_s), round(truth.band_high_hz * truth.period_s) + 1
+    )
+    samples = round(truth.period_s * truth.command_rate_hz)
+    spectrum = np.zeros(samples // 2 + 1, dtype=complex)
+    spectrum[harmonics] = np.exp(1j * rng.uniform(0.0, 2.0 * np.pi, harmonics.size))
+    period = np.fft.irfft(spectrum, samples)
+    period /= period.std()
+    total = round(duration_s * truth.command_rate_hz)
+    return np.resize(period, total)
+
+
+def record_manipulator(
+    truth: ManipulatorTruth,
+    rubber: Rubber,
+    factor: float,
+    duration_s: float,
+    signal_rng: np.random.Generator,
+    trial_rng: np.random.Generator,
+) -> ManipulatorRecording:
+    """Perturb the dummy's joint and log what the instruments see.
+
+    Parameters
+    ----------
+    truth : ManipulatorTruth
+        Constants of the rig (units in their names).
+    rubber : Rubber
+        The joint.
+    factor : float
+        Scale factor of the perturbation (-).
+    duration_s : float
+        Length of the perturbation (s).
+    signal_rng, trial_rng : numpy.random.Generator
+        Draw the multisine's phases (the same in every trial) and this trial's noise.
+
+    Returns
+    -------
+    ManipulatorRecording
+        Contents of the two files (s, rad, Nm).
+    """
+    rate = truth.command_rate_hz
+    command = (
+        factor * truth.torque_per_factor_Nm * multisine(truth, duration_s, signal_rng)
+    )
+    lead = round(truth.lead_s * rate)
+    applied = np.concatenate([np.zeros(lead), command, np.zeros(round(truth.tail_s * rate) + 1)])
+    white = trial_rng.standard_normal(applied.size)
+    ripple = signal.sosfilt(
+        signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white
+    )
+    applied = (applied + truth.ripple_Nm * ripple / ripple.std()).tolist()
+    last = len(applied) - 1
+
+    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        th, w = state
+        torque = applied[min(int(t * rate + 1e-6), last)]
+        friction = truth.friction_Nm * math.tanh(w / truth.friction_rate_rad_per_s)
+        resisting = rubber.moment(th, w) + truth.contact_Nm_per_rad3 * th**3 + friction
+        return (w, (torque - resisting) / truth.inertia_kgm2)
+
+    total_s = truth.lead_s + duration_s + truth.tail_s
+    time, states = integrate(derivative, (0.0, 0.0), total_s, rate)
+    return _log(truth, time, states, command, trial_rng)
+
+
+def _log(
+    truth: ManipulatorTruth,
+    time: np.ndarray,
+    states: np.ndarray,
+    command: np.ndarray,
+    rng: np.random.Generator,
+) -> ManipulatorRecording:
+    """Sample the angle irregularly, as the operating system of the logging computer lets it."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    step = 1.0 / truth.log_rate_hz
+    instants = np.arange(step, time[-1] - step, step)
+    instants = instants + np.clip(
+        rng.normal(0.0, truth.log_jitter_s, instants.size), -0.4 * step, 0.4 * step
+    )
+    angle = CubicHermiteSpline(time, states[:, 0], states[:, 1])(instants)
+    angle = truth.encoder_step_rad * np.round(angle / truth.encoder_step_rad)
+    angle += truth.encoder_zero_rad
+    repeated = rng.random(instants.size) < truth.repeated_fraction
+    repeated[0] = False
+    source = np.where(repeated, np.arange(instants.size) - 1, np.arange(instants.size))
+    written = rng.random(instants.size) >= truth.missing_fraction
+    started = 1000.0 * rng.random()
+    return ManipulatorRecording(
+        log_time=(started + instants[source])[written],
+        angle=angle[source][written],
+        trigger_time=started + truth.lead_s,
+        command=command,
+        command_rate_hz=truth.command_rate_hz,
+    )
