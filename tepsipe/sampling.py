@@ -11,6 +11,9 @@ from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
 
+# a passband of 0.4 times the new rate keeps what is analysed and removes what would fold onto it
+BAND_PER_RATE = 0.4
+
 
 @dataclass(frozen=True)
 class RepairedTime:
@@ -255,3 +258,18 @@ def align_strobed(
     for k in range(markers):
         aligned[:, k] = CubicSpline(frame_time + k / strober_hz, positions[:, k])(frame_time[1:])
     return frame_time[1:], aligned
+
+
+def refuse_short(lasts_s: float, duration_s: float, what: str) -> None:
+    """Compare the length of a record (s) with the protocol's (s).
+
+    Raises
+    ------
+    InputError
+        If the record ends more than 0.1 s early.
+    """
+    if lasts_s < duration_s - 0.1:
+        raise InputError(
+            f"{what}: expected {duration_s:g} s of trial, as the trial sheet says, found {lasts_s:.2f} "
+            "s: the file is truncated, copy it again, or correct the trial sheet"
+        )

@@ -1,4 +1,4 @@
-"""One trial of each experiment, from its protocol and the laboratory's truth to the raw files."""
+"""One trial of the ankle dummy on the treadmill, from its protocol and the laboratory's truth to raw files."""
 
 from pathlib import Path
 
@@ -7,50 +7,16 @@ import numpy as np
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
 from tepsipe.virtual_lab.force_plate import PlateTruth, plate_electronics, plate_voltages
-from tepsipe.virtual_lab.instrument_files import (
-    write_calibration,
-    write_dflow_log,
-    write_markers,
-    write_torque_command,
-    write_treadmill_log,
-)
-from tepsipe.virtual_lab.manipulator import ManipulatorTruth, record_manipulator
 from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.treadmill_files import (
+    write_calibration,
+    write_markers,
+    write_treadmill_log,
+)
 
 INTEGRATION_RATE_HZ = 2000.0
-
-
-def make_wristalyzer_trial(
-    truth: dict, condition: str, factor: float, duration_s: float, log: Path, command: Path
-) -> None:
-    """Make one trial of the Wristalyzer experiment.
-
-    Parameters
-    ----------
-    truth : dict
-        The laboratory's constants, as its configuration file holds them (units in the keys).
-    condition : str
-        Name of the condition: it seeds the trial's noise.
-    factor : float
-        Scale factor of the perturbation (-).
-    duration_s : float
-        Length of the perturbation (s).
-    log, command : Path
-        Files to write: manipulator log and torque command.
-    """
-    seed = truth["seed"]
-    recording = record_manipulator(
-        ManipulatorTruth(**truth["wristalyzer"]["manipulator"]),
-        Rubber(**truth["wristalyzer"]["rubber"]),
-        factor,
-        duration_s,
-        generator(seed, "wristalyzer", "multisine"),
-        generator(seed, "wristalyzer", condition),
-    )
-    write_dflow_log(log, recording)
-    write_torque_command(command, recording)
 
 
 def make_dummy_trial(

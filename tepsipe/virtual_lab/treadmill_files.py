@@ -1,4 +1,4 @@
-"""Write the files that the instruments would have written."""
+"""Write the files that the treadmill and the motion capture system would have written."""
 
 from pathlib import Path
 
@@ -7,31 +7,9 @@ import numpy as np
 from scipy.io import savemat
 
 from tepsipe.virtual_lab.force_plate import BELTS, COMPONENTS, TRANSDUCERS
-from tepsipe.virtual_lab.manipulator import ManipulatorRecording
 
 MARKERS = ("foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4")
 CHANNELS = tuple(f"{belt}_{name}" for belt in BELTS for name in TRANSDUCERS)
-
-
-def write_dflow_log(path: Path, recording: ManipulatorRecording) -> None:
-    """Write the manipulator's log: tab-separated text, stamps in s, angle in rad, torque in Nm.
-
-    ``TriggerTime`` is 0 until the command starts, then the stamp at which it did.
-    """
-    started = recording.log_time >= recording.trigger_time
-    trigger = np.where(started, recording.trigger_time, 0.0)
-    lines = ["TimeStamp\tFrameNumber\tMotorAngle\tTriggerTime\n"]
-    rows = zip(recording.log_time.tolist(), recording.angle.tolist(), trigger.tolist(), strict=True)
-    lines += [f"{t:.6f}\t{k}\t{a:.8f}\t{c:.6f}\n" for k, (t, a, c) in enumerate(rows)]
-    path.write_text("".join(lines))
-
-
-def write_torque_command(path: Path, recording: ManipulatorRecording) -> None:
-    """Write the torque command: tab-separated text, time from the trigger in s, torque in Nm."""
-    lines = ["Time\tTorqueCommand\n"]
-    step = 1.0 / recording.command_rate_hz
-    lines += [f"{k * step:.9f}\t{tau:.8f}\n" for k, tau in enumerate(recording.command.tolist())]
-    path.write_text("".join(lines))
 
 
 def write_treadmill_log(

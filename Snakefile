@@ -1,0 +1,36 @@
+# The study's table of contents: from raw trial files to the thesis as a PDF.
+#
+#   snakemake -c2                                       the whole study
+#   snakemake -c2 results/estimates/dummy/sine-0.3.csv  one condition alone
+
+
+from snakemake.utils import min_version
+
+min_version("9.14")
+
+
+configfile: "config/config.yaml"
+
+
+# checks the configuration and the trial sheet, and says what there is to do
+include: "workflow/rules/common.smk"
+# chapter 2: the rigs, where no recordings exist
+include: "workflow/rules/virtual_lab.smk"
+# raw files of any origin to one HDF5 file per trial
+include: "workflow/rules/ingest.smk"
+# sections 3-1-1 and 4-1-1: the joint in the torque-controlled manipulator
+include: "workflow/rules/wristalyzer.smk"
+# sections 3-1-2 and 4-1-2: TEP-SIPE on the ankle dummy
+include: "workflow/rules/dummy.smk"
+# a human joint in a position-controlled manipulator
+include: "workflow/rules/ankle.smk"
+# tables across experiments, and where truth meets estimate
+include: "workflow/rules/tables.smk"
+# the PDF
+include: "workflow/rules/report.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        study_outputs(),

@@ -1,0 +1,183 @@
+"""Statements of the thesis that can be checked, and what this run found (thesis chapter 4)."""
+
+import csv
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.estimates import Estimate
+from tepsipe.result_file import Result
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What the claims are measured on.
+
+    Attributes
+    ----------
+    estimates : list of Estimate
+        All estimates (units in them).
+    fits : dict of str to dict of str to Result
+        Experiment -> condition -> fit.
+    as_printed : str
+        Pathway that reproduces the thesis.
+    """
+
+    estimates: list[Estimate]
+    fits: dict[str, dict[str, Result]]
+    as_printed: str
+
+    def by_condition(self, experiment: str, quantity: str, pathway: str | None = None) -> dict:
+        """Condition -> value of a quantity (unit of the quantity), as printed."""
+        wanted = {"wristalyzer": "admittance", "dummy": pathway or self.as_printed}[experiment]
+        return {
+            e.condition: e.value
+            for e in self.estimates
+            if e.experiment == experiment
+            and e.quantity == quantity
+            and e.pathway == wanted
+            and e.estimator in ("spectral-fit", "segment-regression-printed", "segment-regression")
+        }
+
+
+def _mean(values: dict) -> float:
+    return float(np.mean(list(values.values())))
+
+
+def _at(values: dict, *amplitudes: str) -> list[float]:
+    """Values of the conditions with one of the amplitudes (m/s), every 4 s."""
+    return [v for name, v in values.items() if name.split("-", 1)[-1] in amplitudes]
+
+
+def _ratio(values: dict) -> float:
+    return float(np.mean(_at(values, "0.5")) / np.mean(_at(values, "0.1")))
+
+
+def _spread(findings: Findings) -> dict:
+    return {
+        condition: float(fit.arrays[f"{findings.as_printed}/parameters"][:, 2].std(ddof=1))
+        for condition, fit in findings.fits["dummy"].items()
+    }
+
+
+MEASURES: dict[str, Callable[[Findings], float]] = {
+    "wristalyzer_inertia": lambda f: _mean(f.by_condition("wristalyzer", "I")),
+    "wristalyzer_damping": lambda f: _mean(f.by_condition("wristalyzer", "B")),
+    "wristalyzer_stiffness": lambda f: _mean(f.by_condition("wristalyzer", "K")),
+    "wristalyzer_stiffness_at_start": lambda f: float(
+        sum(abs(k - 10.0) < 5e-4 for k in f.by_condition("wristalyzer", "K").values())
+    ),
+    "wristalyzer_highest_vaf": lambda f: max(f.by_condition("wristalyzer", "VAF_trial").values()),
+    "wristalyzer_best_factor": lambda f: float(
+        max(f.by_condition("wristalyzer", "VAF_trial").items(), key=lambda item: item[1])[0]
+    ),
+    "wristalyzer_lowest_cross_validated": lambda f: min(
+        f.by_condition("wristalyzer", "VAF_cross_validated").values()
+    ),
+    "printed_inertia": lambda f: _mean(f.by_condition("dummy", "I")),
+    "printed_stiffness_low": lambda f: float(
+        np.mean(_at(f.by_condition("dummy", "K"), "0.1", "0.2", "0.3"))
+    ),
+    "printed_damping": lambda f: _mean(f.by_condition("dummy", "B")),
+    "printed_stiffness_ratio": lambda f: _ratio(f.by_condition("dummy", "K")),
+    "printed_lowest_vaf_perturbation": lambda f: min(
+        f.by_condition("dummy", "VAF_perturbation").values()
+    ),
+    "printed_lowest_vaf_trial": lambda f: min(f.by_condition("dummy", "VAF_trial").values()),
+    "printed_spread_ratio": lambda f: _ratio(_spread(f)),
+}
+
+
+def _strober_lowers_damping(f: Findings) -> bool:
+    strobed = f.by_condition("dummy", "B", "leg-printed-as-strobed")
+    return bool(strobed) and _mean(strobed) < _mean(f.by_condition("dummy", "B")) - 0.02
+
+
+def _vaf_grows_with_amplitude(quantity: str) -> Callable[[Findings], bool]:
+    """Noise of fixed size takes less of a larger signal."""
+
+    def check(f: Findings) -> bool:
+        values = f.by_condition("dummy", quantity)
+        return float(np.mean(_at(values, "0.5"))) > float(np.mean(_at(values, "0.1")))
+
+    return check
+
+
+def _stiffness_does_not_depend_on_start(f: Findings) -> bool:
+    return all(
+        fit.facts["many_starts_stiffness_spread_Nm_per_rad"] < 0.01
+        for fit in f.fits["wristalyzer"].values()
+    )
+
+
+# what must hold in this run for a claim that is not reproduced to count as explained
+EVIDENCE: dict[str, Callable[[Findings], bool]] = {
+    "wristalyzer_stiffness_at_start": _stiffness_does_not_depend_on_start,
+    "printed_damping": _strober_lowers_damping,
+    "printed_lowest_vaf_perturbation": _vaf_grows_with_amplitude("VAF_perturbation"),
+    "printed_lowest_vaf_trial": _vaf_grows_with_amplitude("VAF_trial"),
+}
+COLUMNS = ("claim", "where", "unit", "reported", "reproduced", "tolerance", "verdict", "section")
+
+
+def check_claims(claims: list[dict], findings: Findings) -> list[dict]:
+    """Measure every claim whose experiment was run, and give a verdict.
+
+    Parameters
+    ----------
+    claims : list of dict
+        Keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
+        tolerance; the tolerance ``below`` asks for less than reported).
+    findings : Findings
+        What this run found.
+
+    Returns
+    -------
+    list of dict
+        Keys of `COLUMNS`: the verdict is ``reproduced`` within the tolerance, ``explained`` if not but
+        the run holds the evidence for the explanation, otherwise ``not reproduced``.
+
+    Raises
+    ------
+    InputError
+        If a measure is unknown.
+    """
+    rows = []
+    for claim in claims:
+        name = claim["measure"]
+        if name not in MEASURES:
+            raise InputError(
+                f"expected a measure of {', '.join(MEASURES)}, found {name!r}: correct the claim"
+            )
+        try:
+            value = MEASURES[name](findings)
+        except (ValueError, KeyError, ZeroDivisionError):
+            continue  # its experiment is not part of this study
+        if not np.isfinite(value):
+            continue  # its conditions are not part of this study
+        if claim["tolerance"] == "below":
+            holds = value < claim["reported"]
+        else:
+            holds = abs(value - claim["reported"]) <= claim["tolerance"]
+        evidence = EVIDENCE.get(name, lambda _: False)
+        verdict = "reproduced" if holds else "explained" if evidence(findings) else "not reproduced"
+        rows.append({**claim, "reproduced": value, "verdict": verdict})
+    return [{column: row[column] for column in COLUMNS} for row in rows]
+
+
+def write_claims(path: str | Path, rows: list[dict]) -> None:
+    """Write claims as CSV (units in the column ``unit``)."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({k: f"{v:.10g}" if isinstance(v, float) else v for k, v in row.items()})
+
+
+def read_claims(path: str | Path) -> list[dict[str, str]]:
+    """Rows of `write_claims`, as text (units in the column ``unit``)."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))

@@ -1,0 +1,1 @@
+"""The study's figures: one style, one module per experiment."""

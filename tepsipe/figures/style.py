@@ -1,0 +1,63 @@
+"""One style for every figure: sizes, colours, and files that are the same bytes each time."""
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+
+WIDTH_IN = 6.3
+COLOURS = {
+    "measured": "#1b1b1b",
+    "model": "#c8371b",
+    "as printed": "#c8371b",
+    "recommended": "#1668a8",
+    "other": "#8a8a8a",
+    "command": "#8a8a8a",
+    "window": "#f3e3b5",
+    "I": "#1668a8",
+    "B": "#2f8f4e",
+    "K": "#c8371b",
+}
+CYCLE = ["#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b"]
+
+plt.rcParams.update(
+    {
+        "font.family": "STIXGeneral",
+        "mathtext.fontset": "stix",
+        "font.size": 9.5,
+        "axes.titlesize": 9.5,
+        "axes.labelsize": 9.5,
+        "legend.fontsize": 8.5,
+        "xtick.labelsize": 8.5,
+        "ytick.labelsize": 8.5,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.linewidth": 0.7,
+        "axes.grid": True,
+        "grid.color": "#e4e4e4",
+        "grid.linewidth": 0.5,
+        "lines.linewidth": 1.1,
+        "legend.frameon": False,
+        "figure.constrained_layout.use": True,
+        "axes.prop_cycle": plt.cycler(color=CYCLE),
+        "svg.fonttype": "path",
+        "svg.hashsalt": "tepsipe",
+        "path.simplify_threshold": 0.3,
+    }
+)
+
+
+def new_figure(rows: int = 1, columns: int = 1, height_in: float = 3.0, **keywords):
+    """A figure as wide as the report's text and ``height_in`` high (inches), with its axes."""
+    return plt.subplots(rows, columns, figsize=(WIDTH_IN, height_in), **keywords)
+
+
+def save_figure(figure: Figure, svg: str | Path, png: str | Path) -> None:
+    """Write a figure as SVG and PNG (no unit), without dates, and close it."""
+    figure.savefig(svg, metadata={"Date": None, "Creator": "tepsipe"})
+    figure.savefig(png, dpi=150, metadata={"Software": "tepsipe"})
+    plt.close(figure)

@@ -1,0 +1,192 @@
+"""From the treadmill's log and the markers to one trial on the motion capture's clock.
+
+Time 0 is the trigger. Everything is repaired, calibrated and aligned here, and the trial's attributes
+say what was done.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.readers.markers import Markers
+from tepsipe.readers.treadmill_log import CalibrationMatrix, TreadmillLog
+from tepsipe.sampling import (
+    BAND_PER_RATE,
+    align_strobed,
+    fill_gaps,
+    refuse_short,
+    resample,
+    rising_edge,
+)
+from tepsipe.trial_file import Signal, Trial
+
+
+@dataclass(frozen=True)
+class TreadmillOptions:
+    """How to ingest a treadmill's recording.
+
+    Attributes
+    ----------
+    resample_rate_hz : float
+        Rate of the trial, that of the motion capture (Hz).
+    max_gap_s : float
+        Longest time for which a marker may be hidden (s).
+    strober_frequency_hz : float or None
+        Markers per second within a frame (Hz); None if all are sampled at once.
+    trigger_threshold_V : float
+        Voltage above which the trigger line is high (V).
+    """
+
+    resample_rate_hz: float
+    max_gap_s: float
+    strober_frequency_hz: float | None
+    trigger_threshold_V: float
+
+
+def ingest_treadmill(
+    log: TreadmillLog,
+    calibration: CalibrationMatrix,
+    markers: Markers,
+    options: TreadmillOptions,
+    duration_s: float,
+    log_name: str,
+    calibration_name: str,
+    markers_name: str,
+) -> Trial:
+    """Trial on the instrumented treadmill: forces, belt and markers on the motion capture's clock.
+
+    Parameters
+    ----------
+    log : TreadmillLog
+        Voltages (V), belt velocity (m/s) and trigger (V).
+    calibration : CalibrationMatrix
+        Forces and moments per voltage (N/V, Nm/V).
+    markers : Markers
+        Positions (m), NaN while hidden, in the order in which the strober samples them.
+    options : TreadmillOptions
+        Rates (Hz), longest gap (s), trigger (V).
+    duration_s : float
+        Length of the trial by the protocol (s).
+    log_name, calibration_name, markers_name : str
+        Name the sources in messages.
+
+    Returns
+    -------
+    Trial
+        ``wrench`` (N and Nm), ``belt_velocity`` and ``belt_command`` (m/s), ``marker_position`` (m, at
+        common instants), ``marker_position_as_strobed`` (m, as sampled), ``marker_hidden``.
+
+    Raises
+    ------
+    InputError
+        If channels do not match, the trigger does not rise, a marker is hidden too long, or one
+        recording ends before the other.
+    """
+    if calibration.channels != log.channels:
+        different = next(
+            (
+                (a, b)
+                for a, b in zip(calibration.channels, log.channels, strict=False)
+                if a != b
+            ),
+            (len(calibration.channels), len(log.channels)),
+        )
+        raise InputError(
+            f"{calibration_name}: expected the channels of {log_name} in their order, found "
+            f"{different[0]!r} where the log has {different[1]!r}: use the matrix of this treadmill"
+        )
+    for name, values in (
+        ("transducers_V", log.voltages),
+        ("belt_velocity_m_per_s", log.belt_velocity),
+    ):
+        if not np.isfinite(values).all():
+            raise InputError(
+                f"{log_name}: expected numbers in {name!r}, found NaN: export the log again"
+            )
+    if abs(markers.rate_hz - options.resample_rate_hz) > 1e-6:
+        raise InputError(
+            f"{markers_name}: expected markers at {options.resample_rate_hz:g} Hz, found "
+            f"{markers.rate_hz:g} Hz: correct the resampling rate in the configuration"
+        )
+    edge = rising_edge(log.trigger, options.trigger_threshold_V, log_name)
+    high_s = float((log.trigger >= options.trigger_threshold_V).sum()) / log.rate_hz
+    frames_s = markers.positions.shape[0] / markers.rate_hz
+    if abs(high_s - frames_s) > 0.1:
+        raise InputError(
+            f"{markers_name}: expected markers for the {high_s:.2f} s that the trigger was high in "
+            f"{log_name}, found {frames_s:.2f} s: one of the two files is truncated or of another trial"
+        )
+    refuse_short(high_s, duration_s, log_name)
+    refuse_short(frames_s, duration_s, markers_name)
+    filled = np.empty_like(markers.positions)
+    hidden = np.empty(markers.positions.shape[:2], dtype=bool)
+    for k, label in enumerate(markers.labels):
+        filled[:, k], hidden[:, k] = fill_gaps(
+            markers.positions[:, k],
+            markers.rate_hz,
+            options.max_gap_s,
+            f"{markers_name}, marker {label!r}",
+        )
+    if options.strober_frequency_hz is None:
+        grid, aligned = np.arange(1, filled.shape[0]) / markers.rate_hz, filled[1:]
+        instants = "all markers sampled at the frame's instant"
+    else:
+        grid, aligned = align_strobed(filled, markers.rate_hz, options.strober_frequency_hz)
+        instants = f"brought to common instants (strober {options.strober_frequency_hz:g} Hz)"
+    # the trigger rose between the sample before the edge and the edge: half a sample on average
+    log_time = (np.arange(log.trigger.size) - edge + 0.5) / log.rate_hz
+    band = BAND_PER_RATE * options.resample_rate_hz
+    moved = (
+        "clock moved to the trigger",
+        f"band limited at {band:g} Hz",
+        f"resampled at {options.resample_rate_hz:g} Hz",
+    )
+    wrench = log.voltages @ calibration.matrix.T
+    gaps = (f"gaps up to {options.max_gap_s:g} s filled by a cubic spline",)
+    return Trial(
+        rate_hz=options.resample_rate_hz,
+        axes={
+            "time": grid,
+            "component": np.array(calibration.components),
+            "marker": np.array(markers.labels),
+            "axis": np.array(["x", "y", "z"]),
+        },
+        signals={
+            "wrench": Signal(
+                resample(log_time, wrench, grid, band).astype(np.float32),
+                "N, Nm",
+                ("time", "component"),
+                "ground reaction forces (N) and moments (Nm) of both belts",
+                ("calibration matrix applied", *moved),
+            ),
+            "belt_velocity": Signal(
+                resample(log_time, log.belt_velocity, grid, band),
+                "m/s",
+                ("time",),
+                "measured velocity of the belt",
+                moved,
+            ),
+            "belt_command": Signal(
+                resample(log_time, log.command, grid, band),
+                "m/s",
+                ("time",),
+                "commanded velocity of the belt",
+                moved,
+            ),
+            "marker_position": Signal(
+                aligned, "m", ("time", "marker", "axis"), "marker positions", (*gaps, instants)
+            ),
+            "marker_position_as_strobed": Signal(
+                filled[1:],
+                "m",
+                ("time", "marker", "axis"),
+                "marker positions, each at the instant its marker was sampled",
+                gaps,
+            ),
+            "marker_hidden": Signal(
+                hidden[1:], "1", ("time", "marker"), "true where a position was filled"
+            ),
+        },
+        attributes={"hidden_samples": int(hidden.sum()), "trigger_sample": edge},
+    )

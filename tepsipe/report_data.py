@@ -1,0 +1,430 @@
+"""Every number that the report prints, taken from the run and formatted once."""
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.result_file import Result
+from tepsipe.thesis_tables import TableRow
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+MINUS = "\N{MINUS SIGN}"
+LABELS = {
+    "SEM_I": "SEM of I",
+    "SEM_B": "SEM of B",
+    "SEM_K": "SEM of K",
+    "error": "error",
+    "VAF_trial": "VAF of the full dataset",
+    "VAF_perturbation": "VAF of a perturbation",
+    "VAF_cross_validated": "VAF, cross-validated",
+    "VAF_training": "VAF of the fitted part",
+    "VAF_held_out": "VAF of the held-out part",
+    "VAF_held_out_as_printed": "VAF of the held-out part, mean left in",
+}
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number (any unit) as text with ``digits`` significant digits; a dash for None."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "\N{EN DASH}"
+    if math.isinf(value):
+        return "∞" if value > 0 else f"{MINUS}∞"
+    if value != 0.0 and not 1e-3 <= abs(value) < 1e5:
+        mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+        text = f"{mantissa}·10{str(int(exponent)).translate(SUPERSCRIPTS)}"
+    elif value == 0.0:
+        text = "0"
+    else:
+        decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+        text = f"{value:.{decimals}f}"
+    return text.replace("-", MINUS)
+
+
+def percent(value: float, decimals: int = 1) -> str:
+    """A percentage (%) as text."""
+    return f"{value:.{decimals}f}".replace("-", MINUS)
+
+
+def span(values, digits: int = 3) -> str:
+    """Lowest to highest of some numbers (any unit) as text."""
+    low, high = number(min(values), digits), number(max(values), digits)
+    return low if low == high else f"{low} to {high}"
+
+
+def _cell(quantity: str, value: float | None) -> str:
+    if value is None:
+        return number(None)
+    if quantity.startswith("VAF"):
+        return percent(value, 2 if value > 99.0 else 1)
+    if quantity in ("I", "B"):
+        return f"{value:.4f}".replace("-", MINUS)
+    if quantity == "K":
+        return f"{value:.3f}".replace("-", MINUS)
+    return number(value, 2)
+
+
+def _printed(value: float | None) -> str:
+    return number(None) if value is None else f"{value:g}".replace("-", MINUS)
+
+
+def table_data(rows: list[TableRow], conditions: list[str], names: list[str]) -> list[dict]:
+    """Blocks of a thesis table as text.
+
+    Parameters
+    ----------
+    rows : list of TableRow
+        From `lay_out_table` (units in them).
+    conditions, names : list of str
+        Columns, and how to call them.
+
+    Returns
+    -------
+    list of dict
+        One per pathway: ``pathway``, ``estimator``, ``columns``, and ``rows`` with ``label``, ``unit``,
+        ``values`` and ``reported``.
+    """
+    if len(names) != len(conditions):
+        raise ValueError("as many names as conditions are needed")
+    blocks: dict[tuple, dict] = {}
+    for row in rows:
+        block = blocks.setdefault(
+            (row.pathway, row.estimator),
+            {"pathway": row.pathway, "estimator": row.estimator, "columns": names, "rows": []},
+        )
+        block["rows"].append(
+            {
+                "label": LABELS.get(row.quantity, row.quantity),
+                "unit": row.unit if row.unit not in ("1", "as printed") else "",
+                "values": [_cell(row.quantity, value) for value in row.values],
+                "reported": [_printed(value) for value in row.reported],
+            }
+        )
+    return list(blocks.values())
+
+
+def wristalyzer_data(
+    fits: dict[str, Result], estimates: pd.DataFrame, choices: dict, best: str
+) -> dict:
+    """Numbers of the Wristalyzer's chapter as text.
+
+    Parameters
+    ----------
+    fits : dict of str to Result
+        Condition -> fit.
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+    choices : dict
+        Section ``wristalyzer`` of the configuration (units in the keys).
+    best : str
+        Condition shown in the figures.
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    own = estimates[estimates.experiment == "wristalyzer"]
+
+    def values(quantity: str, estimator: str = "spectral-fit") -> pd.Series:
+        chosen = own[(own.quantity == quantity) & (own.estimator == estimator)]
+        return chosen.set_index("condition").value
+
+    band = choices["analysis"]["fit_band_hz"]
+    arrays = fits[best].arrays
+    frequency = arrays["spectral-fit/frequency"]
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    coherence = arrays["spectral-fit/coherence"][inside]
+    lowest = int(np.argmin(coherence))
+    inertia, stiffness = values("I")[best], values("K")[best]
+    facts = [fit.facts for fit in fits.values()]
+    tried = []
+    for k, start in enumerate(arrays["tried/stiffness"]):
+        smooth, modulus = arrays["tried/smooth"][k], arrays["tried/modulus"][k]
+        tried.append(
+            {
+                "start": f"{start:g}",
+                "smooth": [_cell("B", smooth[1]), _cell("K", smooth[2])],
+                "modulus": [_cell("B", modulus[1]), _cell("K", modulus[2])],
+                "cost": number(fits[best].facts["tried_modulus_cost"][k] / fits[best].facts["tried_smooth_cost"][k], 3),
+                "vaf": percent(fits[best].facts["tried_modulus_vaf_percent"][k]),
+                "converged": fits[best].facts["tried_modulus_converged"][k],
+            }
+        )
+    data = {
+        "best": best,
+        "vaf": span(values("VAF_trial"), 3),
+        "vaf_modulus": span(values("VAF_trial", "spectral-fit-modulus"), 3),
+        "inertia": span(values("I")),
+        "damping": span(values("B")),
+        "stiffness": span(values("K")),
+        "mean_inertia": number(values("I").mean()),
+        "mean_damping": number(values("B").mean()),
+        "mean_stiffness": number(values("K").mean()),
+        "damping_modulus": span(values("B", "spectral-fit-modulus")),
+        "coherence": number(float(coherence[lowest])),
+        "coherence_at": number(float(frequency[inside][lowest]), 2),
+        "natural_frequency": number(math.sqrt(stiffness / inertia) / 2.0 / math.pi, 2),
+        "starts": str(len(fits[best].arrays["many_starts/start"])),
+        "starts_converged": str(min(f["many_starts_converged"] for f in facts)),
+        "starts_spread": number(max(f["many_starts_stiffness_spread_Nm_per_rad"] for f in facts), 2),
+        "tried": tried,
+        "modulus_costs": span(
+            [
+                m / s
+                for f in facts
+                for m, s in zip(f["tried_modulus_cost"], f["tried_smooth_cost"], strict=True)
+            ],
+            2,
+        ),
+        "bins": str(choices["analysis"]["averaged_bins"]),
+        "cross_validated": span(values("VAF_cross_validated"), 3) if len(fits) > 1 else number(None),
+        "periodic": None,
+    }
+    periodic = own[own.estimator == "spectral-fit-periods"]
+    if len(periodic):
+        stiffness_rows = periodic[periodic.quantity == "K"]
+        data["periodic"] = {
+            "period": number(choices["analysis"]["perturbation_period_s"], 3),
+            "damping": span(values("B", "spectral-fit-periods")),
+            "stiffness": span(values("K", "spectral-fit-periods")),
+            "shift_damping": percent(
+                100.0 * float((values("B") / values("B", "spectral-fit-periods") - 1.0).abs().max())
+            ),
+            "intervals": [
+                {"condition": r.condition, "low": number(r.ci_low), "high": number(r.ci_high)}
+                for r in stiffness_rows.itertuples()
+            ],
+        }
+    return data
+
+
+def dummy_data(
+    fits: dict[str, Result],
+    estimates: pd.DataFrame,
+    choices: dict,
+    recovery: pd.DataFrame | None,
+) -> dict:
+    """Numbers of the ankle dummy's chapter as text.
+
+    Parameters
+    ----------
+    fits : dict of str to Result
+        Condition -> fit.
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+    choices : dict
+        Section ``dummy`` of the configuration (units in the keys).
+    recovery : DataFrame or None
+        Estimates beside the truth, where there is one.
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    own = estimates[estimates.experiment == "dummy"]
+    printed, recommended = choices["as_printed"], choices["recommended"]
+
+    def values(quantity: str, pathway: str) -> pd.Series:
+        chosen = own[(own.quantity == quantity) & (own.pathway == pathway)]
+        return chosen.set_index("condition").value
+
+    def amplitude(condition: str) -> float:
+        part = condition.partition("-")[2].partition("-")[0]
+        return float(part) if part.replace(".", "", 1).isdigit() else math.nan
+
+    geometry = choices["geometry"]
+    leg_mgr = geometry["leg_mass_kg"] * geometry["gravity_m_per_s2"] * geometry["leg_com_m"]
+    conditions = list(fits)
+    smallest = min(conditions, key=lambda c: (amplitude(c), c))
+    largest = max(conditions, key=lambda c: (amplitude(c), c))
+    clear = [c for c in conditions if amplitude(c) >= 0.3] or conditions
+    k_clear = values("K", recommended)[clear]
+    data = {
+        "printed": printed,
+        "recommended": recommended,
+        "two_leg_inertia": number(2.0 * geometry["leg_inertia_kgm2"]),
+        "two_mgr": number(2.0 * leg_mgr),
+        "mgr": number(leg_mgr),
+        "printed_inertia": span(values("I", printed)),
+        "printed_stiffness": span(values("K", printed)),
+        "printed_mean_inertia": number(values("I", printed).mean()),
+        "printed_mean_stiffness": number(values("K", printed)[clear].mean()),
+        "printed_mean_damping": number(values("B", printed).mean()),
+        "recommended_mean_inertia": number(float(values("I", recommended)[clear].mean()), 2),
+        "recommended_mean_stiffness": number(float(k_clear.mean())),
+        "recommended_stiffness": span(k_clear),
+        "recommended_mean_damping": number(values("B", recommended)[clear].mean()),
+        "shift_inertia": number(
+            float((values("I", printed) - values("I", recommended))[clear].mean())
+        ),
+        "shift_stiffness": number(
+            float((values("K", recommended) - values("K", printed))[clear].mean())
+        ),
+        "smallest": smallest,
+        "largest": largest,
+        "vaf_printed_smallest": percent(values("VAF_perturbation", printed)[smallest], 2),
+        "vaf_recommended_smallest": percent(values("VAF_perturbation", recommended)[smallest]),
+        "vaf_printed_largest": percent(values("VAF_perturbation", printed)[largest], 2),
+        "vaf_recommended_largest": percent(values("VAF_perturbation", recommended)[largest]),
+        "vaf_trial_printed": f"{percent(values('VAF_trial', printed).min())} to "
+        f"{percent(values('VAF_trial', printed).max())}",
+        "window_ms": number(
+            1e3 * float(np.mean([fit.facts["mean_window_s"] for fit in fits.values()]))
+        ),
+        "misfit_mm": number(1e3 * max(fit.facts["misfit_m"] for fit in fits.values()), 2),
+        "perturbations": span([len(fit.arrays["windows"]) for fit in fits.values()]),
+        "cross_validated_printed": span(values("VAF_cross_validated", printed))
+        if len(fits) > 1
+        else number(None),
+        "rest_angle": number(
+            1e3 * float(np.mean([fit.facts["theta_rest_rad"] for fit in fits.values()])), 2
+        ),
+        "strober": None,
+        "recovery": None,
+    }
+    strober = choices["ingest"]["strober_frequency_hz"]
+    strobed = [
+        name
+        for name, pathway in choices["pathways"].items()
+        if pathway["marker_instants"] == "as-strobed"
+        and pathway["torque"] == choices["pathways"][printed]["torque"]
+    ]
+    if strobed and strober:
+        markers = len(choices["files"]["marker_labels"])
+        data["strober"] = {
+            "pathway": strobed[0],
+            "frequency": number(strober, 4),
+            "spread_ms": number(1e3 * (markers - 1) / strober, 2),
+            "damping": number(values("B", strobed[0])[clear].mean()),
+            "damping_aligned": number(values("B", printed)[clear].mean()),
+        }
+    if recovery is not None:
+        rows = recovery[
+            (recovery.experiment == "dummy")
+            & (recovery.pathway == recommended)
+            & recovery.condition.isin(clear)
+        ]
+        by = rows.groupby("quantity")
+        covered = (rows.covered.astype(str).str.lower() == "true").mean()
+        data["recovery"] = {
+            "truth": {q: number(g.truth.iloc[0]) for q, g in by},
+            "worst_stiffness": percent(100.0 * by.get_group("K").relative_error.abs().max()),
+            "worst_damping": percent(100.0 * by.get_group("B").relative_error.abs().max(), 0),
+            "covered": percent(100.0 * covered, 0),
+            "from": number(min(map(amplitude, clear)), 1),
+            "count": str(len(clear)),
+        }
+    return data
+
+
+def ankle_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
+    """Numbers of the position-controlled manipulator's chapter as text.
+
+    Parameters
+    ----------
+    fits : dict of str to Result
+        Condition -> fit.
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    own = estimates[estimates.experiment == "ankle"]
+    rows = []
+    for quantity, group in own.groupby("quantity", sort=False):
+        cells = []
+        for condition in fits:
+            row = group[group.condition == condition].iloc[0]
+            text = _cell(quantity, row.value)
+            if not math.isnan(row.standard_error):
+                text += f" ± {_cell(quantity, row.standard_error)}"
+            cells.append(text)
+        rows.append(
+            {"label": LABELS.get(quantity, quantity), "unit": group.unit.iloc[0], "values": cells}
+        )
+    held_out = own[own.quantity == "VAF_held_out"].value
+    return {
+        "columns": list(fits),
+        "rows": rows,
+        "held_out": span(held_out),
+        "stiffness": span(own[own.quantity == "K"].value),
+        "training": span([fit.facts["training_s"] for fit in fits.values()]),
+    }
+
+
+def claims_data(claims: pd.DataFrame) -> dict:
+    """The thesis's statements with what this run found, as text."""
+    rows = [
+        {
+            "claim": row.claim,
+            "where": row.where,
+            "unit": "" if row.unit == "1" else row.unit,
+            "reported": ("< " if row.tolerance == "below" else "") + f"{row.reported:g}".replace("-", MINUS),
+            "reproduced": number(float(row.reproduced), 4),
+            "verdict": row.verdict,
+            "section": row.section,
+        }
+        for row in claims.itertuples()
+    ]
+    counts = claims.verdict.value_counts()
+    return {
+        "rows": rows,
+        "total": str(len(rows)),
+        **{
+            key.replace(" ", "_"): str(int(counts.get(key, 0)))
+            for key in ("reproduced", "explained", "not reproduced")
+        },
+    }
+
+
+def recovery_data(recovery: pd.DataFrame) -> list[dict]:
+    """Estimates beside the truth, one row per experiment, pathway, estimator and quantity, as text."""
+    rows = []
+    keys = ["experiment", "pathway", "estimator", "quantity"]
+    for (experiment, pathway, estimator, quantity), group in recovery.groupby(keys, sort=False):
+        covered = (group.covered.astype(str).str.lower() == "true").sum()
+        errors = group.relative_error.dropna()
+        rows.append(
+            {
+                "experiment": experiment,
+                "pathway": pathway,
+                "estimator": estimator,
+                "quantity": quantity,
+                "unit": group.unit.iloc[0],
+                "truth": number(group.truth.iloc[0]),
+                "low": _cell(quantity, group.value.min()),
+                "high": _cell(quantity, group.value.max()),
+                "median_error": percent(100.0 * errors.median()) if len(errors) else number(None),
+                "covered": f"{covered} of {len(group)}",
+            }
+        )
+    return rows
+
+
+def provenance_data(provenance: dict) -> dict:
+    """The provenance page as text: facts, packages and checksums."""
+    commit = provenance["commit"] or "not a git checkout"
+    if provenance["modified"]:
+        commit += ", with uncommitted changes"
+    return {
+        "facts": [
+            ["Commit", commit],
+            ["Python", provenance["python"]],
+            ["Configuration, SHA-256", provenance["config_sha256"]],
+            ["Seed of the analysis", str(provenance["seed"])],
+        ],
+        "packages": [[name, text] for name, text in sorted(provenance["packages"].items())],
+        "files": [
+            [kind, entry["file"], entry["sha256"]] for kind, entry in provenance["files"].items()
+        ],
+        "raw": [
+            [trial, kind, entry["sha256"]]
+            for trial, kinds in provenance["raw_files"].items()
+            for kind, entry in kinds.items()
+        ],
+    }

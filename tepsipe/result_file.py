@@ -1,0 +1,66 @@
+"""HDF5 files for what an analysis found: named arrays with units, and named facts."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from tepsipe.errors import InputError
+
+
+@dataclass(frozen=True)
+class Result:
+    """Named arrays and facts.
+
+    Attributes
+    ----------
+    arrays : dict of str to ndarray
+        Name, with ``/`` between groups, -> values (units in ``units``).
+    units : dict of str to str
+        Name -> unit.
+    facts : dict
+        Anything that JSON holds (units in the keys).
+    """
+
+    arrays: dict[str, np.ndarray]
+    units: dict[str, str]
+    facts: dict
+
+
+def write_result(path: str | Path, result: Result) -> None:
+    """Write arrays with their unit as attribute ``units``, and the facts as one JSON attribute."""
+    with h5py.File(path, "w") as file:
+        file.attrs["facts"] = json.dumps(result.facts, sort_keys=True)
+        for name, values in result.arrays.items():
+            compression = {"compression": "gzip", "compression_opts": 1} if values.size > 100 else {}
+            dataset = file.create_dataset(name, data=values, **compression)
+            dataset.attrs["units"] = result.units[name]
+
+
+def read_result(path: str | Path) -> Result:
+    """Read a file written by `write_result` (arrays in the units that it names).
+
+    Raises
+    ------
+    InputError
+        If the file is not such a file.
+    """
+    arrays, units = {}, {}
+
+    def collect(name: str, item) -> None:
+        if isinstance(item, h5py.Dataset):
+            arrays[name] = item[...]
+            units[name] = item.attrs["units"]
+
+    try:
+        with h5py.File(path, "r") as file:
+            file.visititems(collect)
+            facts = json.loads(file.attrs["facts"])
+    except (OSError, KeyError) as error:
+        raise InputError(
+            f"{path}: expected a result's HDF5 file, found one that cannot be read ({error}): make it "
+            "again"
+        ) from error
+    return Result(arrays, units, facts)

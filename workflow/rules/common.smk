@@ -1,0 +1,238 @@
+# Checks and look-ups that the rules share. No rule stands here.
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, workflow.basedir)
+
+from tepsipe.errors import InputError
+from workflow.support.check import check_against_schema, check_config, load_yaml
+from workflow.support.reach import reached_by
+from workflow.support.trial_sheet import RAW_FILES, read_trial_sheet
+from workflow.support.version import code_version
+
+SCHEMAS = Path(workflow.basedir) / "workflow" / "schemas"
+
+
+def checked_trials():
+    """Check every file of the configuration, then read the trial sheet."""
+    load_yaml(Path(workflow.basedir) / "config" / "config.yaml")
+    check_against_schema(config, SCHEMAS / "config.schema.yaml", "configuration")
+    check_config(config, "configuration")
+    study = config["study"]
+    for key, schema in (("virtual_lab", "virtual_lab"), ("reported", "reported")):
+        if study[key] is not None:
+            check_against_schema(
+                load_yaml(study[key]), SCHEMAS / f"{schema}.schema.yaml", study[key]
+            )
+    trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
+    for (experiment, condition), row in trials.items():
+        if row.source == "virtual_lab" and study["virtual_lab"] is None:
+            raise InputError(
+                f"{study['trial_sheet']}: expected recordings only, because study.virtual_lab is "
+                f"null, found {experiment}/{condition} to be made: name its files"
+            )
+    return trials
+
+
+try:
+    TRIALS = checked_trials()
+except InputError as error:
+    sys.exit(f"tepsipe: {error}")
+
+EXPERIMENTS = list(dict.fromkeys(experiment for experiment, _ in TRIALS))
+
+
+def conditions(experiment):
+    """Conditions of an experiment in the order of the trial sheet."""
+    return [condition for name, condition in TRIALS if name == experiment]
+
+
+def made_conditions(experiment):
+    """Those of them that the virtual laboratory makes."""
+    return [c for c in conditions(experiment) if TRIALS[experiment, c].source == "virtual_lab"]
+
+
+def any_of(names):
+    """Regular expression for one of the names, or for nothing at all."""
+    return "|".join(name.replace(".", r"\.") for name in names) or "(?!)"
+
+
+wildcard_constraints:
+    experiment=any_of(RAW_FILES),
+    condition=any_of(sorted({condition for _, condition in TRIALS}, key=len, reverse=True)),
+
+
+def trial(wildcards, experiment):
+    """The trial's row of the sheet."""
+    return TRIALS[experiment, wildcards.condition]
+
+
+def raw_files(wildcards, experiment):
+    """Kind -> path of the trial's raw files, recorded or made."""
+    row = trial(wildcards, experiment)
+    if row.source == "recorded":
+        return row.files
+    folder = f"{config['pathvars']['results']}/raw/{experiment}/{row.condition}"
+    return {kind: f"{folder}/{name}" for kind, name in RAW_FILES[experiment].items()}
+
+
+def raw_inputs(experiment):
+    """Input function: the raw files, without recorded ones that are missing.
+
+    A missing recording stops its own job with a sentence, not the whole study.
+    """
+
+    def files(wildcards):
+        made = trial(wildcards, experiment).source == "virtual_lab"
+        paths = raw_files(wildcards, experiment).values()
+        return [path for path in paths if made or Path(path).is_file()]
+
+    return files
+
+
+def of_trials(pattern, experiment):
+    """The pattern filled in for every condition of an experiment."""
+    return [pattern.format(condition=condition) for condition in conditions(experiment)]
+
+
+def library_of(script):
+    """The modules that a script reaches: an edit of one re-runs the rule."""
+    return reached_by(f"workflow/scripts/{script}.py", workflow.basedir)
+
+
+# ---- what the study shows, by experiment ---------------------------------------------------------
+
+FIGURES = {
+    "wristalyzer": [
+        "figure_2_4",
+        "figure_3_1",
+        "figure_4_1",
+        "figure_4_2",
+        "figure_4_3",
+        "figure_starting_values",
+        "figure_averaging",
+    ],
+    "dummy": [
+        "figure_2_9",
+        "figure_3_3",
+        "figure_4_4",
+        "figure_pathways",
+        "figure_torque",
+        "figure_dummy_cross_validation",
+    ],
+    "ankle": ["figure_ankle_impedance", "figure_ankle_prediction"],
+}
+CATEGORIES = {
+    "wristalyzer": "Wristalyzer",
+    "dummy": "TEP-SIPE on the ankle dummy",
+    "ankle": "Position-controlled manipulator",
+}
+TABLES = {"wristalyzer": ["table_4_1"], "dummy": ["table_4_2", "table_4_3"]}
+
+
+def figure_files(experiment):
+    """Named outputs of a plotting rule: every figure as SVG, in the HTML report, and as PNG."""
+    files = {}
+    for name in FIGURES[experiment]:
+        files[name] = report(
+            f"<results>/figures/{name}.svg",
+            caption=f"../../report/captions/{name}.rst",
+            category=CATEGORIES[experiment],
+            labels={"figure": name.removeprefix("figure_").replace("_", "-")},
+        )
+        files[f"{name}_png"] = f"<results>/figures/{name}.png"
+    return files
+
+
+def shown_condition(experiment, wanted):
+    """The configured condition, or the last of the sheet where the study does not have it."""
+    names = conditions(experiment)
+    return wanted if wanted in names or not names else names[-1]
+
+
+def shown_conditions():
+    """Experiment -> the condition that its example figures show."""
+    wanted = {"wristalyzer": "best_condition", "dummy": "example_condition"}
+    return {e: shown_condition(e, config[e][key]) for e, key in wanted.items()}
+
+
+def study_figures():
+    """Every figure of the study's experiments."""
+    return [f"<results>/figures/{name}.svg" for e in EXPERIMENTS for name in FIGURES[e]]
+
+
+def study_tables():
+    """The thesis's tables, where there is something to compare."""
+    return [f"<results>/tables/{name}.csv" for e in EXPERIMENTS for name in TABLES.get(e, [])]
+
+
+def study_recovery():
+    """The comparison with the truth, where there is a truth."""
+    return [] if config["study"]["virtual_lab"] is None else ["<results>/tables/recovery.csv"]
+
+
+def study_claims():
+    """The check of the thesis's statements, where there is something to compare."""
+    return [] if config["study"]["reported"] is None else ["<results>/tables/claims.csv"]
+
+
+def all_trials():
+    """HDF5 files of all trials."""
+    return [f"<results>/trials/{e}/{c}.h5" for e, c in TRIALS]
+
+
+def all_fits():
+    """Fits of all trials."""
+    return [f"<results>/fits/{e}/{c}.h5" for e, c in TRIALS]
+
+
+def all_matrices():
+    """Cross-validations."""
+    return [f"<results>/cross_validation/{e}.h5" for e in EXPERIMENTS if e != "ankle"]
+
+
+def all_estimates():
+    """Rows of estimates of all trials and cross-validations."""
+    files = [f"<results>/estimates/{e}/{c}.csv" for e, c in TRIALS]
+    return files + [f"<results>/cross_validation/{e}.csv" for e in EXPERIMENTS if e != "ankle"]
+
+
+def table_conditions(table):
+    """Columns of a thesis table."""
+    if table == "table_4_1":
+        return conditions("wristalyzer")
+    profile = {"table_4_2": "sine", "table_4_3": "minjerk"}[table]
+    return [c for c in conditions("dummy") if c.startswith(profile)]
+
+
+def table_pathways(table):
+    """[pathway, estimator or None] as printed and recommended."""
+    if table == "table_4_1":
+        return [["admittance", "spectral-fit"], ["admittance", "spectral-fit-periods"]]
+    return [[config["dummy"][key], None] for key in ("as_printed", "recommended")]
+
+
+def report_sources():
+    """Typst sources, captions and references of the report."""
+    folder = Path(workflow.basedir) / "report"
+    files = sorted(p for p in folder.rglob("*") if p.suffix in (".typ", ".rst", ".bib"))
+    return [str(path) for path in files]
+
+
+def experiment_conditions():
+    """Experiment -> its conditions."""
+    return {experiment: conditions(experiment) for experiment in EXPERIMENTS}
+
+
+def study_outputs():
+    """What `all` asks for."""
+    return [
+        f"<results>/report/{config['study']['name']}.pdf",
+        "<results>/provenance.json",
+        "<results>/tables/estimates.csv",
+        *study_tables(),
+        *study_recovery(),
+        *study_claims(),
+        *study_figures(),
+    ]

@@ -1,0 +1,58 @@
+# TEP-SIPE on the ankle dummy: thesis sections 3-1-2 and 4-1-2.
+
+
+rule fit_dummy:
+    input:
+        trial="<results>/trials/dummy/{condition}.h5",
+        library=library_of("fit_dummy"),
+    output:
+        fit="<results>/fits/dummy/{condition}.h5",
+        estimates="<results>/estimates/dummy/{condition}.csv",
+    params:
+        geometry=config["dummy"]["geometry"],
+        analysis=config["dummy"]["analysis"],
+        pathways=config["dummy"]["pathways"],
+        seed=config["study"]["seed"],
+    log:
+        "<logs>/fit_dummy/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/fit_dummy.py"
+
+
+rule cross_validate_dummy:
+    input:
+        fits=of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        library=library_of("cross_validate_dummy"),
+    output:
+        matrices="<results>/cross_validation/dummy.h5",
+        estimates="<results>/cross_validation/dummy.csv",
+    params:
+        conditions=conditions("dummy"),
+    log:
+        "<logs>/cross_validate_dummy.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/cross_validate_dummy.py"
+
+
+rule plot_dummy:
+    input:
+        fits=of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        matrices="<results>/cross_validation/dummy.h5",
+        library=library_of("plot_dummy"),
+    output:
+        **figure_files("dummy"),
+    params:
+        conditions=conditions("dummy"),
+        example=shown_condition("dummy", config["dummy"]["example_condition"]),
+        as_printed=config["dummy"]["as_printed"],
+        recommended=config["dummy"]["recommended"],
+    log:
+        "<logs>/plot_dummy.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/plot_dummy.py"

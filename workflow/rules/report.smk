@@ -1,0 +1,53 @@
+# The PDF: one source, a chapter for every experiment of the study.
+
+
+rule record_provenance:
+    input:
+        trials=all_trials(),
+        trial_sheet=config["study"]["trial_sheet"],
+        virtual_lab=config["study"]["virtual_lab"] or [],
+        reported=config["study"]["reported"] or [],
+        requirements=workflow.source_path("../../requirements.txt"),
+        library=library_of("record_provenance"),
+    output:
+        provenance="<results>/provenance.json",
+    params:
+        config=config,
+        code=code_version(workflow.basedir),
+    log:
+        "<logs>/record_provenance.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/record_provenance.py"
+
+
+rule write_report:
+    input:
+        source=report_sources(),
+        figures=study_figures(),
+        fits=all_fits(),
+        matrices=all_matrices(),
+        estimates="<results>/tables/estimates.csv",
+        tables=study_tables(),
+        recovery=study_recovery(),
+        claims=study_claims(),
+        reported=config["study"]["reported"] or [],
+        provenance="<results>/provenance.json",
+        library=library_of("write_report"),
+    output:
+        pdf=f"<results>/report/{config['study']['name']}.pdf",
+        data="<results>/report/report.json",
+    params:
+        title=config["study"]["title"],
+        experiments=experiment_conditions(),
+        choices={name: config[name] for name in EXPERIMENTS},
+        made={name: made_conditions(name) for name in EXPERIMENTS},
+        shown=shown_conditions(),
+        source_folder=f"{workflow.basedir}/report",
+    log:
+        "<logs>/write_report.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/write_report.py"

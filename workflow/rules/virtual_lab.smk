@@ -1,0 +1,45 @@
+# The virtual laboratory writes the instruments' own files. Only these rules, and the comparison of
+# estimates with the truth in tables.smk, read the laboratory's constants.
+
+
+rule make_wristalyzer_trial:
+    input:
+        truth=config["study"]["virtual_lab"] or [],
+        library=library_of("make_wristalyzer_trial"),
+    output:
+        log="<results>/raw/wristalyzer/{condition}/log.txt",
+        command="<results>/raw/wristalyzer/{condition}/command.txt",
+    params:
+        factor=lambda w: trial(w, "wristalyzer").amplitude,
+        duration_s=lambda w: trial(w, "wristalyzer").duration_s,
+    log:
+        "<logs>/make_wristalyzer_trial/{condition}.log",
+    wildcard_constraints:
+        condition=any_of(made_conditions("wristalyzer")),
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/make_wristalyzer_trial.py"
+
+
+rule make_dummy_trial:
+    input:
+        truth=config["study"]["virtual_lab"] or [],
+        library=library_of("make_dummy_trial"),
+    output:
+        log="<results>/raw/dummy/{condition}/log.mat",
+        calibration="<results>/raw/dummy/{condition}/calibration.csv",
+        markers="<results>/raw/dummy/{condition}/markers.c3d",
+    params:
+        profile=lambda w: trial(w, "dummy").profile,
+        amplitude_m_per_s=lambda w: trial(w, "dummy").amplitude,
+        interval_s=lambda w: trial(w, "dummy").interval_s,
+        duration_s=lambda w: trial(w, "dummy").duration_s,
+    log:
+        "<logs>/make_dummy_trial/{condition}.log",
+    wildcard_constraints:
+        condition=any_of(made_conditions("dummy")),
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/make_dummy_trial.py"

@@ -1,0 +1,55 @@
+# SIPE in the torque-controlled manipulator: thesis sections 3-1-1 and 4-1-1.
+
+
+rule fit_wristalyzer:
+    input:
+        trial="<results>/trials/wristalyzer/{condition}.h5",
+        library=library_of("fit_wristalyzer"),
+    output:
+        fit="<results>/fits/wristalyzer/{condition}.h5",
+        estimates="<results>/estimates/wristalyzer/{condition}.csv",
+    params:
+        analysis=config["wristalyzer"]["analysis"],
+        seed=config["study"]["seed"],
+    log:
+        "<logs>/fit_wristalyzer/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/fit_wristalyzer.py"
+
+
+rule cross_validate_wristalyzer:
+    input:
+        fits=of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
+        library=library_of("cross_validate_wristalyzer"),
+    output:
+        matrix="<results>/cross_validation/wristalyzer.h5",
+        estimates="<results>/cross_validation/wristalyzer.csv",
+    params:
+        conditions=conditions("wristalyzer"),
+    log:
+        "<logs>/cross_validate_wristalyzer.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/cross_validate_wristalyzer.py"
+
+
+rule plot_wristalyzer:
+    input:
+        fits=of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
+        matrix="<results>/cross_validation/wristalyzer.h5",
+        library=library_of("plot_wristalyzer"),
+    output:
+        **figure_files("wristalyzer"),
+    params:
+        conditions=conditions("wristalyzer"),
+        best=shown_condition("wristalyzer", config["wristalyzer"]["best_condition"]),
+        analysis=config["wristalyzer"]["analysis"],
+    log:
+        "<logs>/plot_wristalyzer.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/plot_wristalyzer.py"

@@ -1,0 +1,25 @@
+"""Predict every trial of the dummy with every trial's parameters, pathway by pathway."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.estimates import write_estimates
+from tepsipe.result_file import Result, read_result, write_result
+from tepsipe.tep_sipe import cross_validate_dummy, cross_validation_estimates
+
+conditions = list(snakemake.params.conditions)
+results = {
+    condition: read_result(path)
+    for condition, path in zip(conditions, snakemake.input.fits, strict=True)
+}
+facts = next(iter(results.values())).facts
+matrices = {name: cross_validate_dummy(results, name) for name in facts["pathways"]}
+rows = []
+for name, matrix in matrices.items():
+    rows += cross_validation_estimates(conditions, matrix, name, facts["estimators"][name])
+write_result(
+    snakemake.output.matrices,
+    Result(matrices, dict.fromkeys(matrices, "%"), {"conditions": conditions}),
+)
+write_estimates(snakemake.output.estimates, rows)

@@ -1,0 +1,21 @@
+"""Predict every Wristalyzer trial with every trial's parameters."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.estimates import write_estimates
+from tepsipe.result_file import Result, read_result, write_result
+from tepsipe.wristalyzer import cross_validate_wristalyzer, cross_validation_estimates
+
+conditions = list(snakemake.params.conditions)
+results = {
+    condition: read_result(path)
+    for condition, path in zip(conditions, snakemake.input.fits, strict=True)
+}
+matrix = cross_validate_wristalyzer(results)
+write_result(
+    snakemake.output.matrix,
+    Result({"vaf": matrix}, {"vaf": "%"}, {"conditions": conditions}),
+)
+write_estimates(snakemake.output.estimates, cross_validation_estimates(conditions, matrix))

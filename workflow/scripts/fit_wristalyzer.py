@@ -1,0 +1,36 @@
+"""Estimate the joint's admittance and fit I, B, K to one Wristalyzer trial."""
+
+import job
+
+job.start(snakemake)
+
+import numpy as np
+
+from tepsipe.admittance_fit import Bounds
+from tepsipe.estimates import write_estimates
+from tepsipe.result_file import write_result
+from tepsipe.trial_file import read_trial
+from tepsipe.wristalyzer import (
+    WristalyzerOptions,
+    analyse_wristalyzer,
+    wristalyzer_estimates,
+    wristalyzer_result,
+)
+
+analysis = dict(snakemake.params.analysis)
+
+
+def joint(values):
+    return np.array([values[key] for key in ("I_Nms2_per_rad", "B_Nms_per_rad", "K_Nm_per_rad")])
+
+
+bounds = Bounds(*[joint(analysis.pop(key)) for key in ("start", "lower", "upper")])
+profile = (*analysis.pop("profile_stiffness_Nm_per_rad"), analysis.pop("profile_points"))
+options = WristalyzerOptions(bounds=bounds, profile_Nm_per_rad=profile, **analysis)
+found = analyse_wristalyzer(
+    read_trial(snakemake.input.trial), options, np.random.default_rng(snakemake.params.seed)
+)
+write_result(snakemake.output.fit, wristalyzer_result(found))
+write_estimates(
+    snakemake.output.estimates, wristalyzer_estimates(snakemake.wildcards.condition, found)
+)

@@ -1,0 +1,28 @@
+"""Ingest one trial of the torque-controlled manipulator."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.ingest_manipulator import ManipulatorOptions, ingest_torque_manipulator
+from tepsipe.readers.text_table import read_text_table
+from tepsipe.trial_file import write_trial
+
+files = dict(snakemake.params.files)
+options = ManipulatorOptions(angle_unit=snakemake.params.angle_unit, **snakemake.params.ingest)
+trial = ingest_torque_manipulator(
+    read_text_table(files["log"], snakemake.params.log_columns, "\t"),
+    read_text_table(files["command"], snakemake.params.command_columns, "\t"),
+    options,
+    snakemake.params.duration_s,
+    files["log"],
+    files["command"],
+)
+write_trial(
+    snakemake.output.trial,
+    trial,
+    "wristalyzer",
+    snakemake.wildcards.condition,
+    files,
+    vars(options),
+)

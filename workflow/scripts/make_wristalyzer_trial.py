@@ -1,0 +1,20 @@
+"""Make one Wristalyzer trial's raw files."""
+
+import job
+
+job.start(snakemake)
+
+from pathlib import Path
+
+import yaml
+
+from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
+
+make_wristalyzer_trial(
+    yaml.safe_load(Path(snakemake.input.truth).read_text(encoding="utf-8")),
+    snakemake.wildcards.condition,
+    snakemake.params.factor,
+    snakemake.params.duration_s,
+    Path(snakemake.output.log),
+    Path(snakemake.output.command),
+)

@@ -1,0 +1,35 @@
+"""Figures of the Wristalyzer experiment."""
+
+import job
+
+job.start(snakemake)
+
+import numpy as np
+
+from tepsipe.figures import wristalyzer_figures as figures
+from tepsipe.figures.matrix_figure import plot_matrix
+from tepsipe.figures.style import save_figure
+from tepsipe.result_file import read_result
+
+names = list(snakemake.params.conditions)
+results = {
+    name: read_result(path) for name, path in zip(names, snakemake.input.fits, strict=True)
+}
+matrix = read_result(snakemake.input.matrix).arrays["vaf"]
+best, analysis = snakemake.params.best, snakemake.params.analysis
+band = tuple(analysis["fit_band_hz"])
+vaf = float(np.diag(matrix)[names.index(best)])
+axes = ("Parameters from scale factor", "Data of scale factor")
+drawn = {
+    "figure_2_4": figures.plot_perturbation(results),
+    "figure_3_1": figures.plot_spectral_estimate(results[best], best, band),
+    "figure_4_1": figures.plot_admittance_fit(results[best], best, band),
+    "figure_4_2": figures.plot_prediction(results[best], best, vaf),
+    "figure_4_3": plot_matrix(matrix, names, "VAF (%)", axes),
+    "figure_starting_values": figures.plot_starting_values(
+        results, analysis["start"]["K_Nm_per_rad"]
+    ),
+    "figure_averaging": figures.plot_averaging(results[best], best, band),
+}
+for name, figure in drawn.items():
+    save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])

@@ -1,0 +1,51 @@
+"""Record what the study was computed from, and with."""
+
+import job
+
+job.start(snakemake)
+
+import hashlib
+import json
+import platform
+from importlib.metadata import version
+
+import h5py
+
+from tepsipe.trial_file import checksum
+
+config = snakemake.params.config
+raw = {}
+for path in snakemake.input.trials:
+    with h5py.File(path, "r") as trial:
+        name = f"{trial.attrs['experiment']}/{trial.attrs['condition']}"
+        raw[name] = json.loads(trial.attrs["sources"])
+packages = ("tepsipe", "snakemake", "numpy", "scipy", "pandas", "h5py", "ezc3d", "matplotlib", "typst")
+files = {
+    kind: {"file": str(path), "sha256": checksum(path)}
+    for kind, path in (
+        ("trial sheet", snakemake.input.trial_sheet),
+        ("virtual laboratory", snakemake.input.virtual_lab),
+        ("reported values", snakemake.input.reported),
+        ("requirements", snakemake.input.requirements),
+    )
+    if path
+}
+canonical = json.dumps(config, sort_keys=True).encode()
+with open(snakemake.output.provenance, "w", encoding="utf-8") as file:
+    json.dump(
+        {
+            "commit": snakemake.params.code["commit"],
+            "modified": snakemake.params.code["modified"],
+            "python": platform.python_version(),
+            "packages": {name: version(name) for name in packages},
+            "config_sha256": hashlib.sha256(canonical).hexdigest(),
+            "seed": config["study"]["seed"],
+            "files": files,
+            "raw_files": raw,
+            "config": config,
+        },
+        file,
+        indent=2,
+        sort_keys=True,
+    )
+    file.write("\n")

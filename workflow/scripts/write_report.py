@@ -1,0 +1,79 @@
+"""Gather every number and figure of the run, and typeset the report."""
+
+import job
+
+job.start(snakemake)
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+import pandas as pd
+import typst
+
+from tepsipe import report_data
+from tepsipe.figures.names import short_name
+from tepsipe.result_file import read_result
+from tepsipe.thesis_tables import read_table
+
+choices, experiments = snakemake.params.choices, snakemake.params.experiments
+fits, paths = {}, iter(snakemake.input.fits)
+for experiment, conditions in experiments.items():
+    fits[experiment] = {condition: read_result(next(paths)) for condition in conditions}
+text_columns = {"condition": str}
+estimates = pd.read_csv(snakemake.input.estimates, dtype=text_columns)
+provenance = json.loads(Path(snakemake.input.provenance).read_text(encoding="utf-8"))
+recovery = claims = None
+if snakemake.input.recovery:
+    recovery = pd.read_csv(snakemake.input.recovery[0], dtype=text_columns)
+if snakemake.input.claims:
+    claims = pd.read_csv(snakemake.input.claims[0])
+
+data = {
+    "title": snakemake.params.title,
+    "experiments": list(experiments),
+    "made": sum(len(names) for names in snakemake.params.made.values()),
+    "trials": sum(len(names) for names in experiments.values()),
+    "tables": {},
+    "claims": None if claims is None else report_data.claims_data(claims),
+    "recovery": None if recovery is None else report_data.recovery_data(recovery),
+    "provenance": report_data.provenance_data(provenance),
+    "choices": choices,
+}
+for path in snakemake.input.tables:
+    conditions, rows = read_table(path)
+    names = [short_name(condition) for condition in conditions]
+    data["tables"][Path(path).stem] = report_data.table_data(rows, conditions, names)
+if "wristalyzer" in experiments:
+    data["wristalyzer"] = report_data.wristalyzer_data(
+        fits["wristalyzer"], estimates, choices["wristalyzer"], snakemake.params.shown["wristalyzer"]
+    )
+if "dummy" in experiments:
+    data["dummy"] = report_data.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery)
+    data["dummy"]["example"] = snakemake.params.shown["dummy"]
+if "ankle" in experiments:
+    data["ankle"] = report_data.ankle_data(fits["ankle"], estimates)
+Path(snakemake.output.data).write_text(
+    json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+)
+
+# Typst reads below one root only: gather sources, figures and data there
+with tempfile.TemporaryDirectory() as folder:
+    root = Path(folder)
+    for source in map(Path, snakemake.input.source):
+        target = root / source.relative_to(snakemake.params.source_folder)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, target)
+    (root / "figures").mkdir()
+    for figure in snakemake.input.figures:
+        shutil.copy(figure, root / "figures")
+    shutil.copyfile(snakemake.output.data, root / "report.json")
+    typst.compile(
+        str(root / "report.typ"),
+        output=snakemake.output.pdf,
+        root=str(root),
+        ignore_system_fonts=True,
+        timestamp=0,
+        pdf_standards="a-2b",
+    )

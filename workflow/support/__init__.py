@@ -1,0 +1,1 @@
+"""What the rules need before the first job: checked configuration, trial sheet, reach of scripts."""

@@ -1,0 +1,144 @@
+"""Refuse configuration that is not understood, in one sentence each, before anything is computed."""
+
+import difflib
+from pathlib import Path
+
+import jsonschema
+import yaml
+
+from tepsipe.errors import InputError
+
+
+def load_yaml(path: str | Path) -> dict:
+    """Read a YAML file; refuse one that is missing, damaged or holds a key twice."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: expected a configuration file, found none: create it") from None
+    try:
+        return yaml.load(text, Loader=_UniqueKeys) or {}
+    except yaml.YAMLError as error:
+        place = getattr(error, "problem_mark", None)
+        line = f" on line {place.line + 1}" if place else ""
+        problem = getattr(error, "problem", None) or error
+        raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
+
+
+class _UniqueKeys(yaml.SafeLoader):
+    """A loader that refuses the same key twice, which YAML readers otherwise pass over."""
+
+
+def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
+    seen = set()
+    for key_node, _ in node.value:
+        key = loader.construct_object(key_node, deep=True)
+        if key in seen:
+            raise yaml.constructor.ConstructorError(
+                None, None, f"the key {key!r} stands twice", key_node.start_mark
+            )
+        seen.add(key)
+    return loader.construct_mapping(node, deep=True)
+
+
+_UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
+
+
+def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
+    """Raise one sentence for the first thing in ``content`` that the closed schema refuses."""
+    schema = yaml.safe_load(Path(schema_path).read_text(encoding="utf-8"))
+    errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
+    # a misspelt key also counts as a missing one: tell about the key that is there
+    errors.sort(key=lambda e: (e.validator != "additionalProperties", list(map(str, e.path))))
+    if errors:
+        raise InputError(f"{name}: {_sentence(errors[0], schema)}")
+
+
+def _sentence(error: jsonschema.ValidationError, schema: dict) -> str:
+    where = ".".join(map(str, error.path))
+    found = f"found {error.instance!r}"
+    if error.validator == "additionalProperties":
+        known = list(error.schema.get("properties", {}))
+        unknown = next(key for key in error.instance if key not in known)
+        key = f"{where}.{unknown}" if where else str(unknown)
+        close = difflib.get_close_matches(str(unknown), known, n=1, cutoff=0.5)
+        if not close:
+            close = difflib.get_close_matches(str(unknown), _all_keys(schema), n=1, cutoff=0.7)
+        hint = f"did you mean {close[0]!r}?" if close else f"known here: {', '.join(known)}"
+        return f"unknown key {key!r}: {hint}"
+    if error.validator == "required":
+        missing = next(key for key in error.validator_value if key not in error.instance)
+        key = f"{where}.{missing}" if where else missing
+        return f"expected the key {key!r}, found none: add it (config/README.md describes it)"
+    expected = {
+        "type": lambda: f"a value of type {_or(error.validator_value)}",
+        "enum": lambda: f"one of {', '.join(map(repr, error.validator_value))}",
+        "exclusiveMinimum": lambda: f"a number above {error.validator_value}",
+        "exclusiveMaximum": lambda: f"a number below {error.validator_value}",
+        "minimum": lambda: f"a number of at least {error.validator_value}",
+        "minItems": lambda: f"at least {error.validator_value} items",
+        "maxItems": lambda: f"at most {error.validator_value} items",
+    }.get(error.validator, lambda: error.message)()
+    return f"expected {expected} for {where!r}, {found}: correct it"
+
+
+def _or(types) -> str:
+    return types if isinstance(types, str) else " or ".join(types)
+
+
+def _all_keys(schema) -> list[str]:
+    """Every property name anywhere in the schema."""
+    keys: list[str] = []
+    if isinstance(schema, dict):
+        keys += list(schema.get("properties", {}))
+        for value in schema.values():
+            keys += _all_keys(value)
+    return keys
+
+
+def check_config(config: dict, name: str) -> None:
+    """What a schema cannot say: names that must refer to each other, and order."""
+    dummy, wristalyzer = config["dummy"], config["wristalyzer"]
+    for key in ("as_printed", "recommended"):
+        if dummy[key] not in dummy["pathways"]:
+            close = difflib.get_close_matches(dummy[key], dummy["pathways"], n=1)
+            hint = f": did you mean {close[0]!r}?" if close else ""
+            raise InputError(
+                f"{name}: expected dummy.{key} to name one of dummy.pathways "
+                f"({', '.join(dummy['pathways'])}), found {dummy[key]!r}{hint or ': correct it'}"
+            )
+    unknown = set(dummy["geometry"]["leg_markers_m"]) - set(dummy["files"]["marker_labels"])
+    if unknown:
+        raise InputError(
+            f"{name}: expected dummy.geometry.leg_markers_m to name markers of "
+            f"dummy.files.marker_labels, found {sorted(unknown)[0]!r}: correct one of the two"
+        )
+    analysis = wristalyzer["analysis"]
+    for key in ("fit_band_hz", "excited_band_hz", "profile_stiffness_Nm_per_rad"):
+        low, high = analysis[key]
+        if not low < high:
+            raise InputError(
+                f"{name}: expected wristalyzer.analysis.{key} from low to high, found [{low}, {high}]: "
+                "turn it round"
+            )
+    for key, start in analysis["start"].items():
+        low, high = analysis["lower"][key], analysis["upper"][key]
+        if not low < start < high:
+            raise InputError(
+                f"{name}: expected wristalyzer.analysis.start.{key} between its bounds {low} and "
+                f"{high}, found {start}: correct one of the three"
+            )
+    for stiffness in analysis["tried_stiffness_Nm_per_rad"]:
+        low, high = analysis["lower"]["K_Nm_per_rad"], analysis["upper"]["K_Nm_per_rad"]
+        if not low < stiffness < high:
+            raise InputError(
+                f"{name}: expected wristalyzer.analysis.tried_stiffness_Nm_per_rad between the bounds "
+                f"{low} and {high}, found {stiffness}: correct it"
+            )
+    for section in ("wristalyzer", "dummy", "ankle"):
+        half = 0.5 * config[section]["ingest"]["resample_rate_hz"]
+        cutoff = config[section]["analysis"]["lowpass_cutoff_hz"]
+        if cutoff >= half:
+            raise InputError(
+                f"{name}: expected {section}.analysis.lowpass_cutoff_hz below half of "
+                f"{section}.ingest.resample_rate_hz ({half:g} Hz), found {cutoff:g}: lower it"
+            )

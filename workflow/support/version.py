@@ -1,0 +1,20 @@
+"""Which version of the code is running."""
+
+import subprocess
+
+
+def code_version(root: str) -> dict[str, str | bool | None]:
+    """Commit of the checkout and whether files differ from it; None where there is no checkout."""
+
+    def git(*arguments: str) -> str | None:
+        try:
+            done = subprocess.run(
+                ["git", "-C", root, *arguments], capture_output=True, text=True, check=True
+            )
+        except (OSError, subprocess.CalledProcessError):
+            return None
+        return done.stdout.strip()
+
+    commit = git("rev-parse", "HEAD")
+    changed = git("status", "--porcelain", "--untracked-files=no")
+    return {"commit": commit, "modified": None if changed is None else bool(changed)}
