@@ -26,7 +26,7 @@ include: "workflow/rules/dummy.smk"
 include: "workflow/rules/ankle.smk"
 # tables across experiments, and where truth meets estimate
 include: "workflow/rules/tables.smk"
-# the PDF
+# the PDF and the HTML report
 include: "workflow/rules/report.smk"
 
 
@@ -34,3 +34,4 @@ rule all:
     default_target: True
     input:
         study_outputs(),
+        "<results>/report/report.html",

@@ -126,9 +126,7 @@ def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
     return _fit(residuals_as_printed, estimate, bounds, bounds.start, 1.0, 1e-6)
 
 
-def fit_scaled(
-    estimate: SpectralEstimate, bounds: Bounds, start: np.ndarray | None = None
-) -> AdmittanceFit:
+def fit_scaled(estimate: SpectralEstimate, bounds: Bounds, start: np.ndarray | None = None) -> AdmittanceFit:
     """Fit with smooth residuals, scaled parameters and tight tolerances.
 
     Parameters
@@ -145,9 +143,7 @@ def fit_scaled(
     AdmittanceFit
         Estimate and uncertainties.
     """
-    return _fit(
-        residuals, estimate, bounds, bounds.start if start is None else start, TYPICAL, 1e-12
-    )
+    return _fit(residuals, estimate, bounds, bounds.start if start is None else start, TYPICAL, 1e-12)
 
 
 def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:

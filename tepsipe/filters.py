@@ -36,6 +36,7 @@ def butterworth_lowpass(
         If the cutoff does not lie between 0 and half the rate, the order is odd, the signal is too
         short to be padded, or it holds a NaN.
     """
+    x = np.asarray(x, dtype=float)
     if not 0.0 < cutoff_hz < 0.5 * rate_hz:
         raise InputError(
             f"low-pass cutoff must lie between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "

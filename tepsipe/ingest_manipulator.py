@@ -214,9 +214,7 @@ def ingest_position_manipulator(
         rate_hz=rate,
         axes={"time": grid},
         signals={
-            "angle": Signal(
-                resample(time, angle, grid, band), "rad", ("time",), "joint angle", steps
-            ),
+            "angle": Signal(resample(time, angle, grid, band), "rad", ("time",), "joint angle", steps),
             "torque": Signal(
                 options.torque_sign * resample(time, columns[:, 1], grid, band),
                 "Nm",

@@ -85,11 +85,7 @@ def ingest_treadmill(
     """
     if calibration.channels != log.channels:
         different = next(
-            (
-                (a, b)
-                for a, b in zip(calibration.channels, log.channels, strict=False)
-                if a != b
-            ),
+            ((a, b) for a, b in zip(calibration.channels, log.channels, strict=False) if a != b),
             (len(calibration.channels), len(log.channels)),
         )
         raise InputError(
@@ -101,9 +97,7 @@ def ingest_treadmill(
         ("belt_velocity_m_per_s", log.belt_velocity),
     ):
         if not np.isfinite(values).all():
-            raise InputError(
-                f"{log_name}: expected numbers in {name!r}, found NaN: export the log again"
-            )
+            raise InputError(f"{log_name}: expected numbers in {name!r}, found NaN: export the log again")
     if abs(markers.rate_hz - options.resample_rate_hz) > 1e-6:
         raise InputError(
             f"{markers_name}: expected markers at {options.resample_rate_hz:g} Hz, found "
@@ -175,18 +169,20 @@ def ingest_treadmill(
                 moved,
             ),
             "marker_position": Signal(
-                aligned, "m", ("time", "marker", "axis"), "marker positions", (*gaps, instants)
+                aligned.astype(np.float32),
+                "m",
+                ("time", "marker", "axis"),
+                "marker positions",
+                (*gaps, instants),
             ),
             "marker_position_as_strobed": Signal(
-                filled[1:],
+                filled[1:].astype(np.float32),
                 "m",
                 ("time", "marker", "axis"),
                 "marker positions, each at the instant its marker was sampled",
                 gaps,
             ),
-            "marker_hidden": Signal(
-                hidden[1:], "1", ("time", "marker"), "true where a position was filled"
-            ),
+            "marker_hidden": Signal(hidden[1:], "1", ("time", "marker"), "true where a position was filled"),
         },
         attributes={"hidden_samples": int(hidden.sum()), "trigger_sample": edge},
     )

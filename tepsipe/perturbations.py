@@ -1,4 +1,4 @@
-"""Find the perturbations in the recorded belt motion, not in the command (thesis section 3-1-2, Figure 3-3)."""
+"""Find the perturbations in the recorded belt motion, not in the command (thesis Figure 3-3)."""
 
 from dataclasses import dataclass
 

@@ -198,9 +198,7 @@ def position_manipulator_estimates(
     ]
     rows.append(Estimate(*names, "VAF_training", "%", analysis.vaf_training))
     rows.append(Estimate(*names, "VAF_held_out", "%", analysis.vaf_held_out))
-    rows.append(
-        Estimate(*names, "VAF_held_out_as_printed", "%", analysis.vaf_held_out_as_printed)
-    )
+    rows.append(Estimate(*names, "VAF_held_out_as_printed", "%", analysis.vaf_held_out_as_printed))
     return rows
 
 

@@ -70,9 +70,7 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
     }
 
 
-def compare_with_truth(
-    estimates: list[Estimate], truth: dict, made: dict[str, list[str]]
-) -> list[Recovery]:
+def compare_with_truth(estimates: list[Estimate], truth: dict, made: dict[str, list[str]]) -> list[Recovery]:
     """Set every estimate of I, B, K of a made trial beside the truth.
 
     Parameters

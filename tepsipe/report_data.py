@@ -24,7 +24,7 @@ LABELS = {
 }
 
 
-def number(value: float | None, digits: int = 3) -> str:
+def number(value: float | int | None, digits: int = 3) -> str:
     """A number (any unit) as text with ``digits`` significant digits; a dash for None."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "\N{EN DASH}"
@@ -35,6 +35,8 @@ def number(value: float | None, digits: int = 3) -> str:
         text = f"{mantissa}·10{str(int(exponent)).translate(SUPERSCRIPTS)}"
     elif value == 0.0:
         text = "0"
+    elif isinstance(value, int):
+        text = str(value)
     else:
         decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
         text = f"{value:.{decimals}f}"
@@ -103,9 +105,7 @@ def table_data(rows: list[TableRow], conditions: list[str], names: list[str]) ->
     return list(blocks.values())
 
 
-def wristalyzer_data(
-    fits: dict[str, Result], estimates: pd.DataFrame, choices: dict, best: str
-) -> dict:
+def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: dict, best: str) -> dict:
     """Numbers of the Wristalyzer's chapter as text.
 
     Parameters
@@ -138,17 +138,19 @@ def wristalyzer_data(
     lowest = int(np.argmin(coherence))
     inertia, stiffness = values("I")[best], values("K")[best]
     facts = [fit.facts for fit in fits.values()]
+    own_facts = fits[best].facts
     tried = []
     for k, start in enumerate(arrays["tried/stiffness"]):
         smooth, modulus = arrays["tried/smooth"][k], arrays["tried/modulus"][k]
+        cost_ratio = own_facts["tried_modulus_cost"][k] / own_facts["tried_smooth_cost"][k]
         tried.append(
             {
                 "start": f"{start:g}",
                 "smooth": [_cell("B", smooth[1]), _cell("K", smooth[2])],
                 "modulus": [_cell("B", modulus[1]), _cell("K", modulus[2])],
-                "cost": number(fits[best].facts["tried_modulus_cost"][k] / fits[best].facts["tried_smooth_cost"][k], 3),
-                "vaf": percent(fits[best].facts["tried_modulus_vaf_percent"][k]),
-                "converged": fits[best].facts["tried_modulus_converged"][k],
+                "cost": number(cost_ratio),
+                "vaf": percent(own_facts["tried_modulus_vaf_percent"][k]),
+                "converged": own_facts["tried_modulus_converged"][k],
             }
         )
     data = {
@@ -169,14 +171,6 @@ def wristalyzer_data(
         "starts_converged": str(min(f["many_starts_converged"] for f in facts)),
         "starts_spread": number(max(f["many_starts_stiffness_spread_Nm_per_rad"] for f in facts), 2),
         "tried": tried,
-        "modulus_costs": span(
-            [
-                m / s
-                for f in facts
-                for m, s in zip(f["tried_modulus_cost"], f["tried_smooth_cost"], strict=True)
-            ],
-            2,
-        ),
         "bins": str(choices["analysis"]["averaged_bins"]),
         "cross_validated": span(values("VAF_cross_validated"), 3) if len(fits) > 1 else number(None),
         "periodic": None,
@@ -241,6 +235,9 @@ def dummy_data(
     largest = max(conditions, key=lambda c: (amplitude(c), c))
     clear = [c for c in conditions if amplitude(c) >= 0.3] or conditions
     k_clear = values("K", recommended)[clear]
+    slope = 1e-3 * float(
+        np.mean([fit.facts["damping_per_skew_Nm_per_rad"][printed] for fit in fits.values()])
+    )
     data = {
         "printed": printed,
         "recommended": recommended,
@@ -256,12 +253,9 @@ def dummy_data(
         "recommended_mean_stiffness": number(float(k_clear.mean())),
         "recommended_stiffness": span(k_clear),
         "recommended_mean_damping": number(values("B", recommended)[clear].mean()),
-        "shift_inertia": number(
-            float((values("I", printed) - values("I", recommended))[clear].mean())
-        ),
-        "shift_stiffness": number(
-            float((values("K", recommended) - values("K", printed))[clear].mean())
-        ),
+        "shift_inertia": number(float((values("I", printed) - values("I", recommended))[clear].mean())),
+        "shift_stiffness": number(float((values("K", recommended) - values("K", printed))[clear].mean())),
+        "clear_from": number(min(map(amplitude, clear)), 1),
         "smallest": smallest,
         "largest": largest,
         "vaf_printed_smallest": percent(values("VAF_perturbation", printed)[smallest], 2),
@@ -270,17 +264,15 @@ def dummy_data(
         "vaf_recommended_largest": percent(values("VAF_perturbation", recommended)[largest]),
         "vaf_trial_printed": f"{percent(values('VAF_trial', printed).min())} to "
         f"{percent(values('VAF_trial', printed).max())}",
-        "window_ms": number(
-            1e3 * float(np.mean([fit.facts["mean_window_s"] for fit in fits.values()]))
-        ),
+        "window_ms": number(1e3 * float(np.mean([fit.facts["mean_window_s"] for fit in fits.values()]))),
         "misfit_mm": number(1e3 * max(fit.facts["misfit_m"] for fit in fits.values()), 2),
-        "perturbations": span([len(fit.arrays["windows"]) for fit in fits.values()]),
+        "perturbations": span([len(fit.arrays["windows"]) for fit in fits.values()], 2),
         "cross_validated_printed": span(values("VAF_cross_validated", printed))
         if len(fits) > 1
         else number(None),
-        "rest_angle": number(
-            1e3 * float(np.mean([fit.facts["theta_rest_rad"] for fit in fits.values()])), 2
-        ),
+        "rest_angle": number(1e3 * float(np.mean([fit.facts["theta_rest_rad"] for fit in fits.values()])), 2),
+        "damping_per_ms": number(slope, 2),
+        "skew_ms": number(abs(values("B", printed).mean() / slope), 2),
         "strober": None,
         "recovery": None,
     }
@@ -344,9 +336,7 @@ def ankle_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
             if not math.isnan(row.standard_error):
                 text += f" ± {_cell(quantity, row.standard_error)}"
             cells.append(text)
-        rows.append(
-            {"label": LABELS.get(quantity, quantity), "unit": group.unit.iloc[0], "values": cells}
-        )
+        rows.append({"label": LABELS.get(quantity, quantity), "unit": group.unit.iloc[0], "values": cells})
     held_out = own[own.quantity == "VAF_held_out"].value
     return {
         "columns": list(fits),
@@ -419,9 +409,7 @@ def provenance_data(provenance: dict) -> dict:
             ["Seed of the analysis", str(provenance["seed"])],
         ],
         "packages": [[name, text] for name, text in sorted(provenance["packages"].items())],
-        "files": [
-            [kind, entry["file"], entry["sha256"]] for kind, entry in provenance["files"].items()
-        ],
+        "files": [[kind, entry["file"], entry["sha256"]] for kind, entry in provenance["files"].items()],
         "raw": [
             [trial, kind, entry["sha256"]]
             for trial, kinds in provenance["raw_files"].items()

@@ -60,7 +60,6 @@ def read_result(path: str | Path) -> Result:
             facts = json.loads(file.attrs["facts"])
     except (OSError, KeyError) as error:
         raise InputError(
-            f"{path}: expected a result's HDF5 file, found one that cannot be read ({error}): make it "
-            "again"
+            f"{path}: expected a result's HDF5 file, found one that cannot be read ({error}): make it again"
         ) from error
     return Result(arrays, units, facts)

@@ -33,9 +33,7 @@ class SegmentPose:
     misfit_m: float
 
 
-def fit_rigid_segment(
-    markers: np.ndarray, layout: np.ndarray, point: np.ndarray
-) -> SegmentPose:
+def fit_rigid_segment(markers: np.ndarray, layout: np.ndarray, point: np.ndarray) -> SegmentPose:
     """Least-squares pose of a rigid segment from its markers (Söderkvist & Wedin 1993, in the plane).
 
     Parameters

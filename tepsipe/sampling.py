@@ -83,9 +83,7 @@ def repair_time_stamps(time: np.ndarray, max_gap_s: float, what: str) -> Repaire
     return RepairedTime(keep, int((~keep).sum()), longest)
 
 
-def fill_gaps(
-    x: np.ndarray, rate_hz: float, max_gap_s: float, what: str
-) -> tuple[np.ndarray, np.ndarray]:
+def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tuple[np.ndarray, np.ndarray]:
     """Fill short runs of NaN by a cubic spline through the samples around them.
 
     Runs that touch either end of the record are filled with the nearest sample.
@@ -218,9 +216,7 @@ def rising_edge(line: np.ndarray, threshold: float, what: str) -> int:
     return int(np.argmax(high))
 
 
-def align_strobed(
-    positions: np.ndarray, rate_hz: float, strober_hz: float
-) -> tuple[np.ndarray, np.ndarray]:
+def align_strobed(positions: np.ndarray, rate_hz: float, strober_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Bring markers that were sampled one after another to common instants.
 
     Marker k of frame n is sampled at n / rate + k / strober. Its position at the frames' own

@@ -72,7 +72,5 @@ def simulate_angle(parameters: np.ndarray, torque: np.ndarray, rate_hz: float) -
     ndarray, shape (n,)
         theta (rad); not finite if the parameters are unstable and the torque lasts long enough.
     """
-    numerator, denominator, _ = signal.cont2discrete(
-        ([1.0], list(parameters)), 1.0 / rate_hz, method="foh"
-    )
+    numerator, denominator, _ = signal.cont2discrete(([1.0], list(parameters)), 1.0 / rate_hz, method="foh")
     return signal.lfilter(np.ravel(numerator), denominator, torque)

@@ -8,13 +8,14 @@ regression is biased as soon as theta_rest is not 0. The recommended regression 
 torque to rest: tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.inverse_dynamics import TORQUE_PATHWAYS, Leg
 from tepsipe.filters import butterworth_lowpass
+from tepsipe.inverse_dynamics import TORQUE_PATHWAYS, Leg
 from tepsipe.metrics import LinearFit, least_squares_line, vaf
 from tepsipe.perturbations import Perturbation, detect_perturbations
 from tepsipe.rigid_segments import derivative, fit_rigid_segment
@@ -284,9 +285,7 @@ def regress_segments(
     """
     if estimator not in ESTIMATORS:
         raise InputError(f"expected an estimator of {', '.join(ESTIMATORS)}, found {estimator!r}")
-    torque = TORQUE_PATHWAYS[torque_pathway](
-        leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd
-    )
+    torque = TORQUE_PATHWAYS[torque_pathway](leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
     theta_rest = float(motion.theta[at_rest].mean())
     torque_rest = float(torque[at_rest].mean())
     if estimator == "segment-regression":
@@ -303,9 +302,52 @@ def regress_segments(
             ) from error
     mean = np.mean([fit.parameters for fit in fits], axis=0)
     predicted = impedance_torque(mean, regressors[:, 2], regressors[:, 1], regressors[:, 0])
-    return SegmentRegression(
-        perturbations, fits, torque, predicted, regressors, theta_rest, torque_rest
-    )
+    return SegmentRegression(perturbations, fits, torque, predicted, regressors, theta_rest, torque_rest)
+
+
+def damping_per_skew(
+    motion: LegMotion,
+    leg: Leg,
+    perturbations: list[Perturbation],
+    at_rest: np.ndarray,
+    torque_pathway: str,
+    estimator: str,
+    skew_s: float = 0.001,
+) -> float:
+    """How B moves when the leg's position is taken later than its angle.
+
+    Parameters
+    ----------
+    motion, leg, perturbations, at_rest, torque_pathway, estimator
+        As for `regress_segments`.
+    skew_s : float
+        Time by which the accelerations of the centre of mass are shifted either way (s).
+
+    Returns
+    -------
+    float
+        Change of B per time of skew (Nms/rad per s).
+
+    Raises
+    ------
+    InputError
+        As `regress_segments`.
+    """
+    instants = np.clip(motion.time[:, None] + [-skew_s, skew_s], motion.time[0], motion.time[-1])
+    y_dd = CubicSpline(motion.time, motion.y_dd)(instants)
+    z_dd = CubicSpline(motion.time, motion.z_dd)(instants)
+    damping = [
+        regress_segments(
+            replace(motion, y_dd=y_dd[:, k], z_dd=z_dd[:, k]),
+            leg,
+            perturbations,
+            at_rest,
+            torque_pathway,
+            estimator,
+        ).mean[1]
+        for k in (0, 1)
+    ]
+    return float((damping[1] - damping[0]) / (2.0 * skew_s))
 
 
 @dataclass(frozen=True)

@@ -48,12 +48,13 @@ class SpectralEstimate:
 
 
 def frequency_averaged(
-    u: np.ndarray, y: np.ndarray, rate_hz: float, bins: int
+    u: np.ndarray, y: np.ndarray, rate_hz: float, bins: int, taper: bool = False
 ) -> SpectralEstimate:
     """Spectral estimate of one record, raw spectra averaged over neighbouring frequencies.
 
     This is the thesis's way. A record that does not hold whole periods of a periodic perturbation
-    leaks, and the average over bins smears a resonance: see `period_averaged`.
+    leaks: see `period_averaged`. Above the perturbation's band an untapered record shows nothing but
+    the jump between its ends, which looks perfectly coherent.
 
     Parameters
     ----------
@@ -63,6 +64,8 @@ def frequency_averaged(
         Sampling rate (Hz).
     bins : int
         Number of neighbouring raw frequencies averaged into one (-).
+    taper : bool
+        Whether to fade both ends out with a Hann window (-).
 
     Returns
     -------
@@ -70,7 +73,8 @@ def frequency_averaged(
         From near 0 Hz (the mean is left out) up to half the rate (Hz).
     """
     frequency = np.fft.rfftfreq(u.size, 1.0 / rate_hz)[1:]
-    spectrum_u, spectrum_y = np.fft.rfft(u)[1:], np.fft.rfft(y)[1:]
+    window = np.hanning(u.size) if taper else np.ones(u.size)
+    spectrum_u, spectrum_y = np.fft.rfft(window * u)[1:], np.fft.rfft(window * y)[1:]
     groups = frequency.size // bins
 
     def average(x: np.ndarray) -> np.ndarray:

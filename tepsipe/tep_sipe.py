@@ -17,6 +17,7 @@ from tepsipe.segment_regression import (
     SegmentRegression,
     WindowOptions,
     bootstrap_mean,
+    damping_per_skew,
     find_perturbations,
     leg_motion,
     regress_segments,
@@ -81,6 +82,8 @@ class DummyAnalysis:
         Pathway -> parameters and predictions.
     pathways : dict of str to Pathway
         What each pathway means.
+    damping_per_skew : dict of str to float
+        Pathway -> change of B when the leg's position is taken later than its angle (Nms/rad per s).
     misfit_m : float
         Root mean square distance between markers and the rigid leg (m).
     """
@@ -90,12 +93,11 @@ class DummyAnalysis:
     belt_command: np.ndarray
     regressions: dict[str, SegmentRegression]
     pathways: dict[str, Pathway]
+    damping_per_skew: dict[str, float]
     misfit_m: float
 
 
-def analyse_dummy(
-    trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]
-) -> DummyAnalysis:
+def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
     """Estimate I, B, K of the ankle dummy by every pathway.
 
     Parameters
@@ -138,8 +140,8 @@ def analyse_dummy(
         )
         for instants in sorted({pathway.marker_instants for pathway in pathways.values()})
     }
-    regressions = {
-        name: regress_segments(
+    problems = {
+        name: (
             motions[pathway.marker_instants],
             options.leg,
             perturbations,
@@ -149,19 +151,19 @@ def analyse_dummy(
         )
         for name, pathway in pathways.items()
     }
+    regressions = {name: regress_segments(*problem) for name, problem in problems.items()}
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
         belt_command=trial.values("belt_command"),
         regressions=regressions,
         pathways=pathways,
+        damping_per_skew={name: damping_per_skew(*problem) for name, problem in problems.items()},
         misfit_m=max(motion.misfit_m for motion in motions.values()),
     )
 
 
-def bootstrap_pathways(
-    analysis: DummyAnalysis, draws: int, rng: np.random.Generator
-) -> dict[str, Interval]:
+def bootstrap_pathways(analysis: DummyAnalysis, draws: int, rng: np.random.Generator) -> dict[str, Interval]:
     """Intervals of the means of I (Nms2/rad), B (Nms/rad), K (Nm/rad) and VAF (%) of every pathway.
 
     Parameters
@@ -227,9 +229,7 @@ def dummy_estimates(
                     count,
                 )
             )
-        rows.append(
-            Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count)
-        )
+        rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
     return rows
 
 
@@ -263,6 +263,7 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
         "misfit_m": analysis.misfit_m,
         "theta_rest_rad": some.theta_rest_rad,
         "mean_window_s": float(lengths.mean()),
+        "damping_per_skew_Nm_per_rad": analysis.damping_per_skew,
         "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
         "condition_numbers": {
             name: float(np.mean([fit.condition_number for fit in regression.fits]))

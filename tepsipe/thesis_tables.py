@@ -74,9 +74,7 @@ def lay_out_table(
         found = {
             (e.quantity, e.condition): e
             for e in estimates
-            if e.experiment == EXPERIMENT[table]
-            and e.pathway == pathway
-            and wanted in (None, e.estimator)
+            if e.experiment == EXPERIMENT[table] and e.pathway == pathway and wanted in (None, e.estimator)
         }
         if not found:
             continue
@@ -118,11 +116,7 @@ def write_table(path: str | Path, rows: list[TableRow], conditions: list[str]) -
         columns = [name for c in conditions for name in (c, f"{c}_reported")]
         writer.writerow(["pathway", "estimator", "quantity", "unit", *columns])
         for row in rows:
-            cells = [
-                cell(x)
-                for pair in zip(row.values, row.reported, strict=True)
-                for x in pair
-            ]
+            cells = [cell(x) for pair in zip(row.values, row.reported, strict=True) for x in pair]
             writer.writerow([row.pathway, row.estimator, row.quantity, row.unit, *cells])
 
 

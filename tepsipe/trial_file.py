@@ -178,6 +178,5 @@ def read_trial(path: str | Path) -> Trial:
             return Trial(float(file.attrs["rate_hz"]), axes, signals, dict(file.attrs))
     except (OSError, KeyError) as error:
         raise InputError(
-            f"{path}: expected a trial's HDF5 file, found one that cannot be read ({error}): make it "
-            "again"
+            f"{path}: expected a trial's HDF5 file, found one that cannot be read ({error}): make it again"
         ) from error

@@ -133,6 +133,8 @@ class WristalyzerAnalysis:
         Filtered signals (Nm, rad).
     spectra : dict of str to SpectralEstimate
         Estimator -> spectral estimate over all frequencies (Hz, rad/Nm).
+    tapered : SpectralEstimate
+        The averaged estimate of the tapered record, to look beyond the perturbation's band.
     fits : dict of str to AdmittanceFit
         Estimator -> fit.
     profile : StiffnessProfile
@@ -145,6 +147,7 @@ class WristalyzerAnalysis:
 
     prepared: PreparedTrial
     spectra: dict[str, SpectralEstimate]
+    tapered: SpectralEstimate
     fits: dict[str, AdmittanceFit]
     profile: StiffnessProfile
     many_starts: list[AdmittanceFit]
@@ -208,14 +211,13 @@ def analyse_wristalyzer(
         fits["spectral-fit-periods"] = best
     tried = []
     for stiffness in options.tried_stiffness_Nm_per_rad:
-        start = Bounds(
-            np.array([*bounds.start[:2], stiffness]), bounds.lower, bounds.upper
-        )
+        start = Bounds(np.array([*bounds.start[:2], stiffness]), bounds.lower, bounds.upper)
         tried.append((stiffness, fit_scaled(band, start), fit_as_printed(band, start)))
     low, high, points = options.profile_Nm_per_rad
     return WristalyzerAnalysis(
         prepared=prepared,
         spectra=spectra,
+        tapered=frequency_averaged(torque, angle, prepared.rate_hz, options.averaged_bins, taper=True),
         fits=fits,
         profile=profile_stiffness(best_band, bounds, best, np.linspace(low, high, points)),
         many_starts=fit_from_many_starts(band, bounds, options.random_starts, rng),
@@ -248,9 +250,7 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
                 )
             )
         rows.append(Estimate(*names, "error", "1", fit.cost))
-        rows.append(
-            Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters))
-        )
+        rows.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters)))
     return rows
 
 
@@ -271,6 +271,9 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
         keep(f"{estimator}/response", spectrum.response, "rad/Nm")
         keep(f"{estimator}/coherence", spectrum.coherence, "1")
         keep(f"{estimator}/parameters", analysis.fits[estimator].parameters, "Nms2/rad, Nms/rad, Nm/rad")
+    keep("tapered/frequency", analysis.tapered.frequency_hz, "Hz")
+    keep("tapered/response", analysis.tapered.response, "rad/Nm")
+    keep("tapered/coherence", analysis.tapered.coherence, "1")
     keep("profile/stiffness", analysis.profile.stiffness, "Nm/rad")
     keep("profile/cost", analysis.profile.cost, "1")
     keep("tried/stiffness", [k for k, _, _ in analysis.tried], "Nm/rad")
@@ -291,9 +294,7 @@ def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
         "tried_modulus_converged": [m.converged for _, _, m in analysis.tried],
         "tried_modulus_cost": [m.cost for _, _, m in analysis.tried],
         "tried_smooth_cost": [s.cost for _, s, _ in analysis.tried],
-        "tried_modulus_vaf_percent": [
-            prepared.prediction_vaf(m.parameters) for _, _, m in analysis.tried
-        ],
+        "tried_modulus_vaf_percent": [prepared.prediction_vaf(m.parameters) for _, _, m in analysis.tried],
     }
     return Result(arrays, units, facts)
 
@@ -322,10 +323,7 @@ def cross_validate_wristalyzer(results: dict[str, Result]) -> np.ndarray:
     }
     return np.array(
         [
-            [
-                trial.prediction_vaf(result.arrays["spectral-fit/parameters"])
-                for trial in prepared.values()
-            ]
+            [trial.prediction_vaf(result.arrays["spectral-fit/parameters"]) for trial in prepared.values()]
             for result in results.values()
         ]
     )

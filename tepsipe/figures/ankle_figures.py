@@ -40,9 +40,7 @@ def plot_held_out(results: dict[str, Result]) -> Figure:
         time = result.arrays["time"]
         start = result.facts["held_out_from_s"]
         shown = (time >= start) & (time <= start + 4.0)
-        axis.plot(
-            time[shown], result.arrays["torque"][shown], color=COLOURS["measured"], label="measured"
-        )
+        axis.plot(time[shown], result.arrays["torque"][shown], color=COLOURS["measured"], label="measured")
         axis.plot(
             time[shown],
             result.arrays["predicted_torque"][shown],

@@ -9,7 +9,6 @@ from tepsipe.result_file import Result
 from tepsipe.second_order import PARAMETERS, UNITS
 
 
-
 def _around(result: Result, index: int, before_s: float, after_s: float) -> tuple[slice, np.ndarray]:
     """Samples around one perturbation, and their time from its onset (s)."""
     time = result.arrays["time"]
@@ -25,17 +24,13 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
         profile: [name for name in results if name.startswith(profile) and not name.endswith("s")]
         for profile in PROFILES
     }
-    groups = {profile: names for profile, names in groups.items() if names} or {
-        "": list(results)
-    }
+    groups = {profile: names for profile, names in groups.items() if names} or {"": list(results)}
     figure, axes = new_figure(1, len(groups), 2.9, sharey=True, squeeze=False)
     for axis, (profile, names) in zip(axes[0], groups.items(), strict=True):
         for colour, name in zip(CYCLE, names, strict=False):
             result = results[name]
             shown, time = _around(result, 0, 0.06, 0.22)
-            axis.plot(
-                1e3 * time, result.arrays["belt_velocity"][shown], color=colour, label=short_name(name)
-            )
+            axis.plot(1e3 * time, result.arrays["belt_velocity"][shown], color=colour, label=short_name(name))
             axis.plot(
                 1e3 * time,
                 result.arrays["belt_command"][shown],
@@ -152,9 +147,7 @@ def plot_torque(result: Result, name: str, pathways: dict[str, str]) -> Figure:
     length = result.arrays["time"][stop] - result.arrays["time"][start]
     for axis, (pathway, colour) in zip(axes[0], pathways.items(), strict=True):
         axis.axvspan(0.0, length, color=COLOURS["window"], label="fitted window")
-        axis.plot(
-            time, result.arrays[f"{pathway}/torque"][shown], color=COLOURS["measured"], label="torque"
-        )
+        axis.plot(time, result.arrays[f"{pathway}/torque"][shown], color=COLOURS["measured"], label="torque")
         axis.plot(
             time,
             result.arrays[f"{pathway}/predicted_torque"][shown],
@@ -165,6 +158,6 @@ def plot_torque(result: Result, name: str, pathways: dict[str, str]) -> Figure:
         vaf = result.arrays[f"{pathway}/vaf_per_perturbation"][index]
         axis.set(xlabel="Time from the onset (s)", title=f"{pathway}: VAF {vaf:.2f} % in the window")
         axis.margins(y=0.25)
-        axis.legend(loc="upper right", title=name)
+        axis.legend(loc="lower right", title=name)
     axes[0, 0].set_ylabel(r"Torque $\tau_A$ (Nm)")
     return figure

@@ -21,9 +21,7 @@ def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figur
         torque = results[name].arrays["torque"]
         count = min(round(seconds * facts["rate_hz"]), torque.size - start)
         time = (start + np.arange(count)) / facts["rate_hz"]
-        axes.plot(
-            time, torque[start : start + count], line, color=colour, label=f"scale factor {name}"
-        )
+        axes.plot(time, torque[start : start + count], line, color=colour, label=f"scale factor {name}")
     axes.set(xlabel="Time from the trigger (s)", ylabel=r"Torque $\tau_P$ (Nm)")
     axes.legend(loc="upper right", ncols=2)
     return figure
@@ -31,36 +29,48 @@ def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figur
 
 def _gain_phase_coherence(axes, frequency, response, coherence, **keywords) -> None:
     axes[0].loglog(frequency, np.abs(response), **keywords)
-    axes[1].semilogx(frequency, np.degrees(np.unwrap(np.angle(response))), **keywords)
+    # from -270 to 90 degrees: the joint's phase runs from 0 to -180
+    axes[1].semilogx(frequency, (np.degrees(np.angle(response)) - 90.0) % 360.0 - 270.0, **keywords)
     if coherence is not None:
         axes[2].semilogx(frequency, coherence, **keywords)
 
 
-def _label_frequency_axes(axes) -> None:
+def _label_frequency_axes(axes, limits: tuple[float, float]) -> None:
     axes[0].set_ylabel("Gain (rad/Nm)")
     axes[1].set_ylabel("Phase (degrees)")
-    axes[2].set(ylabel="Coherence (-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)")
-    ticks = [0.5, 1, 2, 5, 10, 20, 50]
+    axes[2].set(ylabel="Coherence (-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)", xlim=limits)
+    wanted = (0.5, 1, 2, 3, 4, 5, 7, 9) if limits[1] < 15.0 else (0.5, 1, 2, 5, 10, 20, 50)
+    ticks = [tick for tick in wanted if limits[0] <= tick <= limits[1]]
     axes[2].set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes[2].minorticks_off()
+    axes[0].yaxis.set_minor_formatter("")
+    axes[0].figure.align_ylabels()
 
 
 def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
     """Spectral estimate, phase and coherence far beyond the fitted band (Hz, rad/Nm, degrees)."""
     figure, axes = new_figure(3, 1, 4.6, sharex=True)
-    frequency = result.arrays["spectral-fit/frequency"]
-    shown = (frequency >= LOWEST_HZ) & (frequency <= 50.0)
-    _gain_phase_coherence(
-        axes,
-        frequency[shown],
-        result.arrays["spectral-fit/response"][shown],
-        result.arrays["spectral-fit/coherence"][shown],
-        color=COLOURS["measured"],
-        label=f"estimate, scale factor {name}",
+    choices = (
+        ("spectral-fit", COLOURS["other"], f"estimate, scale factor {name}"),
+        ("tapered", COLOURS["measured"], "the same, ends tapered"),
     )
+    for estimate, colour, label in choices:
+        frequency = result.arrays[f"{estimate}/frequency"]
+        shown = (frequency >= LOWEST_HZ) & (frequency <= 50.0)
+        _gain_phase_coherence(
+            axes,
+            frequency[shown],
+            result.arrays[f"{estimate}/response"][shown],
+            result.arrays[f"{estimate}/coherence"][shown],
+            color=colour,
+            label=label,
+        )
     for axis in axes:
         axis.axvspan(*band_hz, color=COLOURS["window"], zorder=0, label="fitted band")
-    _label_frequency_axes(axes)
+    _label_frequency_axes(axes, (LOWEST_HZ, 50.0))
+    gain = np.abs(result.arrays["spectral-fit/response"])
+    excited = (frequency >= band_hz[0]) & (frequency <= 2.0 * band_hz[1])
+    axes[0].set_ylim(0.05 * gain[excited].min(), 5.0 * gain[excited].max())
     axes[0].legend(loc="lower left")
     return figure
 
@@ -80,12 +90,8 @@ def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float])
     )
     fine = np.geomspace(*band_hz, 300)
     model = admittance(result.arrays["spectral-fit/parameters"], fine)
-    _gain_phase_coherence(
-        axes, fine, model, None, color=COLOURS["model"], linestyle="--", label="model"
-    )
-    _label_frequency_axes(axes)
-    ticks = [tick for tick in (1, 2, 3, 4, 5, 6, 7, 8, 9, 10) if band_hz[0] <= tick <= band_hz[1]]
-    axes[2].set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    _gain_phase_coherence(axes, fine, model, None, color=COLOURS["model"], linestyle="--", label="model")
+    _label_frequency_axes(axes, band_hz)
     axes[0].legend(loc="lower left")
     return figure
 
@@ -146,9 +152,9 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
     axes[0].legend(handles[:2], names[:2], loc="upper left", fontsize=7.5)
     axes[0].margins(y=0.3)
     axes[2].axhline(1.0, color=COLOURS["other"], linewidth=0.7, linestyle=":")
-    axes[2].set(xlabel="Held $K$ (Nm/rad)", ylabel="Cost / limit of 95 % interval", ylim=(0.8, 3.0))
-    axes[2].set_xlim(6.0, 16.0)
-    axes[2].legend(title="scale factor", fontsize=7, title_fontsize=7.5, loc="upper right")
+    axes[2].set(xlabel="Held $K$ (Nm/rad)", ylabel="Cost / limit of 95 % interval", ylim=(0.85, 2.6))
+    axes[2].set_xlim(6.0, 15.0)
+    axes[2].legend(title="factor", fontsize=7, title_fontsize=7.5, loc="upper center", handlelength=1.2)
     return figure
 
 
@@ -172,7 +178,6 @@ def plot_averaging(result: Result, name: str, band_hz: tuple[float, float]) -> F
             linewidth=0.7,
             label=f"averaged over {label}",
         )
-    _label_frequency_axes(axes)
-    axes[2].set_xticks([1, 2, 5, 9], ["1", "2", "5", "9"])
+    _label_frequency_axes(axes, band_hz)
     axes[0].legend(loc="lower left", title=f"scale factor {name}")
     return figure

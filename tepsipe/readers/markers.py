@@ -53,9 +53,7 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
 
     path = Path(path)
     if not path.exists():
-        raise InputError(
-            f"{path}: expected a C3D file, found no file: correct its path in the trial sheet"
-        )
+        raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
     _refuse_truncated(path)
     try:
         file = ezc3d.c3d(str(path))

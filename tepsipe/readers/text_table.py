@@ -8,9 +8,7 @@ import numpy as np
 from tepsipe.errors import InputError
 
 
-def read_text_table(
-    path: str | Path, columns: dict[str, str], delimiter: str
-) -> dict[str, np.ndarray]:
+def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -> dict[str, np.ndarray]:
     """Read named columns of a text file whose first line names them.
 
     Parameters

@@ -152,8 +152,7 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
         lines = path.read_text(encoding="utf-8").splitlines()
     except FileNotFoundError:
         raise InputError(
-            f"{path}: expected a calibration matrix, found no file: correct its path in the trial "
-            "sheet"
+            f"{path}: expected a calibration matrix, found no file: correct its path in the trial sheet"
         ) from None
     except UnicodeDecodeError:
         raise InputError(

@@ -109,7 +109,7 @@ def move_dummy(
     neutral = dummy.rest_angle_rad - bending_at_rest
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        y, v, q, th, w = state
+        _, v, q, th, w = state
         u, q_rate = drive.force(command(t - drive.delay_s) - v, q)
         s, c = math.sin(th), math.cos(th)
         coupling = m * r * c
@@ -144,9 +144,7 @@ def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
     momentum_z = m * leg_vz
     # about x, right-handed (positive turns y towards z); th turns z towards y, hence its minus
     spin_x = (
-        m * (leg_y * leg_vz - leg_z * leg_vy)
-        - dummy.foot_mass_kg * foot_z * v
-        - dummy.leg_inertia_kgm2 * w
+        m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * v - dummy.leg_inertia_kgm2 * w
     )
     rate = CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
     g = dummy.gravity_m_per_s2

@@ -1,4 +1,4 @@
-"""One trial of the ankle dummy on the treadmill, from its protocol and the laboratory's truth to raw files."""
+"""One trial of the ankle dummy on the treadmill, from protocol and truth to raw files."""
 
 from pathlib import Path
 
@@ -77,15 +77,11 @@ def make_dummy_trial(
         rng,
     )
     time = motion.time[sample]
-    noisy = motion.belt_velocity[sample] + drive.velocity_noise_m_per_s * rng.standard_normal(
-        sample.size
-    )
+    noisy = motion.belt_velocity[sample] + drive.velocity_noise_m_per_s * rng.standard_normal(sample.size)
     velocity = drive.velocity_step_m_per_s * np.round(noisy / drive.velocity_step_m_per_s)
     running = (time >= trigger_s) & (time < trigger_s + duration_s)
     commanded = np.array([command(t) for t in time.tolist()])
-    write_treadmill_log(
-        log, plate.rate_hz, voltages, velocity, commanded, np.where(running, 5.0, 0.0)
-    )
+    write_treadmill_log(log, plate.rate_hz, voltages, velocity, commanded, np.where(running, 5.0, 0.0))
     write_calibration(calibration, matrix)
     frames = round(duration_s * capture.rate_hz)
     positions = record_markers(capture, dummy, motion, trigger_s, frames, rng)

@@ -76,9 +76,7 @@ def lines_of_action(truth: PlateTruth) -> np.ndarray:
     return np.column_stack(columns).astype(float)
 
 
-def plate_electronics(
-    truth: PlateTruth, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray]:
+def plate_electronics(truth: PlateTruth, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """What the plate does to transducer forces, and the calibration matrix found for it.
 
     Parameters
@@ -147,9 +145,7 @@ def plate_voltages(
     friction = truth.friction_Ns_per_m + truth.friction_per_load_s_per_m * reaction[:, 2]
     felt = truth.felt_belt_mass_kg * belt_acceleration + friction * belt_velocity
     wrench[:, 1] += felt
-    frequency = truth.resonance_hz * np.sqrt(
-        truth.resonance_mass_kg / (truth.resonance_mass_kg + load_kg)
-    )
+    frequency = truth.resonance_hz * np.sqrt(truth.resonance_mass_kg / (truth.resonance_mass_kg + load_kg))
     natural = 2.0 * np.pi * frequency
     frame = signal.cont2discrete(
         (

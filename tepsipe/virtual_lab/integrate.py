@@ -56,10 +56,7 @@ def integrate(
         k3 = derivative(t + half, tuple([a + half * b for a, b in zip(x, k2, strict=True)]))
         k4 = derivative(t + h, tuple([a + h * b for a, b in zip(x, k3, strict=True)]))
         x = tuple(
-            [
-                a + sixth * (b + 2.0 * (c + d) + e)
-                for a, b, c, d, e in zip(x, k1, k2, k3, k4, strict=True)
-            ]
+            [a + sixth * (b + 2.0 * (c + d) + e) for a, b, c, d, e in zip(x, k1, k2, k3, k4, strict=True)]
         )
         states[k + 1] = x
     if not np.isfinite(states[-1]).all():

@@ -150,15 +150,11 @@ def record_manipulator(
         Contents of the two files (s, rad, Nm).
     """
     rate = truth.command_rate_hz
-    command = (
-        factor * truth.torque_per_factor_Nm * multisine(truth, duration_s, signal_rng)
-    )
+    command = factor * truth.torque_per_factor_Nm * multisine(truth, duration_s, signal_rng)
     lead = round(truth.lead_s * rate)
     applied = np.concatenate([np.zeros(lead), command, np.zeros(round(truth.tail_s * rate) + 1)])
     white = trial_rng.standard_normal(applied.size)
-    ripple = signal.sosfilt(
-        signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white
-    )
+    ripple = signal.sosfilt(signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white)
     applied = (applied + truth.ripple_Nm * ripple / ripple.std()).tolist()
     last = len(applied) - 1
 
@@ -186,9 +182,7 @@ def _log(
 
     step = 1.0 / truth.log_rate_hz
     instants = np.arange(step, time[-1] - step, step)
-    instants = instants + np.clip(
-        rng.normal(0.0, truth.log_jitter_s, instants.size), -0.4 * step, 0.4 * step
-    )
+    instants = instants + np.clip(rng.normal(0.0, truth.log_jitter_s, instants.size), -0.4 * step, 0.4 * step)
     angle = CubicHermiteSpline(time, states[:, 0], states[:, 1])(instants)
     angle = truth.encoder_step_rad * np.round(angle / truth.encoder_step_rad)
     angle += truth.encoder_zero_rad

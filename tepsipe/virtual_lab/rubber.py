@@ -30,6 +30,4 @@ class Rubber:
         """Moment (Nm) that opposes a ``bending`` (rad) growing at ``rate`` (rad/s)."""
         square = bending * bending
         lost = self.softening * square / (square + self.softening_angle_rad**2)
-        return (
-            self.stiffness_Nm_per_rad * bending * (1.0 - lost) + self.damping_Nms_per_rad * rate
-        )
+        return self.stiffness_Nm_per_rad * bending * (1.0 - lost) + self.damping_Nms_per_rad * rate

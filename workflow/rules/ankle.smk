@@ -8,13 +8,13 @@ rule fit_ankle:
     output:
         fit="<results>/fits/ankle/{condition}.h5",
         estimates="<results>/estimates/ankle/{condition}.csv",
-    params:
-        analysis=config["ankle"]["analysis"],
-        seed=config["study"]["seed"],
     log:
         "<logs>/fit_ankle/{condition}.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        analysis=config["ankle"]["analysis"],
+        seed=config["study"]["seed"],
     script:
         "../scripts/fit_ankle.py"
 
@@ -25,11 +25,11 @@ rule plot_ankle:
         library=library_of("plot_ankle"),
     output:
         **figure_files("ankle"),
-    params:
-        conditions=conditions("ankle"),
     log:
         "<logs>/plot_ankle.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        conditions=conditions("ankle"),
     script:
         "../scripts/plot_ankle.py"

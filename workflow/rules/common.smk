@@ -1,5 +1,6 @@
 # Checks and look-ups that the rules share. No rule stands here.
 
+import os
 import sys
 from pathlib import Path
 
@@ -22,9 +23,7 @@ def checked_trials():
     study = config["study"]
     for key, schema in (("virtual_lab", "virtual_lab"), ("reported", "reported")):
         if study[key] is not None:
-            check_against_schema(
-                load_yaml(study[key]), SCHEMAS / f"{schema}.schema.yaml", study[key]
-            )
+            check_against_schema(load_yaml(study[key]), SCHEMAS / f"{schema}.schema.yaml", study[key])
     trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
     for (experiment, condition), row in trials.items():
         if row.source == "virtual_lab" and study["virtual_lab"] is None:
@@ -98,7 +97,12 @@ def of_trials(pattern, experiment):
 
 def library_of(script):
     """The modules that a script reaches: an edit of one re-runs the rule."""
-    return reached_by(f"workflow/scripts/{script}.py", workflow.basedir)
+    return [here(path) for path in reached_by(f"workflow/scripts/{script}.py", workflow.basedir)]
+
+
+def here(path):
+    """A file of this project, as seen from the folder that the study runs in."""
+    return os.path.relpath(Path(workflow.basedir) / path)
 
 
 # ---- what the study shows, by experiment ---------------------------------------------------------
@@ -217,7 +221,7 @@ def report_sources():
     """Typst sources, captions and references of the report."""
     folder = Path(workflow.basedir) / "report"
     files = sorted(p for p in folder.rglob("*") if p.suffix in (".typ", ".rst", ".bib"))
-    return [str(path) for path in files]
+    return [here(path) for path in files]
 
 
 def experiment_conditions():
@@ -226,7 +230,7 @@ def experiment_conditions():
 
 
 def study_outputs():
-    """What `all` asks for."""
+    """What `all` asks for, but for the HTML report, which shows it."""
     return [
         f"<results>/report/{config['study']['name']}.pdf",
         "<results>/provenance.json",

@@ -8,15 +8,15 @@ rule fit_dummy:
     output:
         fit="<results>/fits/dummy/{condition}.h5",
         estimates="<results>/estimates/dummy/{condition}.csv",
+    log:
+        "<logs>/fit_dummy/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
     params:
         geometry=config["dummy"]["geometry"],
         analysis=config["dummy"]["analysis"],
         pathways=config["dummy"]["pathways"],
         seed=config["study"]["seed"],
-    log:
-        "<logs>/fit_dummy/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
     script:
         "../scripts/fit_dummy.py"
 
@@ -28,12 +28,12 @@ rule cross_validate_dummy:
     output:
         matrices="<results>/cross_validation/dummy.h5",
         estimates="<results>/cross_validation/dummy.csv",
-    params:
-        conditions=conditions("dummy"),
     log:
         "<logs>/cross_validate_dummy.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        conditions=conditions("dummy"),
     script:
         "../scripts/cross_validate_dummy.py"
 
@@ -45,14 +45,14 @@ rule plot_dummy:
         library=library_of("plot_dummy"),
     output:
         **figure_files("dummy"),
+    log:
+        "<logs>/plot_dummy.log",
+    conda:
+        "../envs/tepsipe.yaml"
     params:
         conditions=conditions("dummy"),
         example=shown_condition("dummy", config["dummy"]["example_condition"]),
         as_printed=config["dummy"]["as_printed"],
         recommended=config["dummy"]["recommended"],
-    log:
-        "<logs>/plot_dummy.log",
-    conda:
-        "../envs/tepsipe.yaml"
     script:
         "../scripts/plot_dummy.py"

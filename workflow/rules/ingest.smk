@@ -8,6 +8,10 @@ rule ingest_wristalyzer:
         library=library_of("ingest_wristalyzer"),
     output:
         trial="<results>/trials/wristalyzer/{condition}.h5",
+    log:
+        "<logs>/ingest_wristalyzer/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
     params:
         files=lambda w: raw_files(w, "wristalyzer"),
         duration_s=lambda w: trial(w, "wristalyzer").duration_s,
@@ -15,10 +19,6 @@ rule ingest_wristalyzer:
         command_columns=config["wristalyzer"]["files"]["command_columns"],
         angle_unit=config["wristalyzer"]["files"]["angle_unit"],
         ingest=config["wristalyzer"]["ingest"],
-    log:
-        "<logs>/ingest_wristalyzer/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
     script:
         "../scripts/ingest_wristalyzer.py"
 
@@ -29,15 +29,15 @@ rule ingest_dummy:
         library=library_of("ingest_dummy"),
     output:
         trial="<results>/trials/dummy/{condition}.h5",
+    log:
+        "<logs>/ingest_dummy/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
     params:
         files=lambda w: raw_files(w, "dummy"),
         duration_s=lambda w: trial(w, "dummy").duration_s,
         marker_labels=config["dummy"]["files"]["marker_labels"],
         ingest=config["dummy"]["ingest"],
-    log:
-        "<logs>/ingest_dummy/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
     script:
         "../scripts/ingest_dummy.py"
 
@@ -48,6 +48,10 @@ rule ingest_ankle:
         library=library_of("ingest_ankle"),
     output:
         trial="<results>/trials/ankle/{condition}.h5",
+    log:
+        "<logs>/ingest_ankle/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
     params:
         files=lambda w: raw_files(w, "ankle"),
         duration_s=lambda w: trial(w, "ankle").duration_s,
@@ -56,9 +60,5 @@ rule ingest_ankle:
         angle_unit=config["ankle"]["files"]["angle_unit"],
         torque_sign=config["ankle"]["files"]["torque_sign"],
         ingest=config["ankle"]["ingest"],
-    log:
-        "<logs>/ingest_ankle/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
     script:
         "../scripts/ingest_ankle.py"

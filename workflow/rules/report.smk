@@ -1,4 +1,4 @@
-# The PDF: one source, a chapter for every experiment of the study.
+# The PDF: one source, a chapter for every experiment of the study. And Snakemake's own HTML report.
 
 
 rule record_provenance:
@@ -7,17 +7,18 @@ rule record_provenance:
         trial_sheet=config["study"]["trial_sheet"],
         virtual_lab=config["study"]["virtual_lab"] or [],
         reported=config["study"]["reported"] or [],
-        requirements=workflow.source_path("../../requirements.txt"),
+        requirements=here("requirements.txt"),
         library=library_of("record_provenance"),
     output:
         provenance="<results>/provenance.json",
-    params:
-        config=config,
-        code=code_version(workflow.basedir),
+        config="<results>/config.yaml",
     log:
         "<logs>/record_provenance.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        config=config,
+        code=code_version(workflow.basedir),
     script:
         "../scripts/record_provenance.py"
 
@@ -38,16 +39,31 @@ rule write_report:
     output:
         pdf=f"<results>/report/{config['study']['name']}.pdf",
         data="<results>/report/report.json",
+    log:
+        "<logs>/write_report.log",
+    conda:
+        "../envs/tepsipe.yaml"
     params:
         title=config["study"]["title"],
         experiments=experiment_conditions(),
         choices={name: config[name] for name in EXPERIMENTS},
         made={name: made_conditions(name) for name in EXPERIMENTS},
         shown=shown_conditions(),
-        source_folder=f"{workflow.basedir}/report",
+        source_folder=lambda w: here("report"),
+    script:
+        "../scripts/write_report.py"
+
+
+rule write_html_report:
+    input:
+        outputs=study_outputs(),
+        config="<results>/config.yaml",
+        library=library_of("write_html_report"),
+    output:
+        html="<results>/report/report.html",
     log:
-        "<logs>/write_report.log",
+        "<logs>/write_html_report.log",
     conda:
         "../envs/tepsipe.yaml"
     script:
-        "../scripts/write_report.py"
+        "../scripts/write_html_report.py"

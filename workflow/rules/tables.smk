@@ -32,16 +32,16 @@ rule lay_out_table:
             category="Tables",
             labels={"table": "{table}"},
         ),
-    params:
-        conditions=lambda w: table_conditions(w.table),
-        as_printed=lambda w: table_pathways(w.table)[0],
-        recommended=lambda w: table_pathways(w.table)[1],
     log:
         "<logs>/lay_out_table/{table}.log",
     wildcard_constraints:
         table="table_4_[123]",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        conditions=lambda w: table_conditions(w.table),
+        as_printed=lambda w: table_pathways(w.table)[0],
+        recommended=lambda w: table_pathways(w.table)[1],
     script:
         "../scripts/lay_out_table.py"
 
@@ -58,12 +58,12 @@ rule compare_with_truth:
             category="Tables",
             labels={"table": "recovery of the truth"},
         ),
-    params:
-        made={name: made_conditions(name) for name in EXPERIMENTS},
     log:
         "<logs>/compare_with_truth.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        made={name: made_conditions(name) for name in EXPERIMENTS},
     script:
         "../scripts/compare_with_truth.py"
 
@@ -81,12 +81,12 @@ rule check_claims:
             category="Tables",
             labels={"table": "the thesis's claims"},
         ),
-    params:
-        experiments=experiment_conditions(),
-        as_printed=config["dummy"]["as_printed"],
     log:
         "<logs>/check_claims.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        experiments=experiment_conditions(),
+        as_printed=config["dummy"]["as_printed"],
     script:
         "../scripts/check_claims.py"

@@ -9,15 +9,15 @@ rule make_wristalyzer_trial:
     output:
         log="<results>/raw/wristalyzer/{condition}/log.txt",
         command="<results>/raw/wristalyzer/{condition}/command.txt",
-    params:
-        factor=lambda w: trial(w, "wristalyzer").amplitude,
-        duration_s=lambda w: trial(w, "wristalyzer").duration_s,
     log:
         "<logs>/make_wristalyzer_trial/{condition}.log",
     wildcard_constraints:
         condition=any_of(made_conditions("wristalyzer")),
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        factor=lambda w: trial(w, "wristalyzer").amplitude,
+        duration_s=lambda w: trial(w, "wristalyzer").duration_s,
     script:
         "../scripts/make_wristalyzer_trial.py"
 
@@ -30,16 +30,16 @@ rule make_dummy_trial:
         log="<results>/raw/dummy/{condition}/log.mat",
         calibration="<results>/raw/dummy/{condition}/calibration.csv",
         markers="<results>/raw/dummy/{condition}/markers.c3d",
-    params:
-        profile=lambda w: trial(w, "dummy").profile,
-        amplitude_m_per_s=lambda w: trial(w, "dummy").amplitude,
-        interval_s=lambda w: trial(w, "dummy").interval_s,
-        duration_s=lambda w: trial(w, "dummy").duration_s,
     log:
         "<logs>/make_dummy_trial/{condition}.log",
     wildcard_constraints:
         condition=any_of(made_conditions("dummy")),
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        profile=lambda w: trial(w, "dummy").profile,
+        amplitude_m_per_s=lambda w: trial(w, "dummy").amplitude,
+        interval_s=lambda w: trial(w, "dummy").interval_s,
+        duration_s=lambda w: trial(w, "dummy").duration_s,
     script:
         "../scripts/make_dummy_trial.py"

@@ -8,13 +8,13 @@ rule fit_wristalyzer:
     output:
         fit="<results>/fits/wristalyzer/{condition}.h5",
         estimates="<results>/estimates/wristalyzer/{condition}.csv",
-    params:
-        analysis=config["wristalyzer"]["analysis"],
-        seed=config["study"]["seed"],
     log:
         "<logs>/fit_wristalyzer/{condition}.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        analysis=config["wristalyzer"]["analysis"],
+        seed=config["study"]["seed"],
     script:
         "../scripts/fit_wristalyzer.py"
 
@@ -26,12 +26,12 @@ rule cross_validate_wristalyzer:
     output:
         matrix="<results>/cross_validation/wristalyzer.h5",
         estimates="<results>/cross_validation/wristalyzer.csv",
-    params:
-        conditions=conditions("wristalyzer"),
     log:
         "<logs>/cross_validate_wristalyzer.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        conditions=conditions("wristalyzer"),
     script:
         "../scripts/cross_validate_wristalyzer.py"
 
@@ -43,13 +43,13 @@ rule plot_wristalyzer:
         library=library_of("plot_wristalyzer"),
     output:
         **figure_files("wristalyzer"),
-    params:
-        conditions=conditions("wristalyzer"),
-        best=shown_condition("wristalyzer", config["wristalyzer"]["best_condition"]),
-        analysis=config["wristalyzer"]["analysis"],
     log:
         "<logs>/plot_wristalyzer.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        conditions=conditions("wristalyzer"),
+        best=shown_condition("wristalyzer", config["wristalyzer"]["best_condition"]),
+        analysis=config["wristalyzer"]["analysis"],
     script:
         "../scripts/plot_wristalyzer.py"

@@ -10,8 +10,7 @@ from tepsipe.tep_sipe import cross_validate_dummy, cross_validation_estimates
 
 conditions = list(snakemake.params.conditions)
 results = {
-    condition: read_result(path)
-    for condition, path in zip(conditions, snakemake.input.fits, strict=True)
+    condition: read_result(path) for condition, path in zip(conditions, snakemake.input.fits, strict=True)
 }
 facts = next(iter(results.values())).facts
 matrices = {name: cross_validate_dummy(results, name) for name in facts["pathways"]}

@@ -10,8 +10,7 @@ from tepsipe.wristalyzer import cross_validate_wristalyzer, cross_validation_est
 
 conditions = list(snakemake.params.conditions)
 results = {
-    condition: read_result(path)
-    for condition, path in zip(conditions, snakemake.input.fits, strict=True)
+    condition: read_result(path) for condition, path in zip(conditions, snakemake.input.fits, strict=True)
 }
 matrix = cross_validate_wristalyzer(results)
 write_result(

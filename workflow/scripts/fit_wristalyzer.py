@@ -21,6 +21,7 @@ analysis = dict(snakemake.params.analysis)
 
 
 def joint(values):
+    """I, B, K as the library orders them."""
     return np.array([values[key] for key in ("I_Nms2_per_rad", "B_Nms_per_rad", "K_Nm_per_rad")])
 
 
@@ -31,6 +32,4 @@ found = analyse_wristalyzer(
     read_trial(snakemake.input.trial), options, np.random.default_rng(snakemake.params.seed)
 )
 write_result(snakemake.output.fit, wristalyzer_result(found))
-write_estimates(
-    snakemake.output.estimates, wristalyzer_estimates(snakemake.wildcards.condition, found)
-)
+write_estimates(snakemake.output.estimates, wristalyzer_estimates(snakemake.wildcards.condition, found))

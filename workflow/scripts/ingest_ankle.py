@@ -17,6 +17,4 @@ options = TableOptions(
 delimiter = {"comma": ",", "tab": "\t"}[snakemake.params.delimiter]
 table = read_text_table(files["log"], snakemake.params.columns, delimiter)
 trial = ingest_position_manipulator(table, options, snakemake.params.duration_s, files["log"])
-write_trial(
-    snakemake.output.trial, trial, "ankle", snakemake.wildcards.condition, files, vars(options)
-)
+write_trial(snakemake.output.trial, trial, "ankle", snakemake.wildcards.condition, files, vars(options))

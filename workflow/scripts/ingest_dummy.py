@@ -21,6 +21,4 @@ trial = ingest_treadmill(
     files["calibration"],
     files["markers"],
 )
-write_trial(
-    snakemake.output.trial, trial, "dummy", snakemake.wildcards.condition, files, vars(options)
-)
+write_trial(snakemake.output.trial, trial, "dummy", snakemake.wildcards.condition, files, vars(options))

@@ -11,7 +11,7 @@ import traceback
 for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ[f"{library}_NUM_THREADS"] = "1"
 
-from tepsipe.errors import InputError  # noqa: E402
+from tepsipe.errors import InputError
 
 
 def start(snakemake) -> None:

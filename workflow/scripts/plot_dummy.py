@@ -11,9 +11,7 @@ from tepsipe.figures.style import save_figure
 from tepsipe.result_file import read_result
 
 names = list(snakemake.params.conditions)
-results = {
-    name: read_result(path) for name, path in zip(names, snakemake.input.fits, strict=True)
-}
+results = {name: read_result(path) for name, path in zip(names, snakemake.input.fits, strict=True)}
 matrices = read_result(snakemake.input.matrices).arrays
 example, printed = snakemake.params.example, snakemake.params.as_printed
 colours = dict.fromkeys(matrices, "other")

@@ -10,6 +10,7 @@ import platform
 from importlib.metadata import version
 
 import h5py
+import yaml
 
 from tepsipe.trial_file import checksum
 
@@ -49,3 +50,6 @@ with open(snakemake.output.provenance, "w", encoding="utf-8") as file:
         sort_keys=True,
     )
     file.write("\n")
+with open(snakemake.output.config, "w", encoding="utf-8") as file:
+    file.write("# The whole configuration of the run: defaults and what overrode them.\n")
+    yaml.safe_dump(config, file, sort_keys=False)

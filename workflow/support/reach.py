@@ -24,6 +24,7 @@ def reached_by(script: str, root: str = ".") -> list[str]:
     return sorted(path.relative_to(base).as_posix() for path in found)
 
 
+@cache
 def _imported(file: Path) -> set[str]:
     names = set()
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"), str(file))):

@@ -50,8 +50,7 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         text = Path(path).read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError(
-            f"{path}: expected the trial sheet, found no file: correct study.trial_sheet in the "
-            "configuration"
+            f"{path}: expected the trial sheet, found no file: correct study.trial_sheet in the configuration"
         ) from None
     rows = list(csv.reader(text.splitlines(), delimiter="\t"))
     header = [name.strip() for name in rows[0]] if rows else []
@@ -146,6 +145,4 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             f"{here}: expected a profile of {', '.join(PROFILES[experiment])}, found "
             f"{cells['profile']!r}: correct it"
         )
-    return TrialRow(
-        experiment, condition, source, cells["profile"], **numbers, files=files
-    )
+    return TrialRow(experiment, condition, source, cells["profile"], **numbers, files=files)

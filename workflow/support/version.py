@@ -8,9 +8,7 @@ def code_version(root: str) -> dict[str, str | bool | None]:
 
     def git(*arguments: str) -> str | None:
         try:
-            done = subprocess.run(
-                ["git", "-C", root, *arguments], capture_output=True, text=True, check=True
-            )
+            done = subprocess.run(["git", "-C", root, *arguments], capture_output=True, text=True, check=True)
         except (OSError, subprocess.CalledProcessError):
             return None
         return done.stdout.strip()
