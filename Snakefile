@@ -35,3 +35,7 @@ rule all:
     input:
         study_outputs(),
         "<results>/report/report.html",
+
+
+onerror:
+    say_what_stopped()

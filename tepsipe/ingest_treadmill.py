@@ -21,6 +21,8 @@ from tepsipe.sampling import (
 )
 from tepsipe.trial_file import Signal, Trial
 
+BELTS = ("left", "right")
+
 
 @dataclass(frozen=True)
 class TreadmillOptions:
@@ -74,8 +76,8 @@ def ingest_treadmill(
     Returns
     -------
     Trial
-        ``wrench`` (N and Nm), ``belt_velocity`` and ``belt_command`` (m/s), ``marker_position`` (m, at
-        common instants), ``marker_position_as_strobed`` (m, as sampled), ``marker_hidden``.
+        ``force`` (N), ``moment`` (Nm), ``belt_velocity`` and ``belt_command`` (m/s), ``marker_position``
+        (m, at common instants), ``marker_position_as_strobed`` (m, as sampled), ``marker_hidden``.
 
     Raises
     ------
@@ -136,22 +138,40 @@ def ingest_treadmill(
         f"band limited at {band:g} Hz",
         f"resampled at {options.resample_rate_hz:g} Hz",
     )
-    wrench = log.voltages @ calibration.matrix.T
+    force, moment = (
+        np.stack(
+            [
+                [
+                    resample(log_time, log.voltages @ calibration.row(f"{kind}{axis}_{belt}"), grid, band)
+                    for axis in "xyz"
+                ]
+                for belt in BELTS
+            ]
+        ).transpose(2, 0, 1)
+        for kind in "FM"
+    )
     gaps = (f"gaps up to {options.max_gap_s:g} s filled by a cubic spline",)
     return Trial(
         rate_hz=options.resample_rate_hz,
         axes={
             "time": grid,
-            "component": np.array(calibration.components),
+            "belt": np.array(BELTS),
             "marker": np.array(markers.labels),
             "axis": np.array(["x", "y", "z"]),
         },
         signals={
-            "wrench": Signal(
-                resample(log_time, wrench, grid, band).astype(np.float32),
-                "N, Nm",
-                ("time", "component"),
-                "ground reaction forces (N) and moments (Nm) of both belts",
+            "force": Signal(
+                force.astype(np.float32),
+                "N",
+                ("time", "belt", "axis"),
+                "ground reaction forces",
+                ("calibration matrix applied", *moved),
+            ),
+            "moment": Signal(
+                moment.astype(np.float32),
+                "Nm",
+                ("time", "belt", "axis"),
+                "ground reaction moments about the plate's origin",
                 ("calibration matrix applied", *moved),
             ),
             "belt_velocity": Signal(

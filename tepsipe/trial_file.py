@@ -50,7 +50,7 @@ class Trial:
     rate_hz : float
         Rate of the axis ``time`` (Hz).
     axes : dict of str to ndarray
-        Coordinates: ``time`` (s), and names of markers, components and spatial axes.
+        Coordinates: ``time`` (s), and names of markers, belts and spatial axes.
     signals : dict of str to Signal
         The signals (each with its unit).
     attributes : dict

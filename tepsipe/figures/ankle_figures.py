@@ -29,7 +29,9 @@ def plot_impedance(results: dict[str, Result]) -> Figure:
     axes[2].set(ylabel="Coherence (-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)")
     axes[2].set_xticks([0.5, 1, 2, 5, 10, 20, 40], ["0.5", "1", "2", "5", "10", "20", "40"])
     axes[2].minorticks_off()
-    axes[0].legend(loc="lower left", ncols=2)
+    axes[0].legend(loc="upper left", ncols=2)
+    axes[0].margins(y=0.15)
+    figure.align_ylabels()
     return figure
 
 

@@ -57,11 +57,13 @@ def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, floa
     for estimate, colour, label in choices:
         frequency = result.arrays[f"{estimate}/frequency"]
         shown = (frequency >= LOWEST_HZ) & (frequency <= 50.0)
+        coherence = result.arrays[f"{estimate}/coherence"][shown]
+        response = result.arrays[f"{estimate}/response"][shown]
         _gain_phase_coherence(
             axes,
             frequency[shown],
-            result.arrays[f"{estimate}/response"][shown],
-            result.arrays[f"{estimate}/coherence"][shown],
+            np.where(coherence > 0.2, response, np.nan),
+            coherence,
             color=colour,
             label=label,
         )
@@ -153,8 +155,8 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
     axes[0].margins(y=0.3)
     axes[2].axhline(1.0, color=COLOURS["other"], linewidth=0.7, linestyle=":")
     axes[2].set(xlabel="Held $K$ (Nm/rad)", ylabel="Cost / limit of 95 % interval", ylim=(0.85, 2.6))
-    axes[2].set_xlim(6.0, 15.0)
-    axes[2].legend(title="factor", fontsize=7, title_fontsize=7.5, loc="upper center", handlelength=1.2)
+    axes[2].set_xlim(6.0, 19.0)
+    axes[2].legend(title="factor", fontsize=7, title_fontsize=7.5, loc="upper right", handlelength=1.2)
     return figure
 
 

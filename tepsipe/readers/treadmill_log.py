@@ -61,6 +61,10 @@ class CalibrationMatrix:
     channels: tuple[str, ...]
     matrix: np.ndarray
 
+    def row(self, component: str) -> np.ndarray:
+        """Row of one component, shape (channels,), in N/V or Nm/V."""
+        return self.matrix[self.components.index(component)]
+
 
 def read_treadmill_log(path: str | Path) -> TreadmillLog:
     """Read a treadmill log.
@@ -181,11 +185,13 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
                 "the matrix or correct its label"
             )
         components.append(name)
-    if len(components) != 12:
-        raise InputError(
-            f"{path}: expected 12 components (6 for each belt), found {len(components)}: the file is "
-            "truncated, copy it again"
-        )
+    for belt in ("left", "right"):
+        for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"):
+            if f"{name}_{belt}" not in components:
+                raise InputError(
+                    f"{path}: expected 12 components, Fx to Mz of the left and the right belt, found "
+                    f"{len(components)} without {name}_{belt}: the file is truncated or misses a label"
+                )
     try:
         matrix = np.array([[float(field) for field in row[2:]] for row in rows[1:]])
     except ValueError as error:

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from pathlib import Path
 
 sys.path.insert(0, workflow.basedir)
@@ -12,6 +13,7 @@ from workflow.support.reach import reached_by
 from workflow.support.trial_sheet import RAW_FILES, read_trial_sheet
 from workflow.support.version import code_version
 
+STARTED = time.time()
 SCHEMAS = Path(workflow.basedir) / "workflow" / "schemas"
 
 
@@ -240,3 +242,13 @@ def study_outputs():
         *study_claims(),
         *study_figures(),
     ]
+
+
+def say_what_stopped():
+    """After a failed run: the sentence of every job that stopped, and where a bug left its trace."""
+    print("\nWhat stopped:", file=sys.stderr)
+    for log in sorted(Path(config["pathvars"]["logs"]).rglob("*.log")):
+        if log.stat().st_mtime < STARTED or not (text := log.read_text(encoding="utf-8").strip()):
+            continue
+        print(text if text.startswith("tepsipe: ") else f"tepsipe: a bug, see {log}", file=sys.stderr)
+    print("Everything else is kept; the next run goes on from there.", file=sys.stderr)

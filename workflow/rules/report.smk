@@ -45,6 +45,7 @@ rule write_report:
         "../envs/tepsipe.yaml"
     params:
         title=config["study"]["title"],
+        recordings_source=config["study"]["recordings_source"],
         experiments=experiment_conditions(),
         choices={name: config[name] for name in EXPERIMENTS},
         made={name: made_conditions(name) for name in EXPERIMENTS},

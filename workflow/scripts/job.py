@@ -17,6 +17,9 @@ from tepsipe.errors import InputError
 def start(snakemake) -> None:
     """From here on, unusable input ends the job with one sentence in its log; a bug with its trace."""
     about = "/".join([snakemake.rule, *snakemake.wildcards])
+    trial = getattr(snakemake.input, "trial", None)
+    if trial:
+        about += f": {trial}"
 
     def say(kind, error, trace):
         if issubclass(kind, InputError):

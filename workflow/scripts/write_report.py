@@ -32,6 +32,7 @@ if snakemake.input.claims:
 
 data = {
     "title": snakemake.params.title,
+    "recordings_source": snakemake.params.recordings_source,
     "experiments": list(experiments),
     "made": sum(len(names) for names in snakemake.params.made.values()),
     "trials": sum(len(names) for names in experiments.values()),

@@ -1,0 +1,304 @@
+"""A tiny study, run by the real Snakefile in a copy of the project."""
+
+import csv
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+from scipy.io import loadmat, savemat
+
+ROOT = Path(__file__).parents[1]
+HEADER = (
+    "experiment condition source profile amplitude interval_s duration_s log command calibration markers"
+).split()
+TRIALS = [
+    "wristalyzer 0.12 virtual_lab multisine 0.12 - 40 - - - -",
+    "wristalyzer 0.16 virtual_lab multisine 0.16 - 40 - - - -",
+    "dummy sine-0.5 virtual_lab sine 0.5 4 46 - - - -",
+    "dummy minjerk-0.5 virtual_lab minjerk 0.5 4 46 - - - -",
+]
+OVERRIDES = {
+    "study": {"trial_sheet": "config/tiny.tsv"},
+    "wristalyzer": {"analysis": {"random_starts": 3, "profile_points": 29}},
+    "dummy": {"analysis": {"bootstrap_draws": 300}},
+}
+pytestmark = pytest.mark.study
+
+
+def write_sheet(project, rows, name="tiny"):
+    lines = [HEADER, *[row.split() for row in rows]]
+    (project / f"config/{name}.tsv").write_text("".join("\t".join(line) + "\n" for line in lines))
+
+
+def write_config(project, content, name="tiny"):
+    (project / f"config/{name}.yaml").write_text(yaml.safe_dump(content))
+
+
+def copy_project(target):
+    for name in ("Snakefile", "config", "workflow", "tepsipe", "report", "profiles", "requirements.txt"):
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, target / name, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            target.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, target / name)
+    write_sheet(target, TRIALS)
+    write_config(target, OVERRIDES)
+    return target
+
+
+def snakemake(project, *arguments, cores=2, config="tiny"):
+    command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
+    command += ["--configfile", f"config/{config}.yaml"]
+    return subprocess.run(command, cwd=project, capture_output=True, text=True)
+
+
+def jobs(run):
+    """Rule -> number of jobs in the statistics that Snakemake prints."""
+    table = re.search(r"-{3,}\s+-{3,}\n(.*?)\n\n", run.stdout + run.stderr, re.DOTALL)
+    rows = [line.split() for line in table.group(1).splitlines()] if table else []
+    return {name: int(count) for name, count in rows if name != "total"}
+
+
+def estimates(project, results="results"):
+    with open(project / results / "tables/estimates.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def value(rows, **wanted):
+    (row,) = [row for row in rows if all(row[key] == cell for key, cell in wanted.items())]
+    return float(row["value"])
+
+
+def digests(folder):
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for name in ("tables", "figures", "estimates", "trials", "raw")
+        for path in sorted((folder / name).rglob("*"))
+        if path.is_file()
+    } | {"pdf": hashlib.sha256((folder / "report/thesis.pdf").read_bytes()).hexdigest()}
+
+
+@pytest.fixture(scope="session")
+def study(tmp_path_factory):
+    project = copy_project(tmp_path_factory.mktemp("study") / "project")
+    run = snakemake(project)
+    assert run.returncode == 0, run.stdout + run.stderr
+    return project
+
+
+def test_the_study_writes_every_output_of_its_contract(study):
+    results = study / "results"
+    for name in (
+        "report/thesis.pdf",
+        "report/report.html",
+        "provenance.json",
+        "tables/estimates.csv",
+        "tables/table_4_1.csv",
+        "tables/table_4_2.csv",
+        "tables/table_4_3.csv",
+        "tables/recovery.csv",
+        "tables/claims.csv",
+        *[f"figures/figure_{n}.svg" for n in ("2_4", "2_9", "3_1", "3_3", "4_1", "4_2", "4_3", "4_4")],
+        *[f"figures/figure_{n}.png" for n in ("2_4", "2_9", "3_1", "3_3", "4_1", "4_2", "4_3", "4_4")],
+    ):
+        assert (results / name).stat().st_size > 200, name
+    assert (results / "report/thesis.pdf").read_bytes().startswith(b"%PDF")
+    columns = (
+        "experiment condition pathway estimator quantity unit value standard_error ci_low ci_high "
+        "sem_as_printed n_perturbations"
+    )
+    assert list(estimates(study)[0]) == columns.split()
+
+
+def test_a_trial_file_describes_itself(study):
+    with h5py.File(study / "results/trials/dummy/sine-0.5.h5") as trial:
+        assert trial.attrs["experiment"] == "dummy"
+        sources = json.loads(trial.attrs["sources"])
+        raw = study / sources["log"]["file"]
+        assert sources["log"]["sha256"] == hashlib.sha256(raw.read_bytes()).hexdigest()
+        for name in ("marker_position", "force", "moment", "belt_velocity"):
+            assert trial[name].attrs["units"]
+            assert trial[name].dims[0].keys() == ["time"]
+        assert trial["marker_position"].dims[1].keys() == ["marker"]
+        assert np.isclose(np.diff(trial["time"][:]), 1.0 / 250.0).all()
+
+
+def test_the_recommended_pathway_recovers_the_truth_and_the_printed_one_its_prediction(study):
+    rows = estimates(study)
+    for condition in ("sine-0.5", "minjerk-0.5"):
+        of = {"experiment": "dummy", "condition": condition}
+        assert value(rows, **of, pathway="leg", quantity="K") == pytest.approx(10.0, rel=0.05)
+        assert value(rows, **of, pathway="leg", quantity="B") == pytest.approx(0.1, rel=0.3)
+        assert value(rows, **of, pathway="leg", quantity="I") == pytest.approx(0.0, abs=0.001)
+        printed = 10.0 - 2.0 * 0.4 * 9.81 * 0.4485
+        assert value(rows, **of, pathway="leg-printed", quantity="K") == pytest.approx(printed, rel=0.1)
+        assert value(rows, **of, pathway="leg-printed", quantity="I") == pytest.approx(0.054, rel=0.03)
+        assert value(rows, **of, pathway="leg-printed", quantity="VAF_perturbation") > 99.8
+
+
+def test_another_truth_in_the_laboratory_is_recovered_too(study):
+    truth = yaml.safe_load((study / "config/virtual_lab.yaml").read_text())
+    truth["dummy"]["rubber"] |= {"stiffness_Nm_per_rad": 14.0, "damping_Nms_per_rad": 0.25}
+    (study / "config/other_truth.yaml").write_text(yaml.safe_dump(truth))
+    other = {
+        "study": OVERRIDES["study"] | {"virtual_lab": "config/other_truth.yaml"},
+        "pathvars": {"results": "results/other", "logs": "results/other/logs"},
+    }
+    write_config(study, other, "other")
+    target = "results/other/estimates/dummy/sine-0.5.csv"
+    run = snakemake(study, target, config="other")
+    assert run.returncode == 0, run.stdout + run.stderr
+    with open(study / target, newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["pathway"] == "leg"]
+    assert value(rows, quantity="K") == pytest.approx(14.0, rel=0.05)
+    assert value(rows, quantity="B") == pytest.approx(0.25, rel=0.3)
+
+
+def test_one_core_or_two_give_the_same_bytes(study, tmp_path):
+    again = copy_project(tmp_path / "again")
+    run = snakemake(again, cores=1)
+    assert run.returncode == 0, run.stdout + run.stderr
+    first, second = digests(study / "results"), digests(again / "results")
+    assert {name for name in first if first[name] != second.get(name)} == set()
+    assert first.keys() == second.keys()
+
+
+def test_a_second_run_does_nothing(study):
+    run = snakemake(study)
+    assert "Nothing to be done" in run.stdout + run.stderr
+
+
+def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(study):
+    module = study / "tepsipe/admittance_fit.py"
+    text = module.read_text()
+    try:
+        module.write_text(text + "\n# an edit\n")
+        planned = jobs(snakemake(study, "-n"))
+    finally:
+        module.write_text(text)
+    assert planned["fit_wristalyzer"] == 2
+    assert not {"fit_dummy", "ingest_dummy", "ingest_wristalyzer", "make_dummy_trial", "plot_dummy"} & set(
+        planned
+    )
+
+
+def test_a_changed_option_reruns_only_the_steps_that_read_it(study):
+    write_config(
+        study, {**OVERRIDES, "dummy": {"analysis": {"bootstrap_draws": 301}}}, "changed"
+    )
+    planned = jobs(snakemake(study, "-n", config="changed"))
+    assert planned["fit_dummy"] == 2
+    assert not {"fit_wristalyzer", "ingest_dummy", "make_dummy_trial", "plot_wristalyzer"} & set(planned)
+
+
+def test_one_condition_alone_touches_nothing_else(study):
+    target = "results/estimates/dummy/sine-0.5.csv"
+    (study / target).unlink()
+    assert jobs(snakemake(study, "-n", target)) == {"fit_dummy": 1}
+    assert snakemake(study, target).returncode == 0
+    assert "Nothing to be done" in "".join(vars(snakemake(study))[key] for key in ("stdout", "stderr"))
+
+
+def test_a_recorded_trial_gives_what_the_same_files_give_when_they_are_made(study):
+    raw = study / "results/raw/dummy/sine-0.5"
+    row = f"dummy own recorded - - - 46 {raw / 'log.mat'} - {raw / 'calibration.csv'} {raw / 'markers.c3d'}"
+    write_sheet(study, [row], "recorded")
+    recorded = {
+        "study": {"trial_sheet": "config/recorded.tsv", "virtual_lab": None, "reported": None},
+        "pathvars": {"results": "results/recorded", "logs": "results/recorded/logs"},
+        "dummy": OVERRIDES["dummy"],
+    }
+    write_config(study, recorded, "recorded")
+    run = snakemake(study, config="recorded")
+    assert run.returncode == 0, run.stdout + run.stderr
+    made = [row for row in estimates(study) if row["condition"] == "sine-0.5"]
+    own = estimates(study, "results/recorded")
+    of_trial = [row for row in made if row["quantity"] != "VAF_cross_validated"]
+    assert [row["value"] for row in own] == [row["value"] for row in of_trial]
+    assert (study / "results/recorded/report/thesis.pdf").exists()
+
+
+def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(study):
+    raw = study / "results/raw/dummy/sine-0.5"
+    bad = study / "bad"
+    bad.mkdir()
+    (bad / "truncated.mat").write_bytes((raw / "log.mat").read_bytes()[:300_000])
+    (bad / "truncated.c3d").write_bytes((raw / "markers.c3d").read_bytes()[:300_000])
+    content = {k: v for k, v in loadmat(raw / "log.mat").items() if not k.startswith("__")}
+    content["belt_velocity_m_per_s"] = 0.001 * np.random.default_rng(1).standard_normal(
+        content["belt_velocity_m_per_s"].shape
+    )
+    savemat(bad / "still.mat", content)
+    good = {"log": raw / "log.mat", "calibration": raw / "calibration.csv", "markers": raw / "markers.c3d"}
+    cases = {
+        "good": {},
+        "missing": {"log": "nowhere.mat"},
+        "truncated-log": {"log": bad / "truncated.mat"},
+        "truncated-markers": {"markers": bad / "truncated.c3d"},
+        "still": {"log": bad / "still.mat"},
+    }
+    rows = []
+    for condition, wrong in cases.items():
+        files = good | wrong
+        rows.append(
+            f"dummy {condition} recorded - - - 46 {files['log']} - {files['calibration']} {files['markers']}"
+        )
+    write_sheet(study, rows, "bad")
+    write_config(
+        study,
+        {
+            "study": {"trial_sheet": "config/bad.tsv", "virtual_lab": None, "reported": None},
+            "pathvars": {"results": "results/bad", "logs": "results/bad/logs"},
+        },
+        "bad",
+    )
+    run = snakemake(study, config="bad")
+    assert run.returncode != 0
+    assert (study / "results/bad/estimates/dummy/good.csv").exists()
+    said = run.stdout + run.stderr
+    assert "Traceback" not in said
+    for condition, words in {
+        "missing": "nowhere.mat: expected a treadmill log, found no file",
+        "truncated-log": "truncated.mat: expected a MATLAB file",
+        "truncated-markers": "truncated.c3d: expected 11500 frames",
+        "still": "expected perturbations",
+    }.items():
+        assert not (study / f"results/bad/estimates/dummy/{condition}.csv").exists()
+        (log,) = [
+            text
+            for rule in ("ingest_dummy", "fit_dummy")
+            for path in [study / f"results/bad/logs/{rule}/{condition}.log"]
+            if path.exists() and (text := path.read_text())
+        ]
+        assert log.startswith("tepsipe: ")
+        assert log.count("\n") == 1
+        assert words in log
+        assert words in said
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ({"dummy": {"analysis": {"lowpas_cutoff_hz": 20.0}}}, "did you mean 'lowpass_cutoff_hz'?"),
+        ({"dummy": {"analysis": {"lowpass_cutoff_hz": -20.0}}}, "expected a number above 0"),
+        ({"dummy": {"analysis": {"lowpass_cutoff_hz": "20 Hz"}}}, "expected a value of type number"),
+        ({"study": {"trial_sheet": "config/none.tsv"}}, "expected the trial sheet, found no file"),
+    ],
+)
+def test_a_mistake_in_the_configuration_stops_the_run_before_anything_is_computed(study, section, words):
+    write_config(study, section, "mistaken")
+    run = snakemake(study, config="mistaken")
+    said = run.stdout + run.stderr
+    assert run.returncode != 0
+    assert words in said
+    assert "Traceback" not in said
+    assert "Job stats" not in said
