@@ -87,16 +87,6 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
 }
 
 
-def _skew_within_a_frame_explains_damping(f: Findings) -> bool:
-    """Whether a skew of less than 4 ms between angle and position gives the reported damping.
-
-    4 ms is one frame of the motion capture.
-    """
-    found = _mean(f.by_condition("dummy", "B"))
-    slopes = [fit.facts["damping_per_skew_Nm_per_rad"][f.as_printed] for fit in f.fits["dummy"].values()]
-    return abs(found / float(np.mean(slopes))) < 0.004
-
-
 def _vaf_grows_with_amplitude(quantity: str) -> Callable[[Findings], bool]:
     """Noise of fixed size takes less of a larger signal."""
 
@@ -116,7 +106,6 @@ def _stiffness_does_not_depend_on_start(f: Findings) -> bool:
 # what must hold in this run for a claim that is not reproduced to count as explained
 EVIDENCE: dict[str, Callable[[Findings], bool]] = {
     "wristalyzer_stiffness_at_start": _stiffness_does_not_depend_on_start,
-    "printed_damping": _skew_within_a_frame_explains_damping,
     "printed_lowest_vaf_perturbation": _vaf_grows_with_amplitude("VAF_perturbation"),
     "printed_lowest_vaf_trial": _vaf_grows_with_amplitude("VAF_trial"),
 }

@@ -97,9 +97,16 @@ def ingest_treadmill(
     for name, values in (
         ("transducers_V", log.voltages),
         ("belt_velocity_m_per_s", log.belt_velocity),
+        ("command_m_per_s", log.command),
+        ("trigger_V", log.trigger),
     ):
         if not np.isfinite(values).all():
             raise InputError(f"{log_name}: expected numbers in {name!r}, found NaN: export the log again")
+    if log.rate_hz < options.resample_rate_hz:
+        raise InputError(
+            f"{log_name}: expected a log at {options.resample_rate_hz:g} Hz or faster, found {log.rate_hz:g} "
+            "Hz: correct the variable 'sample_rate_hz'"
+        )
     if abs(markers.rate_hz - options.resample_rate_hz) > 1e-6:
         raise InputError(
             f"{markers_name}: expected markers at {options.resample_rate_hz:g} Hz, found "

@@ -27,7 +27,8 @@ class Perturbation:
 def detect_perturbations(
     velocity: np.ndarray,
     rate_hz: float,
-    rest_s: float,
+    rest_before_s: float,
+    rest_after_s: float,
     threshold_fraction: float,
     signal_to_noise: float,
     merge_s: float,
@@ -44,8 +45,8 @@ def detect_perturbations(
         Belt velocity (m/s).
     rate_hz : float
         Sampling rate (Hz).
-    rest_s : float
-        The first seconds of the trial are unperturbed (s).
+    rest_before_s, rest_after_s : float
+        Unperturbed time at the trial's start and end (s).
     threshold_fraction : float
         Threshold as a part of the median peak speed (-).
     signal_to_noise : float
@@ -65,10 +66,11 @@ def detect_perturbations(
     InputError
         If nothing stands out of the noise, or a perturbation lies in the time of rest.
     """
-    at_rest = velocity[: round(rest_s * rate_hz)]
+    at_rest = velocity[: round(rest_before_s * rate_hz)]
     offset = float(np.median(at_rest))
     speed = np.abs(velocity - offset)
-    noise = float(np.sqrt(np.mean((at_rest - offset) ** 2)))
+    # from the median: a perturbation that is wrongly taken for rest does not pass for noise
+    noise = 1.4826 * float(np.median(np.abs(at_rest - offset)))
     runs = _runs(speed > max(signal_to_noise * noise, 0.25 * speed.max()), round(merge_s * rate_hz))
     peak = float(np.median([speed[a:b].max() for a, b in runs])) if runs else 0.0
     threshold = threshold_fraction * peak
@@ -90,11 +92,16 @@ def detect_perturbations(
         while stop < speed.size and (speed[stop : stop + margin] > threshold).any():
             stop += 1
         found.append(Perturbation(int(start), int(stop), float(speed[start:stop].max())))
-    if found[0].start < at_rest.size:
-        raise InputError(
-            f"{what}: expected the belt at rest during the first {rest_s:g} s, found a perturbation at "
-            f"{found[0].start / rate_hz:.3f} s: correct the time of rest in the configuration"
-        )
+    last_rest = velocity.size - round(rest_after_s * rate_hz)
+    for place, length_s, moved in (
+        ("first", rest_before_s, [p.start for p in found if p.start < at_rest.size]),
+        ("last", rest_after_s, [p.start for p in found if p.stop > last_rest]),
+    ):
+        if moved:
+            raise InputError(
+                f"{what}: expected the belt at rest during the {place} {length_s:g} s, found a "
+                f"perturbation at {moved[0] / rate_hz:.3f} s: correct the time of rest in the configuration"
+            )
     return found
 
 

@@ -105,6 +105,53 @@ def table_data(rows: list[TableRow], conditions: list[str], names: list[str]) ->
     return list(blocks.values())
 
 
+def reported_data(reported: dict, start_stiffness: float) -> dict:
+    """What the text quotes from the thesis, as text.
+
+    Parameters
+    ----------
+    reported : dict
+        The file of reported values (units in its keys, and as in the tables).
+    start_stiffness : float
+        Printed starting value of K (Nm/rad).
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    wristalyzer = reported["tables"]["table_4_1"]
+    on_belt = [reported["tables"][name] for name in ("table_4_2", "table_4_3")]
+    stiffness = list(wristalyzer["K"].values())
+    inertia = list(wristalyzer["I"].values())
+    ratio = float(np.mean(stiffness) / np.mean(inertia))
+    vaf_trial = [value for table in on_belt for value in table["VAF_trial"].values()]
+    return {
+        **{key: f"{value:g}" for key, value in reported["values"].items()},
+        "natural_frequency_hz": number(math.sqrt(ratio) / 2.0 / math.pi, 2),
+        "start_stiffness": f"{start_stiffness:g}",
+        "stiffness_at_start": str(sum(abs(k - start_stiffness) < 5e-4 for k in stiffness)),
+        "stiffness_count": str(len(stiffness)),
+        "vaf": span(wristalyzer["VAF_trial"].values(), 2),
+        "vaf_trial": f"{percent(min(vaf_trial))} to {percent(max(vaf_trial))}",
+    }
+
+
+def slips_data(slips: list[dict], table: str, conditions: list[str], names: list[str]) -> str:
+    """One sentence per evident slip in a table of the thesis (no unit: values as printed).
+
+    ``slips`` have the keys table, quantity, condition, printed, meant; ``names`` are how the table calls
+    its ``conditions``.
+    """
+    called = dict(zip(conditions, names, strict=True))
+    return " ".join(
+        f"The thesis prints {slip['printed']:g} for {slip['quantity']} in {called[slip['condition']]}, "
+        f"evidently a slip for {slip['meant']:g}."
+        for slip in slips
+        if slip["table"] == table and slip["condition"] in called
+    )
+
+
 def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: dict, best: str) -> dict:
     """Numbers of the Wristalyzer's chapter as text.
 
@@ -170,6 +217,8 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
         "starts": str(len(fits[best].arrays["many_starts/start"])),
         "starts_converged": str(min(f["many_starts_converged"] for f in facts)),
         "starts_spread": number(max(f["many_starts_stiffness_spread_Nm_per_rad"] for f in facts), 2),
+        "modulus_converged": str(sum(f["converged"]["spectral-fit-modulus"] for f in facts)),
+        "trials": str(len(facts)),
         "tried": tried,
         "bins": str(choices["analysis"]["averaged_bins"]),
         "cross_validated": span(values("VAF_cross_validated"), 3) if len(fits) > 1 else number(None),
@@ -236,7 +285,7 @@ def dummy_data(
     clear = [c for c in conditions if amplitude(c) >= 0.3] or conditions
     k_clear = values("K", recommended)[clear]
     slope = 1e-3 * float(
-        np.mean([fit.facts["damping_per_skew_Nm_per_rad"][printed] for fit in fits.values()])
+        np.mean([fit.facts["damping_per_skew_Nms_per_rad_per_s"][printed] for fit in fits.values()])
     )
     data = {
         "printed": printed,
@@ -265,6 +314,9 @@ def dummy_data(
         "vaf_trial_printed": f"{percent(values('VAF_trial', printed).min())} to "
         f"{percent(values('VAF_trial', printed).max())}",
         "window_ms": number(1e3 * float(np.mean([fit.facts["mean_window_s"] for fit in fits.values()]))),
+        "marker_noise_mm": number(
+            1e3 * float(np.mean([fit.facts["marker_noise_m"] for fit in fits.values()])), 2
+        ),
         "misfit_mm": number(1e3 * max(fit.facts["misfit_m"] for fit in fits.values()), 2),
         "perturbations": span([len(fit.arrays["windows"]) for fit in fits.values()], 2),
         "cross_validated_printed": span(values("VAF_cross_validated", printed))

@@ -186,6 +186,7 @@ def find_perturbations(
         belt_velocity,
         rate_hz,
         options.rest_before_s - options.rest_margin_s,
+        options.rest_after_s - options.rest_margin_s,
         options.threshold_fraction,
         options.signal_to_noise,
         options.merge_s,

@@ -1,5 +1,6 @@
 """TEP-SIPE on the ankle dummy, from one trial to its parameters by every pathway (thesis section 3-1-2)."""
 
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,6 +87,8 @@ class DummyAnalysis:
         Pathway -> change of B when the leg's position is taken later than its angle (Nms/rad per s).
     misfit_m : float
         Root mean square distance between markers and the rigid leg (m).
+    marker_noise_m : float
+        Root mean square of what the filter removes from the leg's markers at rest (m per coordinate).
     """
 
     time: np.ndarray
@@ -95,6 +98,7 @@ class DummyAnalysis:
     pathways: dict[str, Pathway]
     damping_per_skew: dict[str, float]
     misfit_m: float
+    marker_noise_m: float
 
 
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
@@ -160,10 +164,18 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         pathways=pathways,
         damping_per_skew={name: damping_per_skew(*problem) for name, problem in problems.items()},
         misfit_m=max(motion.misfit_m for motion in motions.values()),
+        marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
     )
 
 
-def bootstrap_pathways(analysis: DummyAnalysis, draws: int, rng: np.random.Generator) -> dict[str, Interval]:
+def _noise_at_rest(trial: Trial, options: DummyOptions, lowpass, at_rest: np.ndarray) -> float:
+    labels = trial.axes["marker"].tolist()
+    columns = [labels.index(label) for label in options.leg_markers.labels]
+    positions = trial.values(MARKER_SIGNALS["as-strobed"])[:, columns, 1:]
+    return float(np.sqrt(np.mean((positions - lowpass(positions))[at_rest] ** 2)))
+
+
+def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
     """Intervals of the means of I (Nms2/rad), B (Nms/rad), K (Nm/rad) and VAF (%) of every pathway.
 
     Parameters
@@ -172,8 +184,9 @@ def bootstrap_pathways(analysis: DummyAnalysis, draws: int, rng: np.random.Gener
         What `analyse_dummy` found.
     draws : int
         Bootstrap samples (-).
-    rng : numpy.random.Generator
-        Draws perturbations.
+    seed : int
+        Of the generators that draw perturbations, one per pathway (-): intervals do not depend on which
+        other pathways there are.
 
     Returns
     -------
@@ -182,7 +195,9 @@ def bootstrap_pathways(analysis: DummyAnalysis, draws: int, rng: np.random.Gener
     """
     return {
         name: bootstrap_mean(
-            np.column_stack([regression.parameters, regression.vaf_per_perturbation]), draws, rng
+            np.column_stack([regression.parameters, regression.vaf_per_perturbation]),
+            draws,
+            np.random.default_rng([seed, zlib.crc32(name.encode())]),
         )
         for name, regression in analysis.regressions.items()
     }
@@ -261,9 +276,10 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
     facts = {
         "pathways": list(analysis.regressions),
         "misfit_m": analysis.misfit_m,
+        "marker_noise_m": analysis.marker_noise_m,
         "theta_rest_rad": some.theta_rest_rad,
         "mean_window_s": float(lengths.mean()),
-        "damping_per_skew_Nm_per_rad": analysis.damping_per_skew,
+        "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
         "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
         "condition_numbers": {
             name: float(np.mean([fit.condition_number for fit in regression.fits]))

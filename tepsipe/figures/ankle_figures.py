@@ -1,5 +1,7 @@
 """Figures of the position-controlled manipulator."""
 
+from itertools import cycle
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -12,7 +14,7 @@ BAND_HZ = (0.5, 40.0)
 def plot_impedance(results: dict[str, Result]) -> Figure:
     """Spectral estimate of the impedance beside the fitted model, with its coherence (Hz, Nm/rad)."""
     figure, axes = new_figure(3, 1, 4.8, sharex=True)
-    for colour, (name, result) in zip(CYCLE, results.items(), strict=False):
+    for colour, (name, result) in zip(cycle(CYCLE), results.items(), strict=False):
         frequency = result.arrays["frequency"]
         shown = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
         f = frequency[shown]

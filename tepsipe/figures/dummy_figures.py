@@ -1,5 +1,7 @@
 """Figures of TEP-SIPE on the ankle dummy (thesis Figures 2-9, 3-3, 4-4)."""
 
+from itertools import cycle
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -27,7 +29,7 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
     groups = {profile: names for profile, names in groups.items() if names} or {"": list(results)}
     figure, axes = new_figure(1, len(groups), 2.9, sharey=True, squeeze=False)
     for axis, (profile, names) in zip(axes[0], groups.items(), strict=True):
-        for colour, name in zip(CYCLE, names, strict=False):
+        for colour, name in zip(cycle(CYCLE), names, strict=False):
             result = results[name]
             shown, time = _around(result, 0, 0.06, 0.22)
             axis.plot(1e3 * time, result.arrays["belt_velocity"][shown], color=colour, label=short_name(name))

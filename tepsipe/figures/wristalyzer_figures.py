@@ -1,5 +1,7 @@
 """Figures of the Wristalyzer experiment (thesis Figures 2-4, 3-1, 4-1, 4-2, 4-3)."""
 
+from itertools import cycle
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -13,7 +15,7 @@ LOWEST_HZ = 0.5
 def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figure:
     """Segment of the torque perturbation with the lowest and the highest scale factor (s, Nm)."""
     figure, axes = new_figure(height_in=2.6)
-    names = sorted(results, key=float)
+    names = sorted(results, key=lambda name: results[name].arrays["torque"].std())
     shown = {names[-1]: ("--", COLOURS["model"]), names[0]: ("-", COLOURS["measured"])}
     for name, (line, colour) in shown.items():
         facts = results[name].facts
@@ -123,7 +125,7 @@ def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: floa
 def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> Figure:
     """Where the fit ends for other starting values of K, and the profile of K (Nm/rad, -)."""
     figure, axes = new_figure(1, 3, 2.8)
-    markers = dict(zip(results, "os^vD<>P*X", strict=False))
+    markers = dict(zip(results, cycle("os^vD<>P*X"), strict=False))
     for name, result in results.items():
         start = result.arrays["tried/stiffness"]
         for axis, column in ((axes[0], 2), (axes[1], 1)):
@@ -155,7 +157,14 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
     axes[0].margins(y=0.3)
     axes[2].axhline(1.0, color=COLOURS["other"], linewidth=0.7, linestyle=":")
     axes[2].set(xlabel="Held $K$ (Nm/rad)", ylabel="Cost / limit of 95 % interval", ylim=(0.85, 2.6))
-    axes[2].set_xlim(6.0, 19.0)
+    shown = [
+        result.arrays["profile/stiffness"][
+            result.arrays["profile/cost"] < 2.6 * result.facts["profile_limit"]
+        ]
+        for result in results.values()
+    ]
+    low, high = min(map(np.min, shown)), max(map(np.max, shown))
+    axes[2].set_xlim(low, high + 0.45 * (high - low))  # room for the legend
     axes[2].legend(title="factor", fontsize=7, title_fontsize=7.5, loc="upper right", handlelength=1.2)
     return figure
 

@@ -50,6 +50,7 @@ rule write_report:
         choices={name: config[name] for name in EXPERIMENTS},
         made={name: made_conditions(name) for name in EXPERIMENTS},
         shown=shown_conditions(),
+        start_stiffness=config["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"

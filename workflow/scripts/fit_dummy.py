@@ -21,7 +21,7 @@ from tepsipe.tep_sipe import (
 from tepsipe.trial_file import read_trial
 
 geometry, analysis = dict(snakemake.params.geometry), dict(snakemake.params.analysis)
-layout = geometry.pop("leg_markers_m")
+placed = geometry["leg_markers"]
 draws = analysis.pop("bootstrap_draws")
 options = DummyOptions(
     leg=Leg(
@@ -30,14 +30,17 @@ options = DummyOptions(
         inertia_kgm2=geometry["leg_inertia_kgm2"],
         gravity_m_per_s2=geometry["gravity_m_per_s2"],
     ),
-    leg_markers=LegMarkers(tuple(layout), np.array(list(layout.values()))),
+    leg_markers=LegMarkers(
+        tuple(marker["label"] for marker in placed),
+        np.array([[marker["across_m"], marker["along_m"]] for marker in placed]),
+    ),
     lowpass_cutoff_hz=analysis.pop("lowpass_cutoff_hz"),
     lowpass_order=analysis.pop("lowpass_order"),
     window=WindowOptions(**analysis),
 )
 pathways = {name: Pathway(**choice) for name, choice in snakemake.params.pathways.items()}
 found = analyse_dummy(read_trial(snakemake.input.trial), options, pathways)
-intervals = bootstrap_pathways(found, draws, np.random.default_rng(snakemake.params.seed))
+intervals = bootstrap_pathways(found, draws, snakemake.params.seed)
 write_result(snakemake.output.fit, dummy_result(found, intervals))
 write_estimates(
     snakemake.output.estimates,

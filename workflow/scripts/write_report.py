@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 import typst
+import yaml
 
 from tepsipe import report_data
 from tepsipe.figures.names import short_name
@@ -25,6 +26,9 @@ text_columns = {"condition": str}
 estimates = pd.read_csv(snakemake.input.estimates, dtype=text_columns)
 provenance = json.loads(Path(snakemake.input.provenance).read_text(encoding="utf-8"))
 recovery = claims = None
+reported = None
+if snakemake.input.reported:
+    reported = yaml.safe_load(Path(snakemake.input.reported).read_text(encoding="utf-8"))
 if snakemake.input.recovery:
     recovery = pd.read_csv(snakemake.input.recovery[0], dtype=text_columns)
 if snakemake.input.claims:
@@ -37,15 +41,22 @@ data = {
     "made": sum(len(names) for names in snakemake.params.made.values()),
     "trials": sum(len(names) for names in experiments.values()),
     "tables": {},
+    "slips": {},
+    "reported": None
+    if reported is None
+    else report_data.reported_data(reported, snakemake.params.start_stiffness),
     "claims": None if claims is None else report_data.claims_data(claims),
     "recovery": None if recovery is None else report_data.recovery_data(recovery),
     "provenance": report_data.provenance_data(provenance),
     "choices": choices,
 }
+slips = [] if reported is None else reported["slips"]
 for path in snakemake.input.tables:
     conditions, rows = read_table(path)
     names = [short_name(condition) for condition in conditions]
-    data["tables"][Path(path).stem] = report_data.table_data(rows, conditions, names)
+    table = Path(path).stem
+    data["tables"][table] = report_data.table_data(rows, conditions, names)
+    data["slips"][table] = report_data.slips_data(slips, table, conditions, names)
 if "wristalyzer" in experiments:
     data["wristalyzer"] = report_data.wristalyzer_data(
         fits["wristalyzer"], estimates, choices["wristalyzer"], snakemake.params.shown["wristalyzer"]

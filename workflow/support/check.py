@@ -106,11 +106,12 @@ def check_config(config: dict, name: str) -> None:
                 f"{name}: expected dummy.{key} to name one of dummy.pathways "
                 f"({', '.join(dummy['pathways'])}), found {dummy[key]!r}{hint or ': correct it'}"
             )
-    unknown = set(dummy["geometry"]["leg_markers_m"]) - set(dummy["files"]["marker_labels"])
+    labels = [marker["label"] for marker in dummy["geometry"]["leg_markers"]]
+    unknown = sorted(set(labels) - set(dummy["files"]["marker_labels"]))
     if unknown:
         raise InputError(
-            f"{name}: expected dummy.geometry.leg_markers_m to name markers of "
-            f"dummy.files.marker_labels, found {sorted(unknown)[0]!r}: correct one of the two"
+            f"{name}: expected dummy.geometry.leg_markers to name markers of "
+            f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
         )
     analysis = wristalyzer["analysis"]
     for key in ("fit_band_hz", "excited_band_hz", "profile_stiffness_Nm_per_rad"):
