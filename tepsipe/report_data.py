@@ -121,19 +121,29 @@ def reported_data(reported: dict, start_stiffness: float) -> dict:
         Text.
     """
     wristalyzer = reported["tables"]["table_4_1"]
-    on_belt = [reported["tables"][name] for name in ("table_4_2", "table_4_3")]
     stiffness = list(wristalyzer["K"].values())
     inertia = list(wristalyzer["I"].values())
     ratio = float(np.mean(stiffness) / np.mean(inertia))
-    vaf_trial = [value for table in on_belt for value in table["VAF_trial"].values()]
+    meant = {(s["table"], s["quantity"], s["condition"]): s["meant"] for s in reported["slips"]}
+
+    def _on_belt(quantity: str) -> list[float]:
+        return [
+            meant.get((name, quantity, condition), value)
+            for name in ("table_4_2", "table_4_3")
+            for condition, value in reported["tables"][name][quantity].items()
+        ]
+
+    vaf_trial = _on_belt("VAF_trial")
     return {
         **{key: f"{value:g}" for key, value in reported["values"].items()},
         "natural_frequency_hz": number(math.sqrt(ratio) / 2.0 / math.pi, 2),
         "start_stiffness": f"{start_stiffness:g}",
         "stiffness_at_start": str(sum(abs(k - start_stiffness) < 5e-4 for k in stiffness)),
         "stiffness_count": str(len(stiffness)),
+        "inertia": span(_on_belt("I"), 2),
+        "stiffness": span(_on_belt("K"), 2),
         "vaf": span(wristalyzer["VAF_trial"].values(), 2),
-        "vaf_trial": f"{percent(min(vaf_trial))} to {percent(max(vaf_trial))}",
+        "vaf_trial": f"{percent(min(vaf_trial), 2)} to {percent(max(vaf_trial), 2)}",
     }
 
 

@@ -25,6 +25,7 @@ def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figur
         time = (start + np.arange(count)) / facts["rate_hz"]
         axes.plot(time, torque[start : start + count], line, color=colour, label=f"scale factor {name}")
     axes.set(xlabel="Time from the trigger (s)", ylabel=r"Torque $\tau_P$ (Nm)")
+    axes.margins(y=0.2)
     axes.legend(loc="upper right", ncols=2)
     return figure
 
