@@ -33,7 +33,7 @@ environment: .venv/complete
 		{ echo "tepsipe needs CPython 3.11 (PyBullet has wheels for no other), found $$($(PYTHON) --version): install it, or say where it is with make PYTHON=..."; exit 1; }
 	@if command -v uv >/dev/null; then \
 		uv venv --quiet --clear --python $(PYTHON) .venv && \
-		uv pip install --quiet --python $(BIN)/python --require-hashes -r requirements.txt && \
+		uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes -r requirements.txt && \
 		uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation -e . ; \
 	else \
 		$(PYTHON) -m venv --clear .venv && \
