@@ -31,7 +31,15 @@ class Findings:
     as_printed: str
 
     def by_condition(self, experiment: str, quantity: str, pathway: str | None = None) -> dict:
-        """Condition -> value of a quantity (unit of the quantity), as printed."""
+        """Condition -> value of a quantity (unit of the quantity), as printed.
+
+        Raises
+        ------
+        KeyError
+            If the study does not have the experiment.
+        """
+        if experiment not in self.fits:
+            raise KeyError(experiment)
         wanted = {"wristalyzer": "admittance", "dummy": pathway or self.as_printed}[experiment]
         return {
             e.condition: e.value

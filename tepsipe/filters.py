@@ -47,6 +47,8 @@ def butterworth_lowpass(
             f"order of a bidirectional filter must be even (two equal passes), found {order}: "
             "change the order in the configuration"
         )
+    if x.shape[axis] < 2:
+        raise InputError(f"signal to filter: expected samples, found {x.shape[axis]}: record longer")
     if not np.isfinite(x).all():
         raise InputError("signal to filter holds NaN or infinite samples: fill or cut them first")
     sections = signal.butter(order // 2, cutoff_hz, fs=rate_hz, output="sos")

@@ -410,7 +410,7 @@ def ankle_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
 
 
 def claims_data(claims: pd.DataFrame) -> dict:
-    """The thesis's statements with what this run found, as text."""
+    """The thesis's statements with what this run found, as text (each in its unit)."""
     rows = [
         {
             "claim": row.claim,
@@ -435,7 +435,7 @@ def claims_data(claims: pd.DataFrame) -> dict:
 
 
 def recovery_data(recovery: pd.DataFrame) -> list[dict]:
-    """Estimates beside the truth, one row per experiment, pathway, estimator and quantity, as text."""
+    """Estimates beside the truth (in their units), a row per pathway, estimator and quantity, as text."""
     rows = []
     keys = ["experiment", "pathway", "estimator", "quantity"]
     for (experiment, pathway, estimator, quantity), group in recovery.groupby(keys, sort=False):
@@ -459,7 +459,7 @@ def recovery_data(recovery: pd.DataFrame) -> list[dict]:
 
 
 def provenance_data(provenance: dict) -> dict:
-    """The provenance page as text: facts, packages and checksums."""
+    """The provenance page as text: facts, packages and checksums (no units)."""
     commit = provenance["commit"] or "not a git checkout"
     if provenance["modified"]:
         commit += ", with uncommitted changes"

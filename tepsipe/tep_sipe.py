@@ -31,7 +31,7 @@ MARKER_SIGNALS = {"aligned": "marker_position", "as-strobed": "marker_position_a
 
 @dataclass(frozen=True)
 class Pathway:
-    """One way from markers to parameters.
+    """One way from markers to parameters (names, no units).
 
     Attributes
     ----------

@@ -76,7 +76,7 @@ def plot_window(result: Result, name: str, pathway: str) -> Figure:
 
 
 def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
-    """Estimates of every perturbation as boxes, one per condition."""
+    """I (Nms2/rad), B (Nms/rad), K (Nm/rad) of every perturbation as boxes, one per condition."""
     figure, axes = new_figure(3, 1, 5.2, sharex=True)
     labels = [short_name(name) for name in results]
     for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):

@@ -5,8 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, listed, quoted
 
+# processor type -> how it writes words, and the byte of the scale factor that holds its sign
+WORDS = {84: ("<u2", 15), 85: ("<u2", 13), 86: (">u2", 12)}
 METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 
@@ -52,7 +54,7 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
     import ezc3d
 
     path = Path(path)
-    if not path.exists():
+    if not path.is_file():
         raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
     _refuse_truncated(path)
     try:
@@ -66,14 +68,14 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
     unit = str(point["UNITS"]["value"][0]).strip() if point["UNITS"]["value"] else ""
     if unit not in METRES_PER_UNIT:
         raise InputError(
-            f"{path}: expected marker positions in mm, cm or m, found the unit {unit!r}: set "
+            f"{path}: expected marker positions in mm, cm or m, found the unit {quoted(unit)}: set "
             "POINT:UNITS when exporting"
         )
     found = [label.strip() for label in point["LABELS"]["value"]]
     for label in labels:
         if label not in found:
             raise InputError(
-                f"{path}: expected a marker named {label!r}, found {', '.join(found) or 'none'}: "
+                f"{path}: expected a marker named {label!r}, found {listed(found)}: "
                 "name the file's markers in the configuration"
             )
     points = file["data"]["points"][:3, [found.index(label) for label in labels]]
@@ -91,17 +93,26 @@ def _refuse_truncated(path: Path) -> None:
             f"{path}: expected a C3D file, found {len(content)} bytes without its header: check which "
             "file the trial sheet names"
         )
-    processor = content[512 * (content[0] - 1) + 3]
-    if processor != 84:
-        return  # DEC and SGI byte orders: ezc3d reads them, their header is not decoded here
-    words = np.frombuffer(content[:24], dtype="<u2")
-    points, analog, first, last, data_block = words[1], words[2], words[3], words[4], words[8]
-    scale = np.frombuffer(content[12:16], dtype="<f4")[0]
-    bytes_per_value = 4 if scale < 0 else 2
-    frames = int(last) - int(first) + 1
+    parameters = 512 * (content[0] - 1)
+    if len(content) < parameters + 512:
+        raise InputError(
+            f"{path}: expected parameters from byte {parameters} on, found {len(content)} bytes: the file is "
+            "truncated, copy it again from the instrument"
+        )
+    processor = content[parameters + 3]
+    if processor not in WORDS:
+        raise InputError(
+            f"{path}: expected a C3D file of an Intel, DEC or MIPS processor (84 to 86), found "
+            f"{processor}: it is damaged, export it again"
+        )
+    word, sign_byte = WORDS[processor]
+    _, points, analog, first, last = np.frombuffer(content[:10], dtype=word).tolist()
+    data_block = int(np.frombuffer(content[16:18], dtype=word)[0])
     if last == 65535:
         return  # more frames than the header block can hold: their number is a parameter
-    expected = 512 * (int(data_block) - 1) + frames * bytes_per_value * (4 * int(points) + int(analog))
+    bytes_per_value = 4 if content[sign_byte] & 0x80 else 2  # a negative scale means floating point
+    frames = last - first + 1
+    expected = 512 * (data_block - 1) + frames * bytes_per_value * (4 * points + analog)
     if len(content) < expected:
         raise InputError(
             f"{path}: expected {frames} frames ({expected} bytes), found {len(content)} bytes: the "

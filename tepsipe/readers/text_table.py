@@ -1,11 +1,10 @@
 """Delimited text with a header line: D-Flow logs, torque commands, plain tables of signals."""
 
-import gzip
 from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, listed, quoted, read_text
 
 
 def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -> dict[str, np.ndarray]:
@@ -32,13 +31,15 @@ def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -
         another number of fields than the header or a field that is not a number.
     """
     path = Path(path)
-    text = _read_text(path)
+    text = read_text(path, "a table of samples")
+    if not text.strip():
+        raise InputError(f"{path}: expected a header and samples, found an empty file: record again")
     header, _, body = text.partition("\n")
     names = [name.strip() for name in header.split(delimiter)]
     missing = [name for name in columns.values() if name not in names]
     if missing:
         raise InputError(
-            f"{path}: expected a column named {missing[0]!r}, found {', '.join(map(repr, names))}: "
+            f"{path}: expected a column named {missing[0]!r}, found {listed(names)}: "
             "name the file's columns in the configuration"
         )
     lines = body.splitlines()
@@ -62,31 +63,6 @@ def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -
     return {key: values[:, i] for i, key in enumerate(columns)}
 
 
-def _read_text(path: Path) -> str:
-    try:
-        if path.suffix == ".gz":
-            with gzip.open(path, "rt", encoding="utf-8") as file:
-                text = file.read()
-        else:
-            text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(
-            f"{path}: expected a text file, found none: correct its path in the trial sheet"
-        ) from None
-    except (OSError, EOFError) as error:
-        raise InputError(
-            f"{path}: expected a readable file, found {error}: the file is truncated or damaged, "
-            "copy it again from the instrument"
-        ) from None
-    except UnicodeDecodeError:
-        raise InputError(
-            f"{path}: expected text, found binary data: check which file the trial sheet names"
-        ) from None
-    if not text.strip():
-        raise InputError(f"{path}: expected a header and samples, found an empty file: record again")
-    return text
-
-
 def _numbers_one_by_one(path, lines, delimiter, wanted, names, error) -> np.ndarray:
     """Find the field that is not a number; an empty field is a missing sample (NaN)."""
     values = np.empty((len(lines), len(wanted)))
@@ -98,7 +74,7 @@ def _numbers_one_by_one(path, lines, delimiter, wanted, names, error) -> np.ndar
                 values[row, column] = float(field) if field else np.nan
             except ValueError:
                 raise InputError(
-                    f"{path}: expected a number, found {field!r} in column {names[index]!r} on line "
+                    f"{path}: expected a number, found {quoted(field)} in column {names[index]!r} on line "
                     f"{row + 2}: repair the file or export it again"
                 ) from error
     return values

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, listed, quoted, read_text
 
 VARIABLES = {
     "sample_rate_hz": "sampling rate",
@@ -87,7 +87,7 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
     from scipy.io import loadmat
 
     path = Path(path)
-    if not path.exists():
+    if not path.is_file():
         raise InputError(
             f"{path}: expected a treadmill log, found no file: correct its path in the trial sheet"
         )
@@ -100,15 +100,21 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
         ) from error
     for name, meaning in VARIABLES.items():
         if name not in content:
-            found = ", ".join(key for key in content if not key.startswith("__")) or "nothing"
+            found = listed(key for key in content if not key.startswith("__"))
             raise InputError(
                 f"{path}: expected the variable {name!r} ({meaning}), found {found}: export it again "
                 "with all variables"
             )
-    voltages = np.asarray(content["transducers_V"], dtype=float)
+    voltages = _numbers(path, "transducers_V", content)
+    rate = _numbers(path, "sample_rate_hz", content)
+    if rate.size != 1 or not np.isfinite(rate).all() or not rate.item() > 0.0:
+        raise InputError(
+            f"{path}: expected one positive number in 'sample_rate_hz', found {quoted(rate.tolist())}: "
+            "export the log again"
+        )
     channels = tuple(str(np.squeeze(name)) for name in np.ravel(content["channel_names"]))
     lines = {
-        name: np.ravel(content[name]).astype(float)
+        name: np.ravel(_numbers(path, name, content))
         for name in ("belt_velocity_m_per_s", "command_m_per_s", "trigger_V")
     }
     if voltages.ndim != 2 or voltages.shape[1] != len(channels):
@@ -123,13 +129,22 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
                 f"in {name!r}: the file is truncated or damaged, export it again"
             )
     return TreadmillLog(
-        rate_hz=float(np.ravel(content["sample_rate_hz"])[0]),
+        rate_hz=float(rate.item()),
         channels=channels,
         voltages=voltages,
         belt_velocity=lines["belt_velocity_m_per_s"],
         command=lines["command_m_per_s"],
         trigger=lines["trigger_V"],
     )
+
+
+def _numbers(path: Path, name: str, content: dict) -> np.ndarray:
+    try:
+        return np.asarray(content[name], dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{path}: expected numbers in {name!r}, found something else: export the log again"
+        ) from None
 
 
 def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
@@ -152,20 +167,10 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
         another number of components than 6 per belt.
     """
     path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except FileNotFoundError:
-        raise InputError(
-            f"{path}: expected a calibration matrix, found no file: correct its path in the trial sheet"
-        ) from None
-    except UnicodeDecodeError:
-        raise InputError(
-            f"{path}: expected a calibration matrix as CSV text, found binary data: check which "
-            "file the trial sheet names"
-        ) from None
+    lines = read_text(path, "a calibration matrix").splitlines()
     rows = [line.split(",") for line in lines if line.strip()]
     if not rows or [field.strip() for field in rows[0][:2]] != ["component", "unit"]:
-        found = ",".join(rows[0][:2]) if rows else "an empty file"
+        found = quoted(",".join(rows[0][:2])) if rows else "an empty file"
         raise InputError(
             f"{path}: expected the header to start with component,unit, found {found}: export the "
             "calibration matrix with its labels"
@@ -181,7 +186,7 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
             )
         if row[1].strip() != expected:
             raise InputError(
-                f"{path}: expected the unit {expected} for {name}, found {row[1].strip()!r}: convert "
+                f"{path}: expected the unit {expected} for {name}, found {quoted(row[1].strip())}: convert "
                 "the matrix or correct its label"
             )
         components.append(name)
@@ -195,7 +200,7 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
     try:
         matrix = np.array([[float(field) for field in row[2:]] for row in rows[1:]])
     except ValueError as error:
-        raise InputError(f"{path}: expected numbers, found {error}: repair the file") from None
+        raise InputError(f"{path}: expected numbers, found {quoted(error)}: repair the file") from None
     if not np.isfinite(matrix).all():
         raise InputError(f"{path}: expected finite numbers, found NaN or infinity: repair the file")
     return CalibrationMatrix(tuple(components), channels, matrix)

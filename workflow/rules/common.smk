@@ -194,11 +194,6 @@ def all_fits():
     return [f"<results>/fits/{e}/{c}.h5" for e, c in TRIALS]
 
 
-def all_matrices():
-    """Cross-validations."""
-    return [f"<results>/cross_validation/{e}.h5" for e in EXPERIMENTS if e != "ankle"]
-
-
 def all_estimates():
     """Rows of estimates of all trials and cross-validations."""
     files = [f"<results>/estimates/{e}/{c}.csv" for e, c in TRIALS]

@@ -28,7 +28,6 @@ rule write_report:
         source=report_sources(),
         figures=study_figures(),
         fits=all_fits(),
-        matrices=all_matrices(),
         estimates="<results>/tables/estimates.csv",
         tables=study_tables(),
         recovery=study_recovery(),

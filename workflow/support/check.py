@@ -1,20 +1,18 @@
 """Refuse configuration that is not understood, in one sentence each, before anything is computed."""
 
 import difflib
+import math
 from pathlib import Path
 
 import jsonschema
 import yaml
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted, read_text
 
 
 def load_yaml(path: str | Path) -> dict:
     """Read a YAML file; refuse one that is missing, damaged or holds a key twice."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: expected a configuration file, found none: create it") from None
+    text = read_text(Path(path), "a configuration file")
     try:
         return yaml.load(text, Loader=_UniqueKeys) or {}
     except yaml.YAMLError as error:
@@ -31,12 +29,19 @@ class _UniqueKeys(yaml.SafeLoader):
 def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
     seen = set()
     for key_node, _ in node.value:
+        if key_node.tag == "tag:yaml.org,2002:merge":
+            continue
+        if not isinstance(key_node, yaml.ScalarNode):
+            raise yaml.constructor.ConstructorError(
+                None, None, "a key that is not a word", key_node.start_mark
+            )
         key = loader.construct_object(key_node, deep=True)
         if key in seen:
             raise yaml.constructor.ConstructorError(
                 None, None, f"the key {key!r} stands twice", key_node.start_mark
             )
         seen.add(key)
+    loader.flatten_mapping(node)
     return loader.construct_mapping(node, deep=True)
 
 
@@ -45,6 +50,7 @@ _UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _map
 
 def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
     """Raise one sentence for the first thing in ``content`` that the closed schema refuses."""
+    _refuse_not_finite(content, name, "")
     schema = yaml.safe_load(Path(schema_path).read_text(encoding="utf-8"))
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
     # a misspelt key also counts as a missing one: tell about the key that is there
@@ -53,9 +59,18 @@ def check_against_schema(content: dict, schema_path: str | Path, name: str) -> N
         raise InputError(f"{name}: {_sentence(errors[0], schema)}")
 
 
+def _refuse_not_finite(content, name: str, where: str) -> None:
+    if isinstance(content, float) and not math.isfinite(content):
+        raise InputError(f"{name}: expected a finite number for {where!r}, found {content}: correct it")
+    if isinstance(content, dict | list):
+        items = content.items() if isinstance(content, dict) else enumerate(content)
+        for key, value in items:
+            _refuse_not_finite(value, name, f"{where}.{key}" if where else str(key))
+
+
 def _sentence(error: jsonschema.ValidationError, schema: dict) -> str:
     where = ".".join(map(str, error.path))
-    found = f"found {error.instance!r}"
+    found = f"found {quoted(error.instance)}"
     if error.validator == "additionalProperties":
         known = list(error.schema.get("properties", {}))
         unknown = next(key for key in error.instance if key not in known)
@@ -107,6 +122,12 @@ def check_config(config: dict, name: str) -> None:
                 f"({', '.join(dummy['pathways'])}), found {dummy[key]!r}{hint or ': correct it'}"
             )
     labels = [marker["label"] for marker in dummy["geometry"]["leg_markers"]]
+    twice = sorted({label for label in labels if labels.count(label) > 1})
+    if twice:
+        raise InputError(
+            f"{name}: expected dummy.geometry.leg_markers to place every marker once, found {twice[0]!r} "
+            "twice: correct one of the two"
+        )
     unknown = sorted(set(labels) - set(dummy["files"]["marker_labels"]))
     if unknown:
         raise InputError(

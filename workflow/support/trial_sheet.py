@@ -2,10 +2,11 @@
 
 import csv
 import difflib
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, read_text
 
 COLUMNS = (
     "experiment",
@@ -46,12 +47,7 @@ class TrialRow:
 
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
     """Read and check the sheet; keys are (experiment, condition), in the sheet's order."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(
-            f"{path}: expected the trial sheet, found no file: correct study.trial_sheet in the configuration"
-        ) from None
+    text = read_text(Path(path), "the trial sheet")
     rows = list(csv.reader(text.splitlines(), delimiter="\t"))
     header = [name.strip() for name in rows[0]] if rows else []
     for name in header:
@@ -60,6 +56,8 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
             hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(COLUMNS)}"
             raise InputError(f"{path}: unknown column {name!r}: {hint}")
     for name in COLUMNS:
+        if header.count(name) > 1:
+            raise InputError(f"{path}: expected the column {name!r} once, found it twice: remove one")
         if name not in header:
             raise InputError(
                 f"{path}: expected the tab-separated column {name!r}, found {', '.join(header)}: add "
@@ -109,13 +107,13 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             f"{here}: expected the source to be virtual_lab or recorded, found {source!r}: correct it"
         )
     needed = RAW_FILES[experiment]
-    files = {kind: cells[kind] for kind in needed if cells[kind] != EMPTY}
+    files = {kind: cells[kind] for kind in needed if cells[kind] not in (EMPTY, "")}
     if source == "recorded":
         for kind in needed:
             if kind not in files:
                 raise InputError(
-                    f"{here}: expected a {kind} file for {experiment}/{condition}, found {EMPTY!r}: "
-                    "name the recorded file"
+                    f"{here}: expected a {kind} file for {experiment}/{condition}, found "
+                    f"{cells[kind]!r}: name the recorded file"
                 )
     elif files or not all(needed.values()):
         found = f"{next(iter(files.values()))!r}" if files else f"experiment {experiment!r}"
@@ -129,7 +127,7 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             numbers[name] = None if cells[name] == EMPTY else float(cells[name])
         except ValueError:
             numbers[name] = -1.0
-        if numbers[name] is not None and not numbers[name] > 0.0:
+        if numbers[name] is not None and not 0.0 < numbers[name] < math.inf:
             raise InputError(
                 f"{here}: expected a positive number or {EMPTY!r} for {name}, found {cells[name]!r}: "
                 "correct it"

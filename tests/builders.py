@@ -1,0 +1,159 @@
+"""Motions and spectra whose parameters are known, made without the library's formulas."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from tepsipe.inverse_dynamics import Leg
+from tepsipe.segment_regression import LegMotion
+from tepsipe.spectra import SpectralEstimate
+from tepsipe.trial_file import Signal, Trial
+
+# thesis Table 2-2
+LEG = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027, gravity_m_per_s2=9.81)
+RATE_HZ = 250.0
+PULSE_S = 0.025  # of `belt_pulses`: half the time between its two lobes
+WRISTALYZER_DURATION_S = 12.0
+DUMMY_DURATION_S = 12.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A linear joint: inertia (kg m2), damping (Nms/rad), stiffness (Nm/rad), angle at rest (rad)."""
+
+    inertia: float = 0.0
+    damping: float = 0.1
+    stiffness: float = 10.0
+    rest: float = 0.0
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Exact motion of a leg on a belt that is pulsed (s, m, rad)."""
+
+    time: np.ndarray
+    belt_position: np.ndarray
+    belt_velocity: np.ndarray
+    belt_acceleration: np.ndarray
+    motion: LegMotion
+    torque: np.ndarray
+
+
+def belt_pulses(time, onsets_s, peak_m_per_s):
+    """Belt position, velocity and acceleration: one Gaussian bump of position per onset.
+
+    The velocity has two lobes of opposite sign, each with the peak velocity.
+    """
+    height = peak_m_per_s * PULSE_S * np.exp(0.5)
+    position, velocity, acceleration = np.zeros((3, *np.shape(time)))
+    for onset in onsets_s:
+        x = (time - onset - 4.0 * PULSE_S) / PULSE_S
+        bump = height * np.exp(-0.5 * x**2)
+        position = position + bump
+        velocity = velocity - x / PULSE_S * bump
+        acceleration = acceleration + (x**2 - 1.0) / PULSE_S**2 * bump
+    return position, velocity, acceleration
+
+
+def swing(joint, onsets_s=(2.0, 4.0, 6.0), peak_m_per_s=0.3, duration_s=10.0, leg=LEG):
+    """The leg's motion, exact, from its non-linear equation of motion.
+
+    J th'' = m g r sin(th) - m r y_f'' cos(th) - B th' - K (th - th_ref)
+    """
+    m, r, g = leg.mass_kg, leg.com_m, leg.gravity_m_per_s2
+    about_ankle = leg.inertia_kgm2 + m * r**2 + joint.inertia
+    neutral = joint.rest - m * g * r * np.sin(joint.rest) / joint.stiffness
+
+    def angular_acceleration(t, th, w):
+        push = m * r * belt_pulses(t, onsets_s, peak_m_per_s)[2] * np.cos(th)
+        bent = joint.damping * w + joint.stiffness * (th - neutral)
+        return (m * g * r * np.sin(th) - push - bent) / about_ankle
+
+    time = np.arange(round(duration_s * RATE_HZ)) / RATE_HZ
+    solution = solve_ivp(
+        lambda t, x: (x[1], angular_acceleration(t, x[0], x[1])),
+        (0.0, time[-1]),
+        (joint.rest, 0.0),
+        method="DOP853",
+        t_eval=time,
+        rtol=1e-10,
+        atol=1e-12,
+        max_step=0.02,
+    )
+    th, w = solution.y
+    w_rate = angular_acceleration(time, th, w)
+    position, velocity, acceleration = belt_pulses(time, onsets_s, peak_m_per_s)
+    motion = LegMotion(
+        time=time,
+        theta=th,
+        theta_d=w,
+        theta_dd=w_rate,
+        y_dd=acceleration + r * (np.cos(th) * w_rate - np.sin(th) * w**2),
+        z_dd=-r * (np.sin(th) * w_rate + np.cos(th) * w**2),
+        misfit_m=0.0,
+    )
+    torque = joint.inertia * w_rate + joint.damping * w + joint.stiffness * (th - neutral)
+    return Swing(time, position, velocity, acceleration, motion, torque)
+
+
+def second_order_response(parameters, frequency_hz):
+    """Angle over torque of a joint with I, B, K, from the balance of its torques."""
+    inertia, damping, stiffness = parameters
+    omega = 2.0 * np.pi * np.asarray(frequency_hz)
+    return 1.0 / ((stiffness - inertia * omega**2) + 1j * damping * omega)
+
+
+def multisine_record(parameters, periods, rate_hz=256.0, period_s=10.0, band_hz=(1.0, 20.0), seed=3):
+    """Periodic torque of random phases and the steady angle of a joint, line by line."""
+    lines = np.arange(round(band_hz[0] * period_s), round(band_hz[1] * period_s) + 1)
+    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, lines.size)
+    samples = round(period_s * rate_hz)
+    spectrum = np.zeros(samples // 2 + 1, dtype=complex)
+    spectrum[lines] = samples / 40.0 * np.exp(1j * phases)
+    response = second_order_response(parameters, np.arange(spectrum.size) / period_s)
+    total = round(periods * samples)
+    torque = np.resize(np.fft.irfft(spectrum, samples), total)
+    angle = np.resize(np.fft.irfft(spectrum * response, samples), total)
+    return torque, angle
+
+
+def noisy_spectrum(parameters, noise, rng, frequency_hz=None):
+    """Spectral estimate whose weighted log ratio to the truth is white with a known deviation."""
+    frequency = np.arange(1.0, 9.01, 0.1) if frequency_hz is None else frequency_hz
+    weight = np.sqrt(1.0 / frequency)
+    errors = rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size)
+    response = second_order_response(parameters, frequency) * np.exp(noise * errors / weight)
+    return SpectralEstimate(frequency, response, np.ones_like(frequency), 5)
+
+
+def trial_of(rate_hz, **signals):
+    """A trial on a regular clock from arrays of equal length; each value is (samples, unit)."""
+    samples = next(iter(signals.values()))[0].shape[0]
+    return Trial(
+        rate_hz=rate_hz,
+        axes={"time": np.arange(samples) / rate_hz},
+        signals={name: Signal(values, unit, ("time",), name) for name, (values, unit) in signals.items()},
+    )
+
+
+def scaled_leg(leg, factor):
+    """The same leg, `factor` times as heavy."""
+    return replace(leg, mass_kg=factor * leg.mass_kg, inertia_kgm2=factor * leg.inertia_kgm2)
+
+
+def bend_at_rest(moment, toppling):
+    """Bending (rad) at which a joint of a given moment (Nm) carries a toppling moment (Nm)."""
+    return brentq(lambda phi: moment(phi) - toppling, -1.0, 1.0, xtol=1e-14)
+
+
+def assert_one_sentence(error, *names):
+    """A message for a person: one sentence that names the source, what was expected, what found."""
+    text = str(error)
+    for name in (*map(str, names), "expected", "found"):
+        assert name in text, f"{name!r} is not in: {text}"
+    assert "\n" not in text, f"more than one line: {text!r}"
+    assert ". " not in text, f"more than one sentence: {text}"
+    assert "Traceback" not in text
+    assert len(text) < 600, f"{len(text)} characters are too many for one sentence"

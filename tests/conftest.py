@@ -1,0 +1,92 @@
+"""Fixtures that several test files share: the shipped configuration, a small laboratory, real data."""
+
+import copy
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from builders import DUMMY_DURATION_S, LEG, WRISTALYZER_DURATION_S
+
+from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
+from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))  # for `workflow`, which is not installed
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20140612)
+
+
+@pytest.fixture
+def leg():
+    return LEG
+
+
+@pytest.fixture(scope="session")
+def root():
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def shipped_config():
+    return yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def config(shipped_config):
+    return copy.deepcopy(shipped_config)
+
+
+@pytest.fixture(scope="session")
+def shipped_truth():
+    return yaml.safe_load((ROOT / "config" / "virtual_lab.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="session")
+def short_truth(shipped_truth):
+    """The shipped laboratory with less rest, so that a short trial holds perturbations."""
+    truth = copy.deepcopy(shipped_truth)
+    truth["treadmill"]["protocol"] |= {"rest_before_s": 2.0, "rest_after_s": 3.0}
+    return truth
+
+
+@pytest.fixture(scope="session")
+def wristalyzer_files(short_truth, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wristalyzer")
+    files = {"log": folder / "log.txt", "command": folder / "command.txt"}
+    make_wristalyzer_trial(short_truth, "0.16", 0.16, WRISTALYZER_DURATION_S, **files)
+    return files
+
+
+@pytest.fixture(scope="session")
+def dummy_files(short_truth, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("dummy")
+    files = {
+        "log": folder / "log.mat",
+        "calibration": folder / "calibration.csv",
+        "markers": folder / "markers.c3d",
+    }
+    make_dummy_trial(short_truth, "sine-0.5", "sine", 0.5, 2.0, DUMMY_DURATION_S, **files)
+    return files
+
+
+@pytest.fixture(scope="session")
+def real_data():
+    """Path of a recording made by others; skips, saying what is missing, where it is absent."""
+    folder = Path(os.environ.get("TEPSIPE_REAL_DATA", ROOT.parent / "shared" / "real-data"))
+
+    def recording(name):
+        path = folder / name
+        if not path.is_file():
+            pytest.skip(
+                f"no real recording at {path}: put {name} there, or say with TEPSIPE_REAL_DATA "
+                "which folder holds it"
+            )
+        return path
+
+    return recording

@@ -1,0 +1,465 @@
+"""Configuration and trial sheet: what is not understood stops the run with one sentence."""
+
+import copy
+
+import pytest
+import yaml
+from builders import assert_one_sentence
+
+from tepsipe.claims import MEASURES
+from tepsipe.errors import InputError
+from workflow.support.check import check_against_schema, check_config, load_yaml
+from workflow.support.reach import reached_by
+from workflow.support.trial_sheet import COLUMNS, read_trial_sheet
+from workflow.support.version import code_version
+
+
+def merged(base, changes):
+    """A copy of nested mappings, overridden as Snakemake does it: key by key."""
+    result = dict(base)
+    for key, value in changes.items():
+        both = isinstance(value, dict) and isinstance(base.get(key), dict)
+        result[key] = merged(base[key], value) if both else value
+    return result
+
+
+# ---- what is shipped ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "schema"),
+    [
+        ("config.yaml", "config"),
+        ("virtual_lab.yaml", "virtual_lab"),
+        ("reported.yaml", "reported"),
+    ],
+)
+def test_shipped_file_agrees_with_its_schema(name, schema, root):
+    content = load_yaml(root / "config" / name)
+    check_against_schema(content, root / f"workflow/schemas/{schema}.schema.yaml", name)
+
+
+def test_shipped_configuration_refers_to_what_is_there(config, root):
+    check_config(config, "configuration")
+    trials = read_trial_sheet(root / config["study"]["trial_sheet"], ".")
+    assert len(trials) == 17
+    assert ("wristalyzer", config["wristalyzer"]["best_condition"]) in trials
+    assert ("dummy", config["dummy"]["example_condition"]) in trials
+
+
+def test_shipped_study_of_recordings_is_a_valid_override(config, root):
+    override = load_yaml(root / "config/human-ankle/config.yaml")
+    both = merged(config, override)
+    check_against_schema(both, root / "workflow/schemas/config.schema.yaml", "human-ankle")
+    check_config(both, "human-ankle")
+    trials = read_trial_sheet(root / both["study"]["trial_sheet"], "folder")
+    assert {row.source for row in trials.values()} == {"recorded"}
+    assert trials["ankle", "trial1"].files == {"log": "folder/ankle_trial1.csv.gz"}
+
+
+def test_reported_tables_have_the_conditions_of_the_trial_sheet(config, root):
+    trials = read_trial_sheet(root / config["study"]["trial_sheet"], ".")
+    reported = load_yaml(root / "config/reported.yaml")
+    for table, experiment in (("table_4_1", "wristalyzer"), ("table_4_2", "dummy")):
+        for quantity, row in reported["tables"][table].items():
+            for condition in row:
+                assert (experiment, condition) in trials, f"{table} {quantity} {condition}"
+
+
+def test_reported_slips_are_in_the_tables_as_printed(root):
+    reported = load_yaml(root / "config/reported.yaml")
+    assert reported["slips"]
+    for slip in reported["slips"]:
+        printed = reported["tables"][slip["table"]][slip["quantity"]][slip["condition"]]
+        assert printed == slip["printed"]
+        assert slip["meant"] == pytest.approx(slip["printed"] / 10.0, abs=5e-4)
+
+
+def test_every_reported_claim_can_be_measured(root):
+    reported = load_yaml(root / "config/reported.yaml")
+    measured = [claim["measure"] for claim in reported["claims"]]
+    assert set(measured) <= set(MEASURES)
+    assert len(set(measured)) == len(measured)
+
+
+# ---- the closed schema -------------------------------------------------------------------------
+
+
+@pytest.fixture
+def refused(config, root):
+    """Override the shipped configuration; return what is said about it."""
+
+    def check(changes):
+        changed = merged(config, changes)
+        with pytest.raises(InputError) as caught:
+            check_against_schema(changed, root / "workflow/schemas/config.schema.yaml", "my-study")
+            check_config(changed, "my-study")
+        text = str(caught.value)
+        assert text.startswith("my-study: ")
+        assert "\n" not in text
+        assert len(text) < 400
+        return text
+
+    return check
+
+
+UNKNOWN_KEYS = [
+    ({"dumy": {}}, "dumy", "dummy"),
+    ({"study": {"sed": 1}}, "study.sed", "seed"),
+    (
+        {"dummy": {"analysis": {"lowpass_cutof_hz": 20.0}}},
+        "dummy.analysis.lowpass_cutof_hz",
+        "lowpass_cutoff_hz",
+    ),
+    (
+        {"dummy": {"pathways": {"leg": {"estimater": "x"}}}},
+        "dummy.pathways.leg.estimater",
+        "estimator",
+    ),
+    ({"ankle": {"strober_frequency_hz": 250}}, "ankle.strober_frequency_hz", "strober_frequency_hz"),
+]
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "meant"), UNKNOWN_KEYS, ids=[str(case[1]) for case in UNKNOWN_KEYS]
+)
+def test_unknown_key_is_named_with_the_one_that_was_meant(changes, key, meant, refused):
+    text = refused(changes)
+    assert f"unknown key {key!r}" in text
+    assert f"did you mean {meant!r}?" in text
+
+
+def test_unknown_key_like_no_other_is_shown_beside_those_that_are_known(refused):
+    assert "known here: name, title" in refused({"study": {"xyzzy": 1}})
+
+
+@pytest.mark.parametrize("path", [("study", "seed"), ("dummy", "analysis", "merge_s"), ("ankle",)])
+def test_missing_key_is_named(path, config, root):
+    *parents, last = path
+    section = config
+    for name in parents:
+        section = section[name]
+    del section[last]
+    with pytest.raises(InputError) as caught:
+        check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "my-study")
+    assert_one_sentence(caught.value, "my-study", repr(".".join(path)))
+
+
+WRONG_VALUES = [
+    ({"study": {"seed": "many"}}, "study.seed", "integer"),
+    ({"study": {"seed": 1.5}}, "study.seed", "integer"),
+    ({"study": {"virtual_lab": 3}}, "study.virtual_lab", "string or null"),
+    ({"dummy": {"analysis": {"lowpass_cutoff_hz": -20.0}}}, "lowpass_cutoff_hz", "above 0"),
+    ({"dummy": {"analysis": {"lowpass_cutoff_hz": "20 Hz"}}}, "lowpass_cutoff_hz", "number"),
+    ({"dummy": {"analysis": {"lowpass_order": 3}}}, "lowpass_order", "one of 2, 4, 6, 8"),
+    ({"dummy": {"analysis": {"threshold_fraction": 1.0}}}, "threshold_fraction", "below 1"),
+    ({"dummy": {"ingest": {"max_gap_s": True}}}, "max_gap_s", "number"),
+    ({"wristalyzer": {"analysis": {"fit_band_hz": [1.0]}}}, "fit_band_hz", "at least 2 items"),
+    ({"wristalyzer": {"analysis": {"fit_band_hz": 9.0}}}, "fit_band_hz", "array"),
+    ({"wristalyzer": {"files": {"angle_unit": "degrees"}}}, "angle_unit", "'rad', 'deg'"),
+    ({"ankle": {"files": {"torque_sign": 0}}}, "torque_sign", "one of 1, -1"),
+    ({"dummy": {"pathways": {"leg": {"torque": "foot"}}}}, "leg.torque", "'leg', 'leg-printed'"),
+    ({"dummy": None}, "dummy", "object"),
+]
+
+
+@pytest.mark.parametrize(
+    ("changes", "where", "expected"), WRONG_VALUES, ids=[str(case[1]) for case in WRONG_VALUES]
+)
+def test_value_of_the_wrong_type_or_range_is_refused(changes, where, expected, refused):
+    text = refused(changes)
+    assert where in text
+    assert "expected" in text
+    assert "found" in text
+    assert expected in text
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_number_that_is_not_finite_is_refused(value, refused):
+    refused({"dummy": {"analysis": {"signal_to_noise": value}}})
+
+
+MISFITS = [
+    ({"dummy": {"as_printed": "leg-printd"}}, ["dummy.as_printed", "did you mean 'leg-printed'?"]),
+    ({"dummy": {"recommended": "foot"}}, ["dummy.recommended", "'foot'"]),
+    ({"dummy": {"files": {"marker_labels": ["ankle", "leg1"]}}}, ["leg_markers", "'leg2'"]),
+    ({"wristalyzer": {"analysis": {"fit_band_hz": [9.0, 1.0]}}}, ["fit_band_hz", "low to high"]),
+    (
+        {"wristalyzer": {"analysis": {"start": {"K_Nm_per_rad": 25.0}}}},
+        ["start.K_Nm_per_rad", "25.0"],
+    ),
+    (
+        {"wristalyzer": {"analysis": {"tried_stiffness_Nm_per_rad": [5.0, 20.0]}}},
+        ["tried_stiffness_Nm_per_rad", "found 20.0"],
+    ),
+    (
+        {"ankle": {"analysis": {"lowpass_cutoff_hz": 125.0}}},
+        ["ankle.analysis.lowpass_cutoff_hz", "125 Hz"],
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "names"), MISFITS, ids=[str(case[1]) for case in MISFITS])
+def test_values_that_do_not_fit_each_other_are_refused(changes, names, refused):
+    text = refused(changes)
+    for name in ("expected", "found", *names):
+        assert name in text
+
+
+def test_leg_marker_that_is_placed_twice_is_refused(config, refused):
+    placed = copy.deepcopy(config["dummy"]["geometry"]["leg_markers"])
+    placed[2]["label"] = placed[1]["label"]
+    assert "'leg1'" in refused({"dummy": {"geometry": {"leg_markers": placed}}})
+
+
+# ---- YAML --------------------------------------------------------------------------------------
+
+
+def refused_yaml(path, content):
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        load_yaml(path)
+    assert_one_sentence(caught.value, path)
+    return str(caught.value)
+
+
+def test_key_that_stands_twice_is_refused_with_its_line(tmp_path):
+    text = refused_yaml(tmp_path / "c.yaml", b"study:\n  seed: 1\n  name: x\n  seed: 2\n")
+    assert "'seed'" in text
+    assert "line 4" in text
+
+
+def test_damaged_yaml_is_refused_with_its_line(tmp_path):
+    assert "line 3" in refused_yaml(tmp_path / "c.yaml", b"study:\n  seed: [1, 2\nname: x\n")
+
+
+def test_template_that_was_not_filled_in_is_refused(tmp_path):
+    refused_yaml(tmp_path / "c.yaml", b"results: {{folder}}\n")
+
+
+def test_yaml_that_is_not_text_is_refused(tmp_path):
+    refused_yaml(tmp_path / "c.yaml", "title: Größe\n".encode("latin-1"))
+
+
+def test_yaml_that_holds_no_keys_is_refused(tmp_path, root):
+    (tmp_path / "c.yaml").write_text("- 1\n- 2\n")
+    with pytest.raises(InputError) as caught:
+        schema = root / "workflow/schemas/config.schema.yaml"
+        check_against_schema(load_yaml(tmp_path / "c.yaml"), schema, "c.yaml")
+    assert_one_sentence(caught.value, "c.yaml")
+
+
+def test_missing_yaml_is_refused(tmp_path):
+    with pytest.raises(InputError) as caught:
+        load_yaml(tmp_path / "none.yaml")
+    assert_one_sentence(caught.value, tmp_path / "none.yaml")
+
+
+def test_good_yaml_is_read_as_any_reader_would(root):
+    text = (root / "config/config.yaml").read_text()
+    assert load_yaml(root / "config/config.yaml") == yaml.safe_load(text)
+
+
+def test_yaml_that_merges_one_mapping_into_another_is_read(tmp_path):
+    (tmp_path / "c.yaml").write_text("base: &b {x: 1, y: 2}\nmore:\n  <<: *b\n  y: 3\n")
+    assert load_yaml(tmp_path / "c.yaml")["more"] == {"x": 1, "y": 3}
+
+
+# ---- the trial sheet ---------------------------------------------------------------------------
+
+GOOD = {
+    "experiment": "dummy",
+    "condition": "sine-0.3",
+    "source": "virtual_lab",
+    "profile": "sine",
+    "amplitude": "0.3",
+    "interval_s": "4",
+    "duration_s": "70",
+    "log": "-",
+    "command": "-",
+    "calibration": "-",
+    "markers": "-",
+}
+RECORDED = GOOD | {
+    "source": "recorded",
+    "profile": "-",
+    "amplitude": "-",
+    "interval_s": "-",
+    "log": "log.mat",
+    "calibration": "plate.csv",
+    "markers": "markers.c3d",
+}
+
+
+@pytest.fixture
+def sheet(tmp_path):
+    def write(*rows, columns=COLUMNS):
+        path = tmp_path / "trials.tsv"
+        lines = [columns, *([row[name] for name in columns if name in row] for row in rows)]
+        path.write_text("".join("\t".join(line) + "\n" for line in lines))
+        return path
+
+    return write
+
+
+def refuse_sheet(path):
+    with pytest.raises(InputError) as caught:
+        read_trial_sheet(path, ".")
+    text = str(caught.value)
+    assert text.startswith(str(path))
+    assert "\n" not in text
+    return text
+
+
+def test_good_rows_are_read_in_their_order(sheet):
+    path = sheet(RECORDED | {"condition": "mine"}, GOOD)
+    trials = read_trial_sheet(path, "/data")
+    assert list(trials) == [("dummy", "mine"), ("dummy", "sine-0.3")]
+    assert trials["dummy", "mine"].files == {
+        "log": "/data/log.mat",
+        "calibration": "/data/plate.csv",
+        "markers": "/data/markers.c3d",
+    }
+    made = trials["dummy", "sine-0.3"]
+    assert made.files == {}
+    assert (made.amplitude, made.interval_s, made.duration_s) == (0.3, 4.0, 70.0)
+
+
+def test_absolute_paths_in_the_sheet_stay_where_they_are(sheet):
+    trials = read_trial_sheet(sheet(RECORDED | {"log": "/elsewhere/log.mat"}), "/data")
+    assert trials["dummy", "sine-0.3"].files["log"] == "/elsewhere/log.mat"
+
+
+def test_empty_lines_of_the_sheet_do_not_matter(sheet):
+    path = sheet(GOOD)
+    path.write_text(path.read_text() + "\n\t\t\n\n")
+    assert len(read_trial_sheet(path, ".")) == 1
+
+
+def test_unknown_column_is_named_with_the_one_that_was_meant(sheet):
+    columns = [name.replace("interval_s", "intervall_s") for name in COLUMNS]
+    assert "'intervall_s': did you mean 'interval_s'?" in refuse_sheet(sheet(columns=columns))
+
+
+def test_missing_column_is_named(sheet):
+    columns = [name for name in COLUMNS if name != "markers"]
+    text = refuse_sheet(sheet(GOOD, columns=columns))
+    assert "expected" in text
+    assert "'markers'" in text
+
+
+def test_column_that_stands_twice_is_refused(sheet):
+    assert "'log'" in refuse_sheet(sheet(GOOD, columns=[*COLUMNS, "log"]))
+
+
+MISTAKES = [
+    (GOOD, {"experiment": "dumy"}, ["'dumy'", "dummy"]),
+    (GOOD, {"condition": "sine 0.3"}, ["'sine 0.3'", "condition"]),
+    (GOOD, {"condition": "../x"}, ["'../x'"]),
+    (GOOD, {"condition": ""}, ["condition"]),
+    (GOOD, {"source": "recordings"}, ["'recordings'", "recorded"]),
+    (GOOD, {"profile": "sinus"}, ["'sinus'", "sine"]),
+    (GOOD, {"amplitude": "large"}, ["'large'", "amplitude"]),
+    (GOOD, {"amplitude": "0"}, ["'0'", "amplitude"]),
+    (GOOD, {"amplitude": "-"}, ["amplitude"]),
+    (GOOD, {"interval_s": "-4"}, ["'-4'", "interval_s"]),
+    (GOOD, {"interval_s": "-"}, ["interval_s"]),
+    (GOOD, {"duration_s": "nan"}, ["'nan'", "duration_s"]),
+    (GOOD, {"duration_s": "inf"}, ["'inf'", "duration_s"]),
+    (GOOD, {"duration_s": "0,5"}, ["'0,5'", "duration_s"]),
+    (GOOD, {"log": "log.mat"}, ["'log.mat'", "recorded"]),
+    (GOOD, {"experiment": "ankle", "profile": "-"}, ["ankle", "recorded"]),
+    (RECORDED, {"markers": "-"}, ["markers", "dummy/sine-0.3"]),
+    (RECORDED, {"calibration": "-"}, ["calibration"]),
+    (RECORDED, {"calibration": ""}, ["calibration"]),
+    (RECORDED, {"duration_s": "-"}, ["duration_s"]),
+]
+
+
+@pytest.mark.parametrize(("row", "changes", "names"), MISTAKES, ids=[str(m[1]) for m in MISTAKES])
+def test_mistake_in_a_row_is_named_with_its_line(row, changes, names, sheet):
+    text = refuse_sheet(sheet(GOOD | {"condition": "first"}, row | changes))
+    for name in ("line 3", "expected", "found", *names):
+        assert name in text, f"{name!r} is not in: {text}"
+
+
+def test_trial_that_stands_twice_is_refused(sheet):
+    text = refuse_sheet(sheet(GOOD, RECORDED))
+    assert "dummy/sine-0.3" in text
+    assert "line 3" in text
+
+
+def test_row_with_too_few_cells_is_refused(sheet):
+    path = sheet(GOOD)
+    path.write_text(path.read_text().replace("\t70\t", "\t"))
+    assert "line 2" in refuse_sheet(path)
+
+
+def test_sheet_without_trials_is_refused(sheet):
+    assert "none" in refuse_sheet(sheet())
+
+
+def test_missing_or_empty_sheet_is_refused(tmp_path):
+    refuse_sheet(tmp_path / "none.tsv")
+    (tmp_path / "empty.tsv").write_text("")
+    refuse_sheet(tmp_path / "empty.tsv")
+
+
+def test_sheet_that_is_not_text_is_refused(sheet):
+    path = sheet(GOOD)
+    path.write_bytes(path.read_text().encode("utf-16"))
+    refuse_sheet(path)
+
+
+# ---- what a script reaches ---------------------------------------------------------------------
+
+
+def test_modules_are_followed_through_imports_and_no_further(tmp_path):
+    files = {
+        "lib/__init__.py": "",
+        "lib/one.py": "from lib.sub.two import f\n",
+        "lib/sub/__init__.py": "",
+        "lib/sub/two.py": "def f():\n    import lib.three\n",
+        "lib/three.py": "import json, numpy\nfrom lib import four\n",
+        "lib/four.py": "",
+        "lib/unused.py": "import lib.one\n",
+        "scripts/run.py": "import helper\nfrom lib.one import g\n",
+        "scripts/helper.py": "import os\n",
+        "scripts/other.py": "import lib.unused\n",
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    assert reached_by("scripts/run.py", str(tmp_path)) == [
+        "lib/__init__.py",
+        "lib/four.py",
+        "lib/one.py",
+        "lib/sub/__init__.py",
+        "lib/sub/two.py",
+        "lib/three.py",
+        "scripts/helper.py",
+    ]
+
+
+def test_ingest_reaches_its_readers_and_no_estimator(root):
+    reached = reached_by("workflow/scripts/ingest_dummy.py", str(root))
+    for name in ("ingest_treadmill", "sampling", "readers/markers", "trial_file", "errors"):
+        assert f"tepsipe/{name}.py" in reached
+    assert "workflow/scripts/job.py" in reached
+    for name in ("admittance_fit", "segment_regression", "claims", "figures/style"):
+        assert f"tepsipe/{name}.py" not in reached
+    assert not [path for path in reached if "virtual_lab" in path]
+
+
+def test_fit_reaches_what_its_modules_import(root):
+    reached = reached_by("workflow/scripts/fit_wristalyzer.py", str(root))
+    for name in ("wristalyzer", "admittance_fit", "spectra", "second_order", "filters", "metrics"):
+        assert f"tepsipe/{name}.py" in reached
+    assert "tepsipe/ingest_treadmill.py" not in reached
+
+
+# ---- version -----------------------------------------------------------------------------------
+
+
+def test_folder_that_is_no_checkout_has_no_version(tmp_path):
+    assert code_version(str(tmp_path)) == {"commit": None, "modified": None}

@@ -1,0 +1,340 @@
+"""Promises that the code keeps everywhere: who imports whom, units in docstrings, params of scripts."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+from workflow.support.reach import reached_by
+
+ROOT = Path(__file__).parents[1]
+MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
+SCRIPTS = sorted((ROOT / "workflow/scripts").glob("*.py"))
+RULE_FILES = sorted((ROOT / "workflow/rules").glob("*.smk"))
+LABORATORY = "tepsipe.virtual_lab"
+
+
+def module_name(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def syntax(path):
+    return ast.parse(path.read_text(encoding="utf-8"), str(path))
+
+
+def imported(path):
+    """Full names of what a module imports, anywhere in it."""
+    names = set()
+    for node in ast.walk(syntax(path)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{path} imports relatively"
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
+
+
+def within(name, package):
+    return name == package or name.startswith(f"{package}.")
+
+
+# ---- who imports whom --------------------------------------------------------------------------
+
+
+def test_laboratory_imports_nothing_from_the_analysis():
+    laboratory = [path for path in MODULES if within(module_name(path), LABORATORY)]
+    assert len(laboratory) > 5
+    for path in laboratory:
+        for name in imported(path):
+            foreign = within(name, "tepsipe") and not within(name, LABORATORY)
+            assert not foreign or name == "tepsipe", f"{path} imports {name}"
+
+
+def test_analysis_imports_nothing_from_the_laboratory():
+    analysis = [path for path in MODULES if not within(module_name(path), LABORATORY)]
+    assert len(analysis) > 20
+    for path in analysis:
+        for name in imported(path):
+            assert not within(name, LABORATORY), f"{path} imports {name}"
+
+
+def test_library_knows_neither_snakemake_nor_the_configuration():
+    for path in MODULES:
+        for name in imported(path):
+            for package in ("snakemake", "yaml", "workflow", "jsonschema"):
+                assert not within(name, package), f"{path} imports {name}"
+        assert "config/" not in path.read_text(encoding="utf-8"), f"{path} names a configuration file"
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+def test_only_the_scripts_that_make_trials_reach_the_laboratory(path):
+    reached = reached_by(str(path.relative_to(ROOT)), str(ROOT))
+    assert any("tepsipe/virtual_lab" in name for name in reached) == path.stem.startswith("make_")
+
+
+# ---- docstrings --------------------------------------------------------------------------------
+
+UNIT = re.compile(
+    r"""
+    \( (?: [^()]*,\s* )? (?:
+        -|%|s|ms|min|Hz|m|mm|m/s2?|rad|rad/s2?|rad/Nm|kg|kg\ ?m2|kgm2|N|Nm|N/V|Nm/V|V|V/s|V/N|Ns/m|s/m
+        |Nm/rad3?|Nms/rad|Nms2/rad|N/N|1/min|px|dpi
+    ) (?: [\s,;:/][^()]* )? \)
+    | \b(?: unit | units | unitless | dimensionless | samples? | pixels? | inches | inch
+        | radians? | metres? | seconds? | hexadecimal | SHA-256 | normalised )\b
+    | \b\d*\s?(?: Hz | Nm/rad | Nms/rad | m/s | N/V | Nm/V )\b
+    | \bin\ (?: s | m | mm | V | Hz | rad | Nm ) \b
+    """,
+    re.VERBOSE,
+)
+
+
+def public_definitions():
+    """Name, node and own docstring of every public class, function, method and property."""
+    found = []
+
+    def walk(node, prefix):
+        for child in node.body:
+            if not isinstance(child, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+                continue
+            if child.name.startswith("_"):
+                continue
+            name = f"{prefix}.{child.name}"
+            found.append((name, child, ast.get_docstring(child)))
+            if isinstance(child, ast.ClassDef):
+                walk(child, name)
+
+    for path in MODULES:
+        walk(syntax(path), module_name(path))
+    return found
+
+
+def test_every_module_says_what_it_is():
+    silent = [str(path) for path in MODULES if not ast.get_docstring(syntax(path))]
+    assert silent == []
+
+
+def test_every_public_name_has_a_docstring():
+    definitions = public_definitions()
+    assert len(definitions) > 120
+    assert [name for name, _, text in definitions if not text] == []
+
+
+def test_every_public_docstring_names_a_unit():
+    lacking = [name for name, _, text in public_definitions() if text and not UNIT.search(text)]
+    assert lacking == []
+
+
+def test_pattern_of_a_unit_finds_units_and_does_not_find_words():
+    for text in ("Angle (rad).", "VAF (%).", "Count (-).", "Torque (Nm, as read).", "no unit"):
+        assert UNIT.search(text), text
+    for text in ("Angle of the leg.", "Names (see below).", "One of (a, b)."):
+        assert not UNIT.search(text), text
+
+
+def raises_input_error(node):
+    """Whether a function itself, not a function inside it, raises InputError."""
+    return any(
+        isinstance(part, ast.Raise)
+        and isinstance(part.exc, ast.Call)
+        and getattr(part.exc.func, "id", "") == "InputError"
+        for part in ast.walk(node)
+    )
+
+
+def test_public_functions_that_refuse_their_input_say_so():
+    refusing = [
+        (name, text)
+        for name, node, text in public_definitions()
+        if not isinstance(node, ast.ClassDef) and raises_input_error(node)
+    ]
+    assert len(refusing) > 15
+    silent = [
+        name for name, text in refusing if "\nInputError\n" not in (text or "").partition("Raises\n------")[2]
+    ]
+    assert silent == []
+
+
+def test_documented_parameters_are_those_of_the_function():
+    wrong = []
+    for name, node, text in public_definitions():
+        if isinstance(node, ast.ClassDef) or "\nParameters\n---" not in (text or ""):
+            continue
+        section = re.split(r"\n\w[\w ]*\n-{3,}\n", text.split("\nParameters\n")[1].split("\n", 1)[1])[0]
+        headings = re.findall(r"^(\S[^\n:]*?)(?: :[^\n]*)?$", section, re.MULTILINE)
+        documented = [part.strip().lstrip("*") for line in headings for part in line.split(",")]
+        arguments = node.args
+        given = [a.arg for a in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+        given += [a.arg for a in (arguments.vararg, arguments.kwarg) if a]
+        given = [a for a in given if a not in ("self", "cls")]
+        if documented != given:
+            wrong.append((name, documented, given))
+    assert wrong == []
+
+
+def test_documented_attributes_are_those_of_the_class():
+    wrong = []
+    for name, node, text in public_definitions():
+        if not isinstance(node, ast.ClassDef) or "\nAttributes\n---" not in (text or ""):
+            continue
+        section = re.split(r"\n\w[\w ]*\n-{3,}\n", text.split("\nAttributes\n")[1].split("\n", 1)[1])[0]
+        headings = re.findall(r"^(\S[^\n:]*?)(?: :[^\n]*)?$", section, re.MULTILINE)
+        documented = {part.strip() for line in headings for part in line.split(",")}
+        fields = {part.target.id for part in node.body if isinstance(part, ast.AnnAssign)}
+        if documented != fields:
+            wrong.append((name, sorted(documented ^ fields)))
+    assert wrong == []
+
+
+# ---- rules and scripts -------------------------------------------------------------------------
+
+
+def rules():
+    """Rule -> keyword (input, params, ...) -> its text, from every rule file."""
+    found = {}
+    for path in RULE_FILES:
+        text = path.read_text(encoding="utf-8")
+        for block in re.split(r"^(?=rule |checkpoint )", text, flags=re.MULTILINE)[1:]:
+            name = re.match(r"\w+ (\w+):", block).group(1)
+            parts = re.split(r"^    (\w+):\n", block, flags=re.MULTILINE)
+            found[name] = dict(zip(parts[1::2], parts[2::2], strict=True))
+    return found
+
+
+RULES = rules()
+
+
+def names_in(section):
+    """Names given in a section of a rule, at its own depth of indentation."""
+    return set(re.findall(r"^ {8}(\w+)=", section, re.MULTILINE))
+
+
+def scripted():
+    """(rule, its script's syntax) of every rule that has a script."""
+    for name, sections in RULES.items():
+        if "script" in sections:
+            path = re.search(r'"\.\./scripts/(\w+\.py)"', sections["script"]).group(1)
+            yield name, ROOT / "workflow/scripts" / path
+
+
+def used(path, kind):
+    """Names that a script takes from snakemake.<kind>, and whether it takes others by subscript."""
+    names, computed = set(), False
+    for node in ast.walk(syntax(path)):
+        if isinstance(node, ast.Attribute | ast.Subscript):
+            owner = node.value
+            of_kind = (
+                isinstance(owner, ast.Attribute)
+                and owner.attr == kind
+                and isinstance(owner.value, ast.Name)
+                and owner.value.id == "snakemake"
+            )
+            if not of_kind:
+                continue
+            if isinstance(node, ast.Attribute):
+                names.add(node.attr)
+            elif isinstance(node.slice, ast.Constant):
+                names.add(node.slice.value)
+            else:
+                computed = True
+    return names, computed
+
+
+CASES = [pytest.param(name, path, id=name) for name, path in scripted()]
+
+
+def test_every_rule_file_was_understood():
+    assert len(RULES) >= 15
+    for path in RULE_FILES:
+        in_text = len(re.findall(r"^rule ", path.read_text(encoding="utf-8"), re.MULTILINE))
+        own = [name for name in RULES if f"rule {name}:" in path.read_text(encoding="utf-8")]
+        assert len(own) == in_text, path
+    for name, sections in RULES.items():
+        assert {"input", "output", "log", "script"} <= set(sections), name
+
+
+def test_every_script_belongs_to_the_rule_of_its_name():
+    for name, path in scripted():
+        assert path.stem == name
+    assert {path.name for _, path in scripted()} == {p.name for p in SCRIPTS} - {"job.py"}
+
+
+@pytest.mark.parametrize(("rule", "path"), CASES)
+def test_script_reads_exactly_the_params_that_its_rule_gives(rule, path):
+    names, computed = used(path, "params")
+    assert names == names_in(RULES[rule].get("params", ""))
+    assert not computed
+
+
+@pytest.mark.parametrize(("rule", "path"), CASES)
+def test_script_reads_only_inputs_that_its_rule_names(rule, path):
+    names, computed = used(path, "input")
+    named = names_in(RULES[rule]["input"])
+    assert names <= named
+    assert not computed
+    # what is not read is there to re-run the rule: raw files are named by a param
+    assert named - names <= {"library", "raw", "source", "config", "outputs"}
+
+
+@pytest.mark.parametrize(("rule", "path"), CASES)
+def test_script_writes_exactly_the_outputs_that_its_rule_names(rule, path):
+    names, computed = used(path, "output")
+    section = RULES[rule]["output"]
+    if "**figure_files(" in section:
+        assert computed
+        assert names_in(section) == names == set()
+    else:
+        assert names == names_in(section)
+
+
+@pytest.mark.parametrize(("rule", "path"), CASES)
+def test_rule_is_run_again_when_a_module_that_its_script_reaches_changes(rule, path):
+    assert f'library=library_of("{rule}"),' in RULES[rule]["input"]
+    assert path.is_file()
+
+
+@pytest.mark.parametrize(("rule", "path"), CASES)
+def test_wildcards_of_a_script_are_in_the_outputs_of_its_rule(rule, path):
+    names, _ = used(path, "wildcards")
+    assert names <= set(re.findall(r"\{(\w+)\}", RULES[rule]["output"]))
+
+
+@pytest.mark.parametrize("path", [p for p in SCRIPTS if p.name != "job.py"], ids=lambda p: p.stem)
+def test_script_starts_its_job_first_and_does_not_look_into_the_configuration(path):
+    statements = syntax(path).body[1:]
+    assert ast.unparse(statements[0]) == "import job"
+    assert ast.unparse(statements[1]) == "job.start(snakemake)"
+    assert "snakemake.config" not in path.read_text(encoding="utf-8")
+
+
+# ---- the hidden truth --------------------------------------------------------------------------
+
+MAY_KNOW_THE_TRUTH = {
+    "make_wristalyzer_trial",
+    "make_dummy_trial",
+    "compare_with_truth",
+    "record_provenance",
+}
+
+
+def test_only_the_laboratory_and_the_comparison_have_the_truth_as_an_input():
+    knowing = {
+        name for name, sections in RULES.items() if any("virtual_lab" in text for text in sections.values())
+    }
+    assert knowing == MAY_KNOW_THE_TRUTH
+
+
+def test_provenance_takes_the_truth_for_its_checksum_only():
+    names, _ = used(ROOT / "workflow/scripts/record_provenance.py", "input")
+    assert "virtual_lab" in names
+    text = (ROOT / "workflow/scripts/record_provenance.py").read_text(encoding="utf-8")
+    assert len(re.findall(r"snakemake\.input\.virtual_lab", text)) == 1
+    for name in imported(ROOT / "workflow/scripts/record_provenance.py"):
+        assert not within(name, LABORATORY)
+
+
+def test_no_script_opens_the_truth_by_its_name():
+    for path in [*SCRIPTS, *MODULES]:
+        assert "virtual_lab.yaml" not in path.read_text(encoding="utf-8"), path

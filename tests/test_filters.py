@@ -1,0 +1,79 @@
+"""The bidirectional Butterworth low-pass: its gain, its missing phase, and what it refuses."""
+
+import numpy as np
+import pytest
+from builders import assert_one_sentence
+
+from tepsipe.errors import InputError
+from tepsipe.filters import butterworth_lowpass
+
+RATE = 250.0
+TIME = np.arange(0.0, 20.0, 1.0 / RATE)
+MIDDLE = slice(1000, -1000)
+
+
+def response_at(frequency_hz, cutoff_hz, order=4):
+    """Complex gain of the filter for a long sine, away from its ends."""
+    wave = np.exp(2j * np.pi * frequency_hz * TIME)
+    filtered = butterworth_lowpass(wave.imag, RATE, cutoff_hz, order)[MIDDLE]
+    return 2.0 * np.mean(1j * filtered * wave[MIDDLE].conj())
+
+
+@pytest.mark.parametrize("order", [2, 4, 8])
+def test_gain_at_the_cutoff_is_one_half(order):
+    assert abs(response_at(20.0, 20.0, order)) == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("frequency_hz", [2.0, 10.0, 30.0, 60.0])
+def test_gain_is_that_of_a_second_order_filter_applied_twice(frequency_hz):
+    ratio = np.tan(np.pi * frequency_hz / RATE) / np.tan(np.pi * 20.0 / RATE)
+    assert abs(response_at(frequency_hz, 20.0)) == pytest.approx(1.0 / (1.0 + ratio**4), abs=1e-6)
+
+
+@pytest.mark.parametrize("frequency_hz", [2.0, 20.0, 40.0])
+def test_no_frequency_is_delayed(frequency_hz):
+    assert np.angle(response_at(frequency_hz, 20.0)) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_constant_passes_unchanged_up_to_its_ends():
+    assert butterworth_lowpass(np.full(300, 7.3), RATE, 20.0) == pytest.approx(np.full(300, 7.3))
+
+
+def test_filter_is_linear(rng):
+    x, y = rng.standard_normal((2, 400))
+    together = butterworth_lowpass(3.0 * x - 0.5 * y, RATE, 20.0)
+    apart = 3.0 * butterworth_lowpass(x, RATE, 20.0) - 0.5 * butterworth_lowpass(y, RATE, 20.0)
+    assert together == pytest.approx(apart, abs=1e-12)
+
+
+def test_columns_are_filtered_one_by_one_along_either_axis(rng):
+    x = rng.standard_normal((400, 3))
+    columns = butterworth_lowpass(x, RATE, 20.0)
+    assert columns[:, 1] == pytest.approx(butterworth_lowpass(x[:, 1], RATE, 20.0), abs=1e-14)
+    assert butterworth_lowpass(x.T, RATE, 20.0, axis=1) == pytest.approx(columns.T, abs=1e-14)
+
+
+@pytest.mark.parametrize("cutoff_hz", [0.0, -5.0, 125.0, 300.0, np.nan])
+def test_cutoff_outside_of_what_the_rate_can_hold_is_refused(cutoff_hz):
+    with pytest.raises(InputError, match="cutoff must lie between 0 and half the sampling rate"):
+        butterworth_lowpass(TIME, RATE, cutoff_hz)
+
+
+@pytest.mark.parametrize("order", [0, 1, 3, -2])
+def test_order_that_two_equal_passes_cannot_have_is_refused(order):
+    with pytest.raises(InputError, match="must be even"):
+        butterworth_lowpass(TIME, RATE, 20.0, order)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_missing_samples_are_refused_instead_of_spreading(bad):
+    x = TIME.copy()
+    x[17] = bad
+    with pytest.raises(InputError, match="NaN or infinite"):
+        butterworth_lowpass(x, RATE, 20.0)
+
+
+def test_signal_without_samples_is_refused():
+    with pytest.raises(InputError) as caught:
+        butterworth_lowpass(np.array([]), RATE, 20.0)
+    assert_one_sentence(caught.value)

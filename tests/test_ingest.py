@@ -1,0 +1,560 @@
+"""Raw files become one trial on one clock, or are refused in one sentence."""
+
+import copy
+import hashlib
+import json
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from builders import DUMMY_DURATION_S, WRISTALYZER_DURATION_S, assert_one_sentence, trial_of
+from scipy import signal
+
+from tepsipe.errors import InputError
+from tepsipe.ingest_manipulator import (
+    ManipulatorOptions,
+    TableOptions,
+    ingest_position_manipulator,
+    ingest_torque_manipulator,
+)
+from tepsipe.ingest_treadmill import TreadmillOptions, ingest_treadmill
+from tepsipe.readers.markers import Markers, read_markers
+from tepsipe.readers.text_table import read_text_table
+from tepsipe.readers.treadmill_log import (
+    CalibrationMatrix,
+    TreadmillLog,
+    read_calibration_matrix,
+    read_treadmill_log,
+)
+from tepsipe.rigid_segments import fit_rigid_segment
+from tepsipe.trial_file import checksum, read_trial, write_trial
+from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
+from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
+from tepsipe.virtual_lab.dummy_trial import INTEGRATION_RATE_HZ, make_dummy_trial
+from tepsipe.virtual_lab.rubber import Rubber
+from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
+
+LABELS = ["foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4"]
+
+
+# ---- the torque-controlled manipulator ---------------------------------------------------------
+
+MANIPULATOR = ManipulatorOptions(resample_rate_hz=256.0, max_gap_s=0.05, angle_unit="rad")
+
+
+@pytest.fixture
+def log():
+    """A regular log of 1 s before and 5 s after the trigger."""
+    time = 500.0 + np.arange(6 * 160) / 160.0
+    return {
+        "time": time,
+        "angle": 0.01 + 0.05 * np.sin(2.0 * np.pi * 2.0 * (time - 501.0)) * (time >= 501.0),
+        "trigger_time": np.where(time >= 501.0, 501.0, 0.0),
+    }
+
+
+@pytest.fixture
+def command():
+    time = np.arange(5 * 2048) / 2048.0
+    return {"time": time, "torque": np.sin(2.0 * np.pi * 2.0 * time)}
+
+
+def ingest(log, command, options=MANIPULATOR, duration_s=4.95):
+    return ingest_torque_manipulator(log, command, options, duration_s, "log.txt", "command.txt")
+
+
+def test_clock_of_the_log_is_moved_to_the_trigger(log, command):
+    trial = ingest(log, command)
+    grid = trial.time
+    assert trial.rate_hz == 256.0
+    assert np.diff(grid) == pytest.approx(np.full(grid.size - 1, 1.0 / 256.0))
+    assert grid[0] == 0.0
+    inside = slice(64, -64)
+    angle = 0.05 * np.sin(2.0 * np.pi * 2.0 * grid)
+    assert trial.values("angle")[inside] == pytest.approx(angle[inside], abs=1e-4)
+    torque = np.sin(2.0 * np.pi * 2.0 * grid)
+    assert trial.values("torque")[inside] == pytest.approx(torque[inside], abs=1e-3)
+    assert trial.attributes["rest_angle_rad"] == pytest.approx(0.01, rel=1e-6)
+
+
+def test_angle_in_degrees_is_converted(log, command):
+    in_degrees = log | {"angle": np.rad2deg(log["angle"])}
+    trial = ingest(in_degrees, command, replace(MANIPULATOR, angle_unit="deg"))
+    assert trial.values("angle") == pytest.approx(ingest(log, command).values("angle"), abs=1e-12)
+
+
+def test_repeated_and_missing_lines_of_the_log_do_not_change_the_angle(log, command):
+    whole = ingest(log, command)
+    lines = np.sort(np.concatenate([np.delete(np.arange(960), [200, 431, 700]), [300, 301, 650]]))
+    worn = ingest({name: values[lines] for name, values in log.items()}, command)
+    assert worn.attributes["repeated_stamps"] == 3
+    assert worn.attributes["longest_step_s"] == pytest.approx(2.0 / 160.0)
+    assert worn.values("angle") == pytest.approx(whole.values("angle"), abs=2e-4)
+
+
+def with_change(table, name, rows, value):
+    changed = table | {name: table[name].copy()}
+    changed[name][rows] = value
+    return changed
+
+
+BAD_LOGS = {
+    "time runs backwards": (lambda t: with_change(t, "time", 300, 400.0), "backwards"),
+    "a stamp is missing": (lambda t: with_change(t, "time", 300, np.nan), "line 301"),
+    "the angle is missing too long": (
+        lambda t: with_change(t, "angle", slice(300, 320), np.nan),
+        "0.131 s",
+    ),
+    "the angle is in degrees": (
+        lambda t: t | {"angle": np.rad2deg(t["angle"])},
+        "unit",
+    ),
+    "there is no trigger": (lambda t: t | {"trigger_time": 0.0 * t["time"]}, "trigger"),
+    "the log ends early": (lambda t: {k: v[:700] for k, v in t.items()}, "4.95 s"),
+    "the log starts at the trigger": (lambda t: {k: v[160:] for k, v in t.items()}, "trigger"),
+    "the log starts just before the trigger": (
+        lambda t: {k: v[155:] for k, v in t.items()},
+        "found 5",
+    ),
+    "the angle is never there": (lambda t: t | {"angle": np.nan * t["angle"]}, "angle"),
+}
+
+
+@pytest.mark.parametrize("why", BAD_LOGS)
+def test_log_is_refused_where(why, log, command):
+    change, found = BAD_LOGS[why]
+    with pytest.raises(InputError) as caught:
+        ingest(change(log), command)
+    assert_one_sentence(caught.value, "log.txt", found)
+
+
+BAD_COMMANDS = {
+    "a torque is missing": (lambda t: with_change(t, "torque", 77, np.nan), "gap"),
+    "time runs backwards": (lambda t: with_change(t, "time", 77, 0.0), "backwards"),
+    "a stretch is cut out": (
+        lambda t: {k: np.delete(v, slice(1000, 2000)) for k, v in t.items()},
+        "0.489 s",
+    ),
+    "the command ends early": (lambda t: {k: v[:8000] for k, v in t.items()}, "4.95 s"),
+}
+
+
+@pytest.mark.parametrize("why", BAD_COMMANDS)
+def test_command_is_refused_where(why, log, command):
+    change, found = BAD_COMMANDS[why]
+    with pytest.raises(InputError) as caught:
+        ingest(log, change(command))
+    assert_one_sentence(caught.value, "command.txt", found)
+
+
+def read_manipulator(files, config):
+    columns = config["wristalyzer"]["files"]
+    return (
+        read_text_table(files["log"], columns["log_columns"], "\t"),
+        read_text_table(files["command"], columns["command_columns"], "\t"),
+    )
+
+
+def test_ingested_angle_of_a_linear_laboratory_is_the_motion_that_the_torque_makes(
+    shipped_truth, config, tmp_path
+):
+    truth = copy.deepcopy(shipped_truth)
+    off = ("contact_Nm_per_rad3", "friction_Nm", "ripple_Nm")
+    truth["wristalyzer"]["manipulator"] |= dict.fromkeys(off, 0.0)
+    truth["wristalyzer"]["rubber"]["softening"] = 0.0
+    files = {"log": tmp_path / "log.txt", "command": tmp_path / "command.txt"}
+    make_wristalyzer_trial(truth, "0.16", 0.16, 6.0, **files)
+    log, command = read_manipulator(files, config)
+    trial = ingest_torque_manipulator(log, command, MANIPULATOR, 6.0, "log", "command")
+    joint = ([1.0], [0.015, 0.095, 10.0])
+    _, moved, _ = signal.lsim(joint, command["torque"], command["time"], interp=False)
+    expected = np.interp(trial.time, command["time"], moved)
+    kept = slice(100, -100)
+    error = trial.values("angle")[kept] - expected[kept]
+    late = np.interp(trial.time - 0.001, command["time"], moved)[kept] - expected[kept]
+    assert np.std(error) < 0.03 * np.std(expected)
+    assert np.std(error) < 0.5 * np.std(late)
+
+
+def test_truncated_log_is_refused_wherever_it_ends(wristalyzer_files, config, tmp_path):
+    content = wristalyzer_files["log"].read_bytes()
+    columns = config["wristalyzer"]["files"]
+    command = read_text_table(wristalyzer_files["command"], columns["command_columns"], "\t")
+    path = tmp_path / "log.txt"
+    for part in np.linspace(0.01, 0.85, 15):
+        path.write_bytes(content[: int(part * len(content))])
+        with pytest.raises(InputError) as caught:
+            log = read_text_table(path, columns["log_columns"], "\t")
+            duration = WRISTALYZER_DURATION_S
+            ingest_torque_manipulator(log, command, MANIPULATOR, duration, path, "command.txt")
+        assert_one_sentence(caught.value, path)
+
+
+# ---- the position-controlled manipulator -------------------------------------------------------
+
+TABLE = TableOptions(resample_rate_hz=250.0, max_gap_s=0.02, angle_unit="rad", torque_sign=-1)
+
+
+@pytest.fixture
+def table():
+    time = 3.0 + np.arange(4000) / 1000.0
+    return {
+        "time": time,
+        "angle": 0.1 * np.sin(2.0 * np.pi * 3.0 * (time - 3.0)),
+        "torque": -2.0 * np.cos(2.0 * np.pi * 3.0 * (time - 3.0)),
+    }
+
+
+def ingest_table(table, options=TABLE, duration_s=4.0):
+    return ingest_position_manipulator(table, options, duration_s, "table.csv")
+
+
+def test_table_starts_at_time_0_with_a_torque_that_resists(table):
+    trial = ingest_table(table)
+    inside = slice(50, -50)
+    phase = 2.0 * np.pi * 3.0 * trial.time[inside]
+    assert trial.time[0] == 0.0
+    assert trial.values("angle")[inside] == pytest.approx(0.1 * np.sin(phase), abs=1e-4)
+    assert trial.values("torque")[inside] == pytest.approx(2.0 * np.cos(phase), abs=2e-3)
+    assert trial.attributes["recorded_rate_hz"] == pytest.approx(1000.0)
+
+
+def test_sign_and_unit_of_the_table_are_heeded(table):
+    plain = ingest_table(table)
+    turned = ingest_table(table, replace(TABLE, torque_sign=1))
+    assert turned.values("torque") == pytest.approx(-plain.values("torque"))
+    degrees = table | {"angle": np.rad2deg(table["angle"])}
+    converted = ingest_table(degrees, replace(TABLE, angle_unit="deg"))
+    assert converted.values("angle") == pytest.approx(plain.values("angle"), abs=1e-12)
+
+
+def test_short_gap_in_the_table_is_filled_and_counted(table):
+    trial = ingest_table(with_change(table, "torque", slice(1000, 1015), np.nan))
+    assert trial.attributes["missing_samples"] == 15
+    assert trial.values("torque") == pytest.approx(ingest_table(table).values("torque"), abs=1e-3)
+
+
+BAD_TABLES = {
+    "time runs backwards": (lambda t: with_change(t, "time", 300, 1.0), "backwards"),
+    "a stretch is cut out": (
+        lambda t: {k: np.delete(v, slice(1000, 1100)) for k, v in t.items()},
+        "0.101 s",
+    ),
+    "the torque is missing too long": (
+        lambda t: with_change(t, "torque", slice(1000, 1030), np.nan),
+        "0.03 s",
+    ),
+    "the angle is in degrees": (lambda t: t | {"angle": np.rad2deg(t["angle"])}, "unit"),
+    "the table ends early": (lambda t: {k: v[:3500] for k, v in t.items()}, "4 s"),
+    "the recording is slower than the trial": (
+        lambda t: {k: v[::8] for k, v in t.items()},
+        "125 Hz",
+    ),
+}
+
+
+@pytest.mark.parametrize("why", BAD_TABLES)
+def test_table_is_refused_where(why, table):
+    change, found = BAD_TABLES[why]
+    with pytest.raises(InputError) as caught:
+        ingest_table(change(table))
+    assert_one_sentence(caught.value, "table.csv", found)
+
+
+# ---- the treadmill -----------------------------------------------------------------------------
+
+TREADMILL = TreadmillOptions(
+    resample_rate_hz=250.0, max_gap_s=0.1, strober_frequency_hz=2500.0, trigger_threshold_V=2.5
+)
+CHANNELS = ("z1", "z2", "y")
+
+
+@pytest.fixture
+def recordings():
+    """Log, calibration and markers of 4 s, with simple signals."""
+    time = np.arange(5000) / 1000.0 - 0.5
+    running = (time >= 0.0) & (time < 4.0)
+    log = TreadmillLog(
+        rate_hz=1000.0,
+        channels=CHANNELS,
+        voltages=np.column_stack([np.full(5000, 0.2), np.full(5000, 0.3), 0.1 * np.sin(6.0 * time)]),
+        belt_velocity=0.3 * np.sin(6.0 * time),
+        command=0.3 * np.sin(6.0 * time),
+        trigger=np.where(running, 5.0, 0.0),
+    )
+    components = [f"{kind}{axis}_{belt}" for belt in ("left", "right") for kind in "FM" for axis in "xyz"]
+    matrix = np.zeros((12, 3))
+    matrix[components.index("Fy_right")] = [0.0, 0.0, 100.0]
+    matrix[components.index("Fz_right")] = [1000.0, 1000.0, 0.0]
+    matrix[components.index("Mx_left")] = [10.0, 0.0, 0.0]
+    calibration = CalibrationMatrix(tuple(components), CHANNELS, matrix)
+    instants = np.arange(1000)[:, None] / 250.0 + np.arange(8) / 2500.0
+    positions = np.zeros((1000, 8, 3))
+    positions[..., 1] = 0.05 * np.sin(6.0 * instants)
+    return log, calibration, Markers(250.0, tuple(LABELS), positions)
+
+
+def ingest_all(log, calibration, markers, options=TREADMILL, duration_s=4.0):
+    names = ("log.mat", "calibration.csv", "markers.c3d")
+    return ingest_treadmill(log, calibration, markers, options, duration_s, *names)
+
+
+def test_treadmill_signals_and_markers_come_out_on_one_clock(recordings):
+    trial = ingest_all(*recordings)
+    inside = slice(50, -50)
+    time = trial.time[inside]
+    assert np.diff(trial.time) == pytest.approx(np.full(trial.time.size - 1, 0.004))
+    belt = trial.values("belt_velocity")[inside]
+    assert belt == pytest.approx(0.3 * np.sin(6.0 * time), abs=2e-3)
+    left, right = 0, 1
+    force, moment = trial.values("force")[inside], trial.values("moment")[inside]
+    assert force[:, right, 1] == pytest.approx(10.0 * np.sin(6.0 * time), abs=0.05)
+    assert force[:, right, 2] == pytest.approx(np.full(time.size, 500.0), rel=1e-5)
+    assert moment[:, left, 0] == pytest.approx(np.full(time.size, 2.0), rel=1e-5)
+    assert np.count_nonzero(np.abs(force).max(axis=0)) == 2
+    assert np.count_nonzero(np.abs(moment).max(axis=0)) == 1
+    for k in range(8):
+        aligned = trial.values("marker_position")[inside, k, 1]
+        assert aligned == pytest.approx(0.05 * np.sin(6.0 * time), abs=1e-6)
+    last = trial.values("marker_position_as_strobed")[inside, 7, 1]
+    assert last == pytest.approx(0.05 * np.sin(6.0 * (time + 7.0 / 2500.0)), abs=1e-6)
+
+
+def test_markers_sampled_at_once_are_left_where_they_are(recordings):
+    trial = ingest_all(*recordings, options=replace(TREADMILL, strober_frequency_hz=None))
+    as_strobed = trial.values("marker_position_as_strobed")
+    assert (trial.values("marker_position") == as_strobed).all()
+
+
+def test_hidden_marker_is_filled_and_marked(recordings):
+    log, calibration, markers = recordings
+    positions = markers.positions.copy()
+    positions[300:320, 4] = np.nan
+    trial = ingest_all(log, calibration, replace(markers, positions=positions))
+    hidden = trial.values("marker_hidden")
+    assert np.flatnonzero(hidden[:, 4]).tolist() == list(range(299, 319))
+    assert hidden.sum() == trial.attributes["hidden_samples"] == 20
+    whole = ingest_all(*recordings).values("marker_position")
+    assert trial.values("marker_position") == pytest.approx(whole, abs=2e-5)
+
+
+def changed_line(recording, name, rows, value):
+    values = getattr(recording, name).copy()
+    values[rows] = value
+    return replace(recording, **{name: values})
+
+
+BAD_RECORDINGS = {
+    "the trigger is missing": (0, lambda x: replace(x, trigger=0.0 * x.trigger), "log.mat"),
+    "the trigger is high from the start": (
+        0,
+        lambda x: replace(x, trigger=x.trigger + 5.0),
+        "log.mat",
+    ),
+    "a voltage is missing": (0, lambda x: changed_line(x, "voltages", 77, np.nan), "transducers_V"),
+    "a belt velocity is missing": (
+        0,
+        lambda x: changed_line(x, "belt_velocity", 77, np.nan),
+        "belt_velocity",
+    ),
+    "a command is missing": (0, lambda x: changed_line(x, "command", 77, np.nan), "command"),
+    "the channels stand in another order": (
+        1,
+        lambda x: replace(x, channels=("z2", "z1", "y")),
+        "calibration.csv",
+    ),
+    "the matrix has a channel less": (
+        1,
+        lambda x: replace(x, channels=("z1", "z2"), matrix=x.matrix[:, :2]),
+        "calibration.csv",
+    ),
+    "the log ends before the markers": (
+        0,
+        lambda x: changed_line(x, "trigger", slice(3000, None), 0.0),
+        "2.50 s",
+    ),
+    "the markers end before the log": (
+        2,
+        lambda x: replace(x, positions=x.positions[:700]),
+        "2.80 s",
+    ),
+    "the markers have another rate": (2, lambda x: replace(x, rate_hz=100.0), "100 Hz"),
+    "a marker is hidden too long": (
+        2,
+        lambda x: changed_line(x, "positions", (slice(300, 326), 4), np.nan),
+        "'leg1'",
+    ),
+    "a marker is never seen": (
+        2,
+        lambda x: changed_line(x, "positions", (slice(None), 4), np.nan),
+        "'leg1'",
+    ),
+}
+
+
+@pytest.mark.parametrize("why", BAD_RECORDINGS)
+def test_recordings_of_the_treadmill_are_refused_where(why, recordings):
+    which, change, found = BAD_RECORDINGS[why]
+    changed = list(recordings)
+    changed[which] = change(changed[which])
+    with pytest.raises(InputError) as caught:
+        ingest_all(*changed)
+    assert_one_sentence(caught.value, found)
+
+
+def test_recordings_shorter_than_the_protocol_are_refused(recordings):
+    with pytest.raises(InputError) as caught:
+        ingest_all(*recordings, duration_s=70.0)
+    assert_one_sentence(caught.value, "70 s", "4.00 s")
+
+
+def read_dummy(files):
+    return (
+        read_treadmill_log(files["log"]),
+        read_calibration_matrix(files["calibration"]),
+        read_markers(files["markers"], LABELS),
+    )
+
+
+def test_ingested_motion_of_the_dummy_is_the_laboratorys_motion(short_truth, tmp_path):
+    truth = copy.deepcopy(short_truth)
+    truth["treadmill"]["capture"] |= {"noise_m": 0.0, "occlusions_per_minute": 0.0, "latency_s": 0.0}
+    truth["treadmill"]["drive"] |= {"velocity_noise_m_per_s": 0.0, "velocity_step_m_per_s": 1e-6}
+    paths = {n: tmp_path / n for n in ("log", "calibration")} | {"markers": tmp_path / "m.c3d"}
+    paths["log"] = tmp_path / "log.mat"
+    make_dummy_trial(truth, "sine-0.5", "sine", 0.5, 2.0, 8.0, **paths)
+    trial = ingest_all(*read_dummy(paths), duration_s=8.0)
+    # the laboratory's own motion, from the same protocol
+    started = 0.5 + generator(truth["seed"], "dummy", "sine-0.5").random() / 1000.0
+    onsets = started + np.array([2.0])
+    motion = move_dummy(
+        DummyTruth(**truth["dummy"]["subject"]),
+        Rubber(**truth["dummy"]["rubber"]),
+        DriveTruth(**truth["treadmill"]["drive"]),
+        velocity_command("sine", 0.5, onsets, 0.1),
+        9.0,
+        INTEGRATION_RATE_HZ,
+    )
+    before_second = trial.time < 3.9
+    at = started + trial.time[before_second]
+    markers = trial.values("marker_position")[before_second, 3:, 1:]
+    layout = np.array([[0.0, 0.0], *truth["treadmill"]["capture"]["leg_markers_m"]])
+    angle = fit_rigid_segment(markers, layout, np.array([0.0, 0.4485])).angle
+    expected = np.interp(at, motion.time, motion.angle)
+    assert np.ptp(expected) > 0.03
+    assert angle == pytest.approx(expected, abs=2e-4)
+    belt = np.interp(at, motion.time, motion.belt_velocity)
+    found = trial.values("belt_velocity")[before_second]
+    late = np.interp(at - 0.001, motion.time, motion.belt_velocity)
+    assert np.std(found - belt) < 0.6 * np.std(late - belt)
+    weight = trial.values("force")[:400, 1, 2].mean()
+    assert weight == pytest.approx(2.5 * 9.81, abs=0.5)
+
+
+# ---- one HDF5 file per trial -------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def trial_file(dummy_files, tmp_path_factory):
+    trial = ingest_all(*read_dummy(dummy_files), duration_s=DUMMY_DURATION_S)
+    path = tmp_path_factory.mktemp("trials") / "sine-0.5.h5"
+    write_trial(path, trial, "dummy", "sine-0.5", dummy_files, vars(TREADMILL))
+    return path, trial
+
+
+def test_trial_file_gives_back_what_was_written(trial_file):
+    path, written = trial_file
+    read = read_trial(path)
+    assert read.rate_hz == written.rate_hz
+    assert read.time.tolist() == written.time.tolist()
+    assert read.axes["marker"].tolist() == LABELS
+    assert set(read.signals) == set(written.signals)
+    for name, signal_ in written.signals.items():
+        assert (read.values(name) == signal_.values).all()
+        assert read.signals[name].unit == signal_.unit
+        assert read.signals[name].axes == signal_.axes
+        assert read.signals[name].meaning == signal_.meaning
+        assert read.signals[name].processing == signal_.processing
+    for name, value in written.attributes.items():
+        assert read.attributes[name] == value
+
+
+def test_every_dataset_of_a_trial_names_its_unit_meaning_and_processing(trial_file):
+    with h5py.File(trial_file[0]) as file:
+        for name, dataset in file.items():
+            if dataset.dtype.kind != "O":
+                assert dataset.attrs["units"], name
+            if not dataset.is_scale:
+                assert dataset.attrs["long_name"], name
+                assert dataset.attrs["rate_hz"] == 250.0, name
+                assert "processing" in dataset.attrs, name
+        assert file["belt_velocity"].attrs["units"] == "m/s"
+        assert file["time"].attrs["units"] == "s"
+        assert "resampled at 250 Hz" in file["force"].attrs["processing"]
+
+
+def test_every_axis_of_a_signal_has_its_scale(trial_file):
+    with h5py.File(trial_file[0]) as file:
+        for name, dataset in file.items():
+            if dataset.is_scale:
+                continue
+            for size, dimension in zip(dataset.shape, dataset.dims, strict=True):
+                scale = dimension[0]
+                assert dimension.label == scale.name.strip("/"), name
+                assert scale.shape == (size,), name
+        marker = file["marker_position"]
+        assert [d.label for d in marker.dims] == ["time", "marker", "axis"]
+        assert marker.dims[2][0].asstr()[...].tolist() == ["x", "y", "z"]
+
+
+def test_trial_file_names_its_sources_with_their_checksums(trial_file, dummy_files):
+    with h5py.File(trial_file[0]) as file:
+        sources, options = (json.loads(file.attrs[name]) for name in ("sources", "options"))
+        assert (file.attrs["experiment"], file.attrs["condition"]) == ("dummy", "sine-0.5")
+    assert set(sources) == {"log", "calibration", "markers"}
+    for kind, path in dummy_files.items():
+        assert sources[kind]["file"] == str(path)
+        assert sources[kind]["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+    assert options == vars(TREADMILL)
+
+
+def test_checksum_is_sha256_of_the_bytes(tmp_path):
+    (tmp_path / "abc").write_bytes(b"abc")
+    known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert checksum(tmp_path / "abc") == known
+
+
+def test_same_trial_written_twice_is_the_same_bytes(trial_file, dummy_files, tmp_path):
+    path, trial = trial_file
+    write_trial(tmp_path / "again.h5", trial, "dummy", "sine-0.5", dummy_files, vars(TREADMILL))
+    assert (tmp_path / "again.h5").read_bytes() == path.read_bytes()
+
+
+def test_signal_that_a_trial_does_not_have_is_refused_by_name():
+    trial = trial_of(100.0, angle=(np.zeros(5), "rad"))
+    with pytest.raises(InputError) as caught:
+        trial.values("torque")
+    assert_one_sentence(caught.value, "'torque'", "angle")
+
+
+@pytest.mark.parametrize("part", [0.0, 0.01, 0.3, 0.7, 0.99])
+def test_truncated_trial_file_is_refused(part, trial_file, tmp_path):
+    content = trial_file[0].read_bytes()
+    path = tmp_path / "trial.h5"
+    path.write_bytes(content[: int(part * len(content))])
+    with pytest.raises(InputError) as caught:
+        read_trial(path)
+    assert_one_sentence(caught.value, path)
+
+
+def test_missing_or_foreign_trial_file_is_refused(tmp_path):
+    with pytest.raises(InputError) as caught:
+        read_trial(tmp_path / "none.h5")
+    assert_one_sentence(caught.value, tmp_path / "none.h5")
+    with h5py.File(tmp_path / "foreign.h5", "w") as file:
+        file["x"] = np.zeros(3)
+    with pytest.raises(InputError) as caught:
+        read_trial(tmp_path / "foreign.h5")
+    assert_one_sentence(caught.value, tmp_path / "foreign.h5")

@@ -1,0 +1,122 @@
+"""Perturbations are found where the belt moved, whatever was commanded and however large they are."""
+
+import numpy as np
+import pytest
+from builders import RATE_HZ, assert_one_sentence, belt_pulses
+
+from tepsipe.errors import InputError
+from tepsipe.perturbations import detect_perturbations
+
+TIME = np.arange(0.0, 12.0, 1.0 / RATE_HZ)
+
+
+def detect(velocity, rest_before_s=1.5, rest_after_s=2.0, threshold=0.05, merge_s=0.06):
+    return detect_perturbations(
+        velocity,
+        RATE_HZ,
+        rest_before_s=rest_before_s,
+        rest_after_s=rest_after_s,
+        threshold_fraction=threshold,
+        signal_to_noise=5.0,
+        merge_s=merge_s,
+        what="trial",
+    )
+
+
+def pulses(onsets, peak=0.3):
+    return belt_pulses(TIME, onsets, peak)[1]
+
+
+def windows(found):
+    return [(p.start, p.stop) for p in found]
+
+
+def test_window_holds_exactly_what_exceeds_the_threshold():
+    velocity = pulses((2.0, 5.0, 8.0))
+    found = detect(velocity)
+    assert len(found) == 3
+    for p in found:
+        threshold = 0.05 * np.abs(velocity).max()
+        around = np.abs(velocity[p.start - 100 : p.stop + 100]) > threshold
+        moving = np.flatnonzero(around) + p.start - 100
+        assert (p.start, p.stop) == (moving[0], moving[-1] + 1)
+        assert p.peak_m_per_s == pytest.approx(0.3, rel=0.01)
+
+
+def test_belt_that_follows_later_is_found_later():
+    prompt, late = detect(pulses((2.0, 5.0))), detect(pulses((2.06, 5.2)))
+    assert np.subtract(windows(late), windows(prompt)).tolist() == [[15, 15], [50, 50]]
+
+
+def test_amplitude_does_not_change_the_windows():
+    small, large = detect(pulses((2.0, 5.0), 0.1)), detect(pulses((2.0, 5.0), 0.5))
+    assert windows(small) == windows(large)
+    assert large[0].peak_m_per_s == pytest.approx(5.0 * small[0].peak_m_per_s)
+
+
+def test_direction_of_the_belt_does_not_matter():
+    assert windows(detect(-pulses((2.0, 5.0)))) == windows(detect(pulses((2.0, 5.0))))
+
+
+def test_offset_of_the_velocity_sensor_does_not_matter():
+    velocity = pulses((2.0, 5.0))
+    assert windows(detect(velocity + 0.02)) == windows(detect(velocity))
+
+
+def test_noise_moves_the_windows_by_a_few_samples_only(rng):
+    clean = detect(pulses((2.0, 5.0)))
+    noisy = detect(pulses((2.0, 5.0)) + 0.001 * rng.standard_normal(TIME.size))
+    assert np.abs(np.subtract(windows(noisy), windows(clean))).max() <= 3
+
+
+def test_two_lobes_of_one_pulse_are_one_perturbation():
+    lobes = np.where(TIME % 4.0 < 0.05, 0.3, 0.0) - np.where(np.abs(TIME % 4.0 - 0.1) < 0.025, 0.3, 0)
+    velocity = np.where(TIME > 2.0, lobes, 0.0)
+    assert len(detect(velocity, merge_s=0.06)) == 2
+    assert len(detect(velocity, merge_s=0.01)) == 4
+
+
+def test_pulses_further_apart_than_the_merging_time_stay_two():
+    assert len(detect(pulses((2.0, 2.5)))) == 2
+
+
+def test_higher_threshold_gives_a_shorter_window():
+    wide, narrow = (detect(pulses((2.0,)), threshold=t)[0] for t in (0.02, 0.4))
+    assert wide.start < narrow.start
+    assert narrow.stop < wide.stop
+
+
+def test_twitch_much_smaller_than_the_perturbations_is_no_perturbation():
+    velocity = pulses((2.0, 5.0, 8.0)) + pulses((3.5,), 0.1)
+    assert windows(detect(velocity)) == windows(detect(pulses((2.0, 5.0, 8.0))))
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 0.001])
+def test_trial_without_perturbation_is_refused(amplitude, rng):
+    with pytest.raises(InputError) as caught:
+        detect(amplitude * rng.standard_normal(TIME.size))
+    assert_one_sentence(caught.value, "trial", "perturb")
+
+
+def test_perturbations_that_hardly_exceed_the_noise_are_refused(rng):
+    with pytest.raises(InputError) as caught:
+        detect(pulses((2.0, 5.0), 0.05) + 0.002 * rng.standard_normal(TIME.size))
+    assert_one_sentence(caught.value, "trial", "noise at rest")
+
+
+@pytest.mark.parametrize("onset", [0.5, 1.45, 11.0, 9.9])
+def test_perturbation_during_the_time_of_rest_is_refused(onset):
+    with pytest.raises(InputError) as caught:
+        detect(pulses((2.0, 5.0, 8.0, onset)))
+    assert_one_sentence(caught.value, "trial", "rest")
+    assert "perturbation at" in str(caught.value)
+
+
+def test_perturbations_next_to_the_time_of_rest_are_kept():
+    first = detect(pulses((2.0, 5.0, 8.0)))
+    rest_before_s, rest_after_s = first[0].start / RATE_HZ, 12.0 - first[-1].stop / RATE_HZ
+    kept = detect(pulses((2.0, 5.0, 8.0)), rest_before_s, rest_after_s)
+    assert windows(kept) == windows(first)
+    for more in ((rest_before_s + 0.004, rest_after_s), (rest_before_s, rest_after_s + 0.004)):
+        with pytest.raises(InputError, match="rest"):
+            detect(pulses((2.0, 5.0, 8.0)), *more)

@@ -1,0 +1,76 @@
+"""Numbers as the report prints them: digits, signs, dashes, and nothing made up."""
+
+import math
+
+import pytest
+
+from tepsipe.figures.names import short_name
+from tepsipe.report_data import number, percent, slips_data, span, table_data
+from tepsipe.thesis_tables import TableRow
+
+MINUS = "\N{MINUS SIGN}"
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (9.9664, 3, "9.97"),
+        (0.015043, 3, "0.0150"),
+        (123.4, 3, "123"),
+        (-0.25, 2, f"{MINUS}0.25"),
+        (0.0, 3, "0"),
+        (2.0e-4, 2, "2.0·10⁻⁴"),
+        (-1.5e7, 2, f"{MINUS}1.5·10⁷"),
+        (math.inf, 3, "∞"),
+        (-math.inf, 3, f"{MINUS}∞"),
+        (math.nan, 3, "\N{EN DASH}"),
+        (None, 3, "\N{EN DASH}"),
+    ],
+)
+def test_number_is_printed_with_its_significant_digits(value, digits, text):
+    assert number(value, digits) == text
+
+
+def test_percentage_and_span_are_printed_with_their_signs():
+    assert percent(-3.25, 1) == f"{MINUS}3.2"
+    assert span([6.9, 6.1, 6.5]) == "6.10 to 6.90"
+    assert span([2.0001, 2.0002]) == "2.00"
+
+
+def test_table_shows_values_beside_reported_ones_block_by_block():
+    rows = [
+        TableRow("leg", "regression", "K", "Nm/rad", [6.4801, None], [6.722, None]),
+        TableRow("leg", "regression", "SEM_K", "as printed", [0.0123, 2.0e-4], [None, 0.342]),
+        TableRow("foot", "regression", "VAF_trial", "%", [99.4321, 71.26], [99.8, None]),
+    ]
+    first, second = table_data(rows, ["a", "b"], ["A", "B"])
+    assert (first["pathway"], first["columns"]) == ("leg", ["A", "B"])
+    assert first["rows"][0]["values"] == ["6.480", "\N{EN DASH}"]
+    assert first["rows"][0]["reported"] == ["6.722", "\N{EN DASH}"]
+    assert first["rows"][1]["unit"] == ""
+    assert second["rows"][0]["values"] == ["99.43", "71.3"]
+
+
+def test_slip_of_the_print_is_told_for_the_conditions_that_are_shown():
+    slips = [
+        {"table": "table_4_2", "quantity": "I", "condition": "sine-0.3", "printed": 0.614, "meant": 0.061},
+        {"table": "table_4_3", "quantity": "I", "condition": "minjerk-0.3", "printed": 0.611, "meant": 0.061},
+    ]
+    told = slips_data(slips, "table_4_2", ["sine-0.1", "sine-0.3"], ["S1", "S3"])
+    assert "0.614 for I in S3" in told
+    assert "0.061" in told
+    assert slips_data(slips, "table_4_2", ["sine-0.1"], ["S1"]) == ""
+
+
+@pytest.mark.parametrize(
+    ("condition", "label"),
+    [
+        ("sine-0.3", "S3"),
+        ("minjerk-0.5-8s", "M52"),
+        ("minjerk-0.1", "M1"),
+        ("0.16", "0.16"),
+        ("mine", "mine"),
+    ],
+)
+def test_conditions_have_the_thesis_labels(condition, label):
+    assert short_name(condition) == label

@@ -1,0 +1,350 @@
+"""Tables: estimates survive their file, cells stand beside what was reported, verdicts are earned."""
+
+import csv
+
+import numpy as np
+import pytest
+from builders import assert_one_sentence
+
+from tepsipe.claims import COLUMNS, MEASURES, Findings, check_claims, read_claims, write_claims
+from tepsipe.errors import InputError
+from tepsipe.estimates import Estimate, read_estimates, write_estimates
+from tepsipe.recovery import Recovery, compare_with_truth, true_parameters, write_recovery
+from tepsipe.result_file import Result, read_result, write_result
+from tepsipe.thesis_tables import ROWS, lay_out_table, read_table, write_table
+
+UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
+
+
+def estimate(quantity, value, condition="sine-0.3", pathway="leg-printed", **more):
+    names = {"experiment": "dummy", "estimator": "segment-regression-printed"} | more
+    return Estimate(
+        condition=condition,
+        pathway=pathway,
+        quantity=quantity,
+        unit=UNITS.get(quantity, "%"),
+        value=value,
+        **names,
+    )
+
+
+# ---- estimates ---------------------------------------------------------------------------------
+
+
+def test_estimates_come_back_from_their_file(tmp_path, rng):
+    value, error = rng.standard_normal(2)
+    written = [
+        estimate("K", value, standard_error=error, ci_low=-np.inf, ci_high=12.5, n_perturbations=14),
+        estimate("VAF_trial", 99.12345679),
+        estimate("I", 1e-17, sem_as_printed=3.0e12),
+    ]
+    write_estimates(tmp_path / "estimates.csv", written)
+    read = read_estimates(tmp_path / "estimates.csv")
+    assert len(read) == 3
+    assert read[0].value == pytest.approx(value, rel=1e-9)
+    assert read[0].standard_error == pytest.approx(error, rel=1e-9)
+    assert (read[0].ci_low, read[0].ci_high, read[0].n_perturbations) == (-np.inf, 12.5, 14)
+    assert read[1] == written[1]
+    assert read[2] == written[2]
+    write_estimates(tmp_path / "again.csv", read)
+    assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "estimates.csv").read_bytes()
+
+
+def test_condition_that_looks_like_a_number_stays_text(tmp_path):
+    write_estimates(tmp_path / "estimates.csv", [estimate("K", 10.0, condition="0.20")])
+    assert read_estimates(tmp_path / "estimates.csv")[0].condition == "0.20"
+
+
+@pytest.mark.parametrize("content", ["", "experiment,condition\n", "value;unit\n1;2\n"])
+def test_file_without_the_columns_of_estimates_is_refused(content, tmp_path):
+    path = tmp_path / "estimates.csv"
+    path.write_text(content)
+    with pytest.raises(InputError) as caught:
+        read_estimates(path)
+    assert_one_sentence(caught.value, path)
+
+
+# ---- the thesis's tables -----------------------------------------------------------------------
+
+CONDITIONS = ["sine-0.1", "sine-0.5"]
+QUANTITIES = ["I", "B", "K", "VAF_perturbation", "VAF_trial"]
+
+
+def dummy_estimates(pathway, factor=1.0):
+    return [
+        estimate(quantity, factor * (10.0 * k + c), condition, pathway, sem_as_printed=0.5)
+        for c, condition in enumerate(CONDITIONS)
+        for k, quantity in enumerate(QUANTITIES)
+    ]
+
+
+REPORTED = {"K": {"sine-0.1": 6.722}, "SEM_K": {"sine-0.5": 0.342}}
+
+
+def test_table_has_the_rows_of_the_thesis_pathway_by_pathway():
+    estimates = dummy_estimates("leg", 2.0) + dummy_estimates("leg-printed")
+    blocks = [("leg-printed", None), ("leg", None)]
+    rows = lay_out_table("table_4_2", estimates[::-1], REPORTED, CONDITIONS, blocks)
+    assert [row.quantity for row in rows] == 2 * ROWS["table_4_2"]
+    assert [row.pathway for row in rows] == 8 * ["leg-printed"] + 8 * ["leg"]
+    stiffness = [row.values for row in rows if row.quantity == "K"]
+    assert stiffness == [[20.0, 21.0], [40.0, 42.0]]
+    assert [row.values for row in rows if row.quantity == "SEM_K"] == [[0.5, 0.5], [0.5, 0.5]]
+    units = {row.quantity: row.unit for row in rows}
+    assert (units["K"], units["SEM_K"], units["VAF_trial"]) == ("Nm/rad", "as printed", "%")
+
+
+def test_cells_stand_beside_what_was_reported_for_their_condition():
+    rows = lay_out_table(
+        "table_4_2", dummy_estimates("leg-printed"), REPORTED, CONDITIONS, [("leg-printed", None)]
+    )
+    reported = {row.quantity: row.reported for row in rows}
+    assert reported["K"] == [6.722, None]
+    assert reported["SEM_K"] == [None, 0.342]
+    assert reported["I"] == [None, None]
+
+
+def test_order_of_the_columns_is_that_of_the_conditions_asked_for():
+    rows = lay_out_table("table_4_2", dummy_estimates("leg"), REPORTED, CONDITIONS[::-1], [("leg", None)])
+    stiffness = next(row for row in rows if row.quantity == "K")
+    assert stiffness.values == [21.0, 20.0]
+    assert stiffness.reported == [None, 6.722]
+
+
+def test_pathway_that_is_both_printed_and_recommended_is_laid_out_once():
+    blocks = [("leg", None), ("leg", None)]
+    rows = lay_out_table("table_4_2", dummy_estimates("leg"), {}, CONDITIONS, blocks)
+    assert len(rows) == len(ROWS["table_4_2"])
+
+
+def test_estimators_of_one_pathway_are_told_apart():
+    names = {"experiment": "wristalyzer", "condition": "0.16", "pathway": "admittance"}
+    estimates = [
+        estimate("K", 10.0, estimator="spectral-fit", **names),
+        estimate("K", 11.0, estimator="spectral-fit-periods", **names),
+    ]
+    blocks = [("admittance", "spectral-fit-periods"), ("admittance", "spectral-fit")]
+    rows = lay_out_table("table_4_1", estimates, {}, ["0.16"], blocks)
+    cells = [(row.estimator, row.values) for row in rows if row.quantity == "K"]
+    assert cells == [("spectral-fit-periods", [11.0]), ("spectral-fit", [10.0])]
+
+
+def test_estimate_that_is_missing_is_named():
+    with pytest.raises(InputError) as caught:
+        lay_out_table("table_4_2", dummy_estimates("leg"), {}, [*CONDITIONS, "sine-0.3"], [("leg", None)])
+    assert_one_sentence(caught.value, "sine-0.3", "leg", " I ")
+
+
+def test_table_comes_back_from_its_file(tmp_path):
+    rows = lay_out_table(
+        "table_4_2", dummy_estimates("leg-printed"), REPORTED, CONDITIONS, [("leg-printed", None)]
+    )
+    write_table(tmp_path / "table.csv", rows, CONDITIONS)
+    conditions, read = read_table(tmp_path / "table.csv")
+    assert conditions == CONDITIONS
+    assert read == rows
+    with open(tmp_path / "table.csv", newline="") as file:
+        header = next(csv.reader(file))
+    assert header[4:] == ["sine-0.1", "sine-0.1_reported", "sine-0.5", "sine-0.5_reported"]
+
+
+# ---- the thesis's statements -------------------------------------------------------------------
+
+
+def findings(stiffness=(6.5, 6.4, 6.6), start_spread=1e-5, wristalyzer=(9.9, 10.0001)):
+    """What a small run found: three conditions of the dummy, two of the Wristalyzer."""
+    conditions = ["sine-0.1", "sine-0.2", "sine-0.5"]
+    rows = []
+    for condition, k in zip(conditions, stiffness, strict=True):
+        rows += [estimate("K", k, condition), estimate("I", 0.054, condition)]
+        rows += [estimate("B", 0.09, condition), estimate("K", 10.0, condition, "leg")]
+        vaf = {"sine-0.1": 98.0, "sine-0.2": 99.0, "sine-0.5": 99.9}[condition]
+        rows += [estimate("VAF_perturbation", vaf, condition), estimate("VAF_trial", vaf, condition)]
+    for condition, k in zip(["0.08", "0.16"], wristalyzer, strict=True):
+        names = {"experiment": "wristalyzer", "pathway": "admittance"}
+        rows.append(estimate("K", k, condition, estimator="spectral-fit", **names))
+        rows.append(estimate("K", 3.0, condition, estimator="spectral-fit-modulus", **names))
+        vaf = {"0.08": 91.0, "0.16": 95.0}[condition]
+        rows.append(estimate("VAF_trial", vaf, condition, estimator="spectral-fit", **names))
+    spread = {"sine-0.1": 0.6, "sine-0.2": 0.3, "sine-0.5": 0.1}
+    fits = {
+        "dummy": {
+            name: Result(
+                {"leg-printed/parameters": np.column_stack([[0.0, 0.0], [0.0, 0.0], [6.0 - s, 6.0 + s]])},
+                {},
+                {},
+            )
+            for name, s in spread.items()
+        },
+        "wristalyzer": {
+            name: Result({}, {}, {"many_starts_stiffness_spread_Nm_per_rad": start_spread})
+            for name in ("0.08", "0.16")
+        },
+    }
+    return Findings(rows, fits, "leg-printed")
+
+
+def verdict(measure, reported, tolerance, found):
+    claim = {"claim": "c", "where": "w", "measure": measure, "unit": "1"}
+    claim |= {"reported": reported, "tolerance": tolerance, "section": "s"}
+    rows = check_claims([claim], found)
+    return (rows[0]["verdict"], rows[0]["reproduced"]) if rows else None
+
+
+def test_value_within_its_tolerance_is_reproduced():
+    assert verdict("printed_stiffness_low", 6.471, 0.65, findings())[0] == "reproduced"
+    assert verdict("printed_inertia", 0.061, 0.0092, findings())[0] == "reproduced"
+
+
+def test_tolerance_counts_to_both_sides_and_to_its_border():
+    found = findings(stiffness=(6.0, 7.0, 6.5))
+    assert verdict("printed_stiffness_low", 6.0, 0.5, found) == ("reproduced", 6.5)
+    assert verdict("printed_stiffness_low", 7.0, 0.5, found) == ("reproduced", 6.5)
+    assert verdict("printed_stiffness_low", 7.0, 0.49, found) == ("not reproduced", 6.5)
+
+
+def test_value_outside_its_tolerance_without_evidence_is_not_reproduced():
+    found = findings(stiffness=(9.0, 9.0, 9.0))
+    assert verdict("printed_stiffness_low", 6.471, 0.65, found) == ("not reproduced", 9.0)
+
+
+def test_value_outside_its_tolerance_is_explained_where_the_run_holds_the_evidence():
+    measure = "wristalyzer_stiffness_at_start"
+    assert verdict(measure, 3, 0, findings()) == ("explained", 1.0)
+    assert verdict(measure, 3, 0, findings(start_spread=0.5)) == ("not reproduced", 1.0)
+    assert verdict(measure, 1, 0, findings(start_spread=0.5)) == ("reproduced", 1.0)
+
+
+def test_vaf_that_grows_with_amplitude_explains_a_low_vaf():
+    assert verdict("printed_lowest_vaf_trial", 99.49, 0.5, findings()) == ("explained", 98.0)
+
+
+def test_claim_of_less_than_something_asks_for_less():
+    ratio = 0.1 / 0.6
+    found = verdict("printed_spread_ratio", 1.0, "below", findings())
+    assert found == ("reproduced", pytest.approx(ratio))
+    assert verdict("printed_spread_ratio", 0.1, "below", findings())[0] == "not reproduced"
+
+
+def test_claims_are_measured_on_the_printed_pathway_and_estimator():
+    found = findings()
+    assert found.by_condition("dummy", "K") == {"sine-0.1": 6.5, "sine-0.2": 6.4, "sine-0.5": 6.6}
+    assert found.by_condition("dummy", "K", "leg")["sine-0.1"] == 10.0
+    assert found.by_condition("wristalyzer", "K") == {"0.08": 9.9, "0.16": 10.0001}
+    assert verdict("wristalyzer_best_factor", 0.16, 0.01, found) == ("reproduced", 0.16)
+    assert verdict("printed_stiffness_ratio", 1.0, 0.1, found)[1] == pytest.approx(6.6 / 6.5)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("measure", MEASURES)
+def test_claim_whose_experiment_was_not_run_is_left_out(measure):
+    nothing = Findings([], {}, "leg-printed")
+    assert verdict(measure, 1.0, 0.1, nothing) is None
+
+
+def test_unknown_measure_is_refused():
+    with pytest.raises(InputError) as caught:
+        verdict("printed_mass", 1.0, 0.1, findings())
+    assert_one_sentence(caught.value, "'printed_mass'", "printed_inertia")
+
+
+def test_claims_are_written_with_their_columns(tmp_path):
+    claims = [
+        {
+            "claim": "K, as printed",
+            "where": "Table 4-2",
+            "measure": "printed_stiffness_low",
+            "unit": "Nm/rad",
+            "reported": 6.471,
+            "tolerance": 0.65,
+            "section": "s",
+        }
+    ]
+    rows = check_claims(claims, findings())
+    write_claims(tmp_path / "claims.csv", rows)
+    (read,) = read_claims(tmp_path / "claims.csv")
+    assert tuple(read) == COLUMNS
+    assert read["claim"] == "K, as printed"
+    assert (read["reported"], read["tolerance"], read["reproduced"]) == ("6.471", "0.65", "6.45")
+    assert read["verdict"] == "reproduced"
+
+
+# ---- estimates beside the truth ----------------------------------------------------------------
+
+
+def test_relative_error_and_coverage_by_hand():
+    row = Recovery(estimate("K", 11.0, ci_low=9.5, ci_high=12.5), 10.0)
+    assert row.relative_error == pytest.approx(0.1)
+    assert row.covered is True
+    assert Recovery(estimate("K", 9.0), -10.0).relative_error == pytest.approx(-1.9)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "covered"),
+    [(10.0, 12.0, True), (8.0, 10.0, True), (10.1, 12.0, False), (8.0, 9.9, False), (None, 12.0, None)],
+)
+def test_interval_covers_the_truth_up_to_its_ends(low, high, covered):
+    assert Recovery(estimate("K", 11.0, ci_low=low, ci_high=high), 10.0).covered is covered
+
+
+def test_error_relative_to_nothing_is_not_a_number_but_nothing(tmp_path):
+    row = Recovery(estimate("I", 0.001, ci_low=-0.002, ci_high=0.004), 0.0)
+    assert row.relative_error is None
+    assert row.covered is True
+    write_recovery(tmp_path / "recovery.csv", [row, Recovery(estimate("K", 9.0), 10.0)])
+    with open(tmp_path / "recovery.csv", newline="") as file:
+        first, second = csv.DictReader(file)
+    assert (first["truth"], first["relative_error"], first["covered"]) == ("0", "", "true")
+    assert (second["relative_error"], second["covered"]) == ("-0.1", "")
+
+
+def test_truth_is_the_joint_for_small_movements(shipped_truth):
+    truth = true_parameters(shipped_truth)
+    rubber = shipped_truth["dummy"]["rubber"]
+    assert truth["dummy"] == {
+        "I": 0.0,
+        "B": rubber["damping_Nms_per_rad"],
+        "K": rubber["stiffness_Nm_per_rad"],
+    }
+    inertia = shipped_truth["wristalyzer"]["manipulator"]["inertia_kgm2"]
+    assert truth["wristalyzer"]["I"] == inertia
+
+
+def test_only_parameters_of_made_trials_are_compared(shipped_truth):
+    estimates = [
+        estimate("K", 9.0),
+        estimate("VAF_trial", 99.0),
+        estimate("K", 12.0, condition="recorded"),
+        estimate("K", 60.0, experiment="ankle"),
+        estimate("I", 0.054),
+    ]
+    rows = compare_with_truth(estimates, shipped_truth, {"dummy": ["sine-0.3"]})
+    assert [(row.estimate.quantity, row.estimate.value, row.truth) for row in rows] == [
+        ("K", 9.0, 10.0),
+        ("I", 0.054, 0.0),
+    ]
+
+
+# ---- results of an analysis --------------------------------------------------------------------
+
+
+def test_result_comes_back_from_its_file_with_units_and_facts(tmp_path, rng):
+    arrays = {"leg/torque": rng.standard_normal(500), "matrix": rng.standard_normal((3, 3)) + 1j}
+    facts = {"converged": True, "names": ["a", "b"], "spread_Nm": 0.25}
+    write_result(tmp_path / "r.h5", Result(arrays, {"leg/torque": "Nm", "matrix": "rad/Nm"}, facts))
+    read = read_result(tmp_path / "r.h5")
+    assert set(read.arrays) == set(arrays)
+    for name, values in arrays.items():
+        assert (read.arrays[name] == values).all()
+    assert read.units == {"leg/torque": "Nm", "matrix": "rad/Nm"}
+    assert read.facts == facts
+
+
+def test_result_file_that_is_damaged_is_refused(tmp_path):
+    write_result(tmp_path / "r.h5", Result({"x": np.ones(500)}, {"x": "s"}, {}))
+    content = (tmp_path / "r.h5").read_bytes()
+    for part in (0.0, 0.3, 0.9):
+        (tmp_path / "cut.h5").write_bytes(content[: int(part * len(content))])
+        with pytest.raises(InputError) as caught:
+            read_result(tmp_path / "cut.h5")
+        assert_one_sentence(caught.value, tmp_path / "cut.h5")

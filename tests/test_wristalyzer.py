@@ -1,0 +1,146 @@
+"""The Wristalyzer's analysis from a trial to rows: known joints, honest intervals, fair prediction."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import assert_one_sentence, multisine_record, trial_of
+from scipy import stats
+
+from tepsipe.admittance_fit import Bounds
+from tepsipe.errors import InputError
+from tepsipe.wristalyzer import (
+    WristalyzerOptions,
+    analyse_wristalyzer,
+    cross_validate_wristalyzer,
+    cross_validation_estimates,
+    prepare,
+    wristalyzer_estimates,
+    wristalyzer_result,
+)
+
+JOINT = np.array([0.015, 0.1, 8.0])
+OPTIONS = WristalyzerOptions(
+    lowpass_cutoff_hz=20.0,
+    lowpass_order=4,
+    cut_s=4.0,
+    averaged_bins=8,
+    fit_band_hz=(1.0, 9.0),
+    perturbation_period_s=10.0,
+    excited_band_hz=(1.0, 20.0),
+    bounds=Bounds(
+        start=np.array([0.001, 0.1, 10.0]),
+        lower=np.array([-10.0, 0.01, -20.0]),
+        upper=np.array([10.0, 10.0, 20.0]),
+    ),
+    random_starts=2,
+    tried_stiffness_Nm_per_rad=(5.0, 15.0),
+    profile_Nm_per_rad=(6.0, 10.0, 21),
+)
+
+
+def trial_with(joint=JOINT, noise_rad=0.0, periods=3.3, seed=3):
+    torque, angle = multisine_record(joint, periods, seed=seed)
+    angle = angle + noise_rad * np.random.default_rng(seed).standard_normal(angle.size)
+    return trial_of(256.0, torque=(torque, "Nm"), angle=(angle, "rad"))
+
+
+def analyse(trial, options=OPTIONS):
+    return analyse_wristalyzer(trial, options, np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    return analyse(trial_with(noise_rad=0.003))
+
+
+def rows_of(analysis, estimator):
+    rows = wristalyzer_estimates("0.16", analysis)
+    return {row.quantity: row for row in rows if row.estimator == estimator}
+
+
+def test_whole_periods_recover_the_joint_through_the_filter():
+    found = analyse(trial_with()).fits["spectral-fit-periods"]
+    assert found.parameters == pytest.approx(JOINT, rel=1e-3)
+
+
+def test_averaged_bins_recover_inertia_and_stiffness_and_bias_damping():
+    averaged, whole = (
+        analyse(trial_with()).fits[name].parameters for name in ("spectral-fit", "spectral-fit-periods")
+    )
+    assert averaged[[0, 2]] == pytest.approx(JOINT[[0, 2]], rel=0.03)
+    assert abs(averaged[1] / JOINT[1] - 1.0) > 10.0 * abs(whole[1] / JOINT[1] - 1.0)
+
+
+def test_rows_hold_every_quantity_of_every_estimator(noisy):
+    rows = wristalyzer_estimates("0.16", noisy)
+    estimators = ["spectral-fit", "spectral-fit-modulus", "spectral-fit-periods"]
+    assert [row.estimator for row in rows] == [name for name in estimators for _ in range(5)]
+    assert [row.quantity for row in rows[:5]] == ["I", "B", "K", "error", "VAF_trial"]
+    assert {row.condition for row in rows} == {"0.16"}
+
+
+@pytest.mark.parametrize("estimator", ["spectral-fit", "spectral-fit-periods"])
+def test_intervals_have_the_freedom_of_the_frequencies_that_were_fitted(estimator, noisy):
+    fitted = noisy.spectra[estimator].band(*OPTIONS.fit_band_hz).frequency_hz.size
+    quantile = stats.t.ppf(0.975, 2 * fitted - 3)
+    row = rows_of(noisy, estimator)["B"]
+    assert (row.ci_high - row.ci_low) / 2.0 == pytest.approx(quantile * row.standard_error, rel=1e-6)
+
+
+def test_interval_of_stiffness_over_periods_is_that_of_its_profile(noisy):
+    row = rows_of(noisy, "spectral-fit-periods")["K"]
+    assert (row.ci_low, row.ci_high) == noisy.profile.interval
+    assert row.ci_low < JOINT[2] < row.ci_high
+
+
+def test_error_is_the_sum_of_squares_that_the_fit_left(noisy):
+    assert rows_of(noisy, "spectral-fit")["error"].value == noisy.fits["spectral-fit"].cost
+    assert rows_of(noisy, "spectral-fit")["error"].unit == "1"
+
+
+def test_angle_is_predicted_from_the_torque_alone():
+    prepared = prepare(trial_with(), OPTIONS)
+    assert prepared.prediction_vaf(JOINT) > 99.9
+    assert prepared.prediction_vaf(JOINT * [1.0, 1.0, 0.5]) < 50.0
+    assert prepared.kept == slice(1024, 8448 - 1024)
+
+
+def test_trial_without_a_period_is_fitted_from_averaged_bins_only():
+    found = analyse(trial_with(), replace(OPTIONS, perturbation_period_s=None))
+    assert set(found.fits) == {"spectral-fit", "spectral-fit-modulus"}
+    assert found.profile.interval[0] < found.fits["spectral-fit"].parameters[2]
+
+
+def test_record_that_nothing_is_left_of_is_refused():
+    with pytest.raises(InputError) as caught:
+        analyse(trial_with(periods=0.85))
+    assert_one_sentence(caught.value, "9 s")
+
+
+@pytest.mark.parametrize("still", ["torque", "angle"])
+def test_trial_without_perturbation_or_motion_is_refused(still, rng):
+    signals = {"torque": rng.standard_normal(5000), "angle": rng.standard_normal(5000)}
+    signals[still] = np.zeros(5000)
+    trial = trial_of(256.0, torque=(signals["torque"], "Nm"), angle=(signals["angle"], "rad"))
+    with pytest.raises(InputError) as caught:
+        analyse(trial)
+    assert_one_sentence(caught.value, "constant")
+
+
+def test_cross_validation_predicts_every_trial_with_every_trials_parameters():
+    stiff, soft = (analyse(trial_with(JOINT * [1.0, 1.0, k], seed=5)) for k in (1.3, 1.0))
+    results = {"stiff": wristalyzer_result(stiff), "soft": wristalyzer_result(soft)}
+    matrix = cross_validate_wristalyzer(results)
+    own = [rows_of(a, "spectral-fit")["VAF_trial"].value for a in (stiff, soft)]
+    assert np.diag(matrix) == pytest.approx(own)
+    assert (matrix[~np.eye(2, dtype=bool)] < 80.0).all()
+    crossed = soft.prepared.prediction_vaf(stiff.fits["spectral-fit"].parameters)
+    assert matrix[0, 1] == pytest.approx(crossed)
+
+
+def test_cross_validated_vaf_leaves_a_trials_own_data_out():
+    matrix = np.array([[99.0, 80.0, 70.0], [60.0, 98.0, 50.0], [40.0, 30.0, 97.0]])
+    rows = cross_validation_estimates(["a", "b", "c"], matrix)
+    assert [(row.condition, row.value) for row in rows] == [("a", 75.0), ("b", 55.0), ("c", 35.0)]
+    assert cross_validation_estimates(["a"], matrix[:1, :1]) == []
