@@ -14,6 +14,9 @@ LABELS = {
     "SEM_I": "SEM of I",
     "SEM_B": "SEM of B",
     "SEM_K": "SEM of K",
+    "SE_I": "standard error of I",
+    "SE_B": "standard error of B",
+    "SE_K": "standard error of K",
     "error": "error",
     "VAF_trial": "VAF of the full dataset",
     "VAF_perturbation": "VAF of a perturbation",
@@ -142,6 +145,7 @@ def reported_data(reported: dict, start_stiffness: float) -> dict:
         "stiffness_count": str(len(stiffness)),
         "inertia": span(_on_belt("I"), 2),
         "stiffness": span(_on_belt("K"), 2),
+        "sem_stiffness": span(_on_belt("SEM_K"), 2),
         "vaf": span(wristalyzer["VAF_trial"].values(), 2),
         "vaf_trial": f"{percent(min(vaf_trial), 2)} to {percent(max(vaf_trial), 2)}",
     }
@@ -297,7 +301,10 @@ def dummy_data(
     slope = 1e-3 * float(
         np.mean([fit.facts["damping_per_skew_Nms_per_rad_per_s"][printed] for fit in fits.values()])
     )
+    stiffness = own[(own.quantity == "K") & (own.pathway == printed)]
     data = {
+        "sem_stiffness": span(stiffness.sem_as_printed, 2),
+        "error_stiffness": span(stiffness.standard_error, 2),
         "printed": printed,
         "recommended": recommended,
         "two_leg_inertia": number(2.0 * geometry["leg_inertia_kgm2"]),

@@ -7,11 +7,13 @@ from pathlib import Path
 from tepsipe.errors import InputError
 from tepsipe.estimates import Estimate
 
+# SEM_x is the thesis's "standard error of the mean" as printed, SE_x the standard error as it should be
+PARAMETER_ROWS = ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "SE_I", "SE_B", "SE_K"]
 ROWS = {
-    "table_4_1": ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "error", "VAF_trial", "VAF_cross_validated"],
-    "table_4_2": ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "VAF_perturbation", "VAF_trial"],
+    "table_4_1": [*PARAMETER_ROWS, "error", "VAF_trial", "VAF_cross_validated"],
+    "table_4_2": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
+    "table_4_3": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
 }
-ROWS["table_4_3"] = ROWS["table_4_2"]
 EXPERIMENT = {"table_4_1": "wristalyzer", "table_4_2": "dummy", "table_4_3": "dummy"}
 
 
@@ -80,7 +82,7 @@ def lay_out_table(
             continue
         estimator = next(iter(found.values())).estimator
         for name in ROWS[table]:
-            quantity = name.removeprefix("SEM_")
+            prefix, _, quantity = name.rpartition("_") if name.startswith("SE") else ("", "", name)
             unit = next((e.unit for (q, _), e in found.items() if q == quantity), None)
             if unit is None:
                 continue
@@ -92,13 +94,16 @@ def lay_out_table(
                         f"expected an estimate of {quantity} for {condition} by {pathway}, found none: "
                         "make the estimates again"
                     )
-                values.append(estimate.sem_as_printed if name != quantity else estimate.value)
-            printed = [reported.get(name, {}).get(condition) for condition in conditions]
-            rows.append(
-                TableRow(
-                    pathway, estimator, name, "as printed" if name != quantity else unit, values, printed
+                values.append(
+                    {
+                        "": estimate.value,
+                        "SEM": estimate.sem_as_printed,
+                        "SE": estimate.standard_error,
+                    }[prefix]
                 )
-            )
+            printed = [reported.get(name, {}).get(condition) for condition in conditions]
+            unit = "as printed" if prefix == "SEM" else unit
+            rows.append(TableRow(pathway, estimator, name, unit, values, printed))
     return rows
 
 

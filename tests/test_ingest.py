@@ -404,6 +404,13 @@ def test_recordings_of_the_treadmill_are_refused_where(why, recordings):
     assert_one_sentence(caught.value, found)
 
 
+def test_markers_of_another_trial_than_the_logs_are_refused(recordings):
+    log, calibration, markers = recordings
+    with pytest.raises(InputError) as caught:
+        ingest_all(changed_line(log, "trigger", slice(4500, 4900), 5.0), calibration, markers)
+    assert_one_sentence(caught.value, "log.mat", "markers.c3d", "4.40 s", "4.00 s")
+
+
 def test_recordings_shorter_than_the_protocol_are_refused(recordings):
     with pytest.raises(InputError) as caught:
         ingest_all(*recordings, duration_s=70.0)

@@ -84,6 +84,16 @@ def test_held_out_part_is_not_fitted(rng):
     assert found.vaf_held_out < 90.0
 
 
+def test_noise_in_the_fitted_part_does_not_count_against_the_held_out_part(rng):
+    trial = moved_joint(rng)
+    noisy = trial.values("torque").copy()
+    noisy[:4900] += rng.standard_normal(4900)
+    changed = trial_of(RATE, angle=(trial.values("angle"), "rad"), torque=(noisy, "Nm"))
+    found = analyse_position_manipulator(changed, OPTIONS, rng)
+    assert 100.0 - found.vaf_training > 0.5
+    assert 100.0 - found.vaf_held_out < 0.1 * (100.0 - found.vaf_training)
+
+
 def test_mean_torque_that_is_left_in_flatters_the_printed_vaf(rng):
     trial = moved_joint(rng, 2.0)
     lifted = trial.values("torque") + 50.0
