@@ -424,6 +424,16 @@ def test_other_systems_c3d_files_are_refused_if_truncated(name, part, real_data,
     assert_one_sentence(caught.value, path)
 
 
+def test_c3d_file_that_claims_values_of_twice_the_size_is_refused(real_data, tmp_path):
+    content = bytearray(real_data("c3d/Gait.c3d").read_bytes())
+    content[13] |= 0x80  # a DEC number that is negative: the values are floating point
+    path = tmp_path / "markers.c3d"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        read_markers(path, REAL_LABELS["c3d/Gait.c3d"])
+    assert_one_sentence(caught.value, path, "487 frames")
+
+
 def test_real_recording_of_an_ankle_is_read(real_data):
     columns = {"time": "time_s", "angle": "ankle_pos_rad", "torque": "ankle_torque_Nm"}
     table = read_text_table(real_data("human-ankle/ankle_trial1.csv.gz"), columns, ",")

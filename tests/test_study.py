@@ -16,9 +16,19 @@ import yaml
 from scipy.io import loadmat, savemat
 
 ROOT = Path(__file__).parents[1]
-HEADER = (
-    "experiment condition source profile amplitude interval_s duration_s log command calibration markers"
-).split()
+HEADER = [
+    "experiment",
+    "condition",
+    "source",
+    "profile",
+    "amplitude",
+    "interval_s",
+    "duration_s",
+    "log",
+    "command",
+    "calibration",
+    "markers",
+]
 TRIALS = [
     "wristalyzer 0.12 virtual_lab multisine 0.12 - 40 - - - -",
     "wristalyzer 0.16 virtual_lab multisine 0.16 - 40 - - - -",
@@ -192,9 +202,7 @@ def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(study):
 
 
 def test_a_changed_option_reruns_only_the_steps_that_read_it(study):
-    write_config(
-        study, {**OVERRIDES, "dummy": {"analysis": {"bootstrap_draws": 301}}}, "changed"
-    )
+    write_config(study, {**OVERRIDES, "dummy": {"analysis": {"bootstrap_draws": 301}}}, "changed")
     planned = jobs(snakemake(study, "-n", config="changed"))
     assert planned["fit_dummy"] == 2
     assert not {"fit_wristalyzer", "ingest_dummy", "make_dummy_trial", "plot_wristalyzer"} & set(planned)
