@@ -46,8 +46,8 @@ class AdmittanceFit:
         Sum of e^2 (-); the thesis calls it error.
     sem_as_printed, standard_error : ndarray, shape (3,)
         Thesis eq (3-2) as printed, and the standard error (units of the parameters).
-    frequencies : int
-        Number of frequencies that were fitted (-).
+    degrees_of_freedom : int
+        Number of residuals less three parameters (-).
     converged : bool
         Whether the solver met its tolerances (-).
     at_bound : bool
@@ -59,7 +59,7 @@ class AdmittanceFit:
     cost: float
     sem_as_printed: np.ndarray
     standard_error: np.ndarray
-    frequencies: int
+    degrees_of_freedom: int
     converged: bool
     at_bound: bool
 
@@ -170,7 +170,7 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
         cost=float(2.0 * solution.cost),
         sem_as_printed=sem_as_printed(solution.fun, inverse),
         standard_error=standard_error(solution.fun, inverse),
-        frequencies=estimate.frequency_hz.size,
+        degrees_of_freedom=solution.fun.size - solution.x.size,
         converged=bool(solution.success),
         at_bound=bool((distance < 1e-6 * (bounds.upper - bounds.lower)).any()),
     )

@@ -116,7 +116,11 @@ UNKNOWN_KEYS = [
         "dummy.pathways.leg.estimater",
         "estimator",
     ),
-    ({"ankle": {"strober_frequency_hz": 250}}, "ankle.strober_frequency_hz", "strober_frequency_hz"),
+    (
+        {"ankle": {"strober_frequency_hz": 250}},
+        "ankle.strober_frequency_hz",
+        "dummy.ingest.strober_frequency_hz",
+    ),
 ]
 
 

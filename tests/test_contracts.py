@@ -338,3 +338,14 @@ def test_provenance_takes_the_truth_for_its_checksum_only():
 def test_no_script_opens_the_truth_by_its_name():
     for path in [*SCRIPTS, *MODULES]:
         assert "virtual_lab.yaml" not in path.read_text(encoding="utf-8"), path
+
+
+def test_conda_environment_names_the_locked_versions(root):
+    locked = dict(re.findall(r"^([\w-]+)==([\w.]+)", (root / "requirements.txt").read_text(), re.M))
+    named = re.findall(r"- ([\w-]+)==([\w.]+)", (root / "workflow/envs/tepsipe.yaml").read_text())
+    assert len(named) > 5
+    assert [(name, version) for name, version in named if locked[name] != version] == []
+
+
+def test_lock_file_names_no_registry(root):
+    assert "http" not in (root / "requirements.txt").read_text()

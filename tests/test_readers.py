@@ -455,3 +455,30 @@ def test_manipulator_log_of_a_trial_lasts_as_long_as_the_trial(raw):
     log = read_log(raw["log.txt"])
     trigger = log["trigger_time"].max()
     assert log["time"][-1] - trigger == pytest.approx(WRISTALYZER_DURATION_S + 2.0, abs=0.1)
+
+
+def test_last_line_that_is_not_ended_is_left_out(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("time_s,angle_rad\n0.0,0.25\n0.1,0.50\n0.2,0.7")
+    table = read_text_table(path, {"time": "time_s", "angle": "angle_rad"}, ",")
+    assert table["angle"].tolist() == [0.25, 0.5]
+
+
+def test_component_that_stands_twice_in_the_matrix_is_refused(damaged):
+    def repeat(content):
+        lines = content.split(b"\n")
+        return b"\n".join([*lines[:2], lines[1], *lines[2:]])
+
+    assert "Fx_left" in damaged("calibration.csv", repeat)
+
+
+def test_label_that_two_markers_share_is_refused(tmp_path):
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+    file["parameters"]["POINT"]["LABELS"]["value"] = ["knee", "knee"]
+    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
+    file["data"]["points"] = np.ones((4, 2, 10))
+    file.write(str(tmp_path / "twice.c3d"))
+    with pytest.raises(InputError) as caught:
+        read_markers(tmp_path / "twice.c3d", ["knee"])
+    assert_one_sentence(caught.value, tmp_path / "twice.c3d", "'knee'")

@@ -78,6 +78,11 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
                 f"{path}: expected a marker named {label!r}, found {listed(found)}: "
                 "name the file's markers in the configuration"
             )
+        if found.count(label) > 1:
+            raise InputError(
+                f"{path}: expected one marker named {label!r}, found {found.count(label)}: rename them "
+                "when exporting"
+            )
     points = file["data"]["points"][:3, [found.index(label) for label in labels]]
     residuals = file["data"]["meta_points"]["residuals"][0, [found.index(label) for label in labels]]
     positions = METRES_PER_UNIT[unit] * points.transpose(2, 1, 0)

@@ -10,6 +10,8 @@ from tepsipe.errors import InputError, listed, quoted, read_text
 def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -> dict[str, np.ndarray]:
     """Read named columns of a text file whose first line names them.
 
+    A last line that no line break ends may have been cut within its last number, so it is left out.
+
     Parameters
     ----------
     path : str or Path
@@ -43,6 +45,7 @@ def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -
             "name the file's columns in the configuration"
         )
     lines = body.splitlines()
+    ended = body.endswith(("\n", "\r"))
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
@@ -55,6 +58,8 @@ def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -
                 f"{path}: expected {len(names)} fields on every line, found {found} on line "
                 f"{number + 2}: {state}, copy it again from the instrument"
             )
+    if not ended and len(lines) > 1:
+        lines.pop()
     wanted = [names.index(name) for name in columns.values()]
     try:
         values = np.loadtxt(lines, delimiter=delimiter, usecols=wanted, ndmin=2, comments=None)

@@ -189,6 +189,10 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
                 f"{path}: expected the unit {expected} for {name}, found {quoted(row[1].strip())}: convert "
                 "the matrix or correct its label"
             )
+        if name in components:
+            raise InputError(
+                f"{path}: expected every component once, found {name} again on line {number}: remove one"
+            )
         components.append(name)
     for belt in ("left", "right"):
         for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"):

@@ -76,9 +76,14 @@ def _sentence(error: jsonschema.ValidationError, schema: dict) -> str:
         unknown = next(key for key in error.instance if key not in known)
         key = f"{where}.{unknown}" if where else str(unknown)
         close = difflib.get_close_matches(str(unknown), known, n=1, cutoff=0.5)
-        if not close:
-            close = difflib.get_close_matches(str(unknown), _all_keys(schema), n=1, cutoff=0.7)
-        hint = f"did you mean {close[0]!r}?" if close else f"known here: {', '.join(known)}"
+        everywhere = _all_keys(schema)
+        elsewhere = [path for path in everywhere if path.rpartition(".")[2] == str(unknown)]
+        if elsewhere:
+            hint = f"did you mean {' or '.join(map(repr, elsewhere))}?"
+        elif close:
+            hint = f"did you mean {close[0]!r}?"
+        else:
+            hint = f"known here: {', '.join(known)}"
         return f"unknown key {key!r}: {hint}"
     if error.validator == "required":
         missing = next(key for key in error.validator_value if key not in error.instance)
@@ -100,13 +105,12 @@ def _or(types) -> str:
     return types if isinstance(types, str) else " or ".join(types)
 
 
-def _all_keys(schema) -> list[str]:
-    """Every property name anywhere in the schema."""
+def _all_keys(schema: dict, where: str = "") -> list[str]:
+    """Every key that the schema names, with the sections around it, dots in between."""
     keys: list[str] = []
-    if isinstance(schema, dict):
-        keys += list(schema.get("properties", {}))
-        for value in schema.values():
-            keys += _all_keys(value)
+    for name, inner in schema.get("properties", {}).items():
+        path = f"{where}.{name}" if where else name
+        keys += [path, *_all_keys(inner, path)]
     return keys
 
 
