@@ -12,6 +12,10 @@ min_version("9.14")
 configfile: "config/config.yaml"
 
 
+# the preface of the HTML report
+report: "report/preface.rst"
+
+
 # checks the configuration and the trial sheet, and says what there is to do
 include: "workflow/rules/common.smk"
 # chapter 2: the rigs, where no recordings exist

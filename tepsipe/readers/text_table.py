@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed, quoted, read_text
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.readers.text_file import read_text
 
 
 def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -> dict[str, np.ndarray]:

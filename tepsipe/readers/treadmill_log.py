@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed, quoted, read_text
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.readers.text_file import read_text
 
 VARIABLES = {
     "sample_rate_hz": "sampling rate",

@@ -36,7 +36,12 @@ rule write_report:
         provenance="<results>/provenance.json",
         library=library_of("write_report"),
     output:
-        pdf=f"<results>/report/{config['study']['name']}.pdf",
+        pdf=report(
+            f"<results>/report/{config['study']['name']}.pdf",
+            caption="../../report/captions/report.rst",
+            category="Report",
+            labels={"document": config["study"]["title"]},
+        ),
         data="<results>/report/report.json",
     log:
         "<logs>/write_report.log",

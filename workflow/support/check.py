@@ -7,7 +7,8 @@ from pathlib import Path
 import jsonschema
 import yaml
 
-from tepsipe.errors import InputError, quoted, read_text
+from tepsipe.errors import InputError, quoted
+from tepsipe.readers.text_file import read_text
 
 
 def load_yaml(path: str | Path) -> dict:

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from tepsipe.errors import InputError, read_text
+from tepsipe.errors import InputError
+from tepsipe.readers.text_file import read_text
 
 COLUMNS = (
     "experiment",
