@@ -15,20 +15,9 @@ import pytest
 import yaml
 from scipy.io import loadmat, savemat
 
+from workflow.support.trial_sheet import COLUMNS
+
 ROOT = Path(__file__).parents[1]
-HEADER = [
-    "experiment",
-    "condition",
-    "source",
-    "profile",
-    "amplitude",
-    "interval_s",
-    "duration_s",
-    "log",
-    "command",
-    "calibration",
-    "markers",
-]
 TRIALS = [
     "wristalyzer 0.12 virtual_lab multisine 0.12 - 40 - - - -",
     "wristalyzer 0.16 virtual_lab multisine 0.16 - 40 - - - -",
@@ -44,7 +33,7 @@ pytestmark = pytest.mark.study
 
 
 def write_sheet(project, rows, name="tiny"):
-    lines = [HEADER, *[row.split() for row in rows]]
+    lines = [COLUMNS, *[row.split() for row in rows]]
     (project / f"config/{name}.tsv").write_text("".join("\t".join(line) + "\n" for line in lines))
 
 
