@@ -145,18 +145,13 @@ def ingest_treadmill(
         f"band limited at {band:g} Hz",
         f"resampled at {options.resample_rate_hz:g} Hz",
     )
-    force, moment = (
-        np.stack(
-            [
-                [
-                    resample(log_time, log.voltages @ calibration.row(f"{kind}{axis}_{belt}"), grid, band)
-                    for axis in "xyz"
-                ]
-                for belt in BELTS
-            ]
-        ).transpose(2, 0, 1)
-        for kind in "FM"
-    )
+
+    def wrench(kind: str) -> np.ndarray:
+        """Forces F (N) or moments M (Nm) of both belts, shape (n, belts, 3)."""
+        rows = [calibration.row(f"{kind}{axis}_{belt}") for belt in BELTS for axis in "xyz"]
+        calibrated = log.voltages @ np.array(rows).T
+        return resample(log_time, calibrated, grid, band).reshape(grid.size, len(BELTS), 3)
+
     gaps = (f"gaps up to {options.max_gap_s:g} s filled by a cubic spline",)
     return Trial(
         rate_hz=options.resample_rate_hz,
@@ -168,14 +163,14 @@ def ingest_treadmill(
         },
         signals={
             "force": Signal(
-                force.astype(np.float32),
+                wrench("F").astype(np.float32),
                 "N",
                 ("time", "belt", "axis"),
                 "ground reaction forces",
                 ("calibration matrix applied", *moved),
             ),
             "moment": Signal(
-                moment.astype(np.float32),
+                wrench("M").astype(np.float32),
                 "Nm",
                 ("time", "belt", "axis"),
                 "ground reaction moments about the plate's origin",

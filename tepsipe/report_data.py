@@ -221,9 +221,6 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
         "inertia": span(values("I")),
         "damping": span(values("B")),
         "stiffness": span(values("K")),
-        "mean_inertia": number(values("I").mean()),
-        "mean_damping": number(values("B").mean()),
-        "mean_stiffness": number(values("K").mean()),
         "damping_modulus": span(values("B", "spectral-fit-modulus")),
         "coherence": number(float(coherence[lowest])),
         "coherence_at": number(float(frequency[inside][lowest]), 2),
@@ -297,7 +294,6 @@ def dummy_data(
     smallest = min(conditions, key=lambda c: (amplitude(c), c))
     largest = max(conditions, key=lambda c: (amplitude(c), c))
     clear = [c for c in conditions if amplitude(c) >= 0.3] or conditions
-    k_clear = values("K", recommended)[clear]
     slope = 1e-3 * float(
         np.mean([fit.facts["damping_per_skew_Nms_per_rad_per_s"][printed] for fit in fits.values()])
     )
@@ -309,15 +305,12 @@ def dummy_data(
         "recommended": recommended,
         "two_leg_inertia": number(2.0 * geometry["leg_inertia_kgm2"]),
         "two_mgr": number(2.0 * leg_mgr),
-        "mgr": number(leg_mgr),
         "printed_inertia": span(values("I", printed)),
         "printed_stiffness": span(values("K", printed)),
         "printed_mean_inertia": number(values("I", printed).mean()),
         "printed_mean_stiffness": number(values("K", printed)[clear].mean()),
-        "printed_mean_damping": number(values("B", printed).mean()),
         "recommended_mean_inertia": number(float(values("I", recommended)[clear].mean()), 2),
-        "recommended_mean_stiffness": number(float(k_clear.mean())),
-        "recommended_stiffness": span(k_clear),
+        "recommended_mean_stiffness": number(float(values("K", recommended)[clear].mean())),
         "recommended_mean_damping": number(values("B", recommended)[clear].mean()),
         "shift_inertia": number(float((values("I", printed) - values("I", recommended))[clear].mean())),
         "shift_stiffness": number(float((values("K", recommended) - values("K", printed))[clear].mean())),
@@ -336,10 +329,6 @@ def dummy_data(
         ),
         "misfit_mm": number(1e3 * max(fit.facts["misfit_m"] for fit in fits.values()), 2),
         "perturbations": span([len(fit.arrays["windows"]) for fit in fits.values()], 2),
-        "cross_validated_printed": span(values("VAF_cross_validated", printed))
-        if len(fits) > 1
-        else number(None),
-        "rest_angle": number(1e3 * float(np.mean([fit.facts["theta_rest_rad"] for fit in fits.values()])), 2),
         "damping_per_ms": number(slope, 2),
         "skew_ms": number(abs(values("B", printed).mean() / slope), 2),
         "strober": None,
@@ -374,7 +363,6 @@ def dummy_data(
             "worst_stiffness": percent(100.0 * by.get_group("K").relative_error.abs().max()),
             "worst_damping": percent(100.0 * by.get_group("B").relative_error.abs().max(), 0),
             "covered": percent(100.0 * covered, 0),
-            "from": number(min(map(amplitude, clear)), 1),
             "count": str(len(clear)),
         }
     return data

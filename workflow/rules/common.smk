@@ -23,9 +23,9 @@ def checked_trials():
     check_against_schema(config, SCHEMAS / "config.schema.yaml", "configuration")
     check_config(config, "configuration")
     study = config["study"]
-    for key, schema in (("virtual_lab", "virtual_lab"), ("reported", "reported")):
+    for key in ("virtual_lab", "reported"):
         if study[key] is not None:
-            check_against_schema(load_yaml(study[key]), SCHEMAS / f"{schema}.schema.yaml", study[key])
+            check_against_schema(load_yaml(study[key]), SCHEMAS / f"{key}.schema.yaml", study[key])
     trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
     for (experiment, condition), row in trials.items():
         if row.source == "virtual_lab" and study["virtual_lab"] is None:
@@ -60,7 +60,6 @@ def any_of(names):
 
 
 wildcard_constraints:
-    experiment=any_of(RAW_FILES),
     condition=any_of(sorted({condition for _, condition in TRIALS}, key=len, reverse=True)),
 
 
@@ -155,12 +154,6 @@ def shown_condition(experiment, wanted):
     """The configured condition, or the last of the sheet where the study does not have it."""
     names = conditions(experiment)
     return wanted if wanted in names or not names else names[-1]
-
-
-def shown_conditions():
-    """Experiment -> the condition that its example figures show."""
-    wanted = {"wristalyzer": "best_condition", "dummy": "example_condition"}
-    return {e: shown_condition(e, config[e][key]) for e, key in wanted.items()}
 
 
 def study_figures():

@@ -53,7 +53,7 @@ rule write_report:
         experiments=experiment_conditions(),
         choices={name: config[name] for name in EXPERIMENTS},
         made={name: made_conditions(name) for name in EXPERIMENTS},
-        shown=shown_conditions(),
+        best=shown_condition("wristalyzer", config["wristalyzer"]["best_condition"]),
         start_stiffness=config["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
         source_folder=lambda w: here("report"),
     script:

@@ -59,11 +59,10 @@ for path in snakemake.input.tables:
     data["slips"][table] = report_data.slips_data(slips, table, conditions, names)
 if "wristalyzer" in experiments:
     data["wristalyzer"] = report_data.wristalyzer_data(
-        fits["wristalyzer"], estimates, choices["wristalyzer"], snakemake.params.shown["wristalyzer"]
+        fits["wristalyzer"], estimates, choices["wristalyzer"], snakemake.params.best
     )
 if "dummy" in experiments:
     data["dummy"] = report_data.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery)
-    data["dummy"]["example"] = snakemake.params.shown["dummy"]
 if "ankle" in experiments:
     data["ankle"] = report_data.ankle_data(fits["ankle"], estimates)
 Path(snakemake.output.data).write_text(
