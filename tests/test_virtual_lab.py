@@ -9,7 +9,7 @@ import pytest
 from builders import bend_at_rest, second_order_response
 
 from tepsipe.virtual_lab.belt import PULSES, DriveTruth, velocity_command
-from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
+from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.force_plate import (
     PlateTruth,
@@ -223,9 +223,10 @@ def test_commands_start_at_their_onsets_and_rest_in_between():
 
 
 def silent_plate(truth):
-    """The shipped plate without noise, drift, error of calibration, belt inertia and friction."""
-    off = ("calibration_error", "noise_V", "drift_V_per_s", "felt_belt_mass_kg")
-    off += ("friction_Ns_per_m", "friction_per_load_s_per_m")
+    """The shipped plate without noise, drift, error of calibration, belt, floor and mounts."""
+    off = ("calibration_error", "noise_V", "drift_V_per_s", "felt_belt_mass_kg", "felt_roller_inertia_kgm")
+    off += ("belt_lag_s", "friction_N", "friction_coefficient", "friction_Ns_per_m")
+    off += ("floor_m_per_s2", "mount_share")
     return PlateTruth(**(truth["treadmill"]["plate"] | dict.fromkeys(off, 0.0)))
 
 
@@ -276,8 +277,8 @@ def test_frame_rings_at_its_resonance_when_the_force_jumps(shipped_truth, rng):
     assert fy[-1] == pytest.approx(10.0, abs=0.01)
     ringing = np.abs(np.fft.rfft((fy - 10.0)[100:] * np.hanning(fy.size - 100)))
     frequency = np.fft.rfftfreq(fy.size - 100, 1e-3)[np.argmax(ringing)]
-    loaded = 38.0 * math.sqrt(150.0 / 152.5)
-    assert frequency == pytest.approx(loaded * math.sqrt(1.0 - 0.05**2), abs=0.6)
+    loaded = plate.resonance_hz * math.sqrt(plate.resonance_mass_kg / (plate.resonance_mass_kg + 2.5))
+    assert frequency == pytest.approx(loaded * math.sqrt(1.0 - plate.resonance_damping**2), abs=0.6)
 
 
 def test_empty_belt_shows_its_inertia_and_its_friction(shipped_truth, rng):
@@ -294,11 +295,11 @@ def test_empty_belt_shows_its_inertia_and_its_friction(shipped_truth, rng):
 
 
 def test_friction_grows_with_the_load(shipped_truth, rng):
-    plate = replace(silent_plate(shipped_truth), friction_per_load_s_per_m=0.03)
+    plate = replace(silent_plate(shipped_truth), friction_coefficient=0.06, friction_speed_m_per_s=0.1)
     volts_per_newton, calibration = plate_electronics(plate, rng)
     loaded = np.tile([0.0, 0.0, 200.0, 0.0, 0.0, 0.0], (4000, 1))
     fy = (voltages_of(plate, volts_per_newton, loaded, np.full(4000, 0.4)) @ calibration.T)[:, 7]
-    assert fy[-1] == pytest.approx(0.03 * 200.0 * 0.4, rel=1e-3)
+    assert fy[-1] == pytest.approx(0.06 * 200.0 * math.tanh(4.0), rel=1e-3)
 
 
 # ---- motion capture ----------------------------------------------------------------------------
@@ -306,7 +307,8 @@ def test_friction_grows_with_the_load(shipped_truth, rng):
 
 def captured(truth, motion, frames=250, **changes):
     capture = CaptureTruth(**(truth["treadmill"]["capture"] | changes))
-    return record_markers(capture, DUMMY, motion, 0.3, frames, generator(1, "markers"))
+    paths = dummy_marker_paths(DummyMarkers(**truth["dummy"]["markers"]), DUMMY, motion)
+    return record_markers(capture, paths, 0.3, frames, generator(1, "markers"))
 
 
 PERFECT = {"noise_m": 0.0, "occlusions_per_minute": 0.0}
@@ -314,7 +316,7 @@ PERFECT = {"noise_m": 0.0, "occlusions_per_minute": 0.0}
 
 def test_markers_on_the_leg_keep_their_distances_if_sampled_at_once(shipped_truth, released):
     positions = captured(shipped_truth, released, strober_hz=1e12, **PERFECT)
-    leg = np.array([[0.0, 0.0], *shipped_truth["treadmill"]["capture"]["leg_markers_m"]])
+    leg = np.array([[0.0, 0.0], *shipped_truth["dummy"]["markers"]["leg_m"]])
     for i in range(5):
         for j in range(i):
             distance = np.linalg.norm(positions[:, 3 + i] - positions[:, 3 + j], axis=1)

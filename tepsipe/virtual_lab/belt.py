@@ -54,6 +54,27 @@ class DriveTruth:
         return wanted, error
 
 
+@dataclass(frozen=True)
+class BeltMotion:
+    """Exact motion of the belt, and what its load asks of the plate.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Grid of the integration (s).
+    belt_position, belt_velocity, belt_acceleration : ndarray, shape (n,)
+        Motion of the belt along y (m, m/s, m/s2).
+    reaction : ndarray, shape (n, 6)
+        Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (Nm).
+    """
+
+    time: np.ndarray
+    belt_position: np.ndarray
+    belt_velocity: np.ndarray
+    belt_acceleration: np.ndarray
+    reaction: np.ndarray
+
+
 def sine_pulse(s: float) -> float:
     """One full sine period in normalised time ``s`` in 0..1 (-), with peaks +1 and -1 (-)."""
     return math.sin(2.0 * math.pi * s)

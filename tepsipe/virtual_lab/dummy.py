@@ -17,9 +17,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from tepsipe.virtual_lab.belt import DriveTruth
+from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import integrate
+from tepsipe.virtual_lab.motion_capture import MarkerPath
 from tepsipe.virtual_lab.rubber import Rubber
+
+# names of the dummy's markers, in the strober's order
+MARKERS = ("foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4")
 
 
 @dataclass(frozen=True)
@@ -52,28 +56,36 @@ class DummyTruth:
 
 
 @dataclass(frozen=True)
-class DummyMotion:
-    """Exact motion of the rig.
+class DummyMarkers:
+    """Where the markers sit on the dummy.
 
     Attributes
     ----------
-    time : ndarray, shape (n,)
-        Grid of the integration (s).
-    belt_position, belt_velocity, belt_acceleration : ndarray, shape (n,)
-        Motion of belt and foot along y (m, m/s, m/s2).
-    angle, angle_rate : ndarray, shape (n,)
-        Leg angle from the vertical (rad) and its rate (rad/s).
-    reaction : ndarray, shape (n, 6)
-        Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (Nm).
+    foot_m : list of [along, up]
+        Marker positions on the foot: forward of the ankle and above the belt (m).
+    leg_m : list of [across, along]
+        Marker positions on the leg: in front of the rod's axis, and along it from the ankle (m).
+    lateral_m : float
+        Position of all markers across the belt, from the foot's middle (m).
     """
 
-    time: np.ndarray
-    belt_position: np.ndarray
-    belt_velocity: np.ndarray
-    belt_acceleration: np.ndarray
+    foot_m: list
+    leg_m: list
+    lateral_m: float
+
+
+@dataclass(frozen=True)
+class DummyMotion(BeltMotion):
+    """Exact motion of the rig; the foot moves with the belt.
+
+    Attributes
+    ----------
+    angle, angle_rate : ndarray, shape (n,)
+        Leg angle from the vertical (rad) and its rate (rad/s).
+    """
+
     angle: np.ndarray
     angle_rate: np.ndarray
-    reaction: np.ndarray
 
 
 def move_dummy(
@@ -154,3 +166,41 @@ def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
     my = -dummy.position_x_m * fz
     mz = dummy.position_x_m * fy
     return np.column_stack([np.zeros_like(fy), fy, fz, mx, my, mz])
+
+
+def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMotion) -> list[MarkerPath]:
+    """Paths of the markers on foot, ankle and leg, in the order of `MARKERS`.
+
+    Parameters
+    ----------
+    markers, dummy : DummyMarkers, DummyTruth
+        Constants (units in their names).
+    motion : DummyMotion
+        Exact motion of the rig (s, m, rad).
+
+    Returns
+    -------
+    list of callable
+        Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
+    """
+    belt = CubicSpline(motion.time, motion.belt_position)
+    angle = CubicSpline(motion.time, motion.angle)
+
+    def place(instant: np.ndarray, forward, up) -> np.ndarray:
+        x = np.full(instant.shape, dummy.position_x_m + markers.lateral_m)
+        y = dummy.position_y_m + belt(instant)
+        return np.column_stack([x, y + forward, np.broadcast_to(up, instant.shape)])
+
+    def on_foot(along: float, up: float) -> MarkerPath:
+        return lambda instant: place(instant, along, up)
+
+    def on_leg(across: float, along: float) -> MarkerPath:
+        def path(instant: np.ndarray) -> np.ndarray:
+            th = angle(instant)
+            forward = across * np.cos(th) + along * np.sin(th)
+            return place(instant, forward, dummy.foot_height_m - across * np.sin(th) + along * np.cos(th))
+
+        return path
+
+    foot = [on_foot(*position) for position in markers.foot_m]
+    return [*foot, on_leg(0.0, 0.0), *[on_leg(*position) for position in markers.leg_m]]

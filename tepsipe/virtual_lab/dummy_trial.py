@@ -2,21 +2,16 @@
 
 from pathlib import Path
 
-import numpy as np
-
-from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
-from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
-from tepsipe.virtual_lab.force_plate import PlateTruth, plate_electronics, plate_voltages
-from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
+from tepsipe.virtual_lab.belt import DriveTruth
+from tepsipe.virtual_lab.dummy import MARKERS, DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
-from tepsipe.virtual_lab.treadmill_files import (
-    write_calibration,
-    write_markers,
-    write_treadmill_log,
+from tepsipe.virtual_lab.treadmill_trial import (
+    INTEGRATION_RATE_HZ,
+    record_capture,
+    record_log,
+    schedule_trial,
 )
-
-INTEGRATION_RATE_HZ = 2000.0
 
 
 def make_dummy_trial(
@@ -47,42 +42,18 @@ def make_dummy_trial(
     """
     seed, rig = truth["seed"], truth["treadmill"]
     dummy = DummyTruth(**truth["dummy"]["subject"])
-    plate, capture = PlateTruth(**rig["plate"]), CaptureTruth(**rig["capture"])
-    drive = DriveTruth(**rig["drive"])
     rng = generator(seed, "dummy", condition)
-    protocol = rig["protocol"]
-    trigger_s = protocol["lead_s"] + rng.random() / plate.rate_hz
-    last_onset = duration_s - protocol["rest_after_s"] - interval_s + 1e-9
-    onsets = trigger_s + np.arange(protocol["rest_before_s"], last_onset, interval_s)
-    command = velocity_command(profile, amplitude_m_per_s, onsets, protocol["pulse_s"])
+    rest_after_s = rig["protocol"]["rest_after_s"]
+    schedule = schedule_trial(rig, profile, amplitude_m_per_s, interval_s, duration_s, rest_after_s, rng)
     motion = move_dummy(
         dummy,
         Rubber(**truth["dummy"]["rubber"]),
-        drive,
-        command,
-        trigger_s + duration_s + protocol["tail_s"],
+        DriveTruth(**rig["drive"]),
+        schedule.command,
+        schedule.ends_s,
         INTEGRATION_RATE_HZ,
     )
-    sample = np.arange(0, motion.time.size, round(INTEGRATION_RATE_HZ / plate.rate_hz))
-    volts_per_newton, matrix = plate_electronics(plate, generator(seed, "plate"))
-    voltages = plate_voltages(
-        plate,
-        volts_per_newton,
-        motion.reaction,
-        motion.belt_velocity,
-        motion.belt_acceleration,
-        dummy.foot_mass_kg + dummy.leg_mass_kg,
-        INTEGRATION_RATE_HZ,
-        sample,
-        rng,
-    )
-    time = motion.time[sample]
-    noisy = motion.belt_velocity[sample] + drive.velocity_noise_m_per_s * rng.standard_normal(sample.size)
-    velocity = drive.velocity_step_m_per_s * np.round(noisy / drive.velocity_step_m_per_s)
-    running = (time >= trigger_s) & (time < trigger_s + duration_s)
-    commanded = np.array([command(t) for t in time.tolist()])
-    write_treadmill_log(log, plate.rate_hz, voltages, velocity, commanded, np.where(running, 5.0, 0.0))
-    write_calibration(calibration, matrix)
-    frames = round(duration_s * capture.rate_hz)
-    positions = record_markers(capture, dummy, motion, trigger_s, frames, rng)
-    write_markers(markers, positions, capture.rate_hz)
+    load_kg = dummy.foot_mass_kg + dummy.leg_mass_kg
+    record_log(rig, seed, schedule, motion, load_kg, rng, log, calibration)
+    paths = dummy_marker_paths(DummyMarkers(**truth["dummy"]["markers"]), dummy, motion)
+    record_capture(rig, schedule, MARKERS, paths, rng, markers)

@@ -5,6 +5,34 @@ one in its middle. A wrench w = (Fx, Fy, Fz, Mx, My, Mz) spreads over the 7 tran
 least-norm forces f with E f = w, where E holds the transducers' lines of action. Voltages are
 sensitivity times cross-talk times f. The calibration matrix is what a careful static calibration
 of such a plate would have found.
+
+What the transducers feel is not the reaction on the load alone. In the order in which it happens:
+
+1. Belt. The drive pulls the belt at its rear end, and belt and splices give in a viscous way: the
+   load follows the rollers through a first-order lag, T on average, which changes by a factor phi(t)
+   from push to push as belt and splices settle, so that the rollers move at
+
+       v_r = v + phi T v'
+
+   Belt and rollers rub on deck and bearings with a friction that is full only at some speed, because a
+   film has to form (v_0), that grows with the load N on the deck, and that has a viscous part:
+
+       F_friction = (F_0 + mu N) tanh(v_r / v_0) + c v_r
+
+   Seen from the load it leads the velocity and so passes for mass, the more the slower the belt: the
+   apparent mass c_eff T falls with amplitude as the friction saturates. What the upper run of the
+   belt weighs more than the lower run, which moves the other way, is felt as a mass; and the rollers,
+   which spin up against the frame, as a pitch moment -(I / r) v'.
+2. Floor. The building trembles near its own frequency and shakes the frame, whose mass lies about at
+   the height of the belt: a fore-aft force that has nothing to do with the perturbations.
+3. Frame. It sways fore and aft, Fy and Mx, on the transducer's stiffness and with the mass of frame
+   and load: a second-order resonance, lower under a heavier load. Its gain below the resonance makes
+   a load seem heavier at higher frequencies.
+4. Mounts. Rubber seals bridge the gap between the deck and the floor around it, at the height of the
+   belt. A quick force finds them stiff and passes a share s of itself to the floor; within T_m the
+   rubber relaxes (a Maxwell element), so a static calibration cannot see it:
+
+       F_transducer = F - s (T_m d/dt) / (1 + T_m d/dt) F
 """
 
 from dataclasses import dataclass
@@ -31,11 +59,23 @@ class PlateTruth:
     noise_V, drift_V_per_s : float
         White noise of a channel (V) and standard deviation of its linear drift (V/s).
     felt_belt_mass_kg : float
-        Mass of the moving belt that the fore-aft transducer feels (kg).
-    friction_Ns_per_m, friction_per_load_s_per_m : float
-        Belt friction in phase with velocity: unloaded (Ns/m), and more per newton of load (s/m).
+        Mass of the upper run of the belt over that of the lower run (kg).
+    felt_roller_inertia_kgm : float
+        Moment of inertia of the rollers over their radius, pitch moment per belt acceleration
+        (Nm per m/s2).
+    belt_lag_s : float
+        Time by which the load follows the rollers (s): T.
+    belt_lag_wander, belt_lag_wander_s : float
+        Standard deviation of the logarithm of phi (-), and the time in which it changes (s).
+    friction_N, friction_coefficient, friction_speed_m_per_s, friction_Ns_per_m : float
+        Friction of the moving unloaded belt (N) and per newton of load (-), the speed that brings it
+        about (m/s), and its viscous part (Ns/m): F_0, mu, v_0, c.
+    floor_m_per_s2, floor_hz, floor_damping : float
+        Root mean square of the floor's acceleration (m/s2), its frequency (Hz) and damping ratio (-).
     resonance_hz, resonance_damping, resonance_mass_kg : float
         Fore-aft resonance of the unloaded frame (Hz), its damping ratio (-), its moving mass (kg).
+    mount_share, mount_relaxation_s : float
+        Part of a quick fore-aft force that the mounts take (-), and when they let go of it (s): s, T_m.
     rate_hz : float
         Sampling rate of the log (Hz).
     """
@@ -50,11 +90,22 @@ class PlateTruth:
     noise_V: float
     drift_V_per_s: float
     felt_belt_mass_kg: float
+    felt_roller_inertia_kgm: float
+    belt_lag_s: float
+    belt_lag_wander: float
+    belt_lag_wander_s: float
+    friction_N: float
+    friction_coefficient: float
+    friction_speed_m_per_s: float
     friction_Ns_per_m: float
-    friction_per_load_s_per_m: float
+    floor_m_per_s2: float
+    floor_hz: float
+    floor_damping: float
     resonance_hz: float
     resonance_damping: float
     resonance_mass_kg: float
+    mount_share: float
+    mount_relaxation_s: float
     rate_hz: float
 
 
@@ -104,6 +155,97 @@ def plate_electronics(truth: PlateTruth, rng: np.random.Generator) -> tuple[np.n
     return volts_per_newton, calibration
 
 
+def wandering_lag(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
+    """Time by which the load follows the rollers: its logarithm is a stationary Ornstein-Uhlenbeck process.
+
+    Parameters
+    ----------
+    truth : PlateTruth
+        Constants (units in their names).
+    n : int
+        Number of samples (-).
+    rate_hz : float
+        Samples per second (Hz).
+    rng : numpy.random.Generator
+        Draws the process.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        phi T (s), with mean T.
+    """
+    kept = np.exp(-1.0 / (truth.belt_lag_wander_s * rate_hz))
+    steps = rng.standard_normal(n)
+    steps[1:] *= np.sqrt(1.0 - kept**2)
+    wander = signal.lfilter([1.0], [1.0, -kept], steps)
+    return truth.belt_lag_s * np.exp(truth.belt_lag_wander * (wander - 0.5 * truth.belt_lag_wander))
+
+
+def floor_tremor(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
+    """Acceleration of the floor: white noise through the floor's resonance.
+
+    Parameters
+    ----------
+    truth : PlateTruth
+        Constants (units in their names).
+    n : int
+        Number of samples (-).
+    rate_hz : float
+        Samples per second (Hz).
+    rng : numpy.random.Generator
+        Draws the noise.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Acceleration (m/s2).
+    """
+    natural = 2.0 * np.pi * truth.floor_hz
+    width = 2.0 * truth.floor_damping * natural
+    before = round(10.0 * rate_hz / width)  # until the floor has forgotten that it started at rest
+    swing = _filtered(([width, 0.0], [1.0, width, natural**2]), rng.standard_normal(before + n), rate_hz)[
+        before:
+    ]
+    # power of white noise that passes the band: width / 4 of half the sampling rate, in Hz
+    return truth.floor_m_per_s2 * np.sqrt(2.0 * rate_hz / width) * swing
+
+
+def belt_wrench(
+    truth: PlateTruth,
+    load: np.ndarray,
+    belt_velocity: np.ndarray,
+    belt_acceleration: np.ndarray,
+    belt_lag: np.ndarray,
+) -> np.ndarray:
+    """What the moving belt adds to the reaction on the load.
+
+    Parameters
+    ----------
+    truth : PlateTruth
+        Constants (units in their names).
+    load : ndarray, shape (n,)
+        Vertical force of the load on the belt (N).
+    belt_velocity, belt_acceleration : ndarray, shape (n,)
+        Motion of the belt under the load (m/s, m/s2).
+    belt_lag : ndarray, shape (n,)
+        Time by which the load follows the rollers (s).
+
+    Returns
+    -------
+    ndarray, shape (n, 6)
+        Fx, Fy, Fz (N), Mx, My, Mz (Nm): friction and inertia of the belt, pitch moment of the rollers.
+    """
+    at_rollers = belt_velocity + belt_lag * belt_acceleration
+    rubbing = truth.friction_N + truth.friction_coefficient * load
+    friction = rubbing * np.tanh(at_rollers / truth.friction_speed_m_per_s)
+    wrench = np.zeros((belt_velocity.size, 6))
+    wrench[:, 1] = friction + truth.friction_Ns_per_m * at_rollers
+    wrench[:, 1] += truth.felt_belt_mass_kg * belt_acceleration
+    # the rollers' upper side moves towards +y: they spin up the other way round x
+    wrench[:, 3] = -truth.felt_roller_inertia_kgm * belt_acceleration
+    return wrench
+
+
 def plate_voltages(
     truth: PlateTruth,
     volts_per_newton: np.ndarray,
@@ -134,34 +276,36 @@ def plate_voltages(
     sample : ndarray of int, shape (k,)
         Grid points at which the log samples (-).
     rng : numpy.random.Generator
-        Draws noise and drift.
+        Draws noise and drift; children of it draw the belt's lag and the floor.
 
     Returns
     -------
     ndarray, shape (k, 14)
         Voltages (V), left belt first.
     """
-    wrench = reaction.copy()
-    friction = truth.friction_Ns_per_m + truth.friction_per_load_s_per_m * reaction[:, 2]
-    felt = truth.felt_belt_mass_kg * belt_acceleration + friction * belt_velocity
-    wrench[:, 1] += felt
+    of_lag, of_floor = rng.spawn(2)  # leaves what `rng` itself draws as it is
+    lag = wandering_lag(truth, belt_velocity.size, grid_rate_hz, of_lag)
+    wrench = reaction + belt_wrench(truth, reaction[:, 2], belt_velocity, belt_acceleration, lag)
+    tremor = floor_tremor(truth, belt_velocity.size, grid_rate_hz, of_floor)
+    wrench[:, 1] += truth.resonance_mass_kg * tremor
     frequency = truth.resonance_hz * np.sqrt(truth.resonance_mass_kg / (truth.resonance_mass_kg + load_kg))
     natural = 2.0 * np.pi * frequency
-    frame = signal.cont2discrete(
-        (
-            [natural**2],
-            [1.0, 2.0 * truth.resonance_damping * natural, natural**2],
-        ),
-        1.0 / grid_rate_hz,
-        method="bilinear",
-    )
-    numerator, denominator = np.ravel(frame[0]), frame[1]
+    sway = ([natural**2], [1.0, 2.0 * truth.resonance_damping * natural, natural**2])
     for column in (1, 3):
         start = wrench[0, column]
-        wrench[:, column] = start + signal.lfilter(numerator, denominator, wrench[:, column] - start)
+        wrench[:, column] = start + _filtered(sway, wrench[:, column] - start, grid_rate_hz)
+    relaxing = ([truth.mount_relaxation_s, 0.0], [truth.mount_relaxation_s, 1.0])
+    taken = truth.mount_share * _filtered(relaxing, wrench[:, 1] - wrench[0, 1], grid_rate_hz)
+    wrench[:, 1] -= taken
     right = wrench[sample] @ np.linalg.pinv(lines_of_action(truth)).T
     forces = np.concatenate([np.zeros_like(right), right], axis=1)
     drift = truth.drift_V_per_s * rng.standard_normal(forces.shape[1])
     elapsed = np.arange(sample.size)[:, None] / truth.rate_hz
     noise = truth.noise_V * rng.standard_normal(forces.shape)
     return forces @ volts_per_newton.T + drift * elapsed + noise
+
+
+def _filtered(transfer: tuple[list, list], x: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Output of a linear system (numerator, denominator in s) that starts at rest."""
+    numerator, denominator, _ = signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
+    return signal.lfilter(np.ravel(numerator), denominator, x)

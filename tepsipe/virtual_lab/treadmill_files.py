@@ -8,7 +8,6 @@ from scipy.io import savemat
 
 from tepsipe.virtual_lab.force_plate import BELTS, COMPONENTS, TRANSDUCERS
 
-MARKERS = ("foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4")
 CHANNELS = tuple(f"{belt}_{name}" for belt in BELTS for name in TRANSDUCERS)
 
 
@@ -59,21 +58,23 @@ def write_calibration(path: Path, calibration: np.ndarray) -> None:
     path.write_text("".join(lines))
 
 
-def write_markers(path: Path, positions: np.ndarray, rate_hz: float) -> None:
+def write_markers(path: Path, labels: tuple[str, ...], positions: np.ndarray, rate_hz: float) -> None:
     """Write markers as C3D.
 
     Parameters
     ----------
     path : Path
         File to write.
-    positions : ndarray, shape (frames, 8, 3)
+    labels : tuple of str
+        Names of the markers.
+    positions : ndarray, shape (frames, markers, 3)
         x, y, z (m), NaN while hidden; the file holds mm.
     rate_hz : float
         Frame rate (Hz).
     """
     file = ezc3d.c3d()
     file["parameters"]["POINT"]["RATE"]["value"] = [float(rate_hz)]
-    file["parameters"]["POINT"]["LABELS"]["value"] = list(MARKERS)
+    file["parameters"]["POINT"]["LABELS"]["value"] = list(labels)
     file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
     points = np.ones((4, positions.shape[1], positions.shape[0]))
     points[:3] = 1000.0 * positions.transpose(2, 1, 0)

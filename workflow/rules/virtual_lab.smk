@@ -43,3 +43,48 @@ rule make_dummy_trial:
         duration_s=lambda w: trial(w, "dummy").duration_s,
     script:
         "../scripts/make_dummy_trial.py"
+
+
+rule make_weight_trial:
+    input:
+        truth=config["study"]["virtual_lab"] or [],
+        library=library_of("make_weight_trial"),
+    output:
+        log="<results>/raw/weight/{condition}/log.mat",
+        calibration="<results>/raw/weight/{condition}/calibration.csv",
+        markers="<results>/raw/weight/{condition}/markers.c3d",
+    log:
+        "<logs>/make_weight_trial/{condition}.log",
+    wildcard_constraints:
+        condition=any_of(made_conditions("weight")),
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        profile=lambda w: trial(w, "weight").profile,
+        amplitude_m_per_s=lambda w: trial(w, "weight").amplitude,
+        interval_s=lambda w: trial(w, "weight").interval_s,
+        duration_s=lambda w: trial(w, "weight").duration_s,
+    script:
+        "../scripts/make_weight_trial.py"
+
+
+rule make_empty_trial:
+    input:
+        truth=config["study"]["virtual_lab"] or [],
+        library=library_of("make_empty_trial"),
+    output:
+        log="<results>/raw/empty/{condition}/log.mat",
+        calibration="<results>/raw/empty/{condition}/calibration.csv",
+    log:
+        "<logs>/make_empty_trial/{condition}.log",
+    wildcard_constraints:
+        condition=any_of(made_conditions("empty")),
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        profile=lambda w: trial(w, "empty").profile,
+        amplitude_m_per_s=lambda w: trial(w, "empty").amplitude,
+        interval_s=lambda w: trial(w, "empty").interval_s,
+        duration_s=lambda w: trial(w, "empty").duration_s,
+    script:
+        "../scripts/make_empty_trial.py"

@@ -1,0 +1,154 @@
+"""What every trial on the treadmill shares: its schedule, and what log, plate and cameras record of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth, velocity_command
+from tepsipe.virtual_lab.force_plate import PlateTruth, plate_electronics, plate_voltages
+from tepsipe.virtual_lab.motion_capture import CaptureTruth, MarkerPath, record_markers
+from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.treadmill_files import write_calibration, write_markers, write_treadmill_log
+
+INTEGRATION_RATE_HZ = 2000.0
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """When a trial's trigger rises and what the belt is asked to do.
+
+    Attributes
+    ----------
+    trigger_s, duration_s : float
+        Trigger's edge on the laboratory's clock, and how long the trigger is high (s).
+    ends_s : float
+        End of the recording (s).
+    command : callable
+        Commanded belt velocity (m/s) at t (s).
+    """
+
+    trigger_s: float
+    duration_s: float
+    ends_s: float
+    command: Callable[[float], float]
+
+
+def schedule_trial(
+    rig: dict,
+    profile: str,
+    amplitude_m_per_s: float,
+    interval_s: float,
+    duration_s: float,
+    rest_after_s: float,
+    rng: np.random.Generator,
+) -> Schedule:
+    """Lay out a trial's perturbations, the last a whole interval before the rest at the end.
+
+    Parameters
+    ----------
+    rig : dict
+        The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
+    profile : {"sine", "minjerk"}
+        Shape of the perturbations.
+    amplitude_m_per_s, interval_s, duration_s, rest_after_s : float
+        Velocity amplitude (m/s), time between perturbations (s), length of the trial (s), unperturbed
+        time at its end (s).
+    rng : numpy.random.Generator
+        Draws where the trigger falls between two samples of the log.
+
+    Returns
+    -------
+    Schedule
+        Instants (s) and commanded velocity (m/s).
+    """
+    protocol = rig["protocol"]
+    trigger_s = protocol["lead_s"] + rng.random() / rig["plate"]["rate_hz"]
+    last_onset = duration_s - rest_after_s - interval_s + 1e-9
+    onsets = trigger_s + np.arange(protocol["rest_before_s"], last_onset, interval_s)
+    command = velocity_command(profile, amplitude_m_per_s, onsets, protocol["pulse_s"])
+    return Schedule(trigger_s, duration_s, trigger_s + duration_s + protocol["tail_s"], command)
+
+
+def record_log(
+    rig: dict,
+    seed: int,
+    schedule: Schedule,
+    motion: BeltMotion,
+    load_kg: float,
+    rng: np.random.Generator,
+    log: Path,
+    calibration: Path,
+) -> None:
+    """Write the treadmill's log of a motion and the calibration matrix of its plate.
+
+    Parameters
+    ----------
+    rig : dict
+        The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
+    seed : int
+        Seed of the laboratory (-): every trial has the same plate.
+    schedule : Schedule
+        Trigger (s) and command (m/s).
+    motion : BeltMotion
+        Motion and reaction on the grid of the integration (s, m, N, Nm).
+    load_kg : float
+        Mass on the belt (kg).
+    rng : numpy.random.Generator
+        Draws the noise of the log's channels.
+    log, calibration : Path
+        Files to write: treadmill log and calibration matrix.
+    """
+    plate, drive = PlateTruth(**rig["plate"]), DriveTruth(**rig["drive"])
+    sample = np.arange(0, motion.time.size, round(INTEGRATION_RATE_HZ / plate.rate_hz))
+    volts_per_newton, matrix = plate_electronics(plate, generator(seed, "plate"))
+    voltages = plate_voltages(
+        plate,
+        volts_per_newton,
+        motion.reaction,
+        motion.belt_velocity,
+        motion.belt_acceleration,
+        load_kg,
+        INTEGRATION_RATE_HZ,
+        sample,
+        rng,
+    )
+    time = motion.time[sample]
+    noisy = motion.belt_velocity[sample] + drive.velocity_noise_m_per_s * rng.standard_normal(sample.size)
+    velocity = drive.velocity_step_m_per_s * np.round(noisy / drive.velocity_step_m_per_s)
+    running = (time >= schedule.trigger_s) & (time < schedule.trigger_s + schedule.duration_s)
+    commanded = np.array([schedule.command(t) for t in time.tolist()])
+    write_treadmill_log(log, plate.rate_hz, voltages, velocity, commanded, np.where(running, 5.0, 0.0))
+    write_calibration(calibration, matrix)
+
+
+def record_capture(
+    rig: dict,
+    schedule: Schedule,
+    labels: tuple[str, ...],
+    paths: list[MarkerPath],
+    rng: np.random.Generator,
+    markers: Path,
+) -> None:
+    """Write the markers that the motion capture system records while the trigger is high.
+
+    Parameters
+    ----------
+    rig : dict
+        The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
+    schedule : Schedule
+        Trigger and length of the trial (s).
+    labels : tuple of str
+        Names of the markers, in the strober's order.
+    paths : list of callable
+        Exact position (m), shape (n, 3), of each marker at instants (s), shape (n,).
+    rng : numpy.random.Generator
+        Draws noise and occlusions.
+    markers : Path
+        C3D file to write.
+    """
+    capture = CaptureTruth(**rig["capture"])
+    frames = round(schedule.duration_s * capture.rate_hz)
+    positions = record_markers(capture, paths, schedule.trigger_s, frames, rng)
+    write_markers(markers, labels, positions, capture.rate_hz)

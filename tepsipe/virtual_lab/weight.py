@@ -1,0 +1,143 @@
+"""A rigid weight taped to the belt, or nothing at all, from Newton's law along the belt.
+
+    (Mb + m) y'' = u - c y'
+
+The weight moves with the belt: it neither slips nor tips. The reaction on the plate is the rate of
+its linear and angular momentum, differentiated numerically: no free-body equation is used here.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
+from tepsipe.virtual_lab.integrate import integrate
+from tepsipe.virtual_lab.motion_capture import MarkerPath
+
+# names of the weight's markers, in the strober's order: round its upper face, from the front left corner
+MARKERS = ("weight1", "weight2", "weight3", "weight4")
+
+
+@dataclass(frozen=True)
+class WeightTruth:
+    """Hidden constants of the weight.
+
+    Attributes
+    ----------
+    mass_kg : float
+        Mass (kg).
+    width_m, length_m, height_m : float
+        Across, along and above the belt (m); a marker sits in every upper corner.
+    com_height_m : float
+        Centre of mass above the belt (m).
+    position_x_m, position_y_m : float
+        Where the weight stands on the plate (m).
+    gravity_m_per_s2 : float
+        Acceleration of gravity (m/s2).
+    """
+
+    mass_kg: float
+    width_m: float
+    length_m: float
+    height_m: float
+    com_height_m: float
+    position_x_m: float
+    position_y_m: float
+    gravity_m_per_s2: float
+
+
+def move_weight(
+    weight: WeightTruth | None, drive: DriveTruth, command, duration_s: float, rate_hz: float
+) -> BeltMotion:
+    """Integrate the belt with a weight, or empty.
+
+    Parameters
+    ----------
+    weight : WeightTruth or None
+        Constants of the weight (units in their names); None if nothing is on the belt.
+    drive : DriveTruth
+        Constants of the belt drive (units in their names).
+    command : callable
+        Commanded belt velocity (m/s) at t (s).
+    duration_s, rate_hz : float
+        Length of the run (s) and steps per second (Hz).
+
+    Returns
+    -------
+    BeltMotion
+        Motion and reaction on the grid of the integration (s, m, N, Nm).
+    """
+    moving = drive.belt_mass_kg + (0.0 if weight is None else weight.mass_kg)
+
+    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        _, v, q = state
+        u, q_rate = drive.force(command(t - drive.delay_s) - v, q)
+        return (v, (u - drive.viscous_Ns_per_m * v) / moving, q_rate)
+
+    time, states = integrate(derivative, (0.0, 0.0, 0.0), duration_s, rate_hz)
+    y, v, _ = states.T
+    return BeltMotion(
+        time=time,
+        belt_position=y,
+        belt_velocity=v,
+        belt_acceleration=CubicSpline(time, v)(time, 1),
+        reaction=np.zeros((time.size, 6)) if weight is None else weight_reaction(weight, time, y, v),
+    )
+
+
+def weight_reaction(weight: WeightTruth, time: np.ndarray, y: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Wrench on the weight about the plate's origin, from the rates of its momenta.
+
+    Parameters
+    ----------
+    weight : WeightTruth
+        Constants (units in their names).
+    time, y, v : ndarray, shape (n,)
+        Instants (s), belt position (m) and velocity (m/s).
+
+    Returns
+    -------
+    ndarray, shape (n, 6)
+        Fx, Fy, Fz (N), Mx, My, Mz (Nm).
+    """
+    momentum_y = weight.mass_kg * v
+    # about x, right-handed (positive turns y towards z)
+    spin_x = -weight.com_height_m * momentum_y
+    rate = CubicSpline(time, np.column_stack([momentum_y, spin_x]))(time, 1)
+    fy = rate[:, 0]
+    fz = np.full_like(fy, weight.mass_kg * weight.gravity_m_per_s2)
+    mx = rate[:, 1] + (weight.position_y_m + y) * fz
+    my = -weight.position_x_m * fz
+    mz = weight.position_x_m * fy
+    return np.column_stack([np.zeros_like(fy), fy, fz, mx, my, mz])
+
+
+def weight_marker_paths(weight: WeightTruth, motion: BeltMotion) -> list[MarkerPath]:
+    """Paths of the markers in the upper corners, in the order of `MARKERS`.
+
+    Parameters
+    ----------
+    weight : WeightTruth
+        Constants (units in their names).
+    motion : BeltMotion
+        Exact motion of the belt (s, m).
+
+    Returns
+    -------
+    list of callable
+        Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
+    """
+    belt = CubicSpline(motion.time, motion.belt_position)
+
+    def corner(right: float, forward: float) -> MarkerPath:
+        x = weight.position_x_m + 0.5 * right * weight.width_m
+        y = weight.position_y_m + 0.5 * forward * weight.length_m
+
+        def path(instant: np.ndarray) -> np.ndarray:
+            fixed = np.ones_like(instant)
+            return np.column_stack([x * fixed, y + belt(instant), weight.height_m * fixed])
+
+        return path
+
+    return [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)]

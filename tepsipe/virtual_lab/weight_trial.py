@@ -1,0 +1,85 @@
+"""One trial with the weight, or with the empty belt, from protocol and truth to raw files."""
+
+from pathlib import Path
+
+from tepsipe.virtual_lab.belt import DriveTruth
+from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.treadmill_trial import (
+    INTEGRATION_RATE_HZ,
+    record_capture,
+    record_log,
+    schedule_trial,
+)
+from tepsipe.virtual_lab.weight import MARKERS, WeightTruth, move_weight, weight_marker_paths
+
+
+def make_weight_trial(
+    truth: dict,
+    condition: str,
+    profile: str,
+    amplitude_m_per_s: float,
+    interval_s: float,
+    duration_s: float,
+    log: Path,
+    calibration: Path,
+    markers: Path,
+) -> None:
+    """Make one trial with the weight on the belt.
+
+    Parameters
+    ----------
+    truth : dict
+        The laboratory's constants, as its configuration file holds them (units in the keys).
+    condition : str
+        Name of the condition: it seeds the trial's noise.
+    profile : {"sine", "minjerk"}
+        Shape of the perturbations.
+    amplitude_m_per_s, interval_s, duration_s : float
+        Velocity amplitude (m/s), time between perturbations (s), length of the trial (s).
+    log, calibration, markers : Path
+        Files to write: treadmill log, calibration matrix and C3D.
+    """
+    weight, protocol = WeightTruth(**truth["weight"]), (profile, amplitude_m_per_s, interval_s, duration_s)
+    rng = generator(truth["seed"], "weight", condition)
+    schedule, motion = _record(truth, weight, protocol, rng, log, calibration)
+    record_capture(truth["treadmill"], schedule, MARKERS, weight_marker_paths(weight, motion), rng, markers)
+
+
+def make_empty_trial(
+    truth: dict,
+    condition: str,
+    profile: str,
+    amplitude_m_per_s: float,
+    interval_s: float,
+    duration_s: float,
+    log: Path,
+    calibration: Path,
+) -> None:
+    """Make one trial with nothing on the belt.
+
+    Parameters
+    ----------
+    truth : dict
+        The laboratory's constants, as its configuration file holds them (units in the keys).
+    condition : str
+        Name of the condition: it seeds the trial's noise.
+    profile : {"sine", "minjerk"}
+        Shape of the perturbations.
+    amplitude_m_per_s, interval_s, duration_s : float
+        Velocity amplitude (m/s), time between perturbations (s), length of the trial (s).
+    log, calibration : Path
+        Files to write: treadmill log and calibration matrix.
+    """
+    rng = generator(truth["seed"], "empty", condition)
+    _record(truth, None, (profile, amplitude_m_per_s, interval_s, duration_s), rng, log, calibration)
+
+
+def _record(truth: dict, weight: WeightTruth | None, protocol: tuple, rng, log: Path, calibration: Path):
+    """Move the belt by the protocol, write its log, and return the schedule and the motion."""
+    rig = truth["treadmill"]
+    schedule = schedule_trial(rig, *protocol, rig["protocol"]["rest_after_weight_s"], rng)
+    drive = DriveTruth(**rig["drive"])
+    motion = move_weight(weight, drive, schedule.command, schedule.ends_s, INTEGRATION_RATE_HZ)
+    load_kg = 0.0 if weight is None else weight.mass_kg
+    record_log(rig, truth["seed"], schedule, motion, load_kg, rng, log, calibration)
+    return schedule, motion
