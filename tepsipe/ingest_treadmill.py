@@ -1,4 +1,4 @@
-"""From the treadmill's log and the markers to one trial on the motion capture's clock.
+"""From the treadmill's log and the markers, if there are any, to one trial on one clock.
 
 Time 0 is the trigger. Everything is repaired, calibrated and aligned here, and the trial's attributes
 say what was done.
@@ -16,6 +16,7 @@ from tepsipe.sampling import (
     align_strobed,
     fill_gaps,
     refuse_short,
+    regular_time,
     resample,
     rising_edge,
 )
@@ -49,14 +50,16 @@ class TreadmillOptions:
 def ingest_treadmill(
     log: TreadmillLog,
     calibration: CalibrationMatrix,
-    markers: Markers,
+    markers: Markers | None,
     options: TreadmillOptions,
     duration_s: float,
     log_name: str,
     calibration_name: str,
-    markers_name: str,
+    markers_name: str | None,
 ) -> Trial:
     """Trial on the instrumented treadmill: forces, belt and markers on the motion capture's clock.
+
+    Without markers the clock is the trigger's own: 0, 1 / rate, 2 / rate, ... up to the trial's end.
 
     Parameters
     ----------
@@ -64,20 +67,22 @@ def ingest_treadmill(
         Voltages (V), belt velocity (m/s) and trigger (V).
     calibration : CalibrationMatrix
         Forces and moments per voltage (N/V, Nm/V).
-    markers : Markers
-        Positions (m), NaN while hidden, in the order in which the strober samples them.
+    markers : Markers or None
+        Positions (m), NaN while hidden, in the order in which the strober samples them; None if nothing
+        on the belt carries markers.
     options : TreadmillOptions
         Rates (Hz), longest gap (s), trigger (V).
     duration_s : float
         Length of the trial by the protocol (s).
     log_name, calibration_name, markers_name : str
-        Name the sources in messages.
+        Name the sources in messages; ``markers_name`` is None without markers.
 
     Returns
     -------
     Trial
-        ``force`` (N), ``moment`` (Nm), ``belt_velocity`` and ``belt_command`` (m/s), ``marker_position``
-        (m, at common instants), ``marker_position_as_strobed`` (m, as sampled), ``marker_hidden``.
+        ``force`` (N), ``moment`` (Nm), ``belt_velocity`` and ``belt_command`` (m/s), and with markers
+        ``marker_position`` (m, at common instants), ``marker_position_as_strobed`` (m, as sampled),
+        ``marker_hidden``.
 
     Raises
     ------
@@ -107,36 +112,18 @@ def ingest_treadmill(
             f"{log_name}: expected a log at {options.resample_rate_hz:g} Hz or faster, found {log.rate_hz:g} "
             "Hz: correct the variable 'sample_rate_hz'"
         )
-    if abs(markers.rate_hz - options.resample_rate_hz) > 1e-6:
-        raise InputError(
-            f"{markers_name}: expected markers at {options.resample_rate_hz:g} Hz, found "
-            f"{markers.rate_hz:g} Hz: correct the resampling rate in the configuration"
-        )
     edge = rising_edge(log.trigger, options.trigger_threshold_V, log_name)
     high_s = float((log.trigger >= options.trigger_threshold_V).sum()) / log.rate_hz
-    frames_s = markers.positions.shape[0] / markers.rate_hz
-    if abs(high_s - frames_s) > 0.1:
-        raise InputError(
-            f"{markers_name}: expected markers for the {high_s:.2f} s that the trigger was high in "
-            f"{log_name}, found {frames_s:.2f} s: one of the two files is truncated or of another trial"
-        )
-    refuse_short(high_s, duration_s, log_name)
-    refuse_short(frames_s, duration_s, markers_name)
-    filled = np.empty_like(markers.positions)
-    hidden = np.empty(markers.positions.shape[:2], dtype=bool)
-    for k, label in enumerate(markers.labels):
-        filled[:, k], hidden[:, k] = fill_gaps(
-            markers.positions[:, k],
-            markers.rate_hz,
-            options.max_gap_s,
-            f"{markers_name}, marker {label!r}",
-        )
-    if options.strober_frequency_hz is None:
-        grid, aligned = np.arange(1, filled.shape[0]) / markers.rate_hz, filled[1:]
-        instants = "all markers sampled at the frame's instant"
+    if markers is None:
+        refuse_short(high_s, duration_s, log_name)
+        grid = regular_time(0.0, min(high_s, duration_s), options.resample_rate_hz)
+        axes, positions, hidden = {}, {}, {}
     else:
-        grid, aligned = align_strobed(filled, markers.rate_hz, options.strober_frequency_hz)
-        instants = f"brought to common instants (strober {options.strober_frequency_hz:g} Hz)"
+        _refuse_other_recording(markers, options, high_s, log_name, markers_name)
+        refuse_short(high_s, duration_s, log_name)
+        refuse_short(markers.positions.shape[0] / markers.rate_hz, duration_s, markers_name)
+        grid, positions, hidden = _marker_signals(markers, options, markers_name)
+        axes = {"marker": np.array(markers.labels)}
     # the trigger rose between the sample before the edge and the edge: half a sample on average
     log_time = (np.arange(log.trigger.size) - edge + 0.5) / log.rate_hz
     band = BAND_PER_RATE * options.resample_rate_hz
@@ -152,13 +139,12 @@ def ingest_treadmill(
         calibrated = log.voltages @ np.array(rows).T
         return resample(log_time, calibrated, grid, band).reshape(grid.size, len(BELTS), 3)
 
-    gaps = (f"gaps up to {options.max_gap_s:g} s filled by a cubic spline",)
     return Trial(
         rate_hz=options.resample_rate_hz,
         axes={
             "time": grid,
             "belt": np.array(BELTS),
-            "marker": np.array(markers.labels),
+            **axes,
             "axis": np.array(["x", "y", "z"]),
         },
         signals={
@@ -190,21 +176,64 @@ def ingest_treadmill(
                 "commanded velocity of the belt",
                 moved,
             ),
-            "marker_position": Signal(
-                aligned.astype(np.float32),
-                "m",
-                ("time", "marker", "axis"),
-                "marker positions",
-                (*gaps, instants),
-            ),
-            "marker_position_as_strobed": Signal(
-                filled[1:].astype(np.float32),
-                "m",
-                ("time", "marker", "axis"),
-                "marker positions, each at the instant its marker was sampled",
-                gaps,
-            ),
-            "marker_hidden": Signal(hidden[1:], "1", ("time", "marker"), "true where a position was filled"),
+            **positions,
         },
-        attributes={"hidden_samples": int(hidden.sum()), "trigger_sample": edge},
+        attributes={**hidden, "trigger_sample": edge},
     )
+
+
+def _refuse_other_recording(
+    markers: Markers, options: TreadmillOptions, high_s: float, log_name: str, markers_name: str | None
+) -> None:
+    """Compare the markers' rate and length with the options and with the time that the trigger was high."""
+    if abs(markers.rate_hz - options.resample_rate_hz) > 1e-6:
+        raise InputError(
+            f"{markers_name}: expected markers at {options.resample_rate_hz:g} Hz, found "
+            f"{markers.rate_hz:g} Hz: correct the resampling rate in the configuration"
+        )
+    frames_s = markers.positions.shape[0] / markers.rate_hz
+    if abs(high_s - frames_s) > 0.1:
+        raise InputError(
+            f"{markers_name}: expected markers for the {high_s:.2f} s that the trigger was high in "
+            f"{log_name}, found {frames_s:.2f} s: one of the two files is truncated or of another trial"
+        )
+
+
+def _marker_signals(
+    markers: Markers, options: TreadmillOptions, markers_name: str | None
+) -> tuple[np.ndarray, dict[str, Signal], dict[str, int]]:
+    """Clock of the markers (s), their signals, and how many samples were filled."""
+    filled = np.empty_like(markers.positions)
+    hidden = np.empty(markers.positions.shape[:2], dtype=bool)
+    for k, label in enumerate(markers.labels):
+        filled[:, k], hidden[:, k] = fill_gaps(
+            markers.positions[:, k],
+            markers.rate_hz,
+            options.max_gap_s,
+            f"{markers_name}, marker {label!r}",
+        )
+    if options.strober_frequency_hz is None:
+        grid, aligned = np.arange(1, filled.shape[0]) / markers.rate_hz, filled[1:]
+        instants = "all markers sampled at the frame's instant"
+    else:
+        grid, aligned = align_strobed(filled, markers.rate_hz, options.strober_frequency_hz)
+        instants = f"brought to common instants (strober {options.strober_frequency_hz:g} Hz)"
+    gaps = (f"gaps up to {options.max_gap_s:g} s filled by a cubic spline",)
+    signals = {
+        "marker_position": Signal(
+            aligned.astype(np.float32),
+            "m",
+            ("time", "marker", "axis"),
+            "marker positions",
+            (*gaps, instants),
+        ),
+        "marker_position_as_strobed": Signal(
+            filled[1:].astype(np.float32),
+            "m",
+            ("time", "marker", "axis"),
+            "marker positions, each at the instant its marker was sampled",
+            gaps,
+        ),
+        "marker_hidden": Signal(hidden[1:], "1", ("time", "marker"), "true where a position was filled"),
+    }
+    return grid, signals, {"hidden_samples": int(hidden.sum())}

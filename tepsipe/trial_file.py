@@ -175,7 +175,10 @@ def read_trial(path: str | Path) -> Trial:
                     dataset.attrs["long_name"],
                     tuple(filter(None, dataset.attrs["processing"].split("; "))),
                 )
-            return Trial(float(file.attrs["rate_hz"]), axes, signals, dict(file.attrs))
+            attributes = {
+                key: getattr(value, "tolist", lambda v=value: v)() for key, value in file.attrs.items()
+            }
+            return Trial(float(file.attrs["rate_hz"]), axes, signals, attributes)
     except (OSError, KeyError) as error:
         raise InputError(
             f"{path}: expected a trial's HDF5 file, found one that cannot be read ({error}): make it again"

@@ -10,7 +10,7 @@ from tepsipe.claims import MEASURES
 from tepsipe.errors import InputError
 from workflow.support.check import check_against_schema, check_config, load_yaml
 from workflow.support.reach import reached_by
-from workflow.support.trial_sheet import COLUMNS, read_trial_sheet
+from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, PROFILES, RAW_FILES, read_trial_sheet
 from workflow.support.version import code_version
 
 
@@ -42,7 +42,7 @@ def test_shipped_file_agrees_with_its_schema(name, schema, root):
 def test_shipped_configuration_refers_to_what_is_there(config, root):
     check_config(config, "configuration")
     trials = read_trial_sheet(root / config["study"]["trial_sheet"], ".")
-    assert len(trials) == 17
+    assert len(trials) == 37
     assert ("wristalyzer", config["wristalyzer"]["best_condition"]) in trials
     assert ("dummy", config["dummy"]["example_condition"]) in trials
 
@@ -55,6 +55,24 @@ def test_shipped_study_of_recordings_is_a_valid_override(config, root):
     trials = read_trial_sheet(root / both["study"]["trial_sheet"], "folder")
     assert {row.source for row in trials.values()} == {"recorded"}
     assert trials["ankle", "trial1"].files == {"log": "folder/ankle_trial1.csv.gz"}
+
+
+def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
+    override = load_yaml(root / "config/rmill-treadmill/config.yaml")
+    both = merged(config, override)
+    check_against_schema(both, root / "workflow/schemas/config.schema.yaml", "rmill-treadmill")
+    check_config(both, "rmill-treadmill")
+    trials = read_trial_sheet(root / both["study"]["trial_sheet"], "folder")
+    assert [(row.condition, row.role) for row in trials.values()] == [
+        ("slow-1", "calibrate"),
+        ("slow-2", "validate"),
+    ]
+    assert trials["treadmill", "slow-1"].files == {"log": "folder/RandomSlowSpeed1.txt"}
+    assert trials["treadmill", "slow-1"].columns == {
+        "time": "Timestamp (s)",
+        "load": "Pitch Moment (Nm)",
+        "velocity": "Belt Velocity (m/s)",
+    }
 
 
 def test_reported_tables_have_the_conditions_of_the_trial_sheet(config, root):
@@ -117,9 +135,9 @@ UNKNOWN_KEYS = [
         "estimator",
     ),
     (
-        {"ankle": {"strober_frequency_hz": 250}},
-        "ankle.strober_frequency_hz",
-        "dummy.ingest.strober_frequency_hz",
+        {"ankle": {"random_starts": 20}},
+        "ankle.random_starts",
+        "wristalyzer.analysis.random_starts",
     ),
 ]
 
@@ -131,6 +149,12 @@ def test_unknown_key_is_named_with_the_one_that_was_meant(changes, key, meant, r
     text = refused(changes)
     assert f"unknown key {key!r}" in text
     assert f"did you mean {meant!r}?" in text
+
+
+def test_unknown_key_of_sections_that_share_their_keys_is_shown_in_each(refused):
+    text = refused({"ankle": {"strober_frequency_hz": 250}})
+    for section in ("dummy", "weight", "empty"):
+        assert f"'{section}.ingest.strober_frequency_hz'" in text
 
 
 def test_unknown_key_like_no_other_is_shown_beside_those_that_are_known(refused):
@@ -162,6 +186,9 @@ WRONG_VALUES = [
     ({"wristalyzer": {"analysis": {"fit_band_hz": 9.0}}}, "fit_band_hz", "array"),
     ({"wristalyzer": {"files": {"angle_unit": "degrees"}}}, "angle_unit", "'rad', 'deg'"),
     ({"ankle": {"files": {"torque_sign": 0}}}, "torque_sign", "one of 1, -1"),
+    ({"treadmill": {"files": {"load_unit": "kNm"}}}, "treadmill.files.load_unit", "one of 'Nm', 'N'"),
+    ({"treadmill": {"files": {"delimiter": ";"}}}, "treadmill.files.delimiter", "'comma', 'tab'"),
+    ({"treadmill": {"ingest": {"shortest_s": 0}}}, "treadmill.ingest.shortest_s", "above 0"),
     ({"dummy": {"pathways": {"leg": {"torque": "foot"}}}}, "leg.torque", "'leg', 'leg-printed'"),
     ({"dummy": None}, "dummy", "object"),
 ]
@@ -413,6 +440,143 @@ def test_sheet_that_is_not_text_is_refused(sheet):
     path = sheet(GOOD)
     path.write_bytes(path.read_text().encode("utf-16"))
     refuse_sheet(path)
+
+
+# ---- trials with a role, tables with columns of their own ---------------------------------------
+
+ALL_COLUMNS = COLUMNS + OPTIONAL_COLUMNS
+NO_EXTRAS = dict.fromkeys(OPTIONAL_COLUMNS, "-")
+CALIBRATE = (
+    dict.fromkeys(ALL_COLUMNS, "-")
+    | {"experiment": "treadmill", "condition": "slow-1", "source": "recorded", "duration_s": "349"}
+    | {"log": "slow1.txt", "role": "calibrate"}
+    | {"time_column": "Time (s)", "load_column": "My (Nm)", "velocity_column": "Belt (m/s)"}
+)
+VALIDATE = CALIBRATE | {"condition": "slow-2", "log": "slow2.txt", "role": "validate"}
+
+
+def test_roles_and_columns_are_read(sheet):
+    path = sheet(CALIBRATE, VALIDATE, GOOD | NO_EXTRAS, columns=ALL_COLUMNS)
+    trials = read_trial_sheet(path, "/data")
+    assert [row.role for row in trials.values()] == ["calibrate", "validate", None]
+    assert trials["treadmill", "slow-2"].columns == {
+        "time": "Time (s)",
+        "load": "My (Nm)",
+        "velocity": "Belt (m/s)",
+    }
+    assert trials["treadmill", "slow-2"].files == {"log": "/data/slow2.txt"}
+    assert trials["dummy", "sine-0.3"].columns == {}
+
+
+def test_sheet_of_other_experiments_needs_no_optional_column(sheet):
+    row = read_trial_sheet(sheet(GOOD), ".")["dummy", "sine-0.3"]
+    assert (row.role, row.columns) == (None, {})
+
+
+ROLE_MISTAKES = [
+    (VALIDATE, {"role": "calibrat"}, ["'calibrat'", "did you mean 'calibrate'?"]),
+    (VALIDATE, {"role": "-"}, ["role", "treadmill/slow-2", "'-'"]),
+    (VALIDATE, {"role": ""}, ["role", "treadmill/slow-2"]),
+    (VALIDATE, {"time_column": "-"}, ["time_column", "treadmill/slow-2"]),
+    (VALIDATE, {"load_column": ""}, ["load_column"]),
+    (VALIDATE, {"velocity_column": "-"}, ["velocity_column"]),
+    (VALIDATE, {"velocity_column": "My (Nm)"}, ["load_column and velocity_column", "'My (Nm)'"]),
+    (VALIDATE, {"log": "-"}, ["log file", "treadmill/slow-2"]),
+    (VALIDATE, {"source": "virtual_lab", "log": "-"}, ["treadmill", "recorded"]),
+    (GOOD | NO_EXTRAS, {"role": "calibrate"}, ["role", "dummy", "'calibrate'"]),
+    (GOOD | NO_EXTRAS, {"load_column": "My (Nm)"}, ["load_column", "dummy", "'My (Nm)'"]),
+]
+
+
+@pytest.mark.parametrize(("row", "changes", "names"), ROLE_MISTAKES, ids=[str(m[1]) for m in ROLE_MISTAKES])
+def test_mistake_in_a_role_or_column_is_named_with_its_line(row, changes, names, sheet):
+    text = refuse_sheet(sheet(CALIBRATE, row | changes, columns=ALL_COLUMNS))
+    for name in ("line 3", "expected", "found", *names):
+        assert name in text, f"{name!r} is not in: {text}"
+
+
+@pytest.mark.parametrize("missing", OPTIONAL_COLUMNS)
+def test_optional_column_that_a_treadmill_needs_is_named(missing, sheet):
+    columns = [name for name in ALL_COLUMNS if name != missing]
+    text = refuse_sheet(sheet(CALIBRATE, VALIDATE, columns=columns))
+    assert missing in text
+    assert "found no such column" in text
+
+
+def test_optional_column_that_stands_twice_is_refused(sheet):
+    assert "'role'" in refuse_sheet(sheet(columns=[*ALL_COLUMNS, "role"]))
+
+
+def test_misspelt_optional_column_is_named_with_the_one_that_was_meant(sheet):
+    columns = [name.replace("load_column", "load_colum") for name in ALL_COLUMNS]
+    assert "'load_colum': did you mean 'load_column'?" in refuse_sheet(sheet(columns=columns))
+
+
+@pytest.mark.parametrize("role", ["calibrate", "validate"])
+def test_treadmill_without_trials_of_a_role_is_refused(role, sheet):
+    rows = [row | {"role": {"calibrate": "validate"}.get(role, "calibrate")} for row in (CALIBRATE, VALIDATE)]
+    text = refuse_sheet(sheet(*rows, columns=ALL_COLUMNS))
+    assert f"trial of treadmill with the role {role}, found none" in text
+
+
+def test_validation_on_the_recording_that_calibrated_is_refused(sheet):
+    text = refuse_sheet(sheet(VALIDATE | {"log": "slow1.txt"}, CALIBRATE, columns=ALL_COLUMNS))
+    assert "treadmill/slow-2" in text
+    assert "slow1.txt" in text
+
+
+@pytest.fixture
+def plate_sheet(sheet, monkeypatch):
+    """A sheet with recordings of the empty and the loaded plate in the given roles."""
+    for experiment in ("empty", "weight"):
+        monkeypatch.setitem(RAW_FILES, experiment, {"log": "log.mat"})
+        monkeypatch.setitem(PROFILES, experiment, ("sine", "minjerk"))
+
+    def write(empty=(), weight=()):
+        rows = [
+            RECORDED
+            | NO_EXTRAS
+            | {
+                "experiment": experiment,
+                "condition": f"{number}",
+                "role": role,
+                "log": f"{experiment}{number}",
+            }
+            for experiment, roles in (("empty", empty), ("weight", weight))
+            for number, role in enumerate(roles)
+        ]
+        return sheet(*rows, columns=ALL_COLUMNS)
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("empty", "weight"),
+    [
+        (["calibrate", "validate"], ["calibrate", "validate"]),
+        (["calibrate"], ["calibrate", "validate"]),
+        (["calibrate", "validate"], ["calibrate"]),
+        (["calibrate", "validate"], []),
+        ([], ["calibrate", "validate"]),
+    ],
+)
+def test_roles_of_the_empty_and_loaded_plate_count_together(empty, weight, plate_sheet):
+    trials = read_trial_sheet(plate_sheet(empty, weight), ".")
+    assert len(trials) == len(empty) + len(weight)
+
+
+@pytest.mark.parametrize(
+    ("empty", "weight", "said"),
+    [
+        (["validate"], ["calibrate", "validate"], "trial of empty with the role calibrate"),
+        (["calibrate", "validate"], ["validate"], "trial of weight with the role calibrate"),
+        (["calibrate"], ["calibrate"], "trial of empty or weight with the role validate"),
+        ([], ["calibrate"], "trial of weight with the role validate"),
+        (["calibrate", "validate"], ["-"], "expected a role of calibrate or validate for weight/0"),
+    ],
+)
+def test_role_that_the_empty_or_loaded_plate_lacks_is_named(empty, weight, said, plate_sheet):
+    assert said in refuse_sheet(plate_sheet(empty, weight))
 
 
 # ---- what a script reaches ---------------------------------------------------------------------

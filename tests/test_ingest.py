@@ -447,7 +447,7 @@ def test_ingested_motion_of_the_dummy_is_the_laboratorys_motion(short_truth, tmp
     before_second = trial.time < 3.9
     at = started + trial.time[before_second]
     markers = trial.values("marker_position")[before_second, 3:, 1:]
-    layout = np.array([[0.0, 0.0], *truth["treadmill"]["capture"]["leg_markers_m"]])
+    layout = np.array([[0.0, 0.0], *truth["dummy"]["markers"]["leg_m"]])
     angle = fit_rigid_segment(markers, layout, np.array([0.0, 0.4485])).angle
     expected = np.interp(at, motion.time, motion.angle)
     assert np.ptp(expected) > 0.03

@@ -13,11 +13,11 @@ from tepsipe.errors import InputError
 from tepsipe.readers.markers import read_markers
 from tepsipe.readers.text_table import read_text_table
 from tepsipe.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
+from tepsipe.virtual_lab.dummy import MARKERS
 from tepsipe.virtual_lab.manipulator import ManipulatorRecording
 from tepsipe.virtual_lab.manipulator_files import write_dflow_log, write_torque_command
 from tepsipe.virtual_lab.treadmill_files import (
     CHANNELS,
-    MARKERS,
     write_calibration,
     write_markers,
     write_treadmill_log,
@@ -352,7 +352,7 @@ def test_markers_come_back_as_they_were_written(tmp_path, rng):
     positions = rng.standard_normal((40, 8, 3))
     positions[7, 3] = np.nan
     positions[20:25, 0] = np.nan
-    write_markers(tmp_path / "markers.c3d", positions, 250.0)
+    write_markers(tmp_path / "markers.c3d", MARKERS, positions, 250.0)
     wanted = ["leg4", "foot1", "ankle"]
     read = read_markers(tmp_path / "markers.c3d", wanted)
     columns = [MARKERS.index(name) for name in wanted]

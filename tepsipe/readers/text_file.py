@@ -13,7 +13,7 @@ def read_text(path: Path, what: str) -> str:
     Parameters
     ----------
     path : Path
-        The file; a name that ends in ``.gz`` is decompressed.
+        The file; a name that ends in ``.gz`` is decompressed. A byte order mark at its start is skipped.
     what : str
         What the file should be, for the message.
 
@@ -24,10 +24,10 @@ def read_text(path: Path, what: str) -> str:
     """
     try:
         if path.suffix == ".gz":
-            with gzip.open(path, "rt", encoding="utf-8") as file:
+            with gzip.open(path, "rt", encoding="utf-8-sig") as file:
                 text = file.read()
         else:
-            text = path.read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise InputError(f"{path}: expected {what}, found no file: correct its path") from None
     except UnicodeDecodeError:

@@ -1,5 +1,6 @@
 """Delimited text with a header line: D-Flow logs, torque commands, plain tables of signals."""
 
+import difflib
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,9 @@ from tepsipe.errors import InputError, listed, quoted
 from tepsipe.readers.text_file import read_text
 
 
-def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -> dict[str, np.ndarray]:
+def read_text_table(
+    path: str | Path, columns: dict[str, str], delimiter: str, named_by: dict[str, str] | None = None
+) -> dict[str, np.ndarray]:
     """Read named columns of a text file whose first line names them.
 
     A last line that no line break ends may have been cut within its last number, so it is left out.
@@ -21,6 +24,8 @@ def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -
         Key under which a column is returned -> its name in the file's header.
     delimiter : str
         Character between columns.
+    named_by : dict of str to str, optional
+        Key -> where its column's name was given, for messages; by default the configuration.
 
     Returns
     -------
@@ -30,8 +35,8 @@ def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -
     Raises
     ------
     InputError
-        If the file is missing, empty, truncated or not text, a column is missing, or a line has
-        another number of fields than the header or a field that is not a number.
+        If the file is missing, empty, truncated or not text, a column is missing or there twice, or a
+        line has another number of fields than the header or a field that is not a number.
     """
     path = Path(path)
     text = read_text(path, "a table of samples")
@@ -39,12 +44,8 @@ def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -
         raise InputError(f"{path}: expected a header and samples, found an empty file: record again")
     header, _, body = text.partition("\n")
     names = [name.strip() for name in header.split(delimiter)]
-    missing = [name for name in columns.values() if name not in names]
-    if missing:
-        raise InputError(
-            f"{path}: expected a column named {missing[0]!r}, found {listed(names)}: "
-            "name the file's columns in the configuration"
-        )
+    for key, name in columns.items():
+        _refuse_other_names(path, name, (named_by or {}).get(key, "the configuration"), names)
     lines = body.splitlines()
     ended = body.endswith(("\n", "\r"))
     while lines and not lines[-1].strip():
@@ -67,6 +68,25 @@ def read_text_table(path: str | Path, columns: dict[str, str], delimiter: str) -
     except ValueError as error:
         values = _numbers_one_by_one(path, lines, delimiter, wanted, names, error)
     return {key: values[:, i] for i, key in enumerate(columns)}
+
+
+def _refuse_other_names(path, name, where, names) -> None:
+    """Refuse a header that does not hold a name that was given for a column, or holds it twice."""
+    if names.count(name) > 1:
+        raise InputError(
+            f"{path}: expected one column named {name!r}, found {names.count(name)}: rename one in the header"
+        )
+    if name not in names:
+        close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+        if len(names) == 1:
+            hint = (
+                "the columns stand apart by another delimiter than configured, correct the one or the other"
+            )
+        elif close:
+            hint = f"did you mean {close[0]!r}, to be corrected in {where}?"
+        else:
+            hint = f"name the file's columns in {where}"
+        raise InputError(f"{path}: expected a column named {name!r}, found {listed(names)}: {hint}")
 
 
 def _numbers_one_by_one(path, lines, delimiter, wanted, names, error) -> np.ndarray:

@@ -42,6 +42,43 @@ rule ingest_dummy:
         "../scripts/ingest_dummy.py"
 
 
+rule ingest_weight:
+    input:
+        raw=raw_inputs("weight"),
+        library=library_of("ingest_weight"),
+    output:
+        trial="<results>/trials/weight/{condition}.h5",
+    log:
+        "<logs>/ingest_weight/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        files=lambda w: raw_files(w, "weight"),
+        duration_s=lambda w: trial(w, "weight").duration_s,
+        marker_labels=config["weight"]["files"]["marker_labels"],
+        ingest=config["weight"]["ingest"],
+    script:
+        "../scripts/ingest_weight.py"
+
+
+rule ingest_empty:
+    input:
+        raw=raw_inputs("empty"),
+        library=library_of("ingest_empty"),
+    output:
+        trial="<results>/trials/empty/{condition}.h5",
+    log:
+        "<logs>/ingest_empty/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        files=lambda w: raw_files(w, "empty"),
+        duration_s=lambda w: trial(w, "empty").duration_s,
+        ingest=config["empty"]["ingest"],
+    script:
+        "../scripts/ingest_empty.py"
+
+
 rule ingest_ankle:
     input:
         raw=raw_inputs("ankle"),
@@ -62,3 +99,24 @@ rule ingest_ankle:
         ingest=config["ankle"]["ingest"],
     script:
         "../scripts/ingest_ankle.py"
+
+
+rule ingest_treadmill:
+    input:
+        raw=raw_inputs("treadmill"),
+        library=library_of("ingest_treadmill"),
+    output:
+        trial="<results>/trials/treadmill/{condition}.h5",
+    log:
+        "<logs>/ingest_treadmill/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        files=lambda w: raw_files(w, "treadmill"),
+        duration_s=lambda w: trial(w, "treadmill").duration_s,
+        columns=lambda w: trial(w, "treadmill").columns,
+        delimiter=config["treadmill"]["files"]["delimiter"],
+        load_unit=config["treadmill"]["files"]["load_unit"],
+        ingest=config["treadmill"]["ingest"],
+    script:
+        "../scripts/ingest_treadmill.py"

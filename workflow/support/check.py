@@ -106,12 +106,14 @@ def _or(types) -> str:
     return types if isinstance(types, str) else " or ".join(types)
 
 
-def _all_keys(schema: dict, where: str = "") -> list[str]:
+def _all_keys(schema: dict, where: str = "", shared: dict | None = None) -> list[str]:
     """Every key that the schema names, with the sections around it, dots in between."""
+    shared = schema.get("$defs", {}) if shared is None else shared
+    schema = shared[schema["$ref"].removeprefix("#/$defs/")] if "$ref" in schema else schema
     keys: list[str] = []
     for name, inner in schema.get("properties", {}).items():
         path = f"{where}.{name}" if where else name
-        keys += [path, *_all_keys(inner, path)]
+        keys += [path, *_all_keys(inner, path, shared)]
     return keys
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted
 from tepsipe.readers.text_file import read_text
 
 COLUMNS = (
@@ -22,19 +22,42 @@ COLUMNS = (
     "calibration",
     "markers",
 )
+# which a sheet needs only if one of its experiments does
+OPTIONAL_COLUMNS = ("role", "time_column", "load_column", "velocity_column")
 # experiment -> the kinds of raw file that it needs and the names that the laboratory gives them
 RAW_FILES = {
     "wristalyzer": {"log": "log.txt", "command": "command.txt"},
     "dummy": {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
+    "weight": {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
+    "empty": {"log": "log.mat", "calibration": "calibration.csv"},
     "ankle": {"log": None},
+    "treadmill": {"log": None},
 }
-PROFILES = {"wristalyzer": ("multisine",), "dummy": ("sine", "minjerk"), "ankle": ()}
+PULSES = ("sine", "minjerk")
+PROFILES = {
+    "wristalyzer": ("multisine",),
+    "dummy": PULSES,
+    "weight": PULSES,
+    "empty": PULSES,
+    "ankle": (),
+    "treadmill": (),
+}
+# experiments whose trials either calibrate models of the treadmill or validate them; those of a group
+# serve the same models
+ROLES = ("calibrate", "validate")
+ROLE_GROUPS = (("treadmill",), ("empty", "weight"))
+# what a table holds -> the sheet's column that names it, for experiments whose tables differ
+TABLE_COLUMNS = {"treadmill": {"time": "time_column", "load": "load_column", "velocity": "velocity_column"}}
 EMPTY = "-"
 
 
 @dataclass(frozen=True)
 class TrialRow:
-    """One row of the sheet; ``files`` maps kinds of raw file to paths, and is empty for the laboratory's."""
+    """One row of the sheet.
+
+    ``files`` maps kinds of raw file to paths, and is empty for the laboratory's. ``role`` is None where
+    trials have none. ``columns`` maps time, load and velocity to names in the header of the trial's table.
+    """
 
     experiment: str
     condition: str
@@ -44,6 +67,8 @@ class TrialRow:
     interval_s: float | None
     duration_s: float
     files: dict[str, str]
+    role: str | None
+    columns: dict[str, str]
 
 
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
@@ -52,13 +77,14 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
     rows = list(csv.reader(text.splitlines(), delimiter="\t"))
     header = [name.strip() for name in rows[0]] if rows else []
     for name in header:
-        if name not in COLUMNS:
-            close = difflib.get_close_matches(name, COLUMNS, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(COLUMNS)}"
+        known = COLUMNS + OPTIONAL_COLUMNS
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
             raise InputError(f"{path}: unknown column {name!r}: {hint}")
-    for name in COLUMNS:
         if header.count(name) > 1:
             raise InputError(f"{path}: expected the column {name!r} once, found it twice: remove one")
+    for name in COLUMNS:
         if name not in header:
             raise InputError(
                 f"{path}: expected the tab-separated column {name!r}, found {', '.join(header)}: add "
@@ -88,7 +114,33 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         )
     if not trials:
         raise InputError(f"{path}: expected at least one trial, found none: add a row")
+    for group in ROLE_GROUPS:
+        _check_roles([row for row in trials.values() if row.experiment in group], path)
     return trials
+
+
+def _check_roles(rows: list[TrialRow], path) -> None:
+    """Models need trials that calibrate them and others that validate them."""
+    for experiment in dict.fromkeys(row.experiment for row in rows):
+        if not any(row.role == "calibrate" for row in rows if row.experiment == experiment):
+            raise InputError(
+                f"{path}: expected a trial of {experiment} with the role calibrate, found none: without it "
+                "no model can be fitted, set the role of one of its rows"
+            )
+    if rows and not any(row.role == "validate" for row in rows):
+        names = " or ".join(dict.fromkeys(row.experiment for row in rows))
+        raise InputError(
+            f"{path}: expected a trial of {names} with the role validate, found none: without it no model "
+            "can be tested, set the role of one of its rows or record another trial"
+        )
+    for row in rows:
+        for other in rows:
+            if row.files and row.files == other.files and (row.role, other.role) == ROLES:
+                raise InputError(
+                    f"{path}: expected {other.experiment}/{other.condition} to validate on a recording of "
+                    f"its own, found that of {row.experiment}/{row.condition}, {quoted(row.files['log'])}: "
+                    "name another file"
+                )
 
 
 def _row(cells: dict[str, str], number: int, path) -> TrialRow:
@@ -135,7 +187,7 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             )
     made = source == "virtual_lab"
     wanted = ["duration_s"] + (["amplitude"] if made else [])
-    wanted += ["interval_s"] if made and experiment == "dummy" else []
+    wanted += ["interval_s"] if made and PROFILES[experiment] == PULSES else []
     for name in wanted:
         if numbers[name] is None:
             raise InputError(f"{here}: expected a number for {name}, found {EMPTY!r}: fill it in")
@@ -144,4 +196,62 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             f"{here}: expected a profile of {', '.join(PROFILES[experiment])}, found "
             f"{cells['profile']!r}: correct it"
         )
-    return TrialRow(experiment, condition, source, cells["profile"], **numbers, files=files)
+    return TrialRow(
+        experiment,
+        condition,
+        source,
+        cells["profile"],
+        **numbers,
+        files=files,
+        role=_role(cells, here),
+        columns=_columns(cells, here),
+    )
+
+
+def _role(cells: dict[str, str], here: str) -> str | None:
+    experiment, role = cells["experiment"], cells.get("role", "")
+    if not any(experiment in group for group in ROLE_GROUPS):
+        if role not in (EMPTY, ""):
+            raise InputError(
+                f"{here}: expected {EMPTY!r} for the role, because trials of {experiment} have none, found "
+                f"{role!r}: correct it"
+            )
+        return None
+    if role not in ROLES:
+        found = repr(role) if "role" in cells else "no such column"
+        close = difflib.get_close_matches(role, ROLES, n=1, cutoff=0.5)
+        hint = f"did you mean {close[0]!r}?" if close else "fill in what the trial is for"
+        raise InputError(
+            f"{here}: expected a role of {' or '.join(ROLES)} for {experiment}/{cells['condition']}, found "
+            f"{found}: {hint}"
+        )
+    return role
+
+
+def _columns(cells: dict[str, str], here: str) -> dict[str, str]:
+    """Names of a table's columns, by what they hold."""
+    experiment = cells["experiment"]
+    named_by = TABLE_COLUMNS.get(experiment, {})
+    columns: dict[str, str] = {}
+    for what, name in named_by.items():
+        column = cells.get(name, "")
+        if column in (EMPTY, ""):
+            found = repr(column) if name in cells else "no such column"
+            raise InputError(
+                f"{here}: expected a {name} for {experiment}/{cells['condition']}, found {found}: name the "
+                f"column that holds the {what} as the header of its table does"
+            )
+        if column in columns.values():
+            twice = next(named_by[key] for key, other in columns.items() if other == column)
+            raise InputError(
+                f"{here}: expected {twice} and {name} to name two columns, found {column!r} for both: "
+                "correct one of the two"
+            )
+        columns[what] = column
+    for name in OPTIONAL_COLUMNS[1:]:
+        if name not in named_by.values() and cells.get(name, "") not in (EMPTY, ""):
+            raise InputError(
+                f"{here}: expected {EMPTY!r} for {name}, because tables of {experiment} have their columns "
+                f"named in the configuration, found {cells[name]!r}: correct it"
+            )
+    return columns
