@@ -1,8 +1,10 @@
-"""Ankle torque from the motion of the leg alone: the free body of the leg (thesis eqs 3-7 and 3-8).
+"""Ankle torque from the free body of the leg, or from that of the foot (thesis eqs 3-7 and 3-8).
 
 Symbols: m leg mass (kg), r its centre of mass's distance from the ankle (m), I_l its moment of
 inertia about the centre of mass (kg m2), g gravity (m/s2); y'', z'' acceleration of the leg's centre
-of mass (m/s2); theta leg angle, positive when the leg tips towards +y (rad).
+of mass (m/s2); theta leg angle, positive when the leg tips towards +y (rad). m_f foot mass (kg), l_f its
+height (m); y_A, y_A'' position (m) and acceleration (m/s2) of the ankle; F_y, F_z forces (N) and M_x
+moment (Nm) of the plate on the foot, the moment about the x axis in the belt's surface.
 """
 
 from dataclasses import dataclass
@@ -97,3 +99,76 @@ def leg_torque_as_printed(
 
 
 TORQUE_PATHWAYS = {"leg": leg_torque, "leg-printed": leg_torque_as_printed}
+
+
+@dataclass(frozen=True)
+class Foot:
+    """Foot of the ankle dummy: a brick that does not rotate, the ankle on top of it (thesis Table 2-2).
+
+    Attributes
+    ----------
+    mass_kg : float
+        m_f (kg).
+    height_m : float
+        l_f, from the belt to the ankle (m); the centre of mass is half as high, below the ankle.
+    """
+
+    mass_kg: float
+    height_m: float
+
+
+def foot_torque(
+    foot: Foot, f_y: np.ndarray, f_z: np.ndarray, m_x: np.ndarray, y_a: np.ndarray, y_a_dd: np.ndarray
+) -> np.ndarray:
+    """Torque of the joint, from the foot's moments about the ankle.
+
+    The plate's wrench has the moment M_x - y_A F_z + l_f F_y about the ankle: with the centre of pressure
+    y_CoP = M_x / F_z (eq 3-13) that is F_z (y_CoP - y_A) + F_y l_f. The foot's inertia takes its share, and
+    the joint returns the rest:
+
+        tau = M_x - y_A F_z + l_f F_y - m_f y_A'' l_f / 2
+
+    Parameters
+    ----------
+    foot : Foot
+        m_f, l_f (kg, m).
+    f_y, f_z : ndarray, shape (n,)
+        Forces of the plate on the foot (N).
+    m_x : ndarray, shape (n,)
+        Moment of the plate on the foot about the x axis (Nm).
+    y_a, y_a_dd : ndarray, shape (n,)
+        Position of the ankle on the plate (m), and its acceleration (m/s2).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        tau (Nm), positive when it resists positive theta.
+    """
+    m_f, l_f = foot.mass_kg, foot.height_m
+    return m_x - y_a * f_z + l_f * f_y - m_f * y_a_dd * 0.5 * l_f
+
+
+def foot_torque_as_printed(foot: Foot, leg: Leg, f_y: np.ndarray, y_dd: np.ndarray) -> np.ndarray:
+    """Torque by the foot's equation as printed (thesis eq 3-7 and section 3-1-3).
+
+        F_Ay = -m y'',  tau = -F_y l_f / 2 + F_Ay l_f / 2
+
+    The moment of the vertical force, F_z times the distance from the centre of pressure to the ankle, is
+    missing.
+
+    Parameters
+    ----------
+    foot, leg : Foot, Leg
+        l_f (m), m (kg).
+    f_y : ndarray, shape (n,)
+        Force of the plate on the foot (N).
+    y_dd : ndarray, shape (n,)
+        Acceleration of the leg's centre of mass (m/s2).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        tau (Nm).
+    """
+    f_ay = -leg.mass_kg * y_dd
+    return -f_y * 0.5 * foot.height_m + f_ay * 0.5 * foot.height_m

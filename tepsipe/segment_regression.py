@@ -284,9 +284,44 @@ def regress_segments(
     InputError
         If the estimator is unknown or a perturbation does not determine the parameters.
     """
+    torque = TORQUE_PATHWAYS[torque_pathway](leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
+    return regress_torque(motion, torque, perturbations, at_rest, estimator)
+
+
+def regress_torque(
+    motion: LegMotion,
+    torque: np.ndarray,
+    perturbations: list[Perturbation],
+    at_rest: np.ndarray,
+    estimator: str,
+) -> SegmentRegression:
+    """Estimate I, B, K over every perturbation from a torque of any origin.
+
+    Parameters
+    ----------
+    motion : LegMotion
+        Motion of the leg (s, rad, m).
+    torque : ndarray, shape (n,)
+        Torque of the joint (Nm).
+    perturbations : list of Perturbation
+        Windows (samples).
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+    estimator : {"segment-regression-printed", "segment-regression"}
+        Whether the torque at rest is left in (as printed) or subtracted.
+
+    Returns
+    -------
+    SegmentRegression
+        Parameters, predictions and measures of fit (Nm, rad, s).
+
+    Raises
+    ------
+    InputError
+        If the estimator is unknown or a perturbation does not determine the parameters.
+    """
     if estimator not in ESTIMATORS:
         raise InputError(f"expected an estimator of {', '.join(ESTIMATORS)}, found {estimator!r}")
-    torque = TORQUE_PATHWAYS[torque_pathway](leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
     theta_rest = float(motion.theta[at_rest].mean())
     torque_rest = float(torque[at_rest].mean())
     if estimator == "segment-regression":

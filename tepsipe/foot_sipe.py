@@ -1,0 +1,202 @@
+"""TEP-SIPE with the torque from the foot's side: force plate, ankle marker and treadmill models."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed
+from tepsipe.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
+from tepsipe.perturbations import Perturbation
+from tepsipe.rigid_segments import derivative
+from tepsipe.segment_regression import find_perturbations, leg_motion, regress_torque, rest_samples
+from tepsipe.synchronisation import advanced, marker_delay
+from tepsipe.tep_sipe import DummyAnalysis, DummyOptions
+from tepsipe.treadmill_models.family import FittedModel, pick
+from tepsipe.treadmill_models.of_trial import COMPONENTS, PlateOptions, measured_load, zero_line
+from tepsipe.treadmill_models.recording import BeltRecording, Lowpass
+from tepsipe.trial_file import Trial
+
+FOOT_TORQUES = ("foot-printed", "foot")
+
+
+@dataclass(frozen=True)
+class FootPathway:
+    """One way from force plate and markers to parameters (names, no units).
+
+    Attributes
+    ----------
+    torque : {"foot-printed", "foot"}
+        How the torque is derived (`tepsipe.inverse_dynamics`).
+    treadmill_model : str or None
+        Model whose load is taken out of Fy and Mx first; None for the loads as measured.
+    window_s : float or None
+        Length of the fitted windows from the onset of a perturbation (s); None for the perturbation
+        itself. In a longer window the leg also swings while the belt stands still and adds nothing.
+    estimator : {"segment-regression-printed", "segment-regression"}
+        How the parameters are (`tepsipe.segment_regression`).
+    """
+
+    torque: str
+    treadmill_model: str | None
+    window_s: float | None
+    estimator: str
+
+
+@dataclass(frozen=True)
+class FootOptions:
+    """Choices of the foot's side, beside those of the leg's.
+
+    Attributes
+    ----------
+    foot : Foot
+        The foot (kg, m).
+    ankle_label : str
+        Marker on the ankle.
+    riding_labels : tuple of str
+        Markers that ride on the belt: they tell by how much markers lag behind forces.
+    belt : str
+        The belt on which the dummy stands, left or right.
+    """
+
+    foot: Foot
+    ankle_label: str
+    riding_labels: tuple[str, ...]
+    belt: str
+
+
+def analyse_foot(
+    trial: Trial,
+    name: str,
+    dummy: DummyOptions,
+    options: FootOptions,
+    pathways: dict[str, FootPathway],
+    models: dict[str, dict[str, FittedModel]],
+) -> DummyAnalysis:
+    """Estimate I, B, K of the ankle dummy from the torque that the force plate shows.
+
+    Parameters
+    ----------
+    trial : Trial
+        Forces (N), moments (Nm), markers (m) and belt velocity (m/s).
+    name : str
+        Names the trial in messages.
+    dummy, options : DummyOptions, FootOptions
+        Choices (units in their names).
+    pathways : dict of str to FootPathway
+        Name -> pathway.
+    models : dict of str to dict of str to FittedModel
+        Component of the load, Fy or Mx -> name -> treadmill model.
+
+    Returns
+    -------
+    DummyAnalysis
+        One regression per pathway, all over the same perturbations.
+
+    Raises
+    ------
+    InputError
+        If no perturbation or no rest is found, a marker or a model is missing, or a pathway is unknown.
+    """
+    rate, time = trial.rate_hz, trial.time
+    lowpass = Lowpass(dummy.lowpass_cutoff_hz, dummy.lowpass_order, True)
+    belt_velocity = lowpass(trial.values("belt_velocity"), rate)
+    perturbations = find_perturbations(belt_velocity, rate, dummy.window, "belt velocity")
+    at_rest = rest_samples(time, dummy.window)
+    labels = trial.axes["marker"].tolist()
+    for label in (options.ankle_label, *options.riding_labels):
+        if label not in labels:
+            raise InputError(
+                f"{name}: expected a marker named {label!r} on the foot, found {listed(labels)}: name "
+                "it in the configuration"
+            )
+    positions = trial.values("marker_position")
+    motion = leg_motion(
+        time,
+        positions,
+        labels,
+        dummy.leg_markers,
+        dummy.leg.com_m,
+        rate,
+        dummy.lowpass_cutoff_hz,
+        dummy.lowpass_order,
+    )
+    velocity = zero_line(belt_velocity, time, at_rest)
+    along = lowpass(positions[:, :, 1].astype(float), rate)
+    riding = along[:, [labels.index(label) for label in options.riding_labels]].mean(axis=1)
+    delay = marker_delay(time, riding, velocity, name)
+    motion = replace(
+        motion,
+        **{
+            key: advanced(time, getattr(motion, key), delay)
+            for key in ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
+        },
+    )
+    ankle = advanced(time, along[:, labels.index(options.ankle_label)], delay)
+    # the belt creeps a little: what is a line through rest in Mx must be one in the ankle's position too
+    y_a = zero_line(ankle, time, at_rest) + ankle[at_rest].mean()
+    plate = PlateOptions(options.belt, lowpass, lowpass, dummy.window, 0.0)
+    measured = measured_load(trial, name, plate, at_rest)
+    recordings = {
+        component: BeltRecording(
+            name=name,
+            condition=name,
+            rate_hz=rate,
+            velocity=velocity,
+            acceleration=derivative(time, velocity),
+            raw_velocity=zero_line(trial.values("belt_velocity"), time, at_rest),
+            load=measured[component],
+            carried=np.zeros(time.size),
+            carried_kg=options.foot.mass_kg + dummy.leg.mass_kg,
+            unit=unit,
+            judged=np.ones(time.size, dtype=bool),
+            onsets=tuple(p.start for p in perturbations),
+            lowpass=lowpass,
+        )
+        for component, unit in COMPONENTS.items()
+    }
+    y_a_dd = derivative(time, derivative(time, y_a))
+    regressions = {}
+    for key, pathway in pathways.items():
+        loads = {
+            component: recording.load
+            if pathway.treadmill_model is None
+            else pick(models[component], pathway.treadmill_model).compensate(recording)
+            for component, recording in recordings.items()
+        }
+        if pathway.torque == "foot":
+            torque = foot_torque(options.foot, loads["Fy"], measured["Fz"], loads["Mx"], y_a, y_a_dd)
+        elif pathway.torque == "foot-printed":
+            torque = foot_torque_as_printed(options.foot, dummy.leg, loads["Fy"], motion.y_dd)
+        else:
+            raise InputError(
+                f"expected a torque of {', '.join(FOOT_TORQUES)}, found {pathway.torque!r}: correct it "
+                "in the configuration"
+            )
+        windows = _windows(perturbations, pathway.window_s, rate, time.size, name)
+        regressions[key] = regress_torque(motion, torque, windows, at_rest, pathway.estimator)
+    return DummyAnalysis(
+        time=time,
+        belt_velocity=belt_velocity,
+        belt_command=trial.values("belt_command"),
+        regressions=regressions,
+        pathways=pathways,
+        damping_per_skew={},
+        misfit_m=motion.misfit_m,
+        marker_noise_m=0.0,
+    )
+
+
+def _windows(
+    perturbations: list[Perturbation], window_s: float | None, rate_hz: float, samples: int, name: str
+) -> list[Perturbation]:
+    """Windows to fit: the perturbations themselves, or longer from their onsets."""
+    if window_s is None:
+        return perturbations
+    windows = [replace(p, stop=p.start + round(window_s * rate_hz)) for p in perturbations]
+    starts = [*(p.start for p in perturbations[1:]), samples]
+    if any(window.stop > start for window, start in zip(windows, starts, strict=True)):
+        raise InputError(
+            f"{name}: expected {window_s:g} s from the onset of every perturbation to the next, found less: "
+            "shorten window_s of the pathway in the configuration"
+        )
+    return windows
