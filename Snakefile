@@ -26,6 +26,10 @@ include: "workflow/rules/ingest.smk"
 include: "workflow/rules/wristalyzer.smk"
 # sections 3-1-2 and 4-1-2: TEP-SIPE on the ankle dummy
 include: "workflow/rules/dummy.smk"
+# sections 3-1-2 and 4-1-2: what the treadmill adds to the force, and models of it
+include: "workflow/rules/weight.smk"
+# a treadmill of your own
+include: "workflow/rules/treadmill.smk"
 # a human joint in a position-controlled manipulator
 include: "workflow/rules/ankle.smk"
 # tables across experiments, and where truth meets estimate

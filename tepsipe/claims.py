@@ -1,8 +1,9 @@
 """Statements of the thesis that can be checked, and what this run found (thesis chapter 4)."""
 
 import csv
+import difflib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.estimates import Estimate
 from tepsipe.result_file import Result
+from tepsipe.treadmill_calibration import ModelScore
+from tepsipe.weight_experiment import shapes, speed_at_peak
 
 
 @dataclass(frozen=True)
@@ -24,11 +27,28 @@ class Findings:
         Experiment -> condition -> fit.
     as_printed : str
         Pathway that reproduces the thesis.
+    scores : list of ModelScore
+        Of the treadmill's models (units in them).
     """
 
     estimates: list[Estimate]
     fits: dict[str, dict[str, Result]]
     as_printed: str
+    scores: list[ModelScore] = field(default_factory=list)
+
+    def score(self, model: str, train: str, test: str, load: str, cutoff_hz: float) -> float:
+        """R2 (-) of a treadmill model.
+
+        Raises
+        ------
+        KeyError
+            If the study does not have it.
+        """
+        wanted = (model, train, test, load, cutoff_hz)
+        for s in self.scores:
+            if (s.model, s.train, s.test, s.load, s.cutoff_hz) == wanted:
+                return s.r2
+        raise KeyError(wanted)
 
     def by_condition(self, experiment: str, quantity: str, pathway: str | None = None) -> dict:
         """Condition -> value of a quantity (unit of the quantity), as printed.
@@ -40,14 +60,15 @@ class Findings:
         """
         if experiment not in self.fits:
             raise KeyError(experiment)
-        wanted = {"wristalyzer": "admittance", "dummy": pathway or self.as_printed}[experiment]
+        wanted = {"wristalyzer": "admittance", "dummy": pathway or self.as_printed}.get(experiment, "force")
         return {
             e.condition: e.value
             for e in self.estimates
             if e.experiment == experiment
             and e.quantity == quantity
             and e.pathway == wanted
-            and e.estimator in ("spectral-fit", "segment-regression-printed", "segment-regression")
+            and e.estimator
+            in ("spectral-fit", "segment-regression-printed", "segment-regression", "least-squares")
         }
 
 
@@ -62,6 +83,15 @@ def _at(values: dict, *amplitudes: str) -> list[float]:
 
 def _ratio(values: dict) -> float:
     return float(np.mean(_at(values, "0.5")) / np.mean(_at(values, "0.1")))
+
+
+def _least_step(values: dict) -> float:
+    """Smallest ratio between one amplitude and the next lower one, over both profiles."""
+    steps = []
+    for profile in ("sine", "minjerk"):
+        along = [values[f"{profile}-0.{k}"] for k in range(1, 6)]
+        steps += [b / a for a, b in zip(along, along[1:], strict=False)]
+    return min(steps)
 
 
 def _spread(findings: Findings) -> dict:
@@ -92,6 +122,22 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "printed_lowest_vaf_perturbation": lambda f: min(f.by_condition("dummy", "VAF_perturbation").values()),
     "printed_lowest_vaf_trial": lambda f: min(f.by_condition("dummy", "VAF_trial").values()),
     "printed_spread_ratio": lambda f: _ratio(_spread(f)),
+    "weight_mass_sine_low": lambda f: f.by_condition("weight", "mass")["sine-0.1"],
+    "weight_mass_sine_high": lambda f: f.by_condition("weight", "mass")["sine-0.5"],
+    "weight_mass_minjerk_low": lambda f: f.by_condition("weight", "mass")["minjerk-0.1"],
+    "weight_mass_minjerk_high": lambda f: f.by_condition("weight", "mass")["minjerk-0.5"],
+    "weight_mass_spread_ratio": lambda f: _ratio(f.by_condition("weight", "mass_sd")),
+    "weight_speed_at_peak": lambda f: min(speed_at_peak(f.fits["weight"], "20 Hz")),
+    "weight_least_step": lambda f: _least_step(f.by_condition("weight", "added_force_peak")),
+    "weight_growth": lambda f: _ratio(f.by_condition("weight", "added_force_peak")),
+    "weight_largest": lambda f: (
+        f.by_condition("weight", "added_force_peak")["minjerk-0.5"]
+        / f.by_condition("weight", "added_force_peak")["sine-0.5"]
+    ),
+    "weight_over_empty": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "20 Hz")[1]),
+    "weight_shape_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[0]),
+    "weight_size_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[1]),
+    "second_order_r2": lambda f: f.score("mass-spring-damper", "empty", "weight", "Fy", 20.0),
 }
 
 
@@ -127,7 +173,7 @@ def check_claims(claims: list[dict], findings: Findings) -> list[dict]:
     ----------
     claims : list of dict
         Keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
-        tolerance; the tolerance ``below`` asks for less than reported).
+        tolerance; the tolerance ``below`` asks for less than reported, ``above`` for more).
     findings : Findings
         What this run found.
 
@@ -146,8 +192,9 @@ def check_claims(claims: list[dict], findings: Findings) -> list[dict]:
     for claim in claims:
         name = claim["measure"]
         if name not in MEASURES:
+            close = difflib.get_close_matches(name, MEASURES, n=3, cutoff=0.0)
             raise InputError(
-                f"expected a measure of {', '.join(MEASURES)}, found {name!r}: correct the claim"
+                f"expected a measure of tepsipe/claims.py, found {name!r}: did you mean {' or '.join(close)}?"
             )
         try:
             value = MEASURES[name](findings)
@@ -157,6 +204,8 @@ def check_claims(claims: list[dict], findings: Findings) -> list[dict]:
             continue  # its conditions are not part of this study
         if claim["tolerance"] == "below":
             holds = value < claim["reported"]
+        elif claim["tolerance"] == "above":
+            holds = value > claim["reported"]
         else:
             holds = abs(value - claim["reported"]) <= claim["tolerance"]
         evidence = EVIDENCE.get(name, lambda _: False)

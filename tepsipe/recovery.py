@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tepsipe.estimates import Estimate
-from tepsipe.second_order import PARAMETERS
 
 COLUMNS = (
     "experiment",
@@ -49,7 +48,7 @@ class Recovery:
 
 
 def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
-    """Experiment -> I (Nms2/rad), B (Nms/rad), K (Nm/rad) for small movements.
+    """Experiment -> I (Nms2/rad), B (Nms/rad), K (Nm/rad) for small movements, or mass (kg).
 
     ``truth`` is the laboratory's configuration. The dummy's rubber has no inertia of its own, so the
     inertia *at the joint* is 0 on the treadmill; in the manipulator the foot turns with the handle.
@@ -67,11 +66,12 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
             "B": on_belt["damping_Nms_per_rad"],
             "K": on_belt["stiffness_Nm_per_rad"],
         },
+        "weight": {"mass": truth["weight"]["mass_kg"]},
     }
 
 
 def compare_with_truth(estimates: list[Estimate], truth: dict, made: dict[str, list[str]]) -> list[Recovery]:
-    """Set every estimate of I, B, K of a made trial beside the truth.
+    """Set every estimate of I, B, K or mass of a made trial beside the truth.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def compare_with_truth(estimates: list[Estimate], truth: dict, made: dict[str, l
     return [
         Recovery(e, parameters[e.experiment][e.quantity])
         for e in estimates
-        if e.quantity in PARAMETERS and e.condition in made.get(e.experiment, [])
+        if e.quantity in parameters.get(e.experiment, {}) and e.condition in made.get(e.experiment, [])
     ]
 
 

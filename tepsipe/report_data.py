@@ -258,6 +258,7 @@ def dummy_data(
     estimates: pd.DataFrame,
     choices: dict,
     recovery: pd.DataFrame | None,
+    amplitudes: dict[str, float | None],
 ) -> dict:
     """Numbers of the ankle dummy's chapter as text.
 
@@ -271,6 +272,8 @@ def dummy_data(
         Section ``dummy`` of the configuration (units in the keys).
     recovery : DataFrame or None
         Estimates beside the truth, where there is one.
+    amplitudes : dict of str to float or None
+        Condition -> velocity amplitude (m/s), None where the trial sheet has none.
 
     Returns
     -------
@@ -285,8 +288,7 @@ def dummy_data(
         return chosen.set_index("condition").value
 
     def amplitude(condition: str) -> float:
-        part = condition.partition("-")[2].partition("-")[0]
-        return float(part) if part.replace(".", "", 1).isdigit() else math.nan
+        return math.nan if amplitudes[condition] is None else amplitudes[condition]
 
     geometry = choices["geometry"]
     leg_mgr = geometry["leg_mass_kg"] * geometry["gravity_m_per_s2"] * geometry["leg_com_m"]
@@ -411,7 +413,8 @@ def claims_data(claims: pd.DataFrame) -> dict:
             "claim": row.claim,
             "where": row.where,
             "unit": "" if row.unit == "1" else row.unit,
-            "reported": ("< " if row.tolerance == "below" else "") + f"{row.reported:g}".replace("-", MINUS),
+            "reported": {"below": "< ", "above": "> "}.get(row.tolerance, "")
+            + f"{row.reported:g}".replace("-", MINUS),
             "reproduced": number(float(row.reproduced), 4),
             "verdict": row.verdict,
             "section": row.section,

@@ -106,10 +106,10 @@ def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
     return figure
 
 
-def plot_pathways(results: dict[str, Result], colours: dict[str, str]) -> Figure:
+def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: str = "inside") -> Figure:
     """Mean I (Nms2/rad), B (Nms/rad), K (Nm/rad) of every pathway with 95 % intervals.
 
-    ``colours`` maps names of pathways to names of colours.
+    ``colours`` maps names of pathways to names of colours; ``legend`` is inside or outside of the axes.
     """
     figure, axes = new_figure(3, 1, 5.4, sharex=True)
     x = np.arange(len(results))
@@ -130,7 +130,11 @@ def plot_pathways(results: dict[str, Result], colours: dict[str, str]) -> Figure
                 label=pathway,
             )
         axis.set_ylabel(f"${quantity}$ ({UNITS[quantity]})")
-    axes[0].legend(loc="center right", ncols=1)
+    if legend == "outside":
+        handles, names = axes[0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncols=3)
+    else:
+        axes[0].legend(loc="center right", ncols=1)
     axes[2].set_xticks(x, [short_name(name) for name in results])
     axes[2].set_xlabel("Perturbation profile and velocity amplitude")
     figure.align_ylabels()

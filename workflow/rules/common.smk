@@ -33,6 +33,13 @@ def checked_trials():
                 f"{study['trial_sheet']}: expected recordings only, because study.virtual_lab is "
                 f"null, found {experiment}/{condition} to be made: name its files"
             )
+    experiments = {experiment for experiment, _ in trials}
+    for there, missing in (("weight", "empty"), ("empty", "weight")):
+        if there in experiments and missing not in experiments:
+            raise InputError(
+                f"{study['trial_sheet']}: expected trials of {missing} beside those of {there}, found none: "
+                "models of the treadmill need the empty belt and a known weight, add its rows"
+            )
     return trials
 
 
@@ -42,6 +49,9 @@ except InputError as error:
     sys.exit(f"tepsipe: {error}")
 
 EXPERIMENTS = list(dict.fromkeys(experiment for experiment, _ in TRIALS))
+# the force plate's models need the empty belt and the weight, the torque from the foot's side the models
+PLATE = "weight" in EXPERIMENTS
+FOOT = PLATE and "dummy" in EXPERIMENTS
 
 
 def conditions(experiment):
@@ -52,6 +62,16 @@ def conditions(experiment):
 def made_conditions(experiment):
     """Those of them that the virtual laboratory makes."""
     return [c for c in conditions(experiment) if TRIALS[experiment, c].source == "virtual_lab"]
+
+
+def roles(experiment):
+    """Condition -> calibrate or validate, in the order of the trial sheet."""
+    return {condition: TRIALS[experiment, condition].role for condition in conditions(experiment)}
+
+
+def plate_trials():
+    """[experiment, condition, role] of all trials with the empty belt and with the weight."""
+    return [[e, c, role] for e in ("empty", "weight") for c, role in roles(e).items()]
 
 
 def any_of(names):
@@ -126,11 +146,23 @@ FIGURES = {
         "figure_torque",
         "figure_dummy_cross_validation",
     ],
+    "weight": [
+        "figure_4_5",
+        "figure_4_6",
+        "figure_5_1",
+        "figure_plate_models",
+        "figure_plate_responses",
+    ],
+    "foot": ["figure_foot"],
+    "treadmill": ["figure_treadmill_prediction", "figure_treadmill_cutoff", "figure_treadmill_ripple"],
     "ankle": ["figure_ankle_impedance", "figure_ankle_prediction"],
 }
 CATEGORIES = {
     "wristalyzer": "Wristalyzer",
     "dummy": "TEP-SIPE on the ankle dummy",
+    "weight": "What the treadmill adds to the force",
+    "foot": "TEP-SIPE on the ankle dummy",
+    "treadmill": "What the treadmill adds to the load",
     "ankle": "Position-controlled manipulator",
 }
 TABLES = {"wristalyzer": ["table_4_1"], "dummy": ["table_4_2", "table_4_3"]}
@@ -156,15 +188,39 @@ def shown_condition(experiment, wanted):
     return wanted if wanted in names or not names else names[-1]
 
 
+def shown_conditions(experiment, wanted):
+    """The configured conditions that the study has, or all where it has none of them."""
+    names = conditions(experiment)
+    return [name for name in names if name in wanted] or names
+
+
 def study_figures():
     """Every figure of the study's experiments."""
-    return [f"<results>/figures/{name}.svg" for e in EXPERIMENTS for name in FIGURES[e]]
+    shown = EXPERIMENTS + (["foot"] if FOOT else [])
+    return [f"<results>/figures/{name}.svg" for e in shown for name in FIGURES.get(e, [])]
 
 
 def study_tables():
     """The thesis's tables, where there is something to compare."""
     names = [name for e in EXPERIMENTS for name in TABLES.get(e, []) if table_conditions(name)]
     return [f"<results>/tables/{name}.csv" for name in names]
+
+
+def study_models():
+    """The table of the treadmill's models, where there are any."""
+    return ["<results>/tables/treadmill_models.csv"] if model_scores() else []
+
+
+def model_files(name, there):
+    """What the calibration of treadmill models keeps for the report: responses, and scores."""
+    files = [f"<results>/fits/{name}.h5", f"<results>/treadmill_models/{name}.csv"]
+    return files if there else []
+
+
+def model_scores():
+    """Scores of the force plate's models and of those of a recorded treadmill."""
+    made = {"plate": PLATE, "treadmill": "treadmill" in EXPERIMENTS}
+    return [f"<results>/treadmill_models/{name}.csv" for name, there in made.items() if there]
 
 
 def study_recovery():
@@ -182,15 +238,23 @@ def all_trials():
     return [f"<results>/trials/{e}/{c}.h5" for e, c in TRIALS]
 
 
+def fitted_trials():
+    """(experiment, condition) of all trials with a fit of their own."""
+    return [(e, c) for e, c in TRIALS if e != "treadmill"]
+
+
 def all_fits():
     """Fits of all trials."""
-    return [f"<results>/fits/{e}/{c}.h5" for e, c in TRIALS]
+    return [f"<results>/fits/{e}/{c}.h5" for e, c in fitted_trials()]
 
 
 def all_estimates():
     """Rows of estimates of all trials and cross-validations."""
-    files = [f"<results>/estimates/{e}/{c}.csv" for e, c in TRIALS]
-    return files + [f"<results>/cross_validation/{e}.csv" for e in EXPERIMENTS if e != "ankle"]
+    files = [f"<results>/estimates/{e}/{c}.csv" for e, c in fitted_trials()]
+    if FOOT:
+        files += of_trials("<results>/estimates/foot/{condition}.csv", "dummy")
+    crossed = [e for e in EXPERIMENTS if e in ("wristalyzer", "dummy")]
+    return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
 
 
 def table_conditions(table):
@@ -220,6 +284,11 @@ def experiment_conditions():
     return {experiment: conditions(experiment) for experiment in EXPERIMENTS}
 
 
+def fitted_conditions():
+    """Experiment -> its conditions, of all trials with a fit of their own."""
+    return {e: names for e, names in experiment_conditions().items() if e != "treadmill"}
+
+
 def study_outputs():
     """What `all` asks for, but for the HTML report, which shows it."""
     return [
@@ -227,6 +296,7 @@ def study_outputs():
         "<results>/provenance.json",
         "<results>/tables/estimates.csv",
         *study_tables(),
+        *study_models(),
         *study_recovery(),
         *study_claims(),
         *study_figures(),

@@ -56,3 +56,42 @@ rule plot_dummy:
         recommended=config["dummy"]["recommended"],
     script:
         "../scripts/plot_dummy.py"
+
+
+rule fit_foot:
+    input:
+        trial="<results>/trials/dummy/{condition}.h5",
+        models=expand("<results>/treadmill_models/plate_{load}.json", load=("Fy", "Mx")),
+        library=library_of("fit_foot"),
+    output:
+        fit="<results>/fits/foot/{condition}.h5",
+        estimates="<results>/estimates/foot/{condition}.csv",
+    log:
+        "<logs>/fit_foot/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        geometry=config["dummy"]["geometry"],
+        analysis=config["dummy"]["analysis"],
+        foot=config["dummy"]["foot"],
+        seed=config["study"]["seed"],
+    script:
+        "../scripts/fit_foot.py"
+
+
+rule plot_foot:
+    input:
+        leg=of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        foot=of_trials("<results>/fits/foot/{condition}.h5", "dummy"),
+        library=library_of("plot_foot"),
+    output:
+        **figure_files("foot"),
+    log:
+        "<logs>/plot_foot.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        conditions=conditions("dummy"),
+        recommended=config["dummy"]["recommended"],
+    script:
+        "../scripts/plot_foot.py"

@@ -20,6 +20,25 @@ rule collect_estimates:
         "../scripts/collect_estimates.py"
 
 
+rule collect_treadmill_models:
+    input:
+        scores=model_scores(),
+        library=library_of("collect_treadmill_models"),
+    output:
+        table=report(
+            "<results>/tables/treadmill_models.csv",
+            caption="../../report/captions/treadmill_models.rst",
+            category="Tables",
+            labels={"table": "models of the treadmill"},
+        ),
+    log:
+        "<logs>/collect_treadmill_models.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/collect_treadmill_models.py"
+
+
 rule lay_out_table:
     input:
         estimates="<results>/tables/estimates.csv",
@@ -72,6 +91,7 @@ rule check_claims:
     input:
         estimates="<results>/tables/estimates.csv",
         fits=all_fits(),
+        scores=study_models(),
         reported=config["study"]["reported"] or [],
         library=library_of("check_claims"),
     output:
@@ -86,7 +106,7 @@ rule check_claims:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        experiments=experiment_conditions(),
+        experiments=fitted_conditions(),
         as_printed=config["dummy"]["as_printed"],
     script:
         "../scripts/check_claims.py"

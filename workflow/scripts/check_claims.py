@@ -11,11 +11,14 @@ import yaml
 from tepsipe.claims import Findings, check_claims, write_claims
 from tepsipe.estimates import read_estimates
 from tepsipe.result_file import read_result
+from tepsipe.treadmill_calibration import read_scores
 
 reported = yaml.safe_load(Path(snakemake.input.reported).read_text(encoding="utf-8"))
 fits = {}
 paths = iter(snakemake.input.fits)
 for experiment, conditions in snakemake.params.experiments.items():
     fits[experiment] = {condition: read_result(next(paths)) for condition in conditions}
-findings = Findings(read_estimates(snakemake.input.estimates), fits, snakemake.params.as_printed)
+scores = [row for path in snakemake.input.scores for row in read_scores(path)]
+estimates = read_estimates(snakemake.input.estimates)
+findings = Findings(estimates, fits, snakemake.params.as_printed, scores)
 write_claims(snakemake.output.table, check_claims(reported["claims"], findings))

@@ -13,14 +13,15 @@ import pandas as pd
 import typst
 import yaml
 
-from tepsipe import report_data
+from tepsipe import report_data, treadmill_report_data
 from tepsipe.figures.names import short_name
 from tepsipe.result_file import read_result
 from tepsipe.thesis_tables import read_table
+from tepsipe.treadmill_calibration import read_scores
 
 choices, experiments = snakemake.params.choices, snakemake.params.experiments
 fits, paths = {}, iter(snakemake.input.fits)
-for experiment, conditions in experiments.items():
+for experiment, conditions in snakemake.params.fitted.items():
     fits[experiment] = {condition: read_result(next(paths)) for condition in conditions}
 text_columns = {"condition": str}
 estimates = pd.read_csv(snakemake.input.estimates, dtype=text_columns)
@@ -33,6 +34,8 @@ if snakemake.input.recovery:
     recovery = pd.read_csv(snakemake.input.recovery[0], dtype=text_columns)
 if snakemake.input.claims:
     claims = pd.read_csv(snakemake.input.claims[0])
+
+amplitudes = snakemake.params.amplitudes
 
 data = {
     "title": snakemake.params.title,
@@ -62,7 +65,19 @@ if "wristalyzer" in experiments:
         fits["wristalyzer"], estimates, choices["wristalyzer"], snakemake.params.best
     )
 if "dummy" in experiments:
-    data["dummy"] = report_data.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery)
+    data["dummy"] = report_data.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
+if "weight" in experiments:
+    plate, scores = snakemake.input.plate
+    data["weight"] = treadmill_report_data.weight_data(
+        fits, read_result(plate), read_scores(scores), estimates, choices["weight"]
+    )
+if "weight" in experiments and "dummy" in experiments:
+    data["foot"] = treadmill_report_data.foot_data(estimates, choices["dummy"], recovery, amplitudes)
+if "treadmill" in experiments:
+    calibration, scores = snakemake.input.treadmill
+    data["treadmill"] = treadmill_report_data.treadmill_data(
+        read_result(calibration), read_scores(scores), choices["treadmill"], snakemake.params.roles
+    )
 if "ankle" in experiments:
     data["ankle"] = report_data.ankle_data(fits["ankle"], estimates)
 Path(snakemake.output.data).write_text(

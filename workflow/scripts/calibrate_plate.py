@@ -1,0 +1,62 @@
+"""Fit treadmill models to trials with the empty belt and with the weight, and judge them on others."""
+
+import job
+
+job.start(snakemake)
+
+from dataclasses import replace
+
+from model_choices import family_options
+
+from tepsipe.result_file import write_result
+from tepsipe.segment_regression import WindowOptions
+from tepsipe.treadmill_calibration import (
+    calibrate,
+    mean_responses,
+    plate_groups,
+    plate_plan,
+    write_scores,
+)
+from tepsipe.treadmill_models.family import save_models
+from tepsipe.treadmill_models.of_trial import COMPONENTS, PlateOptions, Weight, plate_recordings
+from tepsipe.treadmill_models.recording import Lowpass
+from tepsipe.trial_file import read_trial
+
+analysis, options = snakemake.params.analysis, family_options(snakemake.params.models)
+family = snakemake.params.models["family"]
+weight = Weight(**snakemake.params.weight)
+window = WindowOptions(**analysis["window"])
+trials = [read_trial(path) for path in snakemake.input.trials]
+filters = [Lowpass(cutoff, analysis["lowpass_order"], True) for cutoff in analysis["cutoffs_hz"]]
+files = {"Fy": snakemake.output.Fy, "Mx": snakemake.output.Mx}
+scores = []
+for lowpass in filters:
+    plate = PlateOptions(snakemake.params.belt, lowpass, filters[0], window, analysis["segment_s"])
+    recordings = [
+        plate_recordings(
+            trial,
+            f"{experiment}/{condition}",
+            condition,
+            plate,
+            weight if experiment == "weight" else None,
+        )
+        for (experiment, condition, _), trial in zip(snakemake.params.trials, trials, strict=True)
+    ]
+    frame = None
+    for load in COMPONENTS:
+        labelled = [
+            (experiment, role, found[load])
+            for (experiment, _, role), found in zip(snakemake.params.trials, recordings, strict=True)
+        ]
+        training, testing = plate_groups(labelled)
+        plan = plate_plan(family, list(testing))
+        found, fitted = calibrate(plan, training, testing, load, replace(options, frame=frame))
+        scores += found
+        frame = next((m.model.frame for m in fitted if m.name == "loaded-frame"), None)
+        if lowpass == filters[0]:
+            # one model of a name: those of the empty belt, which needs nothing else
+            kept = [model for model, entry in zip(fitted, plan, strict=True) if entry.train != "weight"]
+            save_models(files[load], kept)
+            if load == "Fy":
+                write_result(snakemake.output.fit, mean_responses(kept, testing["weight"]))
+write_scores(snakemake.output.scores, scores)

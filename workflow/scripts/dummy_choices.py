@@ -1,0 +1,28 @@
+"""From sections of the configuration to the library's options: what several scripts need."""
+
+import numpy as np
+
+from tepsipe.inverse_dynamics import Leg
+from tepsipe.segment_regression import LegMarkers, WindowOptions
+from tepsipe.tep_sipe import DummyOptions
+
+
+def dummy_options(geometry: dict, analysis: dict) -> DummyOptions:
+    """Options of the sections dummy.geometry and dummy.analysis."""
+    placed, analysis = geometry["leg_markers"], dict(analysis)
+    del analysis["bootstrap_draws"]
+    return DummyOptions(
+        leg=Leg(
+            mass_kg=geometry["leg_mass_kg"],
+            com_m=geometry["leg_com_m"],
+            inertia_kgm2=geometry["leg_inertia_kgm2"],
+            gravity_m_per_s2=geometry["gravity_m_per_s2"],
+        ),
+        leg_markers=LegMarkers(
+            tuple(marker["label"] for marker in placed),
+            np.array([[marker["across_m"], marker["along_m"]] for marker in placed]),
+        ),
+        lowpass_cutoff_hz=analysis.pop("lowpass_cutoff_hz"),
+        lowpass_order=analysis.pop("lowpass_order"),
+        window=WindowOptions(**analysis),
+    )

@@ -1,0 +1,35 @@
+"""Estimate I, B, K of one trial of the ankle dummy from the torque that the force plate shows."""
+
+import job
+
+job.start(snakemake)
+
+from dummy_choices import dummy_options
+
+from tepsipe.estimates import write_estimates
+from tepsipe.foot_sipe import FootOptions, FootPathway, analyse_foot
+from tepsipe.inverse_dynamics import Foot
+from tepsipe.result_file import write_result
+from tepsipe.tep_sipe import bootstrap_pathways, dummy_estimates, dummy_result
+from tepsipe.treadmill_models.family import load_models
+from tepsipe.trial_file import read_trial
+
+geometry, choice = snakemake.params.geometry, snakemake.params.foot
+condition = snakemake.wildcards.condition
+found = analyse_foot(
+    read_trial(snakemake.input.trial),
+    f"dummy/{condition}",
+    dummy_options(geometry, snakemake.params.analysis),
+    FootOptions(
+        foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
+        ankle_label=choice["ankle_label"],
+        riding_labels=tuple(choice["riding_labels"]),
+        belt=choice["belt"],
+    ),
+    {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},
+    {load: load_models(path) for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=True)},
+)
+draws = snakemake.params.analysis["bootstrap_draws"]
+intervals = bootstrap_pathways(found, draws, snakemake.params.seed)
+write_result(snakemake.output.fit, dummy_result(found, intervals))
+write_estimates(snakemake.output.estimates, dummy_estimates(condition, found, intervals))

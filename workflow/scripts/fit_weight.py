@@ -1,0 +1,41 @@
+"""One trial with the weight, or with the empty belt: mass, and what the belt adds to the force."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.estimates import write_estimates
+from tepsipe.result_file import write_result
+from tepsipe.segment_regression import WindowOptions
+from tepsipe.treadmill_models.of_trial import PlateOptions, Weight, marker_lag, plate_recordings
+from tepsipe.treadmill_models.recording import Lowpass
+from tepsipe.trial_file import read_trial
+from tepsipe.weight_experiment import analyse_weight, weight_estimates, weight_result
+
+analysis = snakemake.params.analysis
+experiment, condition = snakemake.wildcards.experiment, snakemake.wildcards.condition
+weight = None if snakemake.params.weight is None else Weight(**snakemake.params.weight)
+filters = [Lowpass(cutoff, analysis["lowpass_order"], True) for cutoff in analysis["cutoffs_hz"]]
+trial, name = read_trial(snakemake.input.trial), f"{experiment}/{condition}"
+choices = [(lowpass, "markers", f"{lowpass.cutoff_hz:g} Hz") for lowpass in filters]
+if weight is not None:
+    # the same force beside the inertia of a weight that moves exactly as the belt
+    choices.append((filters[0], "belt", "belt"))
+recordings = {}
+for lowpass, weight_motion, label in choices:
+    options = PlateOptions(
+        snakemake.params.belt,
+        lowpass,
+        filters[0],
+        WindowOptions(**analysis["window"]),
+        analysis["segment_s"],
+        weight_motion,
+    )
+    recordings[label] = plate_recordings(trial, name, condition, options, weight)["Fy"]
+lag = None if weight is None else marker_lag(trial, name, options)
+result = analyse_weight(recordings, analysis["bootstrap_draws"], snakemake.params.seed, lag)
+write_result(snakemake.output.fit, weight_result(result))
+write_estimates(
+    snakemake.output.estimates,
+    weight_estimates(experiment, condition, result),
+)
