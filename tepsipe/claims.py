@@ -4,6 +4,7 @@ import csv
 import difflib
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -90,7 +91,7 @@ def _least_step(values: dict) -> float:
     steps = []
     for profile in ("sine", "minjerk"):
         along = [values[f"{profile}-0.{k}"] for k in range(1, 6)]
-        steps += [b / a for a, b in zip(along, along[1:], strict=False)]
+        steps += [b / a for a, b in pairwise(along)]
     return min(steps)
 
 

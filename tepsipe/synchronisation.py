@@ -38,10 +38,15 @@ def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarr
     Raises
     ------
     InputError
-        If the delay is longer than 20 ms, or the marker does not follow the belt.
+        If the delay is longer than 20 ms, the marker does not follow the belt, or nothing moves.
     """
-    delay = 0.0
-    spline = CubicSpline(time, derivative(time, position))
+    delay, moved = 0.0, derivative(time, position)
+    if not np.ptp(moved) > 0.0 or not np.ptp(belt_velocity) > 0.0:
+        raise InputError(
+            f"{what}: expected a marker and a belt that move, found one that stands still: check the markers "
+            "that ride on the belt, and that the belt was perturbed"
+        )
+    spline = CubicSpline(time, moved)
     for _ in range(6):
         shifted = np.clip(time + delay, time[0], time[-1])
         left, slope = spline(shifted) - belt_velocity, spline(shifted, 1)

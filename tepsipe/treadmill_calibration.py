@@ -38,6 +38,8 @@ class ModelScore:
         The most that a linear model of the belt's acceleration could reach on these recordings (-).
     load, unit : str
         The load, and its unit.
+    converged : bool
+        Whether the search for the model ended by itself; true where nothing is searched.
     """
 
     model: str
@@ -51,6 +53,7 @@ class ModelScore:
     r2_limit: float
     load: str
     unit: str
+    converged: bool = True
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,7 @@ def calibrate(
                     limits[test],
                     load,
                     fitted.unit,
+                    getattr(fitted.model, "converged", True),
                 )
             )
     return scores, models
@@ -140,7 +144,8 @@ def write_scores(path: str | Path, scores: Iterable[ModelScore]) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for row in scores:
-            writer.writerow(f"{cell:.10g}" if isinstance(cell, float) else cell for cell in astuple(row))
+            cells = [str(x).lower() if isinstance(x, bool) else x for x in astuple(row)]
+            writer.writerow(f"{cell:.10g}" if isinstance(cell, float) else cell for cell in cells)
 
 
 def read_scores(path: str | Path) -> list[ModelScore]:
@@ -158,8 +163,19 @@ def read_scores(path: str | Path) -> list[ModelScore]:
                 f"{path}: expected the columns {', '.join(COLUMNS)}, found "
                 f"{', '.join(reader.fieldnames or ['none'])}: make the file again"
             )
-        kinds = {field.name: field.type for field in fields(ModelScore)}
-        return [ModelScore(**{key: kinds[key](value) for key, value in row.items()}) for row in reader]
+        try:
+            return [_score(row) for row in reader]
+        except (TypeError, ValueError, KeyError) as error:
+            raise InputError(
+                f"{path}: expected scores of models, found a damaged row ({error}): make the file again"
+            ) from error
+
+
+def _score(row: dict[str, str]) -> ModelScore:
+    if None in row or None in row.values():
+        raise ValueError("too many or too few cells")
+    kinds = {field.name: field.type for field in fields(ModelScore)} | {"converged": "true".__eq__}
+    return ModelScore(**{key: kinds[key](value) for key, value in row.items()})
 
 
 # ---- which models on which trials ----------------------------------------------------------------

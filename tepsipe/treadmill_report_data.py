@@ -17,7 +17,7 @@ def scores_data(scores: list[ModelScore], shown_hz: float) -> list[dict]:
     """Rows of a table of models at one cutoff (Hz), as text (unit of the load in the rows)."""
     return [
         {
-            "model": s.model,
+            "model": s.model + ("" if s.converged else " *"),
             "train": s.train,
             "test": s.test,
             "r2": number(s.r2, 3) if s.r2 > -10.0 else "< \N{MINUS SIGN}10",
@@ -229,6 +229,7 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
         rows.append(
             {
                 "model": model,
+                "name": model + ("" if all(s.converged for s in cells) else " *"),
                 "meaning": MODEL_MEANINGS[model],
                 "order": str(cells[0].order),
                 "cells": [

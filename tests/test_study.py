@@ -15,7 +15,7 @@ import pytest
 import yaml
 from scipy.io import loadmat, savemat
 
-from workflow.support.trial_sheet import COLUMNS
+from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS
 
 ROOT = Path(__file__).parents[1]
 TRIALS = [
@@ -23,17 +23,25 @@ TRIALS = [
     "wristalyzer 0.16 virtual_lab multisine 0.16 - 40 - - - -",
     "dummy sine-0.5 virtual_lab sine 0.5 4 46 - - - -",
     "dummy minjerk-0.5 virtual_lab minjerk 0.5 4 46 - - - -",
+    "weight sine-0.4 virtual_lab sine 0.4 4 28 - - - - calibrate",
+    "weight minjerk-0.4 virtual_lab minjerk 0.4 4 28 - - - - validate",
+    "empty sine-0.4 virtual_lab sine 0.4 4 28 - - - - calibrate",
+    "empty minjerk-0.4 virtual_lab minjerk 0.4 4 28 - - - - validate",
 ]
 OVERRIDES = {
     "study": {"trial_sheet": "config/tiny.tsv"},
     "wristalyzer": {"analysis": {"random_starts": 3, "profile_points": 29}},
     "dummy": {"analysis": {"bootstrap_draws": 300}},
+    "weight": {"models": {"shortest_s": 0.5, "fir_lag_s": 0.04}},
 }
+FIGURES = ("2_4", "2_9", "3_1", "3_3", "4_1", "4_2", "4_3", "4_4", "4_5", "4_6", "5_1")
 pytestmark = pytest.mark.study
 
 
 def write_sheet(project, rows, name="tiny"):
-    lines = [COLUMNS, *[row.split() for row in rows]]
+    cells = [row.split("\t") if "\t" in row else row.split() for row in rows]
+    header = [*COLUMNS, *OPTIONAL_COLUMNS][: max(map(len, cells))]
+    lines = [header, *[row + ["-"] * (len(header) - len(row)) for row in cells]]
     (project / f"config/{name}.tsv").write_text("".join("\t".join(line) + "\n" for line in lines))
 
 
@@ -106,8 +114,8 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "tables/table_4_3.csv",
         "tables/recovery.csv",
         "tables/claims.csv",
-        *[f"figures/figure_{n}.svg" for n in ("2_4", "2_9", "3_1", "3_3", "4_1", "4_2", "4_3", "4_4")],
-        *[f"figures/figure_{n}.png" for n in ("2_4", "2_9", "3_1", "3_3", "4_1", "4_2", "4_3", "4_4")],
+        "tables/treadmill_models.csv",
+        *[f"figures/figure_{number}.{kind}" for number in FIGURES for kind in ("svg", "png")],
     ):
         assert (results / name).stat().st_size > 200, name
     assert (results / "report/thesis.pdf").read_bytes().startswith(b"%PDF")
@@ -142,6 +150,31 @@ def test_the_recommended_pathway_recovers_the_truth_and_the_printed_one_its_pred
         assert value(rows, **of, pathway="leg-printed", quantity="K") == pytest.approx(printed, rel=0.1)
         assert value(rows, **of, pathway="leg-printed", quantity="I") == pytest.approx(0.054, rel=0.03)
         assert value(rows, **of, pathway="leg-printed", quantity="VAF_perturbation") > 99.8
+
+
+def test_the_treadmill_taken_out_of_the_force_leaves_the_joint(study):
+    rows = estimates(study)
+    for condition in ("sine-0.5", "minjerk-0.5"):
+        of = {"experiment": "dummy", "condition": condition, "quantity": "K"}
+        assert abs(value(rows, **of, pathway="foot") - 10.0) > 5.0
+        assert value(rows, **of, pathway="foot-compensated") == pytest.approx(10.0, rel=0.2)
+    mass = value(rows, experiment="weight", condition="minjerk-0.4", quantity="mass")
+    assert mass == pytest.approx(20.0, abs=0.8)
+
+
+def test_models_of_the_treadmill_are_judged_on_trials_that_they_have_not_seen(study):
+    with open(study / "results/tables/treadmill_models.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    columns = "model train test cutoff_hz r2 rms_before rms_after order r2_limit load unit converged"
+    assert list(rows[0]) == columns.split()
+    of = {"train": "empty+weight", "test": "weight", "cutoff_hz": "20", "load": "Fy"}
+    (frame,) = [row for row in rows if all(row[key] == cell for key, cell in of.items())]
+    assert frame["model"] == "loaded-frame"
+    assert float(frame["r2"]) > 0.98
+    of |= {"train": "empty"}
+    others = [float(row["r2"]) for row in rows if all(row[key] == cell for key, cell in of.items())]
+    assert len(others) == 6
+    assert max(others) < 0.8
 
 
 def test_another_truth_in_the_laboratory_is_recovered_too(study):
@@ -185,16 +218,30 @@ def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(study):
     finally:
         module.write_text(text)
     assert planned["fit_wristalyzer"] == 2
-    assert not {"fit_dummy", "ingest_dummy", "ingest_wristalyzer", "make_dummy_trial", "plot_dummy"} & set(
-        planned
-    )
+    assert not {
+        "fit_dummy",
+        "fit_foot",
+        "fit_weight",
+        "calibrate_plate",
+        "ingest_dummy",
+        "ingest_wristalyzer",
+        "make_dummy_trial",
+        "plot_dummy",
+    } & set(planned)
 
 
 def test_a_changed_option_reruns_only_the_steps_that_read_it(study):
     write_config(study, {**OVERRIDES, "dummy": {"analysis": {"bootstrap_draws": 301}}}, "changed")
     planned = jobs(snakemake(study, "-n", config="changed"))
-    assert planned["fit_dummy"] == 2
-    assert not {"fit_wristalyzer", "ingest_dummy", "make_dummy_trial", "plot_wristalyzer"} & set(planned)
+    assert planned["fit_dummy"] == planned["fit_foot"] == 2
+    assert not {
+        "calibrate_plate",
+        "fit_weight",
+        "fit_wristalyzer",
+        "ingest_dummy",
+        "make_dummy_trial",
+        "plot_wristalyzer",
+    } & set(planned)
 
 
 def test_one_condition_alone_touches_nothing_else(study):
@@ -219,7 +266,10 @@ def test_a_recorded_trial_gives_what_the_same_files_give_when_they_are_made(stud
     assert run.returncode == 0, run.stdout + run.stderr
     made = [row for row in estimates(study) if row["condition"] == "sine-0.5"]
     own = estimates(study, "results/recorded")
-    of_trial = [row for row in made if row["quantity"] != "VAF_cross_validated"]
+    own_pathways = {row["pathway"] for row in own}
+    of_trial = [
+        row for row in made if row["quantity"] != "VAF_cross_validated" and row["pathway"] in own_pathways
+    ]
     assert [row["value"] for row in own] == [row["value"] for row in of_trial]
     assert (study / "results/recorded/report/thesis.pdf").exists()
 
@@ -280,6 +330,78 @@ def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(study):
         assert log.count("\n") == 1
         assert words in log
         assert words in said
+
+
+def belt_table(path, seed, sign=1.0, still=False):
+    """A treadmill's load (Nm) and belt velocity (m/s) as its log has them, 40 s at 100 Hz."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(4000) / 100.0
+    velocity = 1.2 + 0.1 * np.convolve(rng.standard_normal(4000), np.hanning(40) / 4.5, "same")
+    load = sign * (5.0 * np.gradient(velocity, 0.01) + 0.3 * rng.standard_normal(4000))
+    table = np.column_stack([time, load, np.full(4000, 1.2) if still else velocity])
+    np.savetxt(path, table, delimiter="\t", header="t\tMx (Nm)\tv (m/s)", comments="", fmt="%.6g")
+
+
+def treadmill_study(study, name, recordings):
+    """Run a study of treadmill recordings: condition -> (role, file)."""
+    rows = [
+        "\t".join(["treadmill", condition, "recorded", "-", "-", "-", "39", str(file), "-", "-", "-", role])
+        + "\tt\tMx (Nm)\tv (m/s)"
+        for condition, (role, file) in recordings.items()
+    ]
+    write_sheet(study, rows, name)
+    content = {
+        "study": {"trial_sheet": f"config/{name}.tsv", "virtual_lab": None, "reported": None},
+        "pathvars": {"results": f"results/{name}", "logs": f"results/{name}/logs"},
+        "treadmill": {"analysis": {"cutoffs_hz": [6, 20]}},
+    }
+    write_config(study, content, name)
+    run = snakemake(study, config=name)
+    assert "Traceback" not in run.stdout + run.stderr
+    return run
+
+
+@pytest.fixture(scope="session")
+def tables(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tables")
+    for seed, name in enumerate(("first", "second")):
+        belt_table(folder / f"{name}.txt", seed)
+    belt_table(folder / "turned.txt", 2, sign=-1.0)
+    belt_table(folder / "still.txt", 3, still=True)
+    return folder
+
+
+def test_a_newcomer_calibrates_a_treadmill_from_two_text_files(study, tables):
+    recordings = {"a": ("calibrate", tables / "first.txt"), "b": ("validate", tables / "second.txt")}
+    run = treadmill_study(study, "own-treadmill", recordings)
+    assert run.returncode == 0, run.stdout + run.stderr
+    with open(study / "results/own-treadmill/tables/treadmill_models.csv", newline="") as file:
+        rows = {(row["model"], row["cutoff_hz"]): row for row in csv.DictReader(file)}
+    assert float(rows["fir", "6"]["r2"]) > 0.9
+    assert {row["train"] for row in rows.values()} == {"a"}
+    assert {row["test"] for row in rows.values()} == {"b"}
+    assert (study / "results/own-treadmill/report/thesis.pdf").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(
+    ("name", "calibrate", "validate", "words"),
+    [
+        ("turned", "first", "turned", "found it with the opposite sign"),
+        ("still", "first", "still", "found 1.2 throughout"),
+        ("uncalibrated", None, "second", "with the role calibrate, found none"),
+    ],
+)
+def test_recordings_that_cannot_calibrate_a_treadmill_get_one_sentence(
+    study, tables, name, calibrate, validate, words
+):
+    recordings = {"b": ("validate", tables / f"{validate}.txt")}
+    if calibrate:
+        recordings["a"] = ("calibrate", tables / f"{calibrate}.txt")
+    run = treadmill_study(study, name, recordings)
+    assert run.returncode != 0
+    said = [line for line in (run.stdout + run.stderr).splitlines() if line.startswith("tepsipe: ")]
+    assert len(said) == 1
+    assert words in said[0]
 
 
 @pytest.mark.parametrize(

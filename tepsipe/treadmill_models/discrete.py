@@ -31,11 +31,14 @@ class DiscreteTransfer:
         1, f_1 ... f_n (-).
     rate_hz : float
         Sampling rate for which it holds (Hz).
+    converged : bool
+        Whether the search for it ended by itself.
     """
 
     numerator: np.ndarray
     denominator: np.ndarray
     rate_hz: float
+    converged: bool = True
 
     @property
     def order(self) -> int:
@@ -77,7 +80,7 @@ def fit_published(recordings: list[BeltRecording], most_evaluations: int) -> Dis
         bounds=(-PUBLISHED_BOUND, PUBLISHED_BOUND),
         max_nfev=most_evaluations,
     )
-    return DiscreteTransfer(*coefficients(found.x), recordings[0].rate_hz)
+    return DiscreteTransfer(*coefficients(found.x), recordings[0].rate_hz, bool(found.success))
 
 
 def fit_output_error(
@@ -134,7 +137,7 @@ def fit_output_error(
             f"{recordings[0].name}: expected a stable output-error model of order {order}, found none: "
             "choose a lower order in the configuration"
         )
-    return DiscreteTransfer(b, f, recordings[0].rate_hz)
+    return DiscreteTransfer(b, f, recordings[0].rate_hz, bool(found.success))
 
 
 def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int = 8) -> np.ndarray:

@@ -36,6 +36,7 @@ MODEL_MEANINGS = {
     "loaded-frame": "frame, friction and mounts, which depend on the load",
     "ripple-tracking": "fir, and the ripple of the rollers tracked",
 }
+FORMAT = "tepsipe treadmill models 1"
 FAMILY = tuple(MODEL_MEANINGS)
 KINDS = (
     MeanSubtraction,
@@ -199,8 +200,9 @@ def judge(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:
         If rates or units differ, or the load evidently has another sign or unit than the calibration's.
     """
     predictions = [fitted.predict(r) for r in recordings]
-    for r, predicted in zip(recordings, predictions, strict=True):
-        refuse_other_scale(r, predicted, fitted)
+    base = getattr(fitted.model, "base", fitted.model)  # tracked ripple follows any load
+    for r in recordings:
+        refuse_other_scale(r, base.predict(r), fitted)
     return score(recordings, predictions)
 
 
@@ -236,7 +238,7 @@ def refuse_other_scale(recording: BeltRecording, predicted: np.ndarray, fitted: 
 
 def save_models(path: str | Path, models: list[FittedModel]) -> None:
     """Write models as JSON; numbers keep every digit (units as in the models' classes)."""
-    content = {"format": "tepsipe treadmill models 1", "models": [_plain(m) for m in models]}
+    content = {"format": FORMAT, "models": [_plain(m) for m in models]}
     Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
@@ -250,8 +252,12 @@ def load_models(path: str | Path) -> dict[str, FittedModel]:
     """
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
+        if content["format"] != FORMAT:
+            raise ValueError(f"its format is {content['format']!r}")
         models = [_revived(entry) for entry in content["models"]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        if not all(isinstance(model, FittedModel) for model in models):
+            raise ValueError("it holds something else than models")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
             f"{path}: expected a file of treadmill models, found one that cannot be read ({error}): fit the "
             "models again"

@@ -38,8 +38,8 @@ def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:
         return float("nan")
     power = s_aa * s_ll
     coherence = np.abs(s_al) ** 2 / np.where(power > 0.0, power, 1.0)
-    unbiased = np.clip((count * coherence - 1.0) / (count - 1.0), 0.0, 1.0)
-    return float(np.sum(unbiased * s_ll) / np.sum(s_ll))
+    unbiased = (count * coherence - 1.0) / (count - 1.0)
+    return float(np.clip(np.sum(unbiased * s_ll) / np.sum(s_ll), 0.0, 1.0))
 
 
 # half-overlapping Hann segments carry this many independent averages each (Welch 1967)

@@ -19,7 +19,7 @@ force with the frame that the moment showed. Unlike the other models this one ne
 fitted, and it can be turned round: the true load follows from the measured one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -48,6 +48,8 @@ class LoadedFrame:
         k (-), t (s).
     rate_hz : float
         Sampling rate of the calibration (Hz).
+    converged : bool
+        Whether the search for it ended by itself, and away from its bounds.
     """
 
     frame: np.ndarray
@@ -57,6 +59,7 @@ class LoadedFrame:
     mount_share: float
     mount_time_s: float
     rate_hz: float
+    converged: bool = True
 
     @property
     def order(self) -> int:
@@ -156,7 +159,8 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
     found = least_squares(
         lambda x: solve(x)[1], start, bounds=(low, high), diff_step=1e-3, x_scale=np.maximum(start, 0.02)
     )
-    return model(found.x, solve(found.x)[0])
+    converged = bool(found.success and not found.active_mask.any())
+    return replace(model(found.x, solve(found.x)[0]), converged=converged)
 
 
 def _motion(recording: BeltRecording, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:

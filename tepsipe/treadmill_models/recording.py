@@ -109,6 +109,7 @@ class BeltRecording:
     def segments(self, x: np.ndarray) -> np.ndarray:
         """Judged samples of ``x`` by perturbation, shape (perturbations, w) (unit of ``x``)."""
         length = int(np.argmin(np.append(self.judged[self.onsets[0] :], False)))
+        length = min([length, *np.diff(self.onsets).tolist()])
         return np.array([x[start : start + length] for start in self.onsets if start + length <= x.size])
 
     def filtered(self, lowpass: Lowpass) -> "BeltRecording":
@@ -147,8 +148,8 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
     Raises
     ------
     InputError
-        If there is none, rates or units differ, a belt moves at constant velocity, a load never
-        changes, or there are too few samples.
+        If there is none, a sample is missing, rates or units differ, a belt moves at constant velocity, a
+        load never changes, or there are too few samples.
     """
     if not recordings:
         raise InputError(
@@ -156,6 +157,12 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
             "'calibrate' in the trial sheet"
         )
     first = recordings[0]
+    seconds = sum(recording.judged.sum() / recording.rate_hz for recording in recordings)
+    if seconds < shortest_s:
+        raise InputError(
+            f"{first.name}: expected at least {shortest_s:g} s to calibrate or to judge with, found "
+            f"{seconds:.3g} s: record longer"
+        )
     for recording in recordings:
         if abs(recording.rate_hz - first.rate_hz) > 1e-6 * first.rate_hz:
             raise InputError(
@@ -168,12 +175,12 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
                 f"{recording.unit}: correct the unit"
             )
         judged = recording.judged
-        seconds = judged.sum() / recording.rate_hz
-        if seconds < shortest_s:
-            raise InputError(
-                f"{recording.name}: expected at least {shortest_s:g} s to calibrate or to judge with, found "
-                f"{seconds:.3g} s: record longer"
-            )
+        for what in ("velocity", "acceleration", "load", "carried"):
+            if not np.isfinite(getattr(recording, what)).all():
+                raise InputError(
+                    f"{recording.name}: expected numbers for {what}, found NaN or infinite samples: fill or "
+                    "cut them first"
+                )
         for what, x, unit in (
             ("a belt that is accelerated", recording.velocity, "m/s"),
             ("a load that changes", recording.load, recording.unit),

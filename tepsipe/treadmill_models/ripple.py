@@ -180,7 +180,7 @@ def spectrum_over_distance(recording: BeltRecording, load: np.ndarray) -> Distan
     tapered = (over_distance - over_distance.mean()) * np.hanning(samples)
     power = (4.0 / samples * np.abs(np.fft.rfft(tapered))) ** 2
     return DistanceSpectrum(
-        np.fft.rfftfreq(samples, step), power, median_filter(power, MEDIAN_LINES, mode="nearest")
+        np.fft.rfftfreq(samples, step), power, median_filter(power, MEDIAN_LINES, mode="reflect")
     )
 
 

@@ -58,14 +58,15 @@ def fit_mean_subtraction(recordings: list[BeltRecording]) -> MeanSubtraction:
     InputError
         If a recording has no perturbations that could be averaged.
     """
-    templates = {}
+    by_condition: dict[str, list[np.ndarray]] = {}
     for r in recordings:
         if not r.onsets:
             raise InputError(
                 f"{r.name}: expected separate perturbations to average, found a belt that is perturbed "
                 "continuously: use another model"
             )
-        templates[r.condition] = r.segments(r.load).mean(axis=0)
+        by_condition.setdefault(r.condition, []).append(r.segments(r.load))
+    templates = {condition: np.concatenate(parts).mean(axis=0) for condition, parts in by_condition.items()}
     return MeanSubtraction(templates, recordings[0].rate_hz)
 
 
@@ -105,4 +106,5 @@ def fit_mass_spring_damper(recordings: list[BeltRecording]) -> MassSpringDamper:
 
 def _motion(recording: BeltRecording) -> np.ndarray:
     v = recording.velocity - recording.velocity.mean()
-    return np.column_stack([recording.acceleration, v, signal.detrend(recording.position), np.ones_like(v)])
+    y = recording.through_lowpass(signal.detrend(recording.position))
+    return np.column_stack([recording.acceleration, v, y, np.ones_like(v)])

@@ -163,6 +163,7 @@ def check_config(config: dict, name: str) -> None:
                 f"{name}: expected wristalyzer.analysis.tried_stiffness_Nm_per_rad between the bounds "
                 f"{low} and {high}, found {stiffness}: correct it"
             )
+    _check_treadmill(config, name)
     for section in ("wristalyzer", "dummy", "ankle"):
         half = 0.5 * config[section]["ingest"]["resample_rate_hz"]
         cutoff = config[section]["analysis"]["lowpass_cutoff_hz"]
@@ -170,4 +171,39 @@ def check_config(config: dict, name: str) -> None:
             raise InputError(
                 f"{name}: expected {section}.analysis.lowpass_cutoff_hz below half of "
                 f"{section}.ingest.resample_rate_hz ({half:g} Hz), found {cutoff:g}: lower it"
+            )
+
+
+def _check_treadmill(config: dict, name: str) -> None:
+    """Models that are named must be in the family, families must suit the experiment, filters the rate."""
+    plate, table = config["weight"], config["treadmill"]
+    for pathway, choice in config["dummy"]["foot"]["pathways"].items():
+        model = choice["treadmill_model"]
+        if model is not None and model not in plate["models"]["family"]:
+            raise InputError(
+                f"{name}: expected dummy.foot.pathways.{pathway}.treadmill_model to name one of "
+                f"weight.models.family ({', '.join(plate['models']['family'])}) or null, found {model!r}: "
+                "correct one of the two"
+            )
+    if table["chosen"] not in table["models"]["family"]:
+        raise InputError(
+            f"{name}: expected treadmill.chosen to name one of treadmill.models.family "
+            f"({', '.join(table['models']['family'])}), found {table['chosen']!r}: correct one of the two"
+        )
+    for section, unsuited, why in (
+        ("treadmill", ("mean-subtraction", "loaded-frame"), "needs an empty belt beside a weight"),
+        ("weight", ("ripple-tracking",), "needs a belt that travels"),
+    ):
+        for model in unsuited:
+            if model in config[section]["models"]["family"]:
+                raise InputError(
+                    f"{name}: expected models in {section}.models.family that suit this experiment, found "
+                    f"{model!r}, which {why}: take it out"
+                )
+    half = 0.5 * plate["ingest"]["resample_rate_hz"]
+    for cutoff in plate["analysis"]["cutoffs_hz"]:
+        if cutoff >= half:
+            raise InputError(
+                f"{name}: expected weight.analysis.cutoffs_hz below half of weight.ingest.resample_rate_hz "
+                f"({half:g} Hz), found {cutoff:g}: lower it"
             )

@@ -1,0 +1,66 @@
+"""How late markers are, from what both instruments see: the belt moves."""
+
+import numpy as np
+import pytest
+from builders import assert_one_sentence, belt_pulses
+
+from tepsipe.errors import InputError
+from tepsipe.filters import butterworth_lowpass
+from tepsipe.synchronisation import advanced, marker_delay
+
+RATE_HZ = 250.0
+TIME = np.arange(2500) / RATE_HZ
+ONSETS_S = (2.0, 4.1, 6.3)
+
+
+def late_marker(delay_s, peak=0.3):
+    """Position of a riding marker that is recorded late, and the belt's velocity (m, m/s)."""
+    return belt_pulses(TIME - delay_s, ONSETS_S, peak)[0], belt_pulses(TIME, ONSETS_S, peak)[1]
+
+
+@pytest.mark.parametrize("delay_s", [0.0003, -0.0012, 0.0, 0.004, -0.015])
+@pytest.mark.parametrize("peak", [0.1, 0.5])
+def test_delay_of_a_riding_marker_is_found(delay_s, peak):
+    position, velocity = late_marker(delay_s, peak)
+    assert marker_delay(TIME, 0.7 + position, velocity, "trial") == pytest.approx(delay_s, abs=2e-5)
+
+
+def test_delay_is_found_through_noise_and_filters(rng):
+    found = []
+    for _ in range(20):
+        position, velocity = late_marker(0.0003)
+        noisy = position + 1e-4 * rng.standard_normal(TIME.size)
+        signals = (butterworth_lowpass(x, RATE_HZ, 20.0) for x in (noisy, velocity))
+        found.append(marker_delay(TIME, *signals, "trial"))
+    assert np.mean(found) == pytest.approx(0.0003, abs=1e-4)
+    assert np.std(found) < 3e-4
+
+
+def test_marker_that_is_much_too_late_is_refused():
+    for delay_s in (0.03, -0.03, 0.5):
+        position, velocity = late_marker(delay_s)
+        with pytest.raises(InputError) as caught:
+            marker_delay(TIME, position, velocity, "dummy/sine-0.3")
+        assert_one_sentence(caught.value, "dummy/sine-0.3", "20 ms", "trigger")
+
+
+def test_marker_that_does_not_follow_the_belt_is_refused(rng):
+    position, velocity = late_marker(0.0)
+    slipping = 0.4 * position
+    for other in (-position, slipping, 1e-3 * np.cumsum(rng.standard_normal(TIME.size))):
+        with pytest.raises(InputError) as caught:
+            marker_delay(TIME, other, velocity, "dummy/sine-0.3")
+        assert_one_sentence(caught.value, "dummy/sine-0.3", "slip")
+
+
+def test_signals_are_taken_earlier_by_a_delay_and_held_at_their_ends():
+    x = np.column_stack([np.sin(3.0 * TIME), TIME**2])
+    inside = slice(10, -10)
+    for delay_s in (0.0123, -0.0123):
+        later = TIME + delay_s
+        expected = np.column_stack([np.sin(3.0 * later), later**2])
+        assert advanced(TIME, x, delay_s)[inside] == pytest.approx(expected[inside], abs=1e-7)
+    assert advanced(TIME, x, 1.0)[-250:] == pytest.approx(np.tile(x[-1], (250, 1)))
+    position, velocity = late_marker(0.003)
+    again = advanced(TIME, position, marker_delay(TIME, position, velocity, "trial"))
+    assert marker_delay(TIME, again, velocity, "trial") == pytest.approx(0.0, abs=2e-6)
