@@ -243,6 +243,11 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
                 ],
             }
         )
+    tracked = "ripple-tracking" in facts["models"]
+    linear = [at[m, tests[0], shown_hz].r2 for m in facts["models"] if m != "ripple-tracking"]
+    gain = None
+    if {"fir", "fir-causal"} <= set(facts["models"]):
+        gain = at["fir", tests[0], highest].r2 - at["fir-causal", tests[0], highest].r2
     orders = result.arrays.get("ripple/tracked_orders", np.empty(0))
     return {
         "rows": rows,
@@ -261,10 +266,11 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
         "orders": [number(x, 4) for x in np.sort(orders)],
         "train": scores[0].train,
         "chosen": choices["chosen"],
-        "best_linear": number(
-            max(at[m, tests[0], shown_hz].r2 for m in facts["models"] if m != "ripple-tracking"), 3
-        ),
-        "chosen_r2": number(at[choices["chosen"], tests[0], shown_hz].r2, 3),
+        "best_linear": number(max(linear), 3) if linear else None,
+        "ripple": number(at["ripple-tracking", tests[0], shown_hz].r2, 3) if tracked else None,
+        "memory": number(choices["models"]["ripple"]["memory_s"], 3),
+        "lead_ms": number(1e3 * choices["models"]["fir_lead_s"], 3),
+        "gain_by_lead": number(gain, 2) if gain is not None and gain > 0.0 else None,
         "recordings": [
             {
                 "name": name,

@@ -8,7 +8,7 @@ from builders import assert_one_sentence
 
 from tepsipe.claims import MEASURES
 from tepsipe.errors import InputError
-from workflow.support.check import check_against_schema, check_config, load_yaml
+from workflow.support.check import check_against_schema, check_config, check_same_processing, load_yaml
 from workflow.support.reach import reached_by
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, PROFILES, RAW_FILES, read_trial_sheet
 from workflow.support.version import code_version
@@ -555,7 +555,6 @@ def plate_sheet(sheet, monkeypatch):
     [
         (["calibrate", "validate"], ["calibrate", "validate"]),
         (["calibrate"], ["calibrate", "validate"]),
-        (["calibrate", "validate"], ["calibrate"]),
         (["calibrate", "validate"], []),
         ([], ["calibrate", "validate"]),
     ],
@@ -570,13 +569,49 @@ def test_roles_of_the_empty_and_loaded_plate_count_together(empty, weight, plate
     [
         (["validate"], ["calibrate", "validate"], "trial of empty with the role calibrate"),
         (["calibrate", "validate"], ["validate"], "trial of weight with the role calibrate"),
-        (["calibrate"], ["calibrate"], "trial of empty or weight with the role validate"),
+        (["calibrate"], ["calibrate"], "trial of weight with the role validate"),
+        (["calibrate", "validate"], ["calibrate"], "trial of weight with the role validate"),
         ([], ["calibrate"], "trial of weight with the role validate"),
         (["calibrate", "validate"], ["-"], "expected a role of calibrate or validate for weight/0"),
     ],
 )
 def test_role_that_the_empty_or_loaded_plate_lacks_is_named(empty, weight, said, plate_sheet):
     assert said in refuse_sheet(plate_sheet(empty, weight))
+
+
+# ---- models of the treadmill ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"treadmill": {"chosen": "fir-quick"}}, "expected treadmill.chosen to name one of"),
+        ({"treadmill": {"models": {"family": ["loaded-frame"]}, "chosen": "loaded-frame"}}, "'loaded-frame'"),
+        ({"weight": {"models": {"family": ["fir", "loaded-frame", "ripple-tracking"]}}}, "'ripple-tracking'"),
+        ({"weight": {"models": {"family": ["fir"]}}}, "dummy.foot.pathways.foot-compensated-short"),
+        (
+            {"weight": {"analysis": {"cutoffs_hz": [20.0, 125.0]}}},
+            "expected weight.analysis.cutoffs_hz below",
+        ),
+        ({"treadmill": {"analysis": {"bidirectional": True, "lowpass_order": 3}}}, "expected an even"),
+    ],
+)
+def test_models_that_cannot_be_fitted_are_refused_before_the_run(changes, said, refused):
+    assert said in refused(changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"dummy": {"ingest": {"resample_rate_hz": 200.0}}}, "200 Hz for dummy"),
+        ({"dummy": {"analysis": {"lowpass_cutoff_hz": 15.0}}}, "found 15 Hz of order 4 and 20 Hz of order 4"),
+    ],
+)
+def test_dummy_and_weight_must_be_processed_alike(changes, said, config):
+    check_same_processing(config, "my-study")
+    with pytest.raises(InputError) as caught:
+        check_same_processing(merged(config, changes), "my-study")
+    assert_one_sentence(caught.value, "my-study", said)
 
 
 # ---- what a script reaches ---------------------------------------------------------------------

@@ -80,7 +80,7 @@ def plate_recordings(
 ) -> dict[str, BeltRecording]:
     """Fy and Mx of a trial with the empty belt, or with a weight on it.
 
-    The weight's own load follows from its markers: thesis eq (3-10), and the same for the moment,
+    The weight's own load follows from its motion: thesis eq (3-10), and the same for the moment,
 
         Fy = M y'',    Mx = M g y - h M y''
 

@@ -8,7 +8,12 @@ from pathlib import Path
 sys.path.insert(0, workflow.basedir)
 
 from tepsipe.errors import InputError
-from workflow.support.check import check_against_schema, check_config, load_yaml
+from workflow.support.check import (
+    check_against_schema,
+    check_config,
+    check_same_processing,
+    load_yaml,
+)
 from workflow.support.reach import reached_by
 from workflow.support.trial_sheet import RAW_FILES, read_trial_sheet
 from workflow.support.version import code_version
@@ -34,6 +39,8 @@ def checked_trials():
                 f"null, found {experiment}/{condition} to be made: name its files"
             )
     experiments = {experiment for experiment, _ in trials}
+    if {"dummy", "weight"} <= experiments:
+        check_same_processing(config, "configuration")
     for there, missing in (("weight", "empty"), ("empty", "weight")):
         if there in experiments and missing not in experiments:
             raise InputError(
@@ -185,6 +192,12 @@ def figure_files(experiment):
 def shown_condition(experiment, wanted):
     """The configured condition, or the last of the sheet where the study does not have it."""
     names = conditions(experiment)
+    return wanted if wanted in names or not names else names[-1]
+
+
+def shown_validating(experiment, wanted):
+    """The same among the trials that validate models."""
+    names = [condition for condition, role in roles(experiment).items() if role == "validate"]
     return wanted if wanted in names or not names else names[-1]
 
 

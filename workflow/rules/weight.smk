@@ -65,6 +65,6 @@ rule plot_weight:
         cutoffs_hz=config["weight"]["analysis"]["cutoffs_hz"],
         mass_kg=config["weight"]["weight"]["mass_kg"],
         coarse=shown_conditions("weight", config["weight"]["figure_5_1_conditions"]),
-        example=shown_condition("weight", config["weight"]["example_condition"]),
+        example=shown_validating("weight", config["weight"]["example_condition"]),
     script:
         "../scripts/plot_weight.py"

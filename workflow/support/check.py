@@ -207,3 +207,29 @@ def _check_treadmill(config: dict, name: str) -> None:
                 f"{name}: expected weight.analysis.cutoffs_hz below half of weight.ingest.resample_rate_hz "
                 f"({half:g} Hz), found {cutoff:g}: lower it"
             )
+    analysis = table["analysis"]
+    if analysis["bidirectional"] and analysis["lowpass_order"] % 2:
+        raise InputError(
+            f"{name}: expected an even treadmill.analysis.lowpass_order, because the filter is "
+            f"bidirectional, found {analysis['lowpass_order']}: correct one of the two"
+        )
+
+
+def check_same_processing(config: dict, name: str) -> None:
+    """Models of the treadmill hold for one rate and one filter: the dummy's must be those of the weight."""
+    rates = {key: config[key]["ingest"]["resample_rate_hz"] for key in ("weight", "empty", "dummy")}
+    if len(set(rates.values())) > 1:
+        found = ", ".join(f"{rate:g} Hz for {key}" for key, rate in rates.items())
+        raise InputError(
+            f"{name}: expected one ingest.resample_rate_hz for weight, empty and dummy, because models of "
+            f"the treadmill hold for one rate, found {found}: make them equal"
+        )
+    weight, dummy = config["weight"]["analysis"], config["dummy"]["analysis"]
+    of_weight = (weight["cutoffs_hz"][0], weight["lowpass_order"])
+    of_dummy = (dummy["lowpass_cutoff_hz"], dummy["lowpass_order"])
+    if of_weight != of_dummy:
+        raise InputError(
+            f"{name}: expected the dummy's filter to be the weight's first one, because models of the "
+            f"treadmill hold for one filter, found {of_dummy[0]:g} Hz of order {of_dummy[1]} and "
+            f"{of_weight[0]:g} Hz of order {of_weight[1]}: make dummy.analysis and weight.analysis agree"
+        )

@@ -127,8 +127,9 @@ def _check_roles(rows: list[TrialRow], path) -> None:
                 f"{path}: expected a trial of {experiment} with the role calibrate, found none: without it "
                 "no model can be fitted, set the role of one of its rows"
             )
-    if rows and not any(row.role == "validate" for row in rows):
-        names = " or ".join(dict.fromkeys(row.experiment for row in rows))
+    judged = [row for row in rows if row.experiment != "empty"]
+    if judged and not any(row.role == "validate" for row in judged):
+        names = " or ".join(dict.fromkeys(row.experiment for row in judged))
         raise InputError(
             f"{path}: expected a trial of {names} with the role validate, found none: without it no model "
             "can be tested, set the role of one of its rows or record another trial"
