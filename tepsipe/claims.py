@@ -11,7 +11,10 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.estimates import Estimate
+from tepsipe.forward_scores import ForwardScore
+from tepsipe.noise_tables import TABLE_COLUMNS
 from tepsipe.result_file import Result
+from tepsipe.thesis_tables import TableRow
 from tepsipe.treadmill_calibration import ModelScore
 from tepsipe.weight_experiment import shapes, speed_at_peak
 
@@ -30,12 +33,18 @@ class Findings:
         Pathway that reproduces the thesis.
     scores : list of ModelScore
         Of the treadmill's models (units in them).
+    forward : list of ForwardScore
+        Of the forward simulations (%).
+    table_4_4 : list of TableRow
+        Of the noise study (units in them).
     """
 
     estimates: list[Estimate]
     fits: dict[str, dict[str, Result]]
     as_printed: str
     scores: list[ModelScore] = field(default_factory=list)
+    forward: list[ForwardScore] = field(default_factory=list)
+    table_4_4: list[TableRow] = field(default_factory=list)
 
     def score(self, model: str, train: str, test: str, load: str, cutoff_hz: float) -> float:
         """R2 (-) of a treadmill model.
@@ -50,6 +59,24 @@ class Findings:
             if (s.model, s.train, s.test, s.load, s.cutoff_hz) == wanted:
                 return s.r2
         raise KeyError(wanted)
+
+    def followed(self, parameter_set: str, quantity: str) -> list[float]:
+        """VAF over the trial (%) of a simulated quantity, condition by condition."""
+        wanted = (parameter_set, quantity)
+        return [s.vaf_trial for s in self.forward if (s.parameter_set, s.quantity) == wanted]
+
+    def noisy(self, estimator: str, quantity: str, noise_on: str) -> float:
+        """Cell of Table 4-4 for the first simulated stiffness (unit of the quantity).
+
+        Raises
+        ------
+        KeyError
+            If the study does not have it.
+        """
+        for row in self.table_4_4:
+            if (row.pathway, row.quantity) == (estimator, quantity):
+                return row.values[TABLE_COLUMNS.index(noise_on)]
+        raise KeyError(quantity)
 
     def by_condition(self, experiment: str, quantity: str, pathway: str | None = None) -> dict:
         """Condition -> value of a quantity (unit of the quantity), as printed.
@@ -84,6 +111,14 @@ def _at(values: dict, *amplitudes: str) -> list[float]:
 
 def _ratio(values: dict) -> float:
     return float(np.mean(_at(values, "0.5")) / np.mean(_at(values, "0.1")))
+
+
+def _unsettled(forward: list[ForwardScore]) -> float:
+    """Conditions in which a leg with TEP-SIPE parameters does not settle."""
+    if not forward:
+        raise KeyError("forward")
+    unsettled = {s.condition for s in forward if s.parameter_set == "tep" and s.state != "settles"}
+    return float(len(unsettled))
 
 
 def _least_step(values: dict) -> float:
@@ -138,6 +173,17 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "weight_over_empty": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "20 Hz")[1]),
     "weight_shape_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[0]),
     "weight_size_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[1]),
+    "simulated_angle_gap": lambda f: (
+        min(f.followed("wristalyzer", "theta")) - max(f.followed("tep", "theta"))
+    ),
+    "simulated_torque_gap": lambda f: min(f.followed("tep", "tau")) - max(f.followed("wristalyzer", "tau")),
+    "simulated_growth": lambda f: _unsettled(f.forward),
+    "noise_free_stiffness": lambda f: f.noisy("recommended", "K", "none"),
+    "noise_inertia": lambda f: f.noisy("as-tabulated", "I", "tau"),
+    "noise_damping": lambda f: f.noisy("as-tabulated", "B", "tau"),
+    "noise_stiffness_angle": lambda f: f.noisy("as-tabulated", "K", "theta"),
+    "noise_stiffness_torque": lambda f: f.noisy("as-tabulated", "K", "tau"),
+    "noise_cross_validated": lambda f: f.noisy("as-tabulated", "VAF_cross_validated", "tau"),
     "second_order_r2": lambda f: f.score("mass-spring-damper", "empty", "weight", "Fy", 20.0),
 }
 

@@ -21,6 +21,8 @@ LABELS = {
     "VAF_trial": "VAF of the full dataset",
     "VAF_perturbation": "VAF of a perturbation",
     "VAF_cross_validated": "VAF, cross-validated",
+    "VAF_theta_perturbation": "VAF of the angle, perturbation",
+    "VAF_theta_trial": "VAF of the angle, full dataset",
     "VAF_training": "VAF of the fitted part",
     "VAF_held_out": "VAF of the held-out part",
     "VAF_held_out_as_printed": "VAF of the held-out part, mean left in",

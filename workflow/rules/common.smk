@@ -59,6 +59,8 @@ EXPERIMENTS = list(dict.fromkeys(experiment for experiment, _ in TRIALS))
 # the force plate's models need the empty belt and the weight, the torque from the foot's side the models
 PLATE = "weight" in EXPERIMENTS
 FOOT = PLATE and "dummy" in EXPERIMENTS
+# simulations compare the parameters of both experiments with the ankle dummy
+SIMULATION = {"wristalyzer", "dummy"} <= set(EXPERIMENTS)
 
 
 def conditions(experiment):
@@ -161,6 +163,16 @@ FIGURES = {
         "figure_plate_responses",
     ],
     "foot": ["figure_foot"],
+    "simulation": [
+        "figure_4_7",
+        "figure_4_8",
+        "figure_4_9",
+        "figure_4_10",
+        "figure_4_11",
+        "figure_b",
+        "figure_b_13",
+    ],
+    "noise": ["figure_4_12", "figure_noise"],
     "treadmill": ["figure_treadmill_prediction", "figure_treadmill_cutoff", "figure_treadmill_ripple"],
     "ankle": ["figure_ankle_impedance", "figure_ankle_prediction"],
 }
@@ -169,6 +181,8 @@ CATEGORIES = {
     "dummy": "TEP-SIPE on the ankle dummy",
     "weight": "What the treadmill adds to the force",
     "foot": "TEP-SIPE on the ankle dummy",
+    "simulation": "Forward simulation",
+    "noise": "Sensitivity to noise",
     "treadmill": "What the treadmill adds to the load",
     "ankle": "Position-controlled manipulator",
 }
@@ -209,13 +223,35 @@ def shown_conditions(experiment, wanted):
 
 def study_figures():
     """Every figure of the study's experiments."""
-    shown = EXPERIMENTS + (["foot"] if FOOT else [])
+    parts = {"foot": FOOT, "simulation": SIMULATION, "noise": SIMULATION}
+    shown = EXPERIMENTS + [name for name, there in parts.items() if there]
     return [f"<results>/figures/{name}.svg" for e in shown for name in FIGURES.get(e, [])]
 
 
 def study_tables():
     """The thesis's tables, where there is something to compare."""
     names = [name for e in EXPERIMENTS for name in TABLES.get(e, []) if table_conditions(name)]
+    return [f"<results>/tables/{name}.csv" for name in names]
+
+
+def study_forward():
+    """The comparison of simulations with recordings, where both experiments are in the study."""
+    return ["<results>/tables/forward.csv"] if SIMULATION else []
+
+
+def noise_conditions():
+    """One trial of the dummy for every profile and amplitude: the belt motions of the noise study."""
+    chosen = {}
+    for condition in conditions("dummy"):
+        row = TRIALS["dummy", condition]
+        key = condition if row.amplitude is None else (row.profile, row.amplitude)
+        chosen.setdefault(key, condition)
+    return list(chosen.values())
+
+
+def study_noise():
+    """The noise study's tables, where there are simulations."""
+    names = ("noise", "table_4_4") if SIMULATION else ()
     return [f"<results>/tables/{name}.csv" for name in names]
 
 
@@ -310,6 +346,8 @@ def study_outputs():
         "<results>/tables/estimates.csv",
         *study_tables(),
         *study_models(),
+        *study_forward(),
+        *study_noise(),
         *study_recovery(),
         *study_claims(),
         *study_figures(),

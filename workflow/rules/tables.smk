@@ -92,6 +92,8 @@ rule check_claims:
         estimates="<results>/tables/estimates.csv",
         fits=all_fits(),
         scores=study_models(),
+        forward=study_forward(),
+        noise=study_noise(),
         reported=config["study"]["reported"] or [],
         library=library_of("check_claims"),
     output:

@@ -10,7 +10,9 @@ import yaml
 
 from tepsipe.claims import Findings, check_claims, write_claims
 from tepsipe.estimates import read_estimates
+from tepsipe.forward_scores import read_forward
 from tepsipe.result_file import read_result
+from tepsipe.thesis_tables import read_table
 from tepsipe.treadmill_calibration import read_scores
 
 reported = yaml.safe_load(Path(snakemake.input.reported).read_text(encoding="utf-8"))
@@ -20,5 +22,7 @@ for experiment, conditions in snakemake.params.experiments.items():
     fits[experiment] = {condition: read_result(next(paths)) for condition in conditions}
 scores = [row for path in snakemake.input.scores for row in read_scores(path)]
 estimates = read_estimates(snakemake.input.estimates)
-findings = Findings(estimates, fits, snakemake.params.as_printed, scores)
+forward = [row for path in snakemake.input.forward for row in read_forward(path)]
+noise = read_table(snakemake.input.noise[1])[1] if snakemake.input.noise else []
+findings = Findings(estimates, fits, snakemake.params.as_printed, scores, forward, noise)
 write_claims(snakemake.output.table, check_claims(reported["claims"], findings))

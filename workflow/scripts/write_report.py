@@ -13,7 +13,7 @@ import pandas as pd
 import typst
 import yaml
 
-from tepsipe import report_data, treadmill_report_data
+from tepsipe import report_data, simulation_report_data, treadmill_report_data
 from tepsipe.figures.names import short_name
 from tepsipe.result_file import read_result
 from tepsipe.thesis_tables import read_table
@@ -66,6 +66,16 @@ if "wristalyzer" in experiments:
     )
 if "dummy" in experiments:
     data["dummy"] = report_data.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
+if snakemake.input.forward:
+    forward = pd.read_csv(snakemake.input.forward[0], dtype=text_columns)
+    data["simulation"] = simulation_report_data.forward_data(forward, snakemake.params.step_s)
+if snakemake.input.noise:
+    noise, table = snakemake.input.noise
+    columns, rows = read_table(table)
+    shown = [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")]
+    data["noise"] = simulation_report_data.noise_data(
+        pd.read_csv(noise, dtype=text_columns), choices["noise"]
+    ) | {"table": report_data.table_data(shown, columns, columns)}
 if "weight" in experiments:
     plate, scores = snakemake.input.plate
     data["weight"] = treadmill_report_data.weight_data(

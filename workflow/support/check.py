@@ -164,6 +164,11 @@ def check_config(config: dict, name: str) -> None:
                 f"{low} and {high}, found {stiffness}: correct it"
             )
     _check_treadmill(config, name)
+    if config["noise"]["table_snr_db"] not in config["noise"]["snr_db"]:
+        raise InputError(
+            f"{name}: expected noise.table_snr_db to be one of noise.snr_db ({config['noise']['snr_db']}), "
+            f"found {config['noise']['table_snr_db']}: correct one of the two"
+        )
     for section in ("wristalyzer", "dummy", "ankle"):
         half = 0.5 * config[section]["ingest"]["resample_rate_hz"]
         cutoff = config[section]["analysis"]["lowpass_cutoff_hz"]

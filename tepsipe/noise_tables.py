@@ -1,0 +1,181 @@
+"""Rows of the noise study, and thesis Table 4-4 made of them."""
+
+import csv
+from collections.abc import Iterable
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.noise_study import NoiseCell
+from tepsipe.second_order import PARAMETERS
+from tepsipe.thesis_tables import TableRow
+
+TABLE_4_4 = (
+    "I",
+    "B",
+    "K",
+    "SEM_I",
+    "SEM_B",
+    "SEM_K",
+    "VAF_perturbation",
+    "VAF_trial",
+    "VAF_cross_validated",
+    "VAF_theta_perturbation",
+    "VAF_theta_trial",
+)
+TABLE_COLUMNS = ("none", "tau", "theta", "both")
+
+
+@dataclass(frozen=True)
+class NoiseRow:
+    """What one quantity was over the draws of one cell.
+
+    Attributes
+    ----------
+    condition : str
+        Trial.
+    noise_on : {"none", "tau", "theta", "both"}
+        What has noise.
+    snr_db : float
+        Signal power over noise power (dB).
+    estimator : str
+        Name of the processing (`tepsipe.noise_study.PROCESSINGS`).
+    quantity : str
+        I, B, K, or a measure of the fit.
+    mean, sd, bias : float or None
+        Over the draws (``unit``); the bias of I, B, K only.
+    n_draws : int
+        Number of draws (-).
+    unit : str
+        Unit of the quantity.
+    stiffness_Nm_per_rad : float
+        K of the simulated joint (Nm/rad).
+    without_noise : float or None
+        The same processing of the signals without noise (``unit``); I, B, K only.
+    apparent : float or None
+        What the printed equation of the foot makes of the joint (``unit``); I, B, K only.
+    """
+
+    condition: str
+    noise_on: str
+    snr_db: float
+    estimator: str
+    quantity: str
+    mean: float
+    sd: float
+    bias: float | None
+    n_draws: int
+    unit: str
+    stiffness_Nm_per_rad: float
+    without_noise: float | None
+    apparent: float | None
+
+
+COLUMNS = tuple(field.name for field in fields(NoiseRow))
+NUMBERS = ("snr_db", "mean", "sd", "bias", "stiffness_Nm_per_rad", "without_noise", "apparent")
+
+
+def write_noise(path: str | Path, rows: Iterable[NoiseRow]) -> None:
+    """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for row in rows:
+            writer.writerow(
+                "" if cell is None else f"{cell:.10g}" if isinstance(cell, float) else cell
+                for cell in astuple(row)
+            )
+
+
+def read_noise(path: str | Path) -> list[NoiseRow]:
+    """Read rows written by `write_noise` (units in the column ``unit``).
+
+    Raises
+    ------
+    InputError
+        If the columns are not those of `NoiseRow`, or a row is damaged.
+    """
+    with open(path, newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        if tuple(reader.fieldnames or ()) != COLUMNS:
+            raise InputError(
+                f"{path}: expected the columns {', '.join(COLUMNS)}, found "
+                f"{', '.join(reader.fieldnames or ['none'])}: make the file again"
+            )
+        try:
+            return [_row(row) for row in reader]
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"{path}: expected rows of the noise study, found a damaged one ({error}): make it again"
+            ) from error
+
+
+def _row(cells: dict) -> NoiseRow:
+    numbers = {name: float(cells[name]) if cells[name] else None for name in NUMBERS}
+    return NoiseRow(**{**cells, **numbers, "n_draws": int(cells["n_draws"])})
+
+
+def noise_rows(cells: Iterable[NoiseCell]) -> list[NoiseRow]:
+    """Rows of some cells (units in the column ``unit``)."""
+    rows = []
+    for cell in cells:
+        stiffness = float(cell.truth[2])
+        for row in cell.rows():
+            k = PARAMETERS.index(row["quantity"]) if row["quantity"] in PARAMETERS else None
+            rows.append(
+                NoiseRow(
+                    **row,
+                    stiffness_Nm_per_rad=stiffness,
+                    without_noise=None if k is None else float(cell.without_noise[k]),
+                    apparent=None if k is None else float(cell.apparent[k]),
+                )
+            )
+    return rows
+
+
+def table_4_4(
+    rows: list[NoiseRow], reported: dict[str, dict[str, float]], conditions: list[str], snr_db: float
+) -> list[TableRow]:
+    """Thesis Table 4-4: means over conditions, once for every processing and simulated stiffness.
+
+    Parameters
+    ----------
+    rows : list of NoiseRow
+        All rows (units in them).
+    reported : dict
+        Quantity -> noise target -> what the thesis printed (unit of the quantity).
+    conditions : list of str
+        Trials that are averaged.
+    snr_db : float
+        Signal power over noise power of the table (dB); signals without noise go in, too.
+
+    Returns
+    -------
+    list of TableRow
+        One per processing, stiffness and quantity, with the columns of TABLE_COLUMNS.
+    """
+    found: dict[tuple, list[NoiseRow]] = {}
+    for row in rows:
+        if row.condition in conditions and (row.noise_on == "none" or row.snr_db == snr_db):
+            key = (row.estimator, row.stiffness_Nm_per_rad, row.quantity, row.noise_on)
+            found.setdefault(key, []).append(row)
+    laid_out = []
+    for estimator, stiffness in dict.fromkeys((e, k) for e, k, _, _ in found):
+        for quantity in TABLE_4_4:
+            cells = [found.get((estimator, stiffness, quantity, target)) for target in TABLE_COLUMNS]
+            if not any(cells):
+                continue
+            unit = next(group[0].unit for group in cells if group)
+            laid_out.append(
+                TableRow(
+                    estimator,
+                    f"K = {stiffness:g} Nm/rad",
+                    quantity,
+                    "as printed" if quantity.startswith("SEM") else unit,
+                    [None if group is None else float(np.mean([r.mean for r in group])) for group in cells],
+                    [reported.get(quantity, {}).get(target) for target in TABLE_COLUMNS],
+                )
+            )
+    return laid_out

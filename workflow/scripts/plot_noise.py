@@ -1,0 +1,21 @@
+"""Figures of the noise study."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.figures import noise_figures as figures
+from tepsipe.figures.style import save_figure
+from tepsipe.noise_tables import read_noise
+
+noise, joint = snakemake.params.noise, snakemake.params.noise["joint"]
+rows = [row for path in snakemake.input.noise for row in read_noise(path)]
+stiffness = joint["stiffness_Nm_per_rad"]
+others = (joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"])
+level, conditions = float(noise["table_snr_db"]), list(snakemake.params.conditions)
+drawn = {
+    "figure_4_12": figures.plot_estimates(rows, conditions, level, (*others, stiffness[-1])),
+    "figure_noise": figures.plot_usable(rows, (*others, stiffness[0])),
+}
+for name, figure in drawn.items():
+    save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])

@@ -1,0 +1,26 @@
+"""Figures of the forward simulations."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.figures import simulation_figures as figures
+from tepsipe.figures.style import save_figure
+from tepsipe.forward_scores import read_forward
+from tepsipe.result_file import read_result
+
+names = list(snakemake.params.conditions)
+results = {name: read_result(path) for name, path in zip(names, snakemake.input.fits, strict=True)}
+scores = read_forward(snakemake.input.forward)
+frequent, rare = snakemake.params.frequent, snakemake.params.rare
+drawn = {
+    "figure_4_7": figures.plot_angles(results[frequent]),
+    "figure_4_8": figures.plot_angles(results[rare]),
+    "figure_4_9": figures.plot_torques(results[frequent]),
+    "figure_4_10": figures.plot_scores(scores, names, "vaf_perturbation"),
+    "figure_4_11": figures.plot_scores(scores, names, "vaf_trial"),
+    "figure_b": figures.plot_all_angles(results),
+    "figure_b_13": figures.plot_all_torques(results),
+}
+for name, figure in drawn.items():
+    save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])

@@ -1,0 +1,37 @@
+"""Simulate one trial of the ankle dummy with the parameters of both experiments, and compare."""
+
+import job
+
+job.start(snakemake)
+
+from dummy_choices import dummy_options
+
+from tepsipe.estimates import read_estimates
+from tepsipe.forward_scores import write_forward
+from tepsipe.inverse_dynamics import Foot
+from tepsipe.result_file import write_result
+from tepsipe.simulation_study import (
+    forward_scores,
+    mean_parameters,
+    simulate_condition,
+    simulation_result,
+)
+from tepsipe.trial_file import read_trial
+
+geometry, condition = snakemake.params.geometry, snakemake.wildcards.condition
+in_manipulator = [row for path in snakemake.input.wristalyzer for row in read_estimates(path)]
+on_belt = read_estimates(snakemake.input.estimates)
+joints = {
+    "wristalyzer": mean_parameters(in_manipulator, "admittance", "spectral-fit"),
+    "tep": mean_parameters(on_belt, snakemake.params.as_printed),
+    "corrected": mean_parameters(on_belt, snakemake.params.recommended),
+}
+simulated = simulate_condition(
+    read_trial(snakemake.input.trial),
+    dummy_options(geometry, snakemake.params.analysis),
+    Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
+    joints,
+    snakemake.params.step_s,
+)
+write_result(snakemake.output.fit, simulation_result(simulated))
+write_forward(snakemake.output.forward, forward_scores(condition, simulated))

@@ -1,0 +1,30 @@
+"""Simulate the dummy on one trial's belt motion, with the joints of the noise study."""
+
+import job
+
+job.start(snakemake)
+
+from dummy_choices import dummy_options
+
+from tepsipe.inverse_dynamics import Foot
+from tepsipe.noise_simulation import simulate_trial
+from tepsipe.noise_trials import simulated_result
+from tepsipe.result_file import write_result
+from tepsipe.trial_file import read_trial
+
+geometry, joint = snakemake.params.geometry, snakemake.params.joint
+trial = read_trial(snakemake.input.trial)
+options = dummy_options(geometry, snakemake.params.analysis)
+foot = Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"])
+simulated = {
+    f"K_{stiffness:g}": simulate_trial(
+        trial,
+        snakemake.wildcards.condition,
+        options,
+        foot,
+        (joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"], stiffness),
+        snakemake.params.step_s,
+    )
+    for stiffness in joint["stiffness_Nm_per_rad"]
+}
+write_result(snakemake.output.fit, simulated_result(simulated))

@@ -1,0 +1,42 @@
+"""Noise of every kind and size on one simulated trial."""
+
+import job
+
+job.start(snakemake)
+
+from dummy_choices import dummy_options
+
+from tepsipe.inverse_dynamics import Foot
+from tepsipe.noise_study import sweep_trial
+from tepsipe.noise_tables import noise_rows, write_noise
+from tepsipe.noise_trials import simulated_trial
+from tepsipe.result_file import read_result
+
+geometry, noise = snakemake.params.geometry, snakemake.params.noise
+options = dummy_options(geometry, snakemake.params.analysis)
+foot = Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"])
+condition, rows = snakemake.wildcards.condition, []
+results = dict(zip(snakemake.params.conditions, map(read_result, snakemake.input.fits), strict=True))
+profile = condition.partition("-")[0]
+for k, stiffness in enumerate(noise["joint"]["stiffness_Nm_per_rad"]):
+    trials = {
+        name: simulated_trial(result, f"K_{stiffness:g}", name, options.leg, foot)
+        for name, result in results.items()
+        if name == condition or name.partition("-")[0] == profile
+    }
+    trial = trials.pop(condition)
+    # the first stiffness is swept, the others are for the table
+    levels = noise["snr_db"] if k == 0 else [noise["table_snr_db"]]
+    cells = sweep_trial(
+        trial,
+        levels,
+        noise["draws"],
+        snakemake.params.seed,
+        noise["estimators"],
+        tuple(trials.values()),
+        noise["predicted_draws"],
+        options.lowpass_cutoff_hz,
+        options.lowpass_order,
+    )
+    rows += noise_rows(cells)
+write_noise(snakemake.output.noise, rows)
