@@ -61,7 +61,10 @@ def read_forward(path: str | Path) -> list[ForwardScore]:
             )
         kinds = {field.name: field.type for field in fields(ForwardScore)}
         try:
-            return [ForwardScore(**{key: kinds[key](row[key]) for key in COLUMNS}) for row in reader]
+            rows = list(reader)
+            if any(None in row or None in row.values() for row in rows):
+                raise ValueError("too many or too few cells")
+            return [ForwardScore(**{key: kinds[key](row[key]) for key in COLUMNS}) for row in rows]
         except (TypeError, ValueError) as error:
             raise InputError(
                 f"{path}: expected scores of simulations, found a damaged row ({error}): make the file again"

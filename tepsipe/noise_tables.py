@@ -74,6 +74,7 @@ class NoiseRow:
 
 
 COLUMNS = tuple(field.name for field in fields(NoiseRow))
+MAY_BE_BLANK = ("bias", "without_noise", "apparent")
 NUMBERS = ("snr_db", "mean", "sd", "bias", "stiffness_Nm_per_rad", "without_noise", "apparent")
 
 
@@ -113,6 +114,11 @@ def read_noise(path: str | Path) -> list[NoiseRow]:
 
 
 def _row(cells: dict) -> NoiseRow:
+    if None in cells or None in cells.values():
+        raise ValueError("too many or too few cells")
+    blank = [name for name in COLUMNS if not cells[name] and name not in MAY_BE_BLANK]
+    if blank:
+        raise ValueError(f"no {blank[0]}")
     numbers = {name: float(cells[name]) if cells[name] else None for name in NUMBERS}
     return NoiseRow(**{**cells, **numbers, "n_draws": int(cells["n_draws"])})
 

@@ -32,9 +32,10 @@ OVERRIDES = {
     "study": {"trial_sheet": "config/tiny.tsv"},
     "wristalyzer": {"analysis": {"random_starts": 3, "profile_points": 29}},
     "dummy": {"analysis": {"bootstrap_draws": 300}},
+    "noise": {"snr_db": [20], "draws": 10, "predicted_draws": 2},
     "weight": {"models": {"shortest_s": 0.5, "fir_lag_s": 0.04}},
 }
-FIGURES = ("2_4", "2_9", "3_1", "3_3", "4_1", "4_2", "4_3", "4_4", "4_5", "4_6", "5_1")
+FIGURES = ("2_4", "2_9", "3_1", "3_3", *(f"4_{k}" for k in range(1, 13)), "5_1")
 pytestmark = pytest.mark.study
 
 
@@ -80,6 +81,11 @@ def estimates(project, results="results"):
         return list(csv.DictReader(file))
 
 
+def table(project, name):
+    with open(project / f"results/tables/{name}.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
 def value(rows, **wanted):
     (row,) = [row for row in rows if all(row[key] == cell for key, cell in wanted.items())]
     return float(row["value"])
@@ -112,6 +118,9 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "tables/table_4_1.csv",
         "tables/table_4_2.csv",
         "tables/table_4_3.csv",
+        "tables/table_4_4.csv",
+        "tables/forward.csv",
+        "tables/noise.csv",
         "tables/recovery.csv",
         "tables/claims.csv",
         "tables/treadmill_models.csv",
@@ -162,6 +171,31 @@ def test_the_treadmill_taken_out_of_the_force_leaves_the_joint(study):
     assert mass == pytest.approx(20.0, abs=0.8)
 
 
+def test_simulations_tell_parameters_that_fit_a_torque_from_those_that_move_the_leg(study):
+    scores = {
+        (row["condition"], row["parameter_set"], row["quantity"]): float(row["vaf_trial"])
+        for row in table(study, "forward")
+    }
+    for condition in ("sine-0.5", "minjerk-0.5"):
+        assert scores[condition, "corrected", "theta"] > 90.0
+        assert scores[condition, "tep", "theta"] < scores[condition, "wristalyzer", "theta"]
+        assert scores[condition, "tep", "tau"] > 70.0
+        assert scores[condition, "corrected", "tau"] < 0.0
+
+
+def test_recommended_estimator_stands_noise_that_the_treadmills_signals_may_have(study):
+    of = {"estimator": "recommended", "quantity": "K", "snr_db": "20"}
+    rows = [row for row in table(study, "noise") if all(row[key] == cell for key, cell in of.items())]
+    assert {(row["condition"], row["noise_on"]) for row in rows} == {
+        (condition, noise_on)
+        for condition in ("sine-0.5", "minjerk-0.5")
+        for noise_on in ("tau", "theta", "both")
+    }
+    for row in rows:
+        assert float(row["mean"]) == pytest.approx(10.0, rel=0.02)
+        assert row["n_draws"] == "10"
+
+
 def test_models_of_the_treadmill_are_judged_on_trials_that_they_have_not_seen(study):
     with open(study / "results/tables/treadmill_models.csv", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -209,14 +243,18 @@ def test_a_second_run_does_nothing(study):
     assert "Nothing to be done" in run.stdout + run.stderr
 
 
-def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(study):
-    module = study / "tepsipe/admittance_fit.py"
+def planned_after_an_edit(study, name):
+    module = study / name
     text = module.read_text()
     try:
         module.write_text(text + "\n# an edit\n")
-        planned = jobs(snakemake(study, "-n"))
+        return jobs(snakemake(study, "-n"))
     finally:
         module.write_text(text)
+
+
+def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(study):
+    planned = planned_after_an_edit(study, "tepsipe/admittance_fit.py")
     assert planned["fit_wristalyzer"] == 2
     assert not {
         "fit_dummy",
@@ -228,6 +266,12 @@ def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(study):
         "make_dummy_trial",
         "plot_dummy",
     } & set(planned)
+
+
+def test_an_edit_of_the_simulation_reruns_simulations_and_no_fit(study):
+    planned = planned_after_an_edit(study, "tepsipe/forward_simulation.py")
+    assert planned["simulate_dummy"] == planned["simulate_without_noise"] == 2
+    assert not {"fit_dummy", "fit_foot", "fit_wristalyzer", "ingest_dummy", "plot_dummy"} & set(planned)
 
 
 def test_a_changed_option_reruns_only_the_steps_that_read_it(study):
