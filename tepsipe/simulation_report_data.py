@@ -79,7 +79,7 @@ def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
     at = noise[(noise.snr_db == level) & noise.quantity.isin(("I", "B", "K"))]
     at = at[at.stiffness_Nm_per_rad == stiffness]
     rows = []
-    for estimator in choices["estimators"]:
+    for estimator in choices["table_estimators"]:
         for noise_on in ("tau", "theta", "both"):
             own = at[(at.estimator == estimator) & (at.noise_on == noise_on)]
             cells = {"estimator": estimator, "noise_on": noise_on}

@@ -317,7 +317,7 @@ def test_table_of_a_sweep_holds_the_truth_where_there_is_no_noise(rows):
 
 
 def test_report_tells_how_far_estimates_are_off(rows, config):
-    choices = config["noise"] | {"table_snr_db": LEVELS_DB[1], "estimators": ESTIMATORS, "draws": 6}
+    choices = config["noise"] | {"table_snr_db": LEVELS_DB[1], "table_estimators": ESTIMATORS, "draws": 6}
     noisy = pd.DataFrame([vars(r) for r in rows if r.noise_on != "none"])
     data = noise_data(noisy, choices)
     assert [(r["estimator"], r["noise_on"]) for r in data["rows"]] == [

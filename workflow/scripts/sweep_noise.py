@@ -26,17 +26,19 @@ for k, stiffness in enumerate(noise["joint"]["stiffness_Nm_per_rad"]):
     }
     trial = trials.pop(condition)
     # the first stiffness is swept, the others are for the table
-    levels = noise["snr_db"] if k == 0 else [noise["table_snr_db"]]
-    cells = sweep_trial(
-        trial,
-        levels,
-        noise["draws"],
-        snakemake.params.seed,
-        noise["estimators"],
-        tuple(trials.values()),
-        noise["predicted_draws"],
-        options.lowpass_cutoff_hz,
-        options.lowpass_order,
-    )
-    rows += noise_rows(cells)
+    swept = list(noise["estimators"]) if k == 0 else []
+    for estimator in dict.fromkeys([*swept, *noise["table_estimators"]]):
+        levels = noise["snr_db"] if estimator in swept else [noise["table_snr_db"]]
+        cells = sweep_trial(
+            trial,
+            levels,
+            noise["draws"],
+            snakemake.params.seed,
+            [estimator],
+            tuple(trials.values()),
+            noise["predicted_draws"],
+            options.lowpass_cutoff_hz,
+            options.lowpass_order,
+        )
+        rows += noise_rows(cells)
 write_noise(snakemake.output.noise, rows)
