@@ -1,11 +1,10 @@
 """Tidy rows of estimates: the study's common language (``results/tables/estimates.csv``)."""
 
-import csv
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
-from tepsipe.errors import InputError
+from tepsipe.tidy_rows import read_rows, write_rows
 
 
 @dataclass(frozen=True)
@@ -44,20 +43,12 @@ class Estimate:
     n_perturbations: int | None = None
 
 
-COLUMNS = tuple(field.name for field in fields(Estimate))
 NUMBERS = ("value", "standard_error", "ci_low", "ci_high", "sem_as_printed")
 
 
 def write_estimates(path: str | Path, estimates: Iterable[Estimate]) -> None:
     """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for estimate in estimates:
-            writer.writerow(
-                "" if cell is None else f"{cell:.10g}" if isinstance(cell, float) else cell
-                for cell in astuple(estimate)
-            )
+    write_rows(path, Estimate, estimates)
 
 
 def read_estimates(path: str | Path) -> list[Estimate]:
@@ -66,16 +57,9 @@ def read_estimates(path: str | Path) -> list[Estimate]:
     Raises
     ------
     InputError
-        If the columns are not those of `Estimate`.
+        If the columns are not those of `Estimate`, or a row is damaged.
     """
-    with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if tuple(reader.fieldnames or ()) != COLUMNS:
-            raise InputError(
-                f"{path}: expected the columns {', '.join(COLUMNS)}, found "
-                f"{', '.join(reader.fieldnames or ['none'])}: make the file again"
-            )
-        return [_estimate(row) for row in reader]
+    return read_rows(path, Estimate, _estimate, "estimates")
 
 
 def _estimate(row: dict[str, str]) -> Estimate:

@@ -12,8 +12,8 @@ from tepsipe.segment_regression import find_perturbations, leg_motion, regress_t
 from tepsipe.synchronisation import advanced, marker_delay
 from tepsipe.tep_sipe import DummyAnalysis, DummyOptions
 from tepsipe.treadmill_models.family import FittedModel, pick
-from tepsipe.treadmill_models.of_trial import COMPONENTS, PlateOptions, measured_load, zero_line
-from tepsipe.treadmill_models.recording import BeltRecording, Lowpass
+from tepsipe.treadmill_models.of_trial import COMPONENTS, measured_load, recordings_of_loads, zero_line
+from tepsipe.treadmill_models.recording import Lowpass
 from tepsipe.trial_file import Trial
 
 FOOT_TORQUES = ("foot-printed", "foot")
@@ -134,26 +134,19 @@ def analyse_foot(
     ankle = advanced(time, along[:, labels.index(options.ankle_label)], delay)
     # the belt creeps a little: what is a line through rest in Mx must be one in the ankle's position too
     y_a = zero_line(ankle, time, at_rest) + ankle[at_rest].mean()
-    plate = PlateOptions(options.belt, lowpass, lowpass, dummy.window, 0.0)
-    measured = measured_load(trial, name, plate, at_rest)
-    recordings = {
-        component: BeltRecording(
-            name=name,
-            condition=name,
-            rate_hz=rate,
-            velocity=velocity,
-            acceleration=derivative(time, velocity),
-            raw_velocity=zero_line(trial.values("belt_velocity"), time, at_rest),
-            load=measured[component],
-            carried=np.zeros(time.size),
-            carried_kg=options.foot.mass_kg + dummy.leg.mass_kg,
-            unit=unit,
-            judged=np.ones(time.size, dtype=bool),
-            onsets=tuple(p.start for p in perturbations),
-            lowpass=lowpass,
-        )
-        for component, unit in COMPONENTS.items()
-    }
+    measured = measured_load(trial, name, options.belt, lowpass, at_rest)
+    recordings = recordings_of_loads(
+        trial,
+        name,
+        name,
+        lowpass,
+        at_rest,
+        measured,
+        dict.fromkeys(COMPONENTS, np.zeros(time.size)),
+        options.foot.mass_kg + dummy.leg.mass_kg,
+        np.ones(time.size, dtype=bool),
+        tuple(p.start for p in perturbations),
+    )
     y_a_dd = derivative(time, derivative(time, y_a))
     regressions = {}
     for key, pathway in pathways.items():

@@ -1,11 +1,10 @@
 """How well simulations follow recordings: the rows of ``results/tables/forward.csv``."""
 
-import csv
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 
-from tepsipe.errors import InputError
+from tepsipe.tidy_rows import read_rows, write_rows
 
 
 @dataclass(frozen=True)
@@ -32,16 +31,9 @@ class ForwardScore:
     state: str
 
 
-COLUMNS = tuple(field.name for field in fields(ForwardScore))
-
-
 def write_forward(path: str | Path, scores: Iterable[ForwardScore]) -> None:
     """Write scores as CSV, numbers with 10 significant digits (%)."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in scores:
-            writer.writerow(f"{cell:.10g}" if isinstance(cell, float) else cell for cell in astuple(row))
+    write_rows(path, ForwardScore, scores)
 
 
 def read_forward(path: str | Path) -> list[ForwardScore]:
@@ -52,20 +44,9 @@ def read_forward(path: str | Path) -> list[ForwardScore]:
     InputError
         If the columns are not those of `ForwardScore`, or a row is damaged.
     """
-    with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if tuple(reader.fieldnames or ()) != COLUMNS:
-            raise InputError(
-                f"{path}: expected the columns {', '.join(COLUMNS)}, found "
-                f"{', '.join(reader.fieldnames or ['none'])}: make the file again"
-            )
-        kinds = {field.name: field.type for field in fields(ForwardScore)}
-        try:
-            rows = list(reader)
-            if any(None in row or None in row.values() for row in rows):
-                raise ValueError("too many or too few cells")
-            return [ForwardScore(**{key: kinds[key](row[key]) for key in COLUMNS}) for row in rows]
-        except (TypeError, ValueError) as error:
-            raise InputError(
-                f"{path}: expected scores of simulations, found a damaged row ({error}): make the file again"
-            ) from error
+    return read_rows(path, ForwardScore, _score, "scores of simulations")
+
+
+def _score(cells: dict[str, str]) -> ForwardScore:
+    kinds = {field.name: field.type for field in fields(ForwardScore)}
+    return ForwardScore(**{key: kinds[key](value) for key, value in cells.items()})

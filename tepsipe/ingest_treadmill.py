@@ -9,8 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.readers.markers import Markers
-from tepsipe.readers.treadmill_log import CalibrationMatrix, TreadmillLog
+from tepsipe.readers.markers import Markers, read_markers
+from tepsipe.readers.treadmill_log import (
+    CalibrationMatrix,
+    TreadmillLog,
+    read_calibration_matrix,
+    read_treadmill_log,
+)
 from tepsipe.sampling import (
     BAND_PER_RATE,
     align_strobed,
@@ -45,6 +50,46 @@ class TreadmillOptions:
     max_gap_s: float
     strober_frequency_hz: float | None
     trigger_threshold_V: float
+
+
+def ingest_treadmill_files(
+    files: dict[str, str], marker_labels: list[str] | None, options: TreadmillOptions, duration_s: float
+) -> Trial:
+    """Read a treadmill's files and make one trial of them; see `ingest_treadmill`.
+
+    Parameters
+    ----------
+    files : dict of str to str
+        Paths of ``log`` and ``calibration``, and of ``markers`` where there are any.
+    marker_labels : list of str or None
+        Markers in the order in which the strober samples them; None where there are none.
+    options : TreadmillOptions
+        Rates (Hz), longest gap (s), trigger (V).
+    duration_s : float
+        Length of the trial by the protocol (s).
+
+    Returns
+    -------
+    Trial
+        Forces (N), moments (Nm), belt (m/s) and, if there are any, markers (m).
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or as `ingest_treadmill`.
+    """
+    log, calibration = read_treadmill_log(files["log"]), read_calibration_matrix(files["calibration"])
+    markers = None if marker_labels is None else read_markers(files["markers"], marker_labels)
+    return ingest_treadmill(
+        log,
+        calibration,
+        markers,
+        options,
+        duration_s,
+        files["log"],
+        files["calibration"],
+        files.get("markers"),
+    )
 
 
 def ingest_treadmill(

@@ -1,16 +1,15 @@
 """Rows of the noise study, and thesis Table 4-4 made of them."""
 
-import csv
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError
 from tepsipe.noise_study import NoiseCell
 from tepsipe.second_order import PARAMETERS
 from tepsipe.thesis_tables import TableRow
+from tepsipe.tidy_rows import read_rows, write_rows
 
 TABLE_4_4 = (
     "I",
@@ -73,21 +72,13 @@ class NoiseRow:
     apparent: float | None
 
 
-COLUMNS = tuple(field.name for field in fields(NoiseRow))
 MAY_BE_BLANK = ("bias", "without_noise", "apparent")
 NUMBERS = ("snr_db", "mean", "sd", "bias", "stiffness_Nm_per_rad", "without_noise", "apparent")
 
 
 def write_noise(path: str | Path, rows: Iterable[NoiseRow]) -> None:
     """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in rows:
-            writer.writerow(
-                "" if cell is None else f"{cell:.10g}" if isinstance(cell, float) else cell
-                for cell in astuple(row)
-            )
+    write_rows(path, NoiseRow, rows)
 
 
 def read_noise(path: str | Path) -> list[NoiseRow]:
@@ -98,25 +89,11 @@ def read_noise(path: str | Path) -> list[NoiseRow]:
     InputError
         If the columns are not those of `NoiseRow`, or a row is damaged.
     """
-    with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if tuple(reader.fieldnames or ()) != COLUMNS:
-            raise InputError(
-                f"{path}: expected the columns {', '.join(COLUMNS)}, found "
-                f"{', '.join(reader.fieldnames or ['none'])}: make the file again"
-            )
-        try:
-            return [_row(row) for row in reader]
-        except (TypeError, ValueError) as error:
-            raise InputError(
-                f"{path}: expected rows of the noise study, found a damaged one ({error}): make it again"
-            ) from error
+    return read_rows(path, NoiseRow, _row, "rows of the noise study")
 
 
-def _row(cells: dict) -> NoiseRow:
-    if None in cells or None in cells.values():
-        raise ValueError("too many or too few cells")
-    blank = [name for name in COLUMNS if not cells[name] and name not in MAY_BE_BLANK]
+def _row(cells: dict[str, str]) -> NoiseRow:
+    blank = [name for name, text in cells.items() if not text and name not in MAY_BE_BLANK]
     if blank:
         raise ValueError(f"no {blank[0]}")
     numbers = {name: float(cells[name]) if cells[name] else None for name in NUMBERS}

@@ -59,6 +59,12 @@ def span(values, digits: int = 3) -> str:
     return low if low == high else f"{low} to {high}"
 
 
+def span_of_decimals(values, decimals: int) -> str:
+    """Lowest to highest of some numbers (any unit) as text, with so many decimals."""
+    low, high = (f"{x:.{decimals}f}".replace("-", MINUS) for x in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
+
+
 def _cell(quantity: str, value: float | None) -> str:
     if value is None:
         return number(None)

@@ -3,13 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from tepsipe.report_data import number, percent
-
-SETS = {
-    "wristalyzer": "Wristalyzer",
-    "tep": "TEP-SIPE as printed",
-    "corrected": "TEP-SIPE, consistent",
-}
+from tepsipe.figures.names import PARAMETER_SETS
+from tepsipe.report_data import number, percent, span_of_decimals
 
 
 def forward_data(forward: pd.DataFrame, step_s: float) -> dict:
@@ -42,7 +37,7 @@ def forward_data(forward: pd.DataFrame, step_s: float) -> dict:
                 for key in ("perturbation", "trial")
             },
         }
-        for name, label in SETS.items()
+        for name, label in PARAMETER_SETS.items()
         if name in set(forward.parameter_set)
     ]
     states = forward.drop_duplicates(["condition", "parameter_set"])
@@ -52,7 +47,7 @@ def forward_data(forward: pd.DataFrame, step_s: float) -> dict:
         "step_ms": number(1e3 * step_s, 2),
         "conditions": str(forward.condition.nunique()),
         "unsettled": [
-            f"{row.condition} with the {SETS[row.parameter_set]} parameters ({row.state})"
+            f"{row.condition} with the {PARAMETER_SETS[row.parameter_set]} parameters ({row.state})"
             for row in unsettled.itertuples()
         ],
     }
@@ -85,7 +80,7 @@ def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
             cells = {"estimator": estimator, "noise_on": noise_on}
             for k, quantity in enumerate(("I", "B", "K")):
                 values = own[own.quantity == quantity]["mean"]
-                cells[quantity] = _span(values, (4, 4, 2)[k])
+                cells[quantity] = span_of_decimals(values, (4, 4, 2)[k])
                 cells[f"{quantity}_off"] = percent(100.0 * float(np.abs(values / truth[k] - 1.0).max()), 0)
             rows.append(cells)
     return {
@@ -96,8 +91,3 @@ def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
         "apparent": [number(float(at[at.quantity == q].apparent.iloc[0])) for q in ("I", "B", "K")],
         "cells": str(len(noise.drop_duplicates(["condition", "noise_on", "snr_db", "estimator"]))),
     }
-
-
-def _span(values: pd.Series, decimals: int) -> str:
-    low, high = (f"{x:.{decimals}f}".replace("-", "\N{MINUS SIGN}") for x in (values.min(), values.max()))
-    return low if low == high else f"{low} to {high}"

@@ -1,14 +1,13 @@
 """Calibrate treadmill models on some trials and judge them on others: the rows of the models' table."""
 
-import csv
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError
 from tepsipe.result_file import Result
+from tepsipe.tidy_rows import read_rows, write_rows
 from tepsipe.treadmill_models.family import FamilyOptions, FittedModel, fit_model, judge
 from tepsipe.treadmill_models.limit import coherence_limit
 from tepsipe.treadmill_models.loaded_frame import LoadedFrame
@@ -135,17 +134,9 @@ def calibrate(
     return scores, models
 
 
-COLUMNS = tuple(field.name for field in fields(ModelScore))
-
-
 def write_scores(path: str | Path, scores: Iterable[ModelScore]) -> None:
     """Write scores as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in scores:
-            cells = [str(x).lower() if isinstance(x, bool) else x for x in astuple(row)]
-            writer.writerow(f"{cell:.10g}" if isinstance(cell, float) else cell for cell in cells)
+    write_rows(path, ModelScore, scores)
 
 
 def read_scores(path: str | Path) -> list[ModelScore]:
@@ -154,28 +145,14 @@ def read_scores(path: str | Path) -> list[ModelScore]:
     Raises
     ------
     InputError
-        If the columns are not those of `ModelScore`.
+        If the columns are not those of `ModelScore`, or a row is damaged.
     """
-    with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if tuple(reader.fieldnames or ()) != COLUMNS:
-            raise InputError(
-                f"{path}: expected the columns {', '.join(COLUMNS)}, found "
-                f"{', '.join(reader.fieldnames or ['none'])}: make the file again"
-            )
-        try:
-            return [_score(row) for row in reader]
-        except (TypeError, ValueError, KeyError) as error:
-            raise InputError(
-                f"{path}: expected scores of models, found a damaged row ({error}): make the file again"
-            ) from error
+    return read_rows(path, ModelScore, _score, "scores of models")
 
 
-def _score(row: dict[str, str]) -> ModelScore:
-    if None in row or None in row.values():
-        raise ValueError("too many or too few cells")
+def _score(cells: dict[str, str]) -> ModelScore:
     kinds = {field.name: field.type for field in fields(ModelScore)} | {"converged": "true".__eq__}
-    return ModelScore(**{key: kinds[key](value) for key, value in row.items()})
+    return ModelScore(**{key: kinds[key](value) for key, value in cells.items()})
 
 
 # ---- which models on which trials ----------------------------------------------------------------
@@ -247,19 +224,23 @@ def mean_responses(models: list[FittedModel], recordings: list[BeltRecording]) -
         for key, x in shown.items():
             name = f"{r.condition}/{key}"
             arrays[name], units[name] = r.segments(x).mean(axis=0), r.unit
+    heaviest = max(r.carried_kg for r in recordings)
     facts = {
         "conditions": [r.condition for r in recordings],
         "models": [m.name for m in models],
         "rate_hz": recordings[0].rate_hz,
         "cutoff_hz": recordings[0].lowpass.cutoff_hz,
-        "loaded_frame": next((_frame_facts(m.model) for m in models if m.name == "loaded-frame"), None),
+        "loaded_frame": next(
+            (_frame_facts(m.model, heaviest) for m in models if m.name == "loaded-frame"), None
+        ),
     }
     return Result(arrays, units, facts)
 
 
-def _frame_facts(frame: LoadedFrame) -> dict:
+def _frame_facts(frame: LoadedFrame, load_kg: float) -> dict:
     return {
-        "frame": frame.frame.tolist(),
+        "empty_hz": frame.resonance_hz(0.0),
+        "loaded_hz": frame.resonance_hz(load_kg),
         "motion": frame.motion.tolist(),
         "lag_s": frame.lag_s,
         "friction_speed_m_per_s": frame.friction_speed_m_per_s,

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.figures.names import short_name
-from tepsipe.report_data import number, percent, span
+from tepsipe.report_data import number, percent, span, span_of_decimals
 from tepsipe.result_file import Result
 from tepsipe.treadmill_calibration import ModelScore
 from tepsipe.treadmill_models.family import MODEL_MEANINGS
@@ -23,11 +23,8 @@ def scores_data(scores: list[ModelScore], shown_hz: float) -> list[dict]:
             "r2": number(s.r2, 3) if s.r2 > -10.0 else "< \N{MINUS SIGN}10",
             "before": number(s.rms_before, 3),
             "after": number(s.rms_after, 3),
-            "less": percent(100.0 * (1.0 - s.rms_after / s.rms_before), 0),
             "order": str(s.order),
             "limit": number(s.r2_limit, 3),
-            "load": s.load,
-            "unit": s.unit,
         }
         for s in scores
         if s.cutoff_hz == shown_hz
@@ -96,7 +93,6 @@ def weight_data(
     frame = plate.facts["loaded_frame"]
     data = {
         "mass": number(choices["weight"]["mass_kg"]),
-        "columns": list(masses.index),
         "masses": [
             {"condition": short_name(c), "mass": f"{masses[c]:.2f}", "spread": f"{spread[c]:.2f}"}
             for c in masses.index
@@ -121,16 +117,13 @@ def weight_data(
         "frame_force_empty": best("loaded-frame", "empty+weight", "empty", "Fy"),
         "frame_moment": best("loaded-frame", "empty+weight", "weight", "Mx"),
         "force_scores": scores_data([s for s in scores if s.load == "Fy"], fine_hz),
-        "moment_scores": scores_data([s for s in scores if s.load == "Mx"], fine_hz),
-        "calibrate": _named(scores, "train"),
-        "meanings": {s.model: MODEL_MEANINGS[s.model] for s in scores},
         "frame": None,
     }
     if frame is not None:
         mass = choices["weight"]["mass_kg"]
         data["frame"] = {
-            "empty_hz": number(_resonance(frame["frame"], 0.0)),
-            "loaded_hz": number(_resonance(frame["frame"], mass)),
+            "empty_hz": number(frame["empty_hz"]),
+            "loaded_hz": number(frame["loaded_hz"]),
             "lag_ms": number(1e3 * frame["lag_s"], 2),
             "viscous": number(frame["motion"][1], 2),
             "friction_empty": number(frame["motion"][2], 2),
@@ -140,15 +133,6 @@ def weight_data(
             "time_ms": number(1e3 * frame["mount_time_s"], 2),
         }
     return data
-
-
-def _named(scores: list[ModelScore], key: str) -> list[str]:
-    return list(dict.fromkeys(getattr(s, key) for s in scores))
-
-
-def _resonance(frame: list[float], mass_kg: float) -> float:
-    slowness = frame[1] + frame[2] * mass_kg
-    return float(1.0 / (2.0 * np.pi * np.sqrt(slowness))) if slowness > 0.0 else float("inf")
 
 
 def foot_data(
@@ -181,7 +165,9 @@ def foot_data(
         values = own[own.pathway == pathway].groupby("quantity").value
         row = {"pathway": pathway}
         for quantity in ("I", "B", "K", "VAF_perturbation"):
-            row[quantity] = _span(values.get_group(quantity), {"I": 4, "B": 3, "K": 2}.get(quantity, 1))
+            row[quantity] = span_of_decimals(
+                values.get_group(quantity), {"I": 4, "B": 3, "K": 2}.get(quantity, 1)
+            )
         row["worst"] = number(None)
         if recovery is not None:
             found = recovery[
@@ -193,11 +179,6 @@ def foot_data(
             row["worst"] = percent(100.0 * found.relative_error.abs().max(), 0)
         rows.append(row)
     return {"rows": rows, "count": str(len(clear)), "clear_from": number(CLEAR_FROM_M_PER_S, 1)}
-
-
-def _span(values: pd.Series, decimals: int) -> str:
-    low, high = (f"{x:.{decimals}f}".replace("-", "\N{MINUS SIGN}") for x in (values.min(), values.max()))
-    return f"{low} to {high}"
 
 
 def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, roles: dict[str, str]) -> dict:
@@ -265,7 +246,6 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
         "highest": f"{highest:g}",
         "orders": [number(x, 4) for x in np.sort(orders)],
         "train": scores[0].train,
-        "chosen": choices["chosen"],
         "best_linear": number(max(linear), 3) if linear else None,
         "ripple": number(at["ripple-tracking", tests[0], shown_hz].r2, 3) if tracked else None,
         "memory": number(choices["models"]["ripple"]["memory_s"], 3),

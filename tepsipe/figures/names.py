@@ -1,6 +1,12 @@
 """How figures and tables call the conditions (thesis Figure 4-4)."""
 
 PROFILES = {"sine": "sinusoidal", "minjerk": "minimum jerk"}
+# sets of parameters that the dummy is simulated with
+PARAMETER_SETS = {
+    "wristalyzer": "Wristalyzer",
+    "tep": "TEP-SIPE as printed",
+    "corrected": "TEP-SIPE, consistent",
+}
 
 
 def short_name(condition: str) -> str:

@@ -3,16 +3,12 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.figures.names import short_name
+from tepsipe.figures.names import PARAMETER_SETS, short_name
 from tepsipe.figures.style import COLOURS, new_figure
 from tepsipe.forward_scores import ForwardScore
 from tepsipe.result_file import Result
 
-SETS = {
-    "wristalyzer": ("#c8371b", "-.", "Wristalyzer"),
-    "tep": ("#2f8f4e", "--", "TEP-SIPE as printed"),
-    "corrected": ("#1668a8", ":", "TEP-SIPE, consistent"),
-}
+LINES = {"wristalyzer": ("#c8371b", "-."), "tep": ("#2f8f4e", "--"), "corrected": ("#1668a8", ":")}
 QUANTITIES = {
     "theta": r"angle $\theta_A$",
     "tau": r"torque $\tau_A$ as printed",
@@ -30,7 +26,9 @@ def _around(result: Result, seconds: float) -> slice:
 def _label(result: Result, name: str) -> str:
     i, b, k = result.arrays[f"{name}/parameters"]
     state = result.facts["states"][name]
-    return f"{SETS[name][2]}: I {i:.3f}, B {b:.3f}, K {k:.2f}" + ("" if state == "settles" else f" ({state})")
+    return f"{PARAMETER_SETS[name]}: I {i:.3f}, B {b:.3f}, K {k:.2f}" + (
+        "" if state == "settles" else f" ({state})"
+    )
 
 
 def _draw(axis, result: Result, signal: str, measured: str, part: slice, label: bool = False) -> None:
@@ -39,7 +37,7 @@ def _draw(axis, result: Result, signal: str, measured: str, part: slice, label: 
         time, result.arrays[measured][part], color=COLOURS["measured"], label="measured" if label else None
     )
     for name in result.facts["parameter_sets"]:
-        colour, line, _ = SETS[name]
+        colour, line = LINES[name]
         axis.plot(
             time,
             result.arrays[f"{name}/{signal}"][part],
@@ -79,9 +77,10 @@ def plot_scores(scores: list[ForwardScore], conditions: list[str], key: str) -> 
     """VAF of angle and torque for every parameter set and condition (%)."""
     figure, axes = new_figure(len(QUANTITIES), 1, 4.8, sharex=True)
     x = np.arange(len(conditions))
-    shifts = np.linspace(-0.26, 0.26, len(SETS))
+    shifts = np.linspace(-0.26, 0.26, len(PARAMETER_SETS))
     for axis, (quantity, title) in zip(axes, QUANTITIES.items(), strict=True):
-        for shift, (name, (colour, _, label)) in zip(shifts, SETS.items(), strict=True):
+        for shift, (name, label) in zip(shifts, PARAMETER_SETS.items(), strict=True):
+            colour, _ = LINES[name]
             by_condition = {
                 s.condition: getattr(s, key)
                 for s in scores

@@ -200,9 +200,9 @@ def judge(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:
         If rates or units differ, or the load evidently has another sign or unit than the calibration's.
     """
     predictions = [fitted.predict(r) for r in recordings]
-    base = getattr(fitted.model, "base", fitted.model)  # tracked ripple follows any load
-    for r in recordings:
-        refuse_other_scale(r, base.predict(r), fitted)
+    base = getattr(fitted.model, "base", None)  # tracked ripple follows any load
+    for r, predicted in zip(recordings, predictions, strict=True):
+        refuse_other_scale(r, predicted if base is None else base.predict(r), fitted)
     return score(recordings, predictions)
 
 

@@ -119,28 +119,82 @@ def plate_recordings(
     for onset in onsets:
         judged[onset : onset + length] = True
     velocity = zero_line(options.lowpass(trial.values("belt_velocity"), rate), time, at_rest)
-    measured = measured_load(trial, name, options, at_rest)
+    measured = measured_load(trial, name, options.belt, options.lowpass, at_rest)
     carried = {component: np.zeros(time.size) for component in COMPONENTS}
     if weight is not None:
         y = zero_line(_weight_position(trial, options, velocity), time, at_rest)
         inertia = weight.mass_kg * derivative(time, derivative(time, y))
         carried["Fy"] = inertia
         carried["Mx"] = weight.mass_kg * weight.gravity_m_per_s2 * y - weight.com_height_m * inertia
+    return recordings_of_loads(
+        trial,
+        name,
+        condition,
+        options.lowpass,
+        at_rest,
+        {component: measured[component] - carried[component] for component in COMPONENTS},
+        carried,
+        0.0 if weight is None else weight.mass_kg,
+        judged,
+        onsets,
+    )
+
+
+def recordings_of_loads(
+    trial: Trial,
+    name: str,
+    condition: str,
+    lowpass: Lowpass,
+    at_rest: np.ndarray,
+    loads: dict[str, np.ndarray],
+    carried: dict[str, np.ndarray],
+    carried_kg: float,
+    judged: np.ndarray,
+    onsets: tuple[int, ...],
+) -> dict[str, BeltRecording]:
+    """Loads of a trial beside the motion of its belt.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``belt_velocity`` (m/s).
+    name, condition : str
+        Name the trial and the belt's motion.
+    lowpass : Lowpass
+        Filter that the loads have passed.
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+    loads, carried : dict of str to ndarray, shape (n,)
+        Component -> measured load less that of what is carried, and the latter (N, Nm).
+    carried_kg : float
+        Mass on the belt (kg).
+    judged : ndarray of bool, shape (n,)
+        Samples that are fitted and judged (-).
+    onsets : tuple of int
+        First samples of the perturbations (samples).
+
+    Returns
+    -------
+    dict of str to BeltRecording
+        Component -> recording (N, Nm).
+    """
+    raw_velocity, rate = trial.values("belt_velocity"), trial.rate_hz
+    velocity = zero_line(lowpass(raw_velocity, rate), trial.time, at_rest)
     return {
         component: BeltRecording(
             name=name,
             condition=condition,
             rate_hz=rate,
             velocity=velocity,
-            acceleration=derivative(time, velocity),
-            raw_velocity=zero_line(trial.values("belt_velocity"), time, at_rest),
-            load=measured[component] - carried[component],
+            acceleration=derivative(trial.time, velocity),
+            raw_velocity=zero_line(raw_velocity, trial.time, at_rest),
+            load=loads[component],
             carried=carried[component],
-            carried_kg=0.0 if weight is None else weight.mass_kg,
+            carried_kg=carried_kg,
             unit=unit,
             judged=judged,
             onsets=onsets,
-            lowpass=options.lowpass,
+            lowpass=lowpass,
         )
         for component, unit in COMPONENTS.items()
     }
@@ -149,8 +203,13 @@ def plate_recordings(
 def _weight_position(trial: Trial, options: PlateOptions, velocity: np.ndarray) -> np.ndarray:
     if options.weight_motion == "belt":
         return CubicSpline(trial.time, velocity).antiderivative()(trial.time)
+    return _marker_position(trial, options.lowpass)
+
+
+def _marker_position(trial: Trial, lowpass: Lowpass) -> np.ndarray:
+    """Mean position of all markers along the belt (m), shape (n,)."""
     markers = trial.values("marker_position")[:, :, 1].astype(float)
-    return options.lowpass(markers.mean(axis=1), trial.rate_hz)
+    return lowpass(markers.mean(axis=1), trial.rate_hz)
 
 
 def marker_lag(trial: Trial, name: str, options: PlateOptions) -> float:
@@ -163,13 +222,12 @@ def marker_lag(trial: Trial, name: str, options: PlateOptions) -> float:
     """
     at_rest = rest_samples(trial.time, options.window)
     velocity = options.lowpass(trial.values("belt_velocity"), trial.rate_hz)
-    markers = trial.values("marker_position")[:, :, 1].astype(float).mean(axis=1)
-    position = options.lowpass(markers, trial.rate_hz)
+    position = _marker_position(trial, options.lowpass)
     return marker_delay(trial.time, position, zero_line(velocity, trial.time, at_rest), name)
 
 
 def measured_load(
-    trial: Trial, name: str, options: PlateOptions, at_rest: np.ndarray
+    trial: Trial, name: str, belt: str, lowpass: Lowpass, at_rest: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Fy, Fz (N) and Mx (Nm) of the perturbed belt, filtered, each of shape (n,); zero at rest but for Fz.
 
@@ -179,18 +237,18 @@ def measured_load(
         If the belt is not in the trial.
     """
     belts = trial.axes["belt"].tolist()
-    if options.belt not in belts:
+    if belt not in belts:
         raise InputError(
-            f"{name}: expected forces of the belt {options.belt!r}, found {listed(belts)}: correct it "
+            f"{name}: expected forces of the belt {belt!r}, found {listed(belts)}: correct it "
             "in the configuration"
         )
-    belt = belts.index(options.belt)
+    column = belts.index(belt)
     columns = {
-        "Fy": trial.values("force")[:, belt, 1],
-        "Fz": trial.values("force")[:, belt, 2],
-        "Mx": trial.values("moment")[:, belt, 0],
+        "Fy": trial.values("force")[:, column, 1],
+        "Fz": trial.values("force")[:, column, 2],
+        "Mx": trial.values("moment")[:, column, 0],
     }
-    filtered = {key: options.lowpass(x.astype(float), trial.rate_hz) for key, x in columns.items()}
+    filtered = {key: lowpass(x.astype(float), trial.rate_hz) for key, x in columns.items()}
     zeroed = {key: zero_line(x, trial.time, at_rest) for key, x in filtered.items()}
     # the weight on the plate stays in the vertical force, only its drift goes
     return zeroed | {"Fz": zeroed["Fz"] + filtered["Fz"][at_rest].mean()}

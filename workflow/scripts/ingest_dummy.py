@@ -4,21 +4,10 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.ingest_treadmill import TreadmillOptions, ingest_treadmill
-from tepsipe.readers.markers import read_markers
-from tepsipe.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
+from tepsipe.ingest_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.trial_file import write_trial
 
 files = dict(snakemake.params.files)
 options = TreadmillOptions(**snakemake.params.ingest)
-trial = ingest_treadmill(
-    read_treadmill_log(files["log"]),
-    read_calibration_matrix(files["calibration"]),
-    read_markers(files["markers"], snakemake.params.marker_labels),
-    options,
-    snakemake.params.duration_s,
-    files["log"],
-    files["calibration"],
-    files["markers"],
-)
+trial = ingest_treadmill_files(files, snakemake.params.marker_labels, options, snakemake.params.duration_s)
 write_trial(snakemake.output.trial, trial, "dummy", snakemake.wildcards.condition, files, vars(options))

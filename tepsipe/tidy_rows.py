@@ -1,0 +1,77 @@
+"""Rows of a table as CSV: one dataclass per table, one field per column."""
+
+import csv
+from collections.abc import Callable, Iterable
+from dataclasses import astuple, fields
+from pathlib import Path
+
+from tepsipe.errors import InputError
+
+
+def column_names(kind: type) -> tuple[str, ...]:
+    """Columns of the table whose rows are of the dataclass ``kind`` (no unit)."""
+    return tuple(field.name for field in fields(kind))
+
+
+def write_rows(path: str | Path, kind: type, rows: Iterable) -> None:
+    """Write rows of the dataclass ``kind``, numbers with 10 significant digits (units as in ``kind``).
+
+    None is an empty cell; truth values are true and false.
+    """
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(column_names(kind))
+        writer.writerows([_cell(value) for value in astuple(row)] for row in rows)
+
+
+def _cell(value) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+def read_rows(path: str | Path, kind: type, row: Callable[[dict[str, str]], object], what: str) -> list:
+    """Read a table written by `write_rows` (units as in ``kind``).
+
+    Parameters
+    ----------
+    path : str or Path
+        The table.
+    kind : type
+        Dataclass of its rows.
+    row : callable
+        Makes a row of its cells; raises ValueError where they cannot be one.
+    what : str
+        What the rows are, in messages.
+
+    Returns
+    -------
+    list
+        Of ``kind``.
+
+    Raises
+    ------
+    InputError
+        If the columns are not those of ``kind``, or a row is damaged.
+    """
+    with open(path, newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        if tuple(reader.fieldnames or ()) != column_names(kind):
+            raise InputError(
+                f"{path}: expected the columns {', '.join(column_names(kind))}, found "
+                f"{', '.join(reader.fieldnames or ['none'])}: make the file again"
+            )
+        try:
+            return [row(_complete(cells)) for cells in reader]
+        except ValueError as error:
+            raise InputError(
+                f"{path}: expected {what}, found a damaged row ({error}): make the file again"
+            ) from error
+
+
+def _complete(cells: dict) -> dict[str, str]:
+    if None in cells or None in cells.values():
+        raise ValueError("too many or too few cells")
+    return cells
