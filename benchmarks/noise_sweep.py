@@ -25,6 +25,8 @@ from tepsipe.noise_study import (
     PROCESSINGS,
     SimulatedTrial,
     cell_generators,
+    filtered_trial,
+    noise_chunks,
     predict_angle,
     sweep,
     window_parameters,
@@ -90,19 +92,19 @@ def loop(regressors: np.ndarray, torque: np.ndarray) -> np.ndarray:
 
 def main() -> None:
     """Print times (ms), their ratio, how far the parameters differ (-) and the cost of whole cells (ms)."""
-    trial = made_up()
-    print(f"{DRAWS} draws of {len(trial.windows)} windows, median of {REPETITIONS} repetitions\n")
+    trial = filtered_trial(made_up())
+    print(f"{DRAWS} draws of {len(trial.within)} windows, median of {REPETITIONS} repetitions\n")
     print(
         f"{'noise on':>9}{'loop (ms)':>11}{'batch (ms)':>12}{'ratio':>7}{'difference':>12}{'cell (ms)':>11}"
     )
     for noise_on in CELLS:
         windowed = windowed_trial(trial, PROCESSINGS["recommended-regression"], noise_on, SNR_DB)
-        shape = (DRAWS, windowed.noise_samples.size)
-        tau, theta = (g.standard_normal(shape) for g in cell_generators(SEED, noise_on))
-        torque = windowed.torque + windowed.torque_noise(tau)
+        chunks = list(noise_chunks(trial, "both", DRAWS, cell_generators(SEED, noise_on)))
+        torque = windowed.torque + windowed.torque_noise(np.concatenate([c["tau"] for c in chunks]))
         regressors = windowed.regressors  # the same for all draws
         if noise_on != "tau":
-            regressors = regressors + windowed.regressor_noise(theta)
+            noise = windowed.regressor_noise(np.concatenate([c["theta"] for c in chunks]))
+            regressors = regressors + noise
         times: dict[str, list[float]] = {"loop": [], "batch": [], "cell": []}
         for _ in range(REPETITIONS):  # one after another: what slows the computer down slows all of them
             moments = [time.perf_counter()]
@@ -110,7 +112,7 @@ def main() -> None:
             moments.append(time.perf_counter())
             batched = window_parameters(regressors, torque)[0]
             moments.append(time.perf_counter())
-            sweep(trial, noise_on, SNR_DB, DRAWS, SEED, "recommended-regression")
+            sweep(trial, noise_on, SNR_DB, DRAWS, SEED, ["recommended-regression"])
             moments.append(time.perf_counter())
             for name, spent in zip(times, np.diff(moments), strict=True):
                 times[name].append(1e3 * spent)

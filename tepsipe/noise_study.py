@@ -11,7 +11,8 @@ J = I_l + m r^2 + I, k_g = m g r.
 Noise n is white and Gaussian; its variance is the signal's power over the SNR. The filter and the
 derivative are linear, F(theta + n) = F theta + F n, so the signal is filtered once and only the noise of
 each draw passes F, D F and D D F, and only around the windows. The signal's own rates are those that were
-simulated: what differentiating *it* would cost is left out.
+simulated: what differentiating *it* would cost is left out. Signals are filtered once per trial, and noise
+is drawn once per trial, target and SNR: all processings share both.
 
 Noise in theta'', theta', theta biases least squares (errors in variables). Belt motion Z = (y_f'', y_f',
 y_f) drives the leg, but knows nothing of the noise, so E Z'n = 0 and the instrumental variables
@@ -23,8 +24,9 @@ the treadmill records anyway.
 """
 
 import zlib
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, product
 
 import numpy as np
 from scipy import linalg, signal
@@ -37,6 +39,9 @@ from tepsipe.second_order import PARAMETERS, UNITS
 
 NOISE_ON = {"none": (), "tau": ("tau",), "theta": ("theta",), "both": ("tau", "theta")}
 TORQUES = ("foot-printed", "foot", *TORQUE_PATHWAYS)
+# rows of a trial's signals: theta'', theta'; theta; y_f'', y_f', y_f; tau by every equation
+ROWS = {"rates": slice(0, 2), "angle": slice(2, 3), "belt": slice(3, 6)}
+ROWS |= {name: slice(6 + k, 7 + k) for k, name in enumerate(TORQUES)}
 CHUNK_DRAWS = 50  # some 10 MB, which processors keep in their cache
 MEMORY_PERIODS = 6.0  # of the cutoff frequency, after which the filter has forgotten to 1e-11
 
@@ -176,10 +181,112 @@ def apparent_impedance(leg: Leg, foot: Foot, parameters: np.ndarray) -> np.ndarr
     return np.array([b, 0.0, 0.0]) - a / p * np.array([about_ankle, damping, stiffness - k_g])
 
 
-# ---- noise -------------------------------------------------------------------------------------
+# ---- signals -----------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=32)
+@dataclass(frozen=True)
+class FilteredTrial:
+    """A simulated trial, its signals with and without the low-pass, and its windows: what all cells share.
+
+    Windows are as long as the longest; what lies beyond a shorter one's end is not inside.
+
+    Attributes
+    ----------
+    simulated : SimulatedTrial
+        The trial.
+    raw, lowpassed : ndarray, shape (10, n)
+        Signals by `ROWS` (rad/s2, rad/s, rad, m/s2, m/s, m, Nm).
+    within : ndarray, shape (w, s)
+        Samples of every window.
+    inside : ndarray of bool, shape (w, s)
+        Whether they belong to it (-).
+    operators : ndarray, shape (3, s + 2 memory, s)
+        D D F, D F, F from the samples around a window to those in it.
+    noise_samples : ndarray, shape (k,)
+        Samples of the trial whose noise reaches a window.
+    noise_index : ndarray, shape (w, s + 2 memory)
+        Position in ``noise_samples`` of the samples around every window.
+    """
+
+    simulated: SimulatedTrial
+    raw: np.ndarray
+    lowpassed: np.ndarray
+    within: np.ndarray
+    inside: np.ndarray
+    operators: np.ndarray
+    noise_samples: np.ndarray
+    noise_index: np.ndarray
+
+    def signals(self, name: str, lowpassed: bool) -> np.ndarray:
+        """Raw or low-passed signals by their name in `ROWS` (units there), shape (k, n)."""
+        return (self.lowpassed if lowpassed else self.raw)[ROWS[name]]
+
+    def filtered_noise(self, unit_noise: np.ndarray) -> np.ndarray:
+        """F n (-) in the windows, shape (draws, w, s), of noise n of unit variance, shape (draws, k)."""
+        return unit_noise[:, self.noise_index] @ self.operators[2]
+
+    def differentiated_noise(self, unit_noise: np.ndarray) -> np.ndarray:
+        """D D F n (1/s2), D F n (1/s), F n (-) in the windows, shape (draws, w, 3, s), of n as above."""
+        around = unit_noise[:, self.noise_index]
+        noise = np.empty((*around.shape[:2], 3, self.within.shape[1]))
+        for row, operator in enumerate(self.operators):
+            np.matmul(around, operator, out=noise[:, :, row])
+        return noise
+
+
+def filtered_trial(trial: SimulatedTrial, cutoff_hz: float = 20.0, order: int = 4) -> FilteredTrial:
+    """Filter the signals without noise, and prepare the filter of the noise around the windows.
+
+    Parameters
+    ----------
+    trial : SimulatedTrial
+        Signals without noise (s, rad, m, N, Nm).
+    cutoff_hz : float
+        Of the low-pass filter (Hz).
+    order : int
+        Of the filter, both passes together (-).
+
+    Returns
+    -------
+    FilteredTrial
+        What all processings, noise targets and SNRs share (units there).
+
+    Raises
+    ------
+    InputError
+        If there is no window, or one lies too near the trial's ends.
+    """
+    rate, samples = trial.rate_hz, trial.time.size
+    windows = np.asarray(trial.windows, dtype=int).reshape(-1, 2)
+    if windows.shape[0] == 0:
+        raise InputError(
+            f"{trial.name}: expected windows of perturbations, found none: "
+            "say where the trial's perturbations start and stop"
+        )
+    lengths = windows[:, 1] - windows[:, 0]
+    memory = filter_memory(rate, cutoff_hz)
+    longest = int(lengths.max())
+    if lengths.min() < 4 or windows[:, 0].min() < memory or windows[:, 0].max() + longest + memory > samples:
+        raise InputError(
+            f"{trial.name}: expected windows of 4 samples or more, {memory} samples or more from the trial's "
+            f"ends, found samples {windows[:, 0].min()} to {windows[:, 1].max()} of {samples} and "
+            f"{lengths.min()} samples in the shortest: leave more rest around the perturbations"
+        )
+    raw = np.concatenate([trial.regressors, trial.instruments, [trial.torque(name) for name in TORQUES]])
+    around = windows[:, :1] - memory + np.arange(longest + 2 * memory)
+    noise_samples, noise_index = np.unique(around, return_inverse=True)
+    return FilteredTrial(
+        simulated=trial,
+        raw=raw,
+        lowpassed=butterworth_lowpass(raw, rate, cutoff_hz, order, axis=-1),
+        within=windows[:, :1] + np.arange(longest),
+        inside=np.arange(longest) < lengths[:, None],
+        operators=_operators(longest, rate, cutoff_hz, order),
+        noise_samples=noise_samples,
+        noise_index=noise_index.reshape(around.shape),
+    )
+
+
 def _operators(length: int, rate_hz: float, cutoff_hz: float, order: int) -> np.ndarray:
     """D D F, D F, F from the samples around a window to those in it, shape (3, length + 2 memory, length)."""
     memory = filter_memory(rate_hz, cutoff_hz)
@@ -194,6 +301,9 @@ def _operators(length: int, rate_hz: float, cutoff_hz: float, order: int) -> np.
 def filter_memory(rate_hz: float, cutoff_hz: float) -> int:
     """How far the low-pass filter (Hz) reaches to either side (samples)."""
     return int(np.ceil(MEMORY_PERIODS * rate_hz / cutoff_hz - 1e-6))
+
+
+# ---- noise -------------------------------------------------------------------------------------
 
 
 def cell_generators(seed: int, *names: object) -> tuple[np.random.Generator, np.random.Generator]:
@@ -216,12 +326,12 @@ def cell_generators(seed: int, *names: object) -> tuple[np.random.Generator, np.
     return tau, theta
 
 
-def noise_deviation(trial: SimulatedTrial, processing: Processing, noise_on: str, snr_db: float) -> dict:
+def noise_deviation(trial: FilteredTrial, processing: Processing, noise_on: str, snr_db: float) -> dict:
     """Standard deviation of the noise before it is filtered.
 
     Parameters
     ----------
-    trial : SimulatedTrial
+    trial : FilteredTrial
         Signals without noise (Nm, rad).
     processing : Processing
         Torque and power that the SNR refers to.
@@ -250,7 +360,7 @@ def noise_deviation(trial: SimulatedTrial, processing: Processing, noise_on: str
             f"signal-to-noise ratio: expected a finite number of decibels, found {quoted(snr_db)}: "
             "choose the noise target 'none' for signals without noise"
         )
-    signals = {"tau": trial.torque(processing.torque), "theta": trial.theta}
+    signals = {"tau": trial.signals(processing.torque, False), "theta": trial.signals("angle", False)}
     rms = {
         name: np.sqrt(np.mean(x**2)) if processing.power == "trial" else 1.0 for name, x in signals.items()
     }
@@ -260,84 +370,104 @@ def noise_deviation(trial: SimulatedTrial, processing: Processing, noise_on: str
     return {name: float(ratio * rms[name]) if name in NOISE_ON[noise_on] else 0.0 for name in signals}
 
 
+def noise_chunks(
+    trial: FilteredTrial, noise_on: str, draws: int, generators: tuple[np.random.Generator, ...]
+) -> Iterator[dict[str, np.ndarray]]:
+    """Draw noise of unit variance and filter it, some draws at a time.
+
+    Parameters
+    ----------
+    trial : FilteredTrial
+        Its windows and filter.
+    noise_on : {"none", "tau", "theta", "both"}
+        What has noise.
+    draws : int
+        Number of draws (-); one is enough without noise.
+    generators : tuple of numpy.random.Generator
+        For the noise on tau and on theta.
+
+    Yields
+    ------
+    dict of str to ndarray
+        Of what has noise: ``tau``, `FilteredTrial.filtered_noise`; ``theta``, its ``differentiated_noise``.
+    """
+    filters = {"tau": trial.filtered_noise, "theta": trial.differentiated_noise}
+    count = draws if NOISE_ON[noise_on] else 1
+    for start in range(0, count, CHUNK_DRAWS):
+        shape = (min(CHUNK_DRAWS, count - start), trial.noise_samples.size)
+        yield {
+            name: filters[name](generator.standard_normal(shape))
+            for name, generator in zip(filters, generators, strict=True)
+            if name in NOISE_ON[noise_on]
+        }
+
+
+# ---- signals and noise of one processing -------------------------------------------------------
+
+
 @dataclass(frozen=True)
 class WindowedTrial:
     """Processed signals without noise in the windows, and where noise enters.
 
-    Windows are as long as the longest; what lies beyond a shorter one's end is 0 in every signal.
+    What lies beyond the end of a window that is shorter than others is 0 in every signal.
 
     Attributes
     ----------
+    trial : FilteredTrial
+        The trial, its windows and filter.
+    estimator : {"segment-regression", "instrumental-variables"}
+        See `Processing`.
     torque : ndarray, shape (w, s)
         tau (Nm).
     regressors, instruments : ndarray, shape (w, 3, s)
         theta'', theta', theta (rad/s2, rad/s, rad); y_f'', y_f', y_f (m/s2, m/s, m).
-    inside : ndarray of bool, shape (w, s)
-        Samples that belong to the window (-).
     gram : ndarray, shape (4, 4)
         Sums of products of theta'', theta', theta, tau over the whole trial.
-    samples : int
-        Length of the trial (samples).
     deviation : dict of str to float
         Standard deviation of the noise on tau (Nm) and theta (rad).
     noise_rows : ndarray, shape (3,)
         1 where noise on theta reaches theta'', theta', theta, else 0 (-).
-    operators : ndarray, shape (3, s + 2 memory, s)
-        D D F, D F, F.
-    noise_samples : ndarray, shape (k,)
-        Samples of the trial whose noise reaches a window.
-    noise_index : ndarray, shape (w, s + 2 memory)
-        Position in ``noise_samples`` of the samples around every window.
     """
 
+    trial: FilteredTrial
+    estimator: str
     torque: np.ndarray
     regressors: np.ndarray
     instruments: np.ndarray
-    inside: np.ndarray
     gram: np.ndarray
-    samples: int
     deviation: dict[str, float]
     noise_rows: np.ndarray
-    operators: np.ndarray
-    noise_samples: np.ndarray
-    noise_index: np.ndarray
 
-    def torque_noise(self, unit_noise: np.ndarray) -> np.ndarray:
-        """Filtered noise on tau in the windows (Nm), shape (draws, w, s), from unit noise (draws, k)."""
-        around = unit_noise[:, self.noise_index]
-        return self.deviation["tau"] * self.inside * (around @ self.operators[2])
+    def torque_noise(self, filtered: np.ndarray) -> np.ndarray:
+        """Noise on tau in the windows (Nm), shape (draws, w, s), from `FilteredTrial.filtered_noise` (-)."""
+        return self.deviation["tau"] * self.trial.inside * filtered
 
-    def regressor_noise(self, unit_noise: np.ndarray) -> np.ndarray:
-        """Noise on theta'', theta', theta (rad/s2, rad/s, rad), shape (draws, w, 3, s), as above."""
-        around = unit_noise[:, self.noise_index]
-        noise = np.zeros((*around.shape[:2], 3, self.inside.shape[1]))
-        for row in np.flatnonzero(self.noise_rows):
-            np.matmul(around, self.operators[row], out=noise[:, :, row])
-        return np.multiply(noise, self.deviation["theta"] * self.inside[:, None], out=noise)
+    def regressor_noise(self, differentiated: np.ndarray) -> np.ndarray:
+        """Noise on theta'', theta', theta in the windows (rad/s2, rad/s, rad), shape (draws, w, 3, s).
+
+        From `FilteredTrial.differentiated_noise` (1/s2, 1/s, -).
+        """
+        inside = self.trial.inside[:, None] * self.noise_rows[:, None]
+        return self.deviation["theta"] * inside * differentiated
 
     @property
     def noise_gram(self) -> np.ndarray:
         """Expected sums of products of the noise over the whole trial, shape (4, 4), units as ``gram``."""
-        middle = self.operators[:, :, self.operators.shape[2] // 2]
+        middle = self.trial.operators[:, :, self.trial.operators.shape[2] // 2]
         gram = np.zeros((4, 4))
         gram[:3, :3] = self.deviation["theta"] ** 2 * (middle @ middle.T) * np.outer(*2 * [self.noise_rows])
         gram[3, 3] = self.deviation["tau"] ** 2 * middle[2] @ middle[2]
-        return self.samples * gram
+        return self.trial.simulated.time.size * gram
 
 
 def windowed_trial(
-    trial: SimulatedTrial,
-    processing: Processing,
-    noise_on: str,
-    snr_db: float,
-    cutoff_hz: float = 20.0,
-    order: int = 4,
+    trial: FilteredTrial, processing: Processing, noise_on: str, snr_db: float
 ) -> WindowedTrial:
-    """Filter the signals without noise, cut the windows out and prepare the noise.
+    """Choose the signals of a processing, cut the windows out and scale the noise.
 
     Parameters
     ----------
-    trial : SimulatedTrial
+    trial : FilteredTrial
         Signals without noise (s, rad, m, N, Nm).
     processing : Processing
         What is filtered, and what the SNR refers to.
@@ -345,10 +475,6 @@ def windowed_trial(
         What has noise.
     snr_db : float
         Signal power over noise power (dB); with the target "none" it does not matter.
-    cutoff_hz : float
-        Of the low-pass filter (Hz).
-    order : int
-        Of the filter, both passes together (-).
 
     Returns
     -------
@@ -358,7 +484,7 @@ def windowed_trial(
     Raises
     ------
     InputError
-        If there is no window, one lies too near the trial's ends, or noise or processing are unknown.
+        If noise or processing are unknown.
     """
     for what, value, known in (
         ("torque", processing.torque, TORQUES),
@@ -369,58 +495,31 @@ def windowed_trial(
         if value not in known:
             raise InputError(f"{what}: expected one of {listed(known)}, found {quoted(value)}: correct it")
     deviation = noise_deviation(trial, processing, noise_on, snr_db)
-    rate, samples = trial.rate_hz, trial.time.size
-    windows = np.asarray(trial.windows, dtype=int).reshape(-1, 2)
-    if windows.shape[0] == 0:
-        raise InputError(
-            f"{trial.name}: expected windows of perturbations, found none: "
-            "say where the trial's perturbations start and stop"
-        )
-    lengths = windows[:, 1] - windows[:, 0]
-    memory = filter_memory(rate, cutoff_hz)
-    longest = int(lengths.max())
-    if lengths.min() < 4 or windows[:, 0].min() < memory or windows[:, 0].max() + longest + memory > samples:
-        raise InputError(
-            f"{trial.name}: expected windows of 4 samples or more, {memory} samples or more from the trial's "
-            f"ends, found samples {windows[:, 0].min()} to {windows[:, 1].max()} of {samples} and "
-            f"{lengths.min()} samples in the shortest: leave more rest around the perturbations"
-        )
 
     targets = NOISE_ON[noise_on]
     every, both = processing.filtered == "all", processing.filtered == "torque-and-angle"
     filter_tau = every or both or "tau" in targets
     filter_theta = every or both or "theta" in targets
-    filter_rates = every or (filter_theta and not both)
-
-    def lowpass(x: np.ndarray, wanted: bool = True) -> np.ndarray:
-        return butterworth_lowpass(x, rate, cutoff_hz, order, axis=-1) if wanted else x
-
-    rates, angle = trial.regressors[:2], trial.regressors[2:]
     signals = np.concatenate(
         [
-            lowpass(rates, filter_rates),
-            lowpass(angle, filter_theta),
-            lowpass(trial.torque(processing.torque)[None], filter_tau),
+            trial.signals("rates", every or (filter_theta and not both)),
+            trial.signals("angle", filter_theta),
+            trial.signals(processing.torque, filter_tau),
         ]
     )
-    inside = np.arange(longest) < lengths[:, None]
-    within = windows[:, :1] + np.arange(longest)
-    cut = (signals[:, within] * inside).transpose(1, 0, 2)
-    instruments = (lowpass(trial.instruments, every)[:, within] * inside).transpose(1, 0, 2)
-    around = windows[:, :1] - memory + np.arange(longest + 2 * memory)
-    noise_samples, noise_index = np.unique(around, return_inverse=True)
+
+    def windows(x: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray((x[:, trial.within] * trial.inside).transpose(1, 0, 2))
+
     return WindowedTrial(
-        torque=cut[:, 3],
-        regressors=np.ascontiguousarray(cut[:, :3]),
-        instruments=np.ascontiguousarray(instruments),
-        inside=inside,
+        trial=trial,
+        estimator=processing.estimator,
+        torque=windows(signals[3:])[:, 0],
+        regressors=windows(signals[:3]),
+        instruments=windows(trial.signals("belt", every)),
         gram=signals @ signals.T,
-        samples=samples,
         deviation=deviation,
         noise_rows=np.array([processing.noisy_rates, processing.noisy_rates, True], dtype=float),
-        operators=_operators(longest, rate, cutoff_hz, order),
-        noise_samples=noise_samples,
-        noise_index=noise_index.reshape(around.shape),
     )
 
 
@@ -660,25 +759,15 @@ def torque_vaf(
     return 100.0 * (1.0 - residual / total[3, 3])
 
 
-def cross_validated_vaf(
-    parameters: np.ndarray,
-    others: list[SimulatedTrial],
-    processing: Processing,
-    noise_on: str,
-    snr_db: float,
-    cutoff_hz: float = 20.0,
-    order: int = 4,
-) -> np.ndarray:
+def cross_validated_vaf(parameters: np.ndarray, others: Iterable[WindowedTrial]) -> np.ndarray:
     """VAF of the noisy torque of other trials, predicted by given parameters from their noisy motion.
 
     Parameters
     ----------
     parameters : ndarray, shape (..., 3)
         I (Nms2/rad), B (Nms/rad), K (Nm/rad), for example of every draw.
-    others : list of SimulatedTrial
-        Trials to predict (Nm, rad, s).
-    processing, noise_on, snr_db, cutoff_hz, order
-        As for `windowed_trial`.
+    others : iterable of WindowedTrial
+        Trials to predict, processed and with noise as that of the parameters (Nm, rad, s).
 
     Returns
     -------
@@ -690,10 +779,10 @@ def cross_validated_vaf(
     InputError
         If there is no other trial.
     """
-    if not others:
+    vafs = [torque_vaf(parameters, other.gram, other.noise_gram, True) for other in others]
+    if not vafs:
         raise InputError("cross-validation: expected other trials, found none: simulate a second one")
-    cuts = [windowed_trial(other, processing, noise_on, snr_db, cutoff_hz, order) for other in others]
-    return np.mean([torque_vaf(parameters, cut.gram, cut.noise_gram, True) for cut in cuts], axis=0)
+    return np.mean(vafs, axis=0)
 
 
 # ---- one cell ----------------------------------------------------------------------------------
@@ -807,48 +896,45 @@ def clipped(vaf_percent: np.ndarray) -> np.ndarray:
 
 
 def estimate_draws(
-    windowed: WindowedTrial, estimator: str, draws: int, generators: tuple[np.random.Generator, ...]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Draw noise and estimate the parameters of every draw.
+    windowed: Sequence[WindowedTrial], chunks: Iterable[dict[str, np.ndarray]]
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Estimate the parameters of every draw of the noise, by every processing of a trial.
 
     Parameters
     ----------
-    windowed : WindowedTrial
-        Signals without noise (Nm, rad).
-    estimator : {"segment-regression", "instrumental-variables"}
-        See `Processing`.
-    draws : int
-        Number of draws (-).
-    generators : tuple of numpy.random.Generator
-        For the noise on tau and on theta.
+    windowed : sequence of WindowedTrial
+        One trial without noise (Nm, rad), by every processing.
+    chunks : iterable of dict
+        Draws of the noise, as from `noise_chunks`; [{}] is a single one without noise.
 
     Returns
     -------
-    parameters, sem_as_printed : ndarray, shape (draws, 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad) and thesis eq (3-2), means over the perturbations.
-    vaf_perturbation : ndarray, shape (draws,)
-        Of the torque without noise, mean over the perturbations (%).
+    list of tuple
+        For every processing: I (Nms2/rad), B (Nms/rad), K (Nm/rad) and thesis eq (3-2), means over the
+        perturbations, shape (draws, 3), and the VAF of the torque without noise, mean over the perturbations
+        (%), shape (draws,).
     """
-    parameters, sems, vafs = [], [], []
-    power = np.sum(windowed.torque**2, axis=-1)
-    for start in range(0, draws, CHUNK_DRAWS):
-        shape = (min(CHUNK_DRAWS, draws - start), windowed.noise_samples.size)
-        noise, regressors = np.zeros((shape[0], 1, 1)), windowed.regressors
-        if windowed.deviation["tau"]:
-            noise = windowed.torque_noise(generators[0].standard_normal(shape))
-        if windowed.deviation["theta"]:
-            regressors = regressors + windowed.regressor_noise(generators[1].standard_normal(shape))
-        if estimator == "instrumental-variables":
-            fits = instrumental_variables(windowed.instruments, regressors, windowed.torque + noise)
-            mean, sem = fits.parameters, fits.sem_as_printed
-        else:
-            fits = regress_windows(regressors, windowed.torque + noise)
-            mean, sem = fits.parameters.mean(axis=1), fits.sem_as_printed.mean(axis=1)
-        missed = fits.residuals - noise  # of the torque without noise
-        parameters.append(mean)
-        sems.append(sem)
-        vafs.append(100.0 * (1.0 - np.sum(missed**2, axis=-1) / power).mean(axis=1))
-    return np.concatenate(parameters), np.concatenate(sems), np.concatenate(vafs)
+    by_chunk = [[_estimate_chunk(one, chunk) for one in windowed] for chunk in chunks]
+    return [tuple(map(np.concatenate, zip(*fits, strict=True))) for fits in zip(*by_chunk, strict=True)]
+
+
+def _estimate_chunk(
+    windowed: WindowedTrial, chunk: dict[str, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    noise, regressors = np.zeros((1, 1, 1)), windowed.regressors
+    if "tau" in chunk:
+        noise = windowed.torque_noise(chunk["tau"])
+    if "theta" in chunk:
+        regressors = regressors + windowed.regressor_noise(chunk["theta"])
+    if windowed.estimator == "instrumental-variables":
+        fits = instrumental_variables(windowed.instruments, regressors, windowed.torque + noise)
+        parameters, sem = fits.parameters, fits.sem_as_printed
+    else:
+        fits = regress_windows(regressors, windowed.torque + noise)
+        parameters, sem = fits.parameters.mean(axis=1), fits.sem_as_printed.mean(axis=1)
+    missed = fits.residuals - noise  # of the torque without noise
+    unexplained = np.sum(missed**2, axis=-1) / np.sum(windowed.torque**2, axis=-1)
+    return parameters, sem, 100.0 * (1.0 - unexplained).mean(axis=1)
 
 
 def angle_vafs(trial: SimulatedTrial, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -866,32 +952,32 @@ def angle_vafs(trial: SimulatedTrial, parameters: np.ndarray) -> tuple[np.ndarra
     in_windows, in_trial : ndarray, shape (d,)
         Mean over the perturbations, and over the whole trial (%); NaN where the leg falls.
     """
-    predicted = predict_angle(trial.leg, parameters, trial.y_foot_d, trial.rate_hz)
-    missed, power = (trial.theta - predicted) ** 2, trial.theta**2
+    missed = predict_angle(trial.leg, parameters, trial.y_foot_d, trial.rate_hz)
+    missed -= trial.theta  # in place, as there are many samples
+    missed **= 2
+    power = trial.theta**2
     in_windows = [1.0 - missed[:, a:b].sum(axis=1) / power[a:b].sum() for a, b in trial.windows]
     return 100.0 * np.mean(in_windows, axis=0), 100.0 * (1.0 - missed.sum(axis=1) / power.sum())
 
 
 def sweep(
-    trial: SimulatedTrial,
+    trial: FilteredTrial,
     noise_on: str,
     snr_db: float,
     draws: int,
     seed: int,
-    estimator: str = "recommended",
-    others: tuple[SimulatedTrial, ...] = (),
+    estimators: Sequence[str],
+    others: Sequence[FilteredTrial] = (),
     predicted_draws: int = 25,
-    cutoff_hz: float = 20.0,
-    order: int = 4,
-) -> NoiseCell:
-    """One cell of the study: many draws of the noise, all perturbations of all draws in batches.
+) -> list[NoiseCell]:
+    """Many draws of one noise, estimated from in several ways: all perturbations of all draws in batches.
 
     The noise depends on the seed, the trial's name, the noise target and the SNR alone: cells may be made in
-    any order, and the estimators of one cell see the same noise.
+    any order, and all processings see the same noise.
 
     Parameters
     ----------
-    trial : SimulatedTrial
+    trial : FilteredTrial
         Signals without noise (s, rad, m, N, Nm).
     noise_on : {"none", "tau", "theta", "both"}
         What has noise; "none" takes a single draw.
@@ -901,88 +987,86 @@ def sweep(
         Number of draws (-).
     seed : int
         Of the study (-).
-    estimator : str
-        One of `PROCESSINGS`.
-    others : tuple of SimulatedTrial
+    estimators : sequence of str
+        Names of `PROCESSINGS`.
+    others : sequence of FilteredTrial
         Trials for the cross-validation.
     predicted_draws : int
         Draws whose angle is predicted over the trial (-).
-    cutoff_hz : float
-        Of the low-pass filter (Hz).
-    order : int
-        Of the filter, both passes together (-).
 
     Returns
     -------
-    NoiseCell
-        Draw by draw (Nms2/rad, Nms/rad, Nm/rad, %).
+    list of NoiseCell
+        One for every estimator, draw by draw (Nms2/rad, Nms/rad, Nm/rad, %).
 
     Raises
     ------
     InputError
-        If noise, SNR, processing, windows or the number of draws cannot be used.
+        If noise, SNR, processings or the number of draws cannot be used.
     """
-    if estimator not in PROCESSINGS:
-        raise InputError(
-            f"estimator: expected one of {listed(PROCESSINGS)}, found {quoted(estimator)}: correct it"
-        )
+    for name in estimators:
+        if name not in PROCESSINGS:
+            raise InputError(
+                f"estimator: expected one of {listed(PROCESSINGS)}, found {quoted(name)}: correct it"
+            )
     if draws < 1:
         raise InputError(f"noise: expected one draw or more, found {draws}: ask for more")
-    processing = PROCESSINGS[estimator]
-    windowed = windowed_trial(trial, processing, noise_on, snr_db, cutoff_hz, order)
-    silent = replace(windowed, deviation={"tau": 0.0, "theta": 0.0})
-    generators = cell_generators(seed, trial.name, noise_on, f"{snr_db:g}")
-    count = draws if NOISE_ON[noise_on] else 1
-    parameters, sem, vaf_perturbation = estimate_draws(windowed, processing.estimator, count, generators)
-    in_windows, in_trial = angle_vafs(trial, parameters[:predicted_draws])
-    validated = None
-    if others:
-        validated = cross_validated_vaf(
-            parameters, list(others), processing, noise_on, snr_db, cutoff_hz, order
+    simulated = trial.simulated
+    windowed = [windowed_trial(trial, PROCESSINGS[name], noise_on, snr_db) for name in estimators]
+    generators = cell_generators(seed, simulated.name, noise_on, f"{snr_db:g}")
+    drawn = estimate_draws(windowed, noise_chunks(trial, noise_on, draws, generators))
+    silent = estimate_draws(windowed, [{}])
+    cells = []
+    for k, name in enumerate(estimators):
+        parameters, sem, vaf_perturbation = drawn[k]
+        in_windows, in_trial = angle_vafs(simulated, parameters[:predicted_draws])
+        validated = None
+        if others:
+            unseen = (windowed_trial(other, PROCESSINGS[name], noise_on, snr_db) for other in others)
+            validated = cross_validated_vaf(parameters, unseen)
+        cells.append(
+            NoiseCell(
+                condition=simulated.name,
+                noise_on=noise_on,
+                estimator=name,
+                snr_db=float(snr_db),
+                parameters=parameters,
+                sem_as_printed=sem,
+                vaf_perturbation=vaf_perturbation,
+                vaf_trial=torque_vaf(parameters, windowed[k].gram, windowed[k].noise_gram, False),
+                vaf_cross_validated=validated,
+                vaf_theta_perturbation=in_windows,
+                vaf_theta_trial=in_trial,
+                unstable_fraction=float(np.mean(~is_stable(simulated.leg, parameters))),
+                truth=np.asarray(simulated.truth, dtype=float),
+                without_noise=silent[k][0][0],
+                apparent=apparent_impedance(simulated.leg, simulated.foot, simulated.truth),
+            )
         )
-    return NoiseCell(
-        condition=trial.name,
-        noise_on=noise_on,
-        estimator=estimator,
-        snr_db=float(snr_db),
-        parameters=parameters,
-        sem_as_printed=sem,
-        vaf_perturbation=vaf_perturbation,
-        vaf_trial=torque_vaf(parameters, windowed.gram, windowed.noise_gram, False),
-        vaf_cross_validated=validated,
-        vaf_theta_perturbation=in_windows,
-        vaf_theta_trial=in_trial,
-        unstable_fraction=float(np.mean(~is_stable(trial.leg, parameters))),
-        truth=np.asarray(trial.truth, dtype=float),
-        without_noise=estimate_draws(silent, processing.estimator, 1, generators)[0][0],
-        apparent=apparent_impedance(trial.leg, trial.foot, trial.truth),
-    )
+    return cells
 
 
 def sweep_trial(
     trial: SimulatedTrial,
-    levels_db: list[float],
+    levels_db: dict[str, list[float]],
     draws: int,
     seed: int,
-    estimators: list[str],
-    others: tuple[SimulatedTrial, ...],
+    others: Iterable[SimulatedTrial],
     predicted_draws: int = 25,
     cutoff_hz: float = 20.0,
     order: int = 4,
 ) -> list[NoiseCell]:
-    """All cells of one trial: without noise, and every noise target and level, by every processing.
+    """All cells of one trial: by every processing without noise, and with every noise target and level.
 
     Parameters
     ----------
     trial : SimulatedTrial
         Signals without noise (s, rad, m, N, Nm).
-    levels_db : list of float
-        Signal power over noise power (dB).
+    levels_db : dict of str to list of float
+        Name of one of `PROCESSINGS` -> signal power over noise power (dB).
     draws, seed : int
         As for `sweep` (-).
-    estimators : list of str
-        Names of `PROCESSINGS`.
-    others : tuple of SimulatedTrial
+    others : iterable of SimulatedTrial
         Trials for the cross-validation.
     predicted_draws : int
         As for `sweep` (-).
@@ -994,18 +1078,22 @@ def sweep_trial(
     Returns
     -------
     list of NoiseCell
-        As `sweep` gives them (Nms2/rad, Nms/rad, Nm/rad, %).
+        As `sweep` gives them, processing by processing (Nms2/rad, Nms/rad, Nm/rad, %).
 
     Raises
     ------
     InputError
-        As `sweep`.
+        As `filtered_trial` and `sweep`.
     """
-    cells = [("none", levels_db[0])] + [
-        (noise_on, level) for noise_on in ("tau", "theta", "both") for level in levels_db
-    ]
-    return [
-        sweep(trial, noise_on, level, draws, seed, estimator, others, predicted_draws, cutoff_hz, order)
-        for estimator in estimators
-        for noise_on, level in cells
-    ]
+    wanted = {
+        name: [("none", levels[0]), *product(("tau", "theta", "both"), levels)]
+        for name, levels in levels_db.items()
+    }
+    filtered = filtered_trial(trial, cutoff_hz, order)
+    filtered_others = [filtered_trial(other, cutoff_hz, order) for other in others]
+    made = {}
+    for noise in dict.fromkeys(chain(*wanted.values())):
+        names = [name for name, noises in wanted.items() if noise in noises]
+        for cell in sweep(filtered, *noise, draws, seed, names, filtered_others, predicted_draws):
+            made[cell.estimator, noise] = cell
+    return [made[name, noise] for name, noises in wanted.items() for noise in noises]

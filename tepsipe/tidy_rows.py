@@ -2,7 +2,7 @@
 
 import csv
 from collections.abc import Callable, Iterable
-from dataclasses import astuple, fields
+from dataclasses import fields
 from pathlib import Path
 
 from tepsipe.errors import InputError
@@ -18,10 +18,11 @@ def write_rows(path: str | Path, kind: type, rows: Iterable) -> None:
 
     None is an empty cell; truth values are true and false.
     """
+    names = column_names(kind)
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(column_names(kind))
-        writer.writerows([_cell(value) for value in astuple(row)] for row in rows)
+        writer.writerow(names)
+        writer.writerows([_cell(getattr(row, name)) for name in names] for row in rows)
 
 
 def _cell(value) -> str:

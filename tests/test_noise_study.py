@@ -21,8 +21,10 @@ from tepsipe.noise_study import (
     clipped,
     cross_validated_vaf,
     estimate_draws,
+    filtered_trial,
     instrumental_variables,
     is_stable,
+    noise_chunks,
     predict_angle,
     regress_windows,
     sweep,
@@ -121,9 +123,27 @@ def others():
     return simulated("sine", 0.1, duration_s=20.0), simulated("minjerk", 0.5, duration_s=20.0)
 
 
+def windowed_of(trial, estimator, noise_on, snr_db):
+    return windowed_trial(filtered_trial(trial), PROCESSINGS[estimator], noise_on, snr_db)
+
+
 def draws_of(trial, processing, noise_on, snr_db, draws, seed=SEED):
-    windowed = windowed_trial(trial, processing, noise_on, snr_db)
-    return estimate_draws(windowed, processing.estimator, draws, cell_generators(seed, trial.name))
+    filtered = filtered_trial(trial)
+    windowed = windowed_trial(filtered, processing, noise_on, snr_db)
+    chunks = noise_chunks(filtered, noise_on, draws, cell_generators(seed, trial.name))
+    return estimate_draws([windowed], chunks)[0]
+
+
+def noisy_signals(windowed, draws, generators):
+    """Torque and regressors, both with noise."""
+    (chunk,) = noise_chunks(windowed.trial, "both", draws, generators)
+    torque = windowed.torque + windowed.torque_noise(chunk["tau"])
+    return torque, windowed.regressors + windowed.regressor_noise(chunk["theta"])
+
+
+def cell_of(trial, noise_on, snr_db, draws, seed=SEED, estimator="recommended", others=()):
+    others = [filtered_trial(other) for other in others]
+    return sweep(filtered_trial(trial), noise_on, snr_db, draws, seed, [estimator], others)[0]
 
 
 # ---- without noise -----------------------------------------------------------------------------
@@ -140,7 +160,7 @@ def test_foot_and_leg_feel_the_torque_of_the_joint(sine):
 def test_joint_comes_back_without_noise(estimator, sine, others):
     stiffer = simulated("minjerk", 0.2, stiffness=15.0, duration_s=20.0)
     for trial in (sine, *others, stiffer):
-        cell = sweep(trial, "none", np.inf, 200, SEED, estimator)
+        cell = cell_of(trial, "none", np.inf, 200, SEED, estimator)
         assert cell.n_draws == 1
         assert cell.mean == pytest.approx(trial.truth, rel=1e-6)
         assert cell.vaf_perturbation == pytest.approx(100.0, abs=1e-9)
@@ -153,7 +173,7 @@ def test_joint_comes_back_without_noise(estimator, sine, others):
 )
 def test_printed_equation_shows_the_apparent_impedance_and_a_perfect_fit(stiffness, expected):
     trial = simulated("sine", 0.01, stiffness=stiffness, duration_s=20.0)
-    cell = sweep(trial, "none", np.inf, 1, SEED, "as-printed")
+    cell = cell_of(trial, "none", np.inf, 1, SEED, "as-printed")
     assert cell.apparent == pytest.approx(expected, rel=2e-3)
     assert cell.mean == pytest.approx(cell.apparent, rel=1e-4)
     assert cell.vaf_perturbation == pytest.approx(100.0, abs=1e-6)
@@ -185,13 +205,14 @@ def test_unequal_filters_bias_and_equal_ones_do_not(sine):
 
 def test_noise_around_the_windows_is_that_of_the_whole_trial_filtered_and_differentiated(sine, rng):
     unit = rng.standard_normal((1, sine.time.size))
-    windowed = windowed_trial(sine, PROCESSINGS["recommended"], "both", 20.0)
-    assert windowed.noise_samples.size < 0.2 * sine.time.size
+    windowed = windowed_of(sine, "recommended", "both", 20.0)
+    around = unit[:, windowed.trial.noise_samples]
+    assert around.size < 0.2 * sine.time.size
     filtered = butterworth_lowpass(unit[0], RATE_HZ, 20.0)
     rate = derivative(sine.time, filtered)
     expected = np.stack([derivative(sine.time, rate), rate, filtered])
-    found = windowed.regressor_noise(unit[:, windowed.noise_samples])[0]
-    torque = windowed.torque_noise(unit[:, windowed.noise_samples])[0]
+    found = windowed.regressor_noise(windowed.trial.differentiated_noise(around))[0]
+    torque = windowed.torque_noise(windowed.trial.filtered_noise(around))[0]
     for k, (start, stop) in enumerate(sine.windows):
         part = 0.1 * np.sqrt(np.mean(sine.theta**2)) * expected[:, start:stop]
         scale = np.abs(part).max(axis=1, keepdims=True)
@@ -206,9 +227,9 @@ def test_noisy_signals_are_those_that_a_user_would_filter_and_differentiate(othe
     angle = butterworth_lowpass(trial.theta + noise, RATE_HZ, 20.0)
     rate = derivative(trial.time, angle)
     measured = np.stack([derivative(trial.time, rate), rate, angle])
-    windowed = windowed_trial(trial, PROCESSINGS["recommended"], "theta", 20.0)
-    unit = (noise / windowed.deviation["theta"])[None, windowed.noise_samples]
-    found = windowed.regressors + windowed.regressor_noise(unit)[0]
+    windowed = windowed_of(trial, "recommended", "theta", 20.0)
+    unit = (noise / windowed.deviation["theta"])[None, windowed.trial.noise_samples]
+    found = windowed.regressors + windowed.regressor_noise(windowed.trial.differentiated_noise(unit))[0]
     for k, (start, stop) in enumerate(trial.windows):
         part = measured[:, start:stop]
         assert found[k] == pytest.approx(part, abs=3e-3 * np.abs(part[0]).max())
@@ -220,10 +241,8 @@ def test_batches_equal_a_loop_over_windows_and_draws(noise_on, sine):
     windows = sine.windows.copy()
     windows[::3, 1] -= 4  # of unequal length
     trial = replace(sine, windows=windows)
-    windowed = windowed_trial(trial, PROCESSINGS["recommended-regression"], noise_on, 10.0)
-    tau, theta = (g.standard_normal((6, windowed.noise_samples.size)) for g in cell_generators(1, "loop"))
-    torque = windowed.torque + windowed.torque_noise(tau)
-    regressors = windowed.regressors + windowed.regressor_noise(theta)
+    windowed = windowed_of(trial, "recommended-regression", noise_on, 10.0)
+    torque, regressors = noisy_signals(windowed, 6, cell_generators(1, "loop"))
     fits = regress_windows(regressors, torque)
     for draw in range(6):
         for k, length in enumerate(np.diff(windows, axis=1)[:, 0]):
@@ -241,10 +260,8 @@ def test_batches_equal_a_loop_over_windows_and_draws(noise_on, sine):
 
 
 def test_instruments_solve_their_normal_equations(sine):
-    windowed = windowed_trial(sine, PROCESSINGS["recommended"], "both", 10.0)
-    tau, theta = (g.standard_normal((3, windowed.noise_samples.size)) for g in cell_generators(1, "iv"))
-    torque = windowed.torque + windowed.torque_noise(tau)
-    regressors = windowed.regressors + windowed.regressor_noise(theta)
+    windowed = windowed_of(sine, "recommended", "both", 10.0)
+    torque, regressors = noisy_signals(windowed, 3, cell_generators(1, "iv"))
     fits = instrumental_variables(windowed.instruments, regressors, torque)
     z = np.concatenate(list(windowed.instruments), axis=1)
     for draw in range(3):
@@ -263,17 +280,17 @@ def test_instruments_solve_their_normal_equations(sine):
 
 @pytest.mark.parametrize("noise_on", ["tau", "theta", "both"])
 def test_recommended_estimator_is_unbiased_at_20_db(noise_on, sine):
-    cell = sweep(sine, noise_on, 20.0, 600, SEED)
+    cell = cell_of(sine, noise_on, 20.0, 600, SEED)
     half_width = 2.64 * cell.sd / np.sqrt(cell.n_draws)  # nine intervals that together hold with 95 %
     assert (np.abs(cell.bias) < 1.05 * half_width).all()
     assert (half_width < [1e-5, 2e-3, 2e-2]).all()
 
 
 def test_noise_on_the_angle_biases_least_squares(sine):
-    cell = sweep(sine, "theta", 20.0, 200, SEED, "recommended-regression")
+    cell = cell_of(sine, "theta", 20.0, 200, SEED, "recommended-regression")
     error = cell.sd / np.sqrt(cell.n_draws)
     assert cell.bias[2] < -8.0 * error[2]
-    assert (np.abs(sweep(sine, "tau", 20.0, 200, SEED, "recommended-regression").bias) < 4.0 * error).all()
+    assert (np.abs(cell_of(sine, "tau", 20.0, 200, SEED, "recommended-regression").bias) < 4.0 * error).all()
 
 
 def test_estimates_do_not_depend_on_amplitude_and_spread_with_the_noise(small):
@@ -305,7 +322,7 @@ def test_estimates_do_not_depend_on_amplitude_and_spread_with_the_noise(small):
 
 def test_noise_hides_the_stiffness_only_if_its_power_is_not_that_of_the_signal(sine, others):
     cells = {
-        (name, noise_on): sweep(sine, noise_on, 20.0, 50, SEED, name, others)
+        (name, noise_on): cell_of(sine, noise_on, 20.0, 50, SEED, name, others)
         for name in ("as-printed", "as-tabulated")
         for noise_on in ("tau", "theta")
     }
@@ -337,7 +354,7 @@ def test_predicted_angle_is_that_of_the_linear_leg(small):
 def test_vaf_of_the_torque_over_the_trial_is_that_of_an_independent_recording(sine, rng):
     parameters = np.array([0.014, 0.12, 9.0])
     for noise_on, deviation in (("tau", (1.0, 0.0)), ("theta", (0.0, 1.0)), ("both", (1.0, 1.0))):
-        found = cross_validated_vaf(parameters, [sine], PROCESSINGS["recommended"], noise_on, 10.0)
+        found = cross_validated_vaf(parameters, [windowed_of(sine, "recommended", noise_on, 10.0)])
         torque, angle = sine.torque("leg"), sine.theta
         noisy = [
             butterworth_lowpass(
@@ -351,7 +368,7 @@ def test_vaf_of_the_torque_over_the_trial_is_that_of_an_independent_recording(si
 
 
 def test_rows_are_tidy(sine, others):
-    rows = sweep(sine, "both", 20.0, 5, SEED, "recommended", others).rows()
+    rows = cell_of(sine, "both", 20.0, 5, SEED, "recommended", others).rows()
     assert {tuple(row) for row in rows} == {
         ("condition", "noise_on", "snr_db", "estimator", "quantity", "unit", "mean", "sd", "bias", "n_draws")
     }
@@ -365,19 +382,20 @@ def test_rows_are_tidy(sine, others):
 
 
 def test_a_cell_depends_on_its_names_and_the_seed_alone(sine, others):
-    first = sweep(sine, "both", 20.0, 60, SEED)
-    sweep(others[0], "tau", 5.0, 10, SEED)
-    again = sweep(sine, "both", 20.0, 130, SEED)
+    first = cell_of(sine, "both", 20.0, 60, SEED)
+    cell_of(others[0], "tau", 5.0, 10, SEED)
+    again = cell_of(sine, "both", 20.0, 130, SEED)
     assert np.array_equal(first.parameters[:50], again.parameters[:50])
     assert first.parameters == pytest.approx(again.parameters[:60], rel=1e-9)
     for different in (
-        sweep(sine, "both", 25.0, 60, SEED),
-        sweep(sine, "both", 20.0, 60, SEED + 1),
-        sweep(replace(sine, name="sine-0.3-8s"), "both", 20.0, 60, SEED),
+        cell_of(sine, "both", 25.0, 60, SEED),
+        cell_of(sine, "both", 20.0, 60, SEED + 1),
+        cell_of(replace(sine, name="sine-0.3-8s"), "both", 20.0, 60, SEED),
     ):
         assert np.abs(different.parameters / first.parameters - 1.0).max() > 1e-4
     correlation = np.corrcoef(
-        first.parameters[:, 2], sweep(sine, "both", 20.0, 60, SEED, "recommended-regression").parameters[:, 2]
+        first.parameters[:, 2],
+        cell_of(sine, "both", 20.0, 60, SEED, "recommended-regression").parameters[:, 2],
     )[0, 1]
     assert correlation > 0.5  # the estimators of a cell see the same noise
 
@@ -388,7 +406,7 @@ def test_a_cell_depends_on_its_names_and_the_seed_alone(sine, others):
 def test_what_cannot_be_used_is_refused(sine, others):
     def refused(*names, trial=sine, noise_on="tau", snr_db=20.0, draws=5, **options):
         with pytest.raises(InputError) as caught:
-            sweep(trial, noise_on, snr_db, draws, SEED, **options)
+            cell_of(trial, noise_on, snr_db, draws, SEED, **options)
         assert_one_sentence(caught.value, *names)
 
     for snr in (np.nan, np.inf, -np.inf, "20", None, True):
@@ -404,9 +422,9 @@ def test_what_cannot_be_used_is_refused(sine, others):
     refused("perturbations", trial=still, estimator="as-printed")
     refused("belt", trial=replace(sine, y_foot=0.0 * sine.theta), estimator="recommended")
     with pytest.raises(InputError, match="expected other trials"):
-        cross_validated_vaf(sine.truth, [], PROCESSINGS["recommended"], "tau", 20.0)
+        cross_validated_vaf(sine.truth, [])
     for name in ("torque", "estimator", "filtered", "power"):
         wrong = replace(PROCESSINGS["recommended"], **{name: "knee"})
         with pytest.raises(InputError) as caught:
-            windowed_trial(others[0], wrong, "tau", 20.0)
+            windowed_trial(filtered_trial(others[0]), wrong, "tau", 20.0)
         assert_one_sentence(caught.value, name, "'knee'")

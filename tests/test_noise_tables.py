@@ -10,7 +10,7 @@ from builders import LEG, RATE_HZ, assert_one_sentence, belt_pulses, trial_of
 from tepsipe.errors import InputError
 from tepsipe.inverse_dynamics import Foot
 from tepsipe.noise_simulation import simulate_trial
-from tepsipe.noise_study import NOISE_ON, sweep, sweep_trial
+from tepsipe.noise_study import NOISE_ON, filtered_trial, sweep, sweep_trial
 from tepsipe.noise_tables import (
     TABLE_4_4,
     TABLE_COLUMNS,
@@ -56,6 +56,15 @@ def simulated(name="sine-0.3", peak_m_per_s=0.3, parameters=TRUTH, offset_m_per_
     return simulate_trial(trial, name, OPTIONS, FOOT, parameters, 0.001)
 
 
+def cell_of(trial, noise_on, snr_db, draws, others=(), predicted_draws=25):
+    """The recommended estimator's cell, made alone."""
+    others = [filtered_trial(other) for other in others]
+    (cell,) = sweep(
+        filtered_trial(trial), noise_on, snr_db, draws, SEED, ["recommended"], others, predicted_draws
+    )
+    return cell
+
+
 @pytest.fixture(scope="module")
 def trial():
     return simulated()
@@ -73,7 +82,7 @@ def other():
 
 @pytest.fixture(scope="module")
 def cells(trial, other):
-    return sweep_trial(trial, LEVELS_DB, 6, SEED, ESTIMATORS, (other,), 2)
+    return sweep_trial(trial, dict.fromkeys(ESTIMATORS, LEVELS_DB), 6, SEED, [other], 2)
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +96,7 @@ def rows(cells):
 @pytest.mark.parametrize("name", ["trial", "stiffer", "other"])
 def test_joint_comes_back_without_noise_from_a_recorded_belt(name, request):
     simulation = request.getfixturevalue(name)
-    cell = sweep(simulation, "none", 20.0, 1, SEED)
+    cell = cell_of(simulation, "none", 20.0, 1)
     assert cell.mean == pytest.approx(simulation.truth, rel=1e-6)
     assert cell.vaf_trial == pytest.approx(100.0, abs=1e-6)
     assert cell.vaf_theta_trial > 99.9
@@ -138,8 +147,9 @@ def test_trials_come_back_from_their_file_exactly(trial, stiffer, tmp_path):
                 assert before.dtype == after.dtype, field.name
             else:
                 assert before == after, field.name
-    again = sweep(simulated_trial(result, "K_15", stiffer.name, LEG, FOOT), "both", 20.0, 4, SEED)
-    assert np.array_equal(again.parameters, sweep(stiffer, "both", 20.0, 4, SEED).parameters)
+    read = simulated_trial(result, "K_15", stiffer.name, LEG, FOOT)
+    again, first = (cell_of(one, "both", 20.0, 4) for one in (read, stiffer))
+    assert np.array_equal(again.parameters, first.parameters)
 
 
 # ---- cells -------------------------------------------------------------------------------------
@@ -157,14 +167,25 @@ def test_trial_is_swept_over_every_target_level_and_estimator_once(cells):
     assert silent[1].mean == pytest.approx(TRUTH, rel=1e-6)
 
 
+def test_estimators_have_levels_of_their_own(trial, other):
+    levels = {"as-printed": LEVELS_DB, "as-tabulated": LEVELS_DB[1:]}
+    cells = sweep_trial(trial, levels, 2, SEED, [other], 1)
+    assert [(cell.estimator, cell.noise_on, cell.snr_db) for cell in cells] == [
+        (estimator, noise_on, db)
+        for estimator, own in levels.items()
+        for noise_on in NOISE_ON
+        for db in (own[:1] if noise_on == "none" else own)
+    ]
+
+
 def test_cell_of_a_sweep_is_the_cell_made_alone(cells, trial, other):
     (cell,) = [
         c for c in cells if (c.estimator, c.noise_on, c.snr_db) == ("recommended", "theta", LEVELS_DB[1])
     ]
-    alone = sweep(trial, "theta", LEVELS_DB[1], 6, SEED, "recommended", (other,), 2)
+    alone = cell_of(trial, "theta", LEVELS_DB[1], 6, [other], 2)
     assert np.array_equal(cell.parameters, alone.parameters)
     assert np.array_equal(cell.vaf_cross_validated, alone.vaf_cross_validated)
-    reversed_levels = sweep_trial(trial, LEVELS_DB[::-1], 6, SEED, ["recommended"], (other,), 2)
+    reversed_levels = sweep_trial(trial, {"recommended": LEVELS_DB[::-1]}, 6, SEED, [other], 2)
     assert any(np.array_equal(cell.parameters, c.parameters) for c in reversed_levels)
 
 

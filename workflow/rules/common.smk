@@ -249,6 +249,12 @@ def noise_conditions():
     return list(chosen.values())
 
 
+def same_profile(wildcards):
+    """The noise study's trials with the same profile as one of them, itself included."""
+    profile = trial(wildcards, "dummy").profile
+    return [c for c in noise_conditions() if TRIALS["dummy", c].profile == profile]
+
+
 def study_noise():
     """The noise study's tables, where there are simulations."""
     names = ("noise", "table_4_4") if SIMULATION else ()

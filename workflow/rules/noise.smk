@@ -22,7 +22,7 @@ rule simulate_without_noise:
 
 rule sweep_noise:
     input:
-        fits=[f"<results>/fits/without_noise/{c}.h5" for c in noise_conditions()],
+        fits=lambda w: [f"<results>/fits/without_noise/{c}.h5" for c in same_profile(w)],
         library=library_of("sweep_noise"),
     output:
         noise="<results>/noise/{condition}.csv",
@@ -31,7 +31,7 @@ rule sweep_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=noise_conditions(),
+        conditions=same_profile,
         geometry=config["dummy"]["geometry"],
         analysis=config["dummy"]["analysis"],
         noise=config["noise"],

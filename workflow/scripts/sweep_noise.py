@@ -17,28 +17,24 @@ options = dummy_options(geometry, snakemake.params.analysis)
 foot = Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"])
 condition, rows = snakemake.wildcards.condition, []
 results = dict(zip(snakemake.params.conditions, map(read_result, snakemake.input.fits), strict=True))
-profile = condition.partition("-")[0]
 for k, stiffness in enumerate(noise["joint"]["stiffness_Nm_per_rad"]):
     trials = {
         name: simulated_trial(result, f"K_{stiffness:g}", name, options.leg, foot)
         for name, result in results.items()
-        if name == condition or name.partition("-")[0] == profile
     }
-    trial = trials.pop(condition)
     # the first stiffness is swept, the others are for the table
-    swept = list(noise["estimators"]) if k == 0 else []
-    for estimator in dict.fromkeys([*swept, *noise["table_estimators"]]):
-        levels = noise["snr_db"] if estimator in swept else [noise["table_snr_db"]]
-        cells = sweep_trial(
-            trial,
-            levels,
-            noise["draws"],
-            snakemake.params.seed,
-            [estimator],
-            tuple(trials.values()),
-            noise["predicted_draws"],
-            options.lowpass_cutoff_hz,
-            options.lowpass_order,
-        )
-        rows += noise_rows(cells)
+    levels = dict.fromkeys(noise["estimators"], noise["snr_db"]) if k == 0 else {}
+    for estimator in noise["table_estimators"]:
+        levels.setdefault(estimator, [noise["table_snr_db"]])
+    cells = sweep_trial(
+        trials.pop(condition),
+        levels,
+        noise["draws"],
+        snakemake.params.seed,
+        trials.values(),
+        noise["predicted_draws"],
+        options.lowpass_cutoff_hz,
+        options.lowpass_order,
+    )
+    rows += noise_rows(cells)
 write_noise(snakemake.output.noise, rows)
