@@ -6,6 +6,7 @@ Symbols: v belt velocity (m/s), q integral of the velocity error (m), u drive fo
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -86,7 +87,12 @@ def minimum_jerk_pulse(s: float) -> float:
     return sign * 16.0 * half**2 * (1.0 - half) ** 2
 
 
-PULSES = {"sine": sine_pulse, "minjerk": minimum_jerk_pulse}
+def negative_sine_pulse(s: float) -> float:
+    """`sine_pulse` the other way round (-), for ``s`` in 0..1 (-)."""
+    return -sine_pulse(s)
+
+
+PULSES = {"sine": sine_pulse, "negative-sine": negative_sine_pulse, "minjerk": minimum_jerk_pulse}
 
 
 def velocity_command(
@@ -96,7 +102,7 @@ def velocity_command(
 
     Parameters
     ----------
-    profile : {"sine", "minjerk"}
+    profile : {"sine", "negative-sine", "minjerk"}
         Shape of one pulse.
     amplitude_m_per_s : float
         Peak velocity (m/s).
@@ -117,13 +123,12 @@ def velocity_command(
     """
     pulse = PULSES[profile]
     onsets = onsets_s.tolist()
-    first, interval = onsets[0], (onsets[1] - onsets[0] if len(onsets) > 1 else math.inf)
 
     def command(t: float) -> float:
-        index = 0 if math.isinf(interval) else int((t - first) / interval)
-        if index < 0 or index >= len(onsets):
+        index = bisect_right(onsets, t) - 1
+        if index < 0:
             return 0.0
         s = (t - onsets[index]) / pulse_s
-        return amplitude_m_per_s * pulse(s) if 0.0 <= s < 1.0 else 0.0
+        return amplitude_m_per_s * pulse(s) if s < 1.0 else 0.0
 
     return command

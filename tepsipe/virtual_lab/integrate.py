@@ -44,21 +44,28 @@ def integrate(
     """
     steps = int(np.ceil(duration_s * rate_hz))
     h = 1.0 / rate_hz
-    half = 0.5 * h
-    sixth = h / 6.0
     states = np.empty((steps + 1, len(initial)))
     x = tuple(float(value) for value in initial)
     states[0] = x
     for k in range(steps):
-        t = k * h
-        k1 = derivative(t, x)
-        k2 = derivative(t + half, tuple([a + half * b for a, b in zip(x, k1, strict=True)]))
-        k3 = derivative(t + half, tuple([a + half * b for a, b in zip(x, k2, strict=True)]))
-        k4 = derivative(t + h, tuple([a + h * b for a, b in zip(x, k3, strict=True)]))
-        x = tuple(
-            [a + sixth * (b + 2.0 * (c + d) + e) for a, b, c, d, e in zip(x, k1, k2, k3, k4, strict=True)]
-        )
+        x = runge_kutta_step(derivative, k * h, x, h)
         states[k + 1] = x
     if not np.isfinite(states[-1]).all():
         raise FloatingPointError("the integration of the rig diverged: check the rig's constants")
     return np.arange(steps + 1) * h, states
+
+
+def runge_kutta_step(derivative: Callable[[float, State], State], t: float, x: State, h: float) -> State:
+    """State a step ``h`` (s) after the state ``x`` at ``t`` (s), by the classical fourth-order rule.
+
+    ``derivative`` is as for `integrate` (unit of the state per s).
+    """
+    half = 0.5 * h
+    sixth = h / 6.0
+    k1 = derivative(t, x)
+    k2 = derivative(t + half, tuple([a + half * b for a, b in zip(x, k1, strict=True)]))
+    k3 = derivative(t + half, tuple([a + half * b for a, b in zip(x, k2, strict=True)]))
+    k4 = derivative(t + h, tuple([a + h * b for a, b in zip(x, k3, strict=True)]))
+    return tuple(
+        [a + sixth * (b + 2.0 * (c + d) + e) for a, b, c, d, e in zip(x, k1, k2, k3, k4, strict=True)]
+    )

@@ -64,9 +64,55 @@ def schedule_trial(
         Instants (s) and commanded velocity (m/s).
     """
     protocol = rig["protocol"]
-    trigger_s = protocol["lead_s"] + rng.random() / rig["plate"]["rate_hz"]
+    trigger_s = _trigger(rig, rng)
     last_onset = duration_s - rest_after_s - interval_s + 1e-9
     onsets = trigger_s + np.arange(protocol["rest_before_s"], last_onset, interval_s)
+    return _schedule(rig, profile, amplitude_m_per_s, onsets, trigger_s, duration_s)
+
+
+def schedule_at_random(
+    rig: dict,
+    profile: str,
+    amplitude_m_per_s: float,
+    interval_s: tuple[float, float],
+    duration_s: float,
+    rng: np.random.Generator,
+) -> Schedule:
+    """Lay out a trial's perturbations at random intervals, with at least a longest one before its end.
+
+    Parameters
+    ----------
+    rig : dict
+        The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
+    profile : {"sine", "negative-sine", "minjerk"}
+        Shape of the perturbations.
+    amplitude_m_per_s : float
+        Velocity amplitude (m/s).
+    interval_s : tuple of float
+        Shortest and longest time from the trigger, or a perturbation, to the next perturbation (s).
+    duration_s : float
+        Length of the trial (s).
+    rng : numpy.random.Generator
+        Draws where the trigger falls between two samples of the log, and the intervals.
+
+    Returns
+    -------
+    Schedule
+        Instants (s) and commanded velocity (m/s).
+    """
+    trigger_s = _trigger(rig, rng)
+    most = int(duration_s / interval_s[0])
+    onsets = trigger_s + np.cumsum(rng.uniform(*interval_s, most))
+    onsets = onsets[onsets < trigger_s + duration_s - interval_s[1]]
+    return _schedule(rig, profile, amplitude_m_per_s, onsets, trigger_s, duration_s)
+
+
+def _trigger(rig: dict, rng: np.random.Generator) -> float:
+    return rig["protocol"]["lead_s"] + rng.random() / rig["plate"]["rate_hz"]
+
+
+def _schedule(rig: dict, profile, amplitude_m_per_s, onsets, trigger_s, duration_s) -> Schedule:
+    protocol = rig["protocol"]
     command = velocity_command(profile, amplitude_m_per_s, onsets, protocol["pulse_s"])
     return Schedule(trigger_s, duration_s, trigger_s + duration_s + protocol["tail_s"], command)
 
@@ -101,7 +147,8 @@ def record_log(
         Files to write: treadmill log and calibration matrix.
     """
     plate, drive = PlateTruth(**rig["plate"]), DriveTruth(**rig["drive"])
-    sample = np.arange(0, motion.time.size, round(INTEGRATION_RATE_HZ / plate.rate_hz))
+    grid_rate_hz = float(round((motion.time.size - 1) / motion.time[-1]))
+    sample = np.arange(0, motion.time.size, round(grid_rate_hz / plate.rate_hz))
     volts_per_newton, matrix = plate_electronics(plate, generator(seed, "plate"))
     voltages = plate_voltages(
         plate,
@@ -110,7 +157,7 @@ def record_log(
         motion.belt_velocity,
         motion.belt_acceleration,
         load_kg,
-        INTEGRATION_RATE_HZ,
+        grid_rate_hz,
         sample,
         rng,
     )

@@ -1,0 +1,265 @@
+"""The recorder of muscle activity: bipolar electrodes on the skin, a file and a clock of its own.
+
+Channel i lies over muscle i, whose neural drive is d_i (0 at rest, 1 in a maximal contraction). What it
+records is
+
+    u_i = sum_j C_ij A d_j w_j  +  G_i (h * a)  +  H_i (hum)  +  b_i  +  n_i
+
+    w_j  interference pattern of many motor units: white noise with the shape
+         W(s) = s / ((s + 2 pi f_l) (s + 2 pi f_h)^2), scaled to a root mean square of 1. The drive multiplies
+         it after the shaping, so that a burst starts when its drive starts.
+    A    root mean square at full drive
+    C    cross-talk: 1 for the muscle under the electrodes, a small share for the muscle next to it
+    a    acceleration of the belt; skin and cables follow it as h = 1 / (1 + T s)^2, which passes what is slow
+         and is over within 4 T to 5 T
+    G_i  gain of that artefact, of either sign
+    H_i  amplitude of the mains' hum, f_m and its third harmonic, each with a phase of its own
+    b_i  baseline, which wanders as white noise through 1 / (1 + T_b s)^2
+    n_i  white noise of electrodes and amplifier
+
+The converter clips u at its limit and rounds it to whole steps of limit / 32767, so that the 16 bits of an
+EDF file hold exactly what it found. The recorder samples on its own clock: its first sample falls anywhere
+in the first sampling interval of the laboratory's clock, and it runs for whole seconds.
+"""
+
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from scipy import signal
+
+MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
+CHANNELS = tuple(f"EMG {muscle}" for muscle in MUSCLES)
+# which muscles lie next to each other, in the shank and in the thigh
+NEIGHBOURS = (("TA", "SOL"), ("SOL", "GAS"), ("BF", "RF"))
+TRIGGER = "Trigger"
+TRIGGER_V = 5.0
+# the largest number of 16 bits whose negative is one too, so that 0 uV is a whole number of steps
+STEPS = 32767
+
+
+@dataclass(frozen=True)
+class EmgTruth:
+    """Hidden constants of the recorder of muscle activity.
+
+    Attributes
+    ----------
+    rate_hz : float
+        Samples per second, a whole number (Hz).
+    band_hz : tuple of float
+        Lower and upper corner of the interference pattern's spectrum (Hz): f_l, f_h.
+    full_drive_uV : float
+        Root mean square at a drive of 1 (uV): A.
+    cross_talk : float
+        Share of a neighbouring muscle's signal (-): C beside its diagonal.
+    artefact_uV_per_m_per_s2, artefact_s : float
+        Artefact of a lasting acceleration of the belt (uV per m/s2), G, and time in which skin and cables
+        follow (s): T.
+    hum_uV, hum_hz, hum_third : float
+        Amplitude (uV) and frequency (Hz) of the mains' hum, and its third harmonic as a share of it (-).
+    channel_spread : float
+        Standard deviation from channel to channel of the logarithms of artefact and hum (-).
+    baseline_uV, baseline_s : float
+        Standard deviation (uV) of the wandering baseline, and the time in which it changes (s): T_b.
+    noise_uV : float
+        Standard deviation of the white noise (uV).
+    limit_uV : float
+        Largest voltage that the converter can hold (uV), of at most seven characters.
+    """
+
+    rate_hz: float
+    band_hz: tuple[float, float]
+    full_drive_uV: float
+    cross_talk: float
+    artefact_uV_per_m_per_s2: float
+    artefact_s: float
+    hum_uV: float
+    hum_hz: float
+    hum_third: float
+    channel_spread: float
+    baseline_uV: float
+    baseline_s: float
+    noise_uV: float
+    limit_uV: float
+
+
+def record_emg(
+    truth: EmgTruth,
+    time: np.ndarray,
+    drive: np.ndarray,
+    belt_acceleration: np.ndarray,
+    ends_s: float,
+    rng: np.random.Generator,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Voltages of the five channels, from the start of the laboratory's clock on.
+
+    After the grid's last point the drive stays as it is and the belt rests.
+
+    Parameters
+    ----------
+    truth : EmgTruth
+        Constants (units in their names).
+    time : ndarray, shape (n,)
+        Regular grid of the arrays below (s).
+    drive : ndarray, shape (n, 5)
+        Neural drive of MUSCLES (-), not negative.
+    belt_acceleration : ndarray, shape (n,)
+        Acceleration of the belt under the subject (m/s2).
+    ends_s : float
+        Instant that the recording must reach (s); the recorder stops at the end of a whole second.
+    rng : numpy.random.Generator
+        Draws where the first sample falls; children of it draw pattern, artefact, hum, baseline and noise,
+        each the same whatever the constants of the others.
+
+    Returns
+    -------
+    signals : ndarray, shape (k, 5)
+        Voltages in whole steps of the converter (uV).
+    instants : ndarray, shape (k,)
+        When they were sampled, on the laboratory's clock (s).
+    """
+    of_pattern, of_artefact, of_hum, of_baseline, of_noise = rng.spawn(5)
+    samples = round(np.ceil(ends_s - time[0]) * truth.rate_hz)
+    instants = time[0] + (rng.random() + np.arange(samples)) / truth.rate_hz
+    shape = (samples, len(MUSCLES))
+    low, high = (2.0 * np.pi * corner for corner in truth.band_hz)
+    pattern = ([1.0, 0.0], np.poly([-low, -high, -high]))
+    muscle = truth.full_drive_uV * _shaped_noise(pattern, shape, truth.rate_hz, of_pattern)
+    muscle *= np.column_stack([np.interp(instants, time, d) for d in drive.T])
+    volts = muscle @ _cross_talk(truth).T
+    volts += _artefact(truth, time, belt_acceleration, instants, of_artefact)
+    volts += _hum(truth, instants, of_hum)
+    wander = ([1.0], np.poly([-1.0 / truth.baseline_s] * 2))
+    volts += truth.baseline_uV * _shaped_noise(wander, shape, truth.rate_hz, of_baseline)
+    volts += truth.noise_uV * of_noise.standard_normal(shape)
+    steps = np.clip(np.round(volts / truth.limit_uV * STEPS), -STEPS, STEPS)
+    return truth.limit_uV * (steps / STEPS), instants
+
+
+def sample_trigger(instants: np.ndarray, trigger_s: float, duration_s: float) -> np.ndarray:
+    """Trigger line as the recorder samples it.
+
+    Parameters
+    ----------
+    instants : ndarray, shape (k,)
+        From `record_emg` (s).
+    trigger_s, duration_s : float
+        Trigger's edge on the laboratory's clock, and how long the trigger is high (s).
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        0 or 5 (V).
+    """
+    high = (instants >= trigger_s) & (instants < trigger_s + duration_s)
+    return np.where(high, TRIGGER_V, 0.0)
+
+
+def write_emg(
+    path: Path,
+    labels: tuple[str, ...],
+    signals: np.ndarray,
+    trigger: np.ndarray,
+    rate_hz: float,
+    limit: float,
+) -> None:
+    """Write a recording as EDF+, in records of 1 s, the trigger as its last channel.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    labels : tuple of str
+        Names of the channels.
+    signals : ndarray, shape (k, channels)
+        Voltages within the limit (uV), for whole seconds.
+    trigger : ndarray, shape (k,)
+        Trigger line (V).
+    rate_hz : float
+        Sampling rate (Hz).
+    limit : float
+        Largest voltage that the file can hold (uV), of at most seven characters: the header has no more.
+    """
+    from edfio import Edf, EdfSignal, Patient, Recording  # only who makes such a recording needs it
+
+    channels = [(label, "uV", limit, column) for label, column in zip(labels, signals.T, strict=True)]
+    channels.append((TRIGGER, "V", TRIGGER_V, trigger))
+    file = Edf(
+        [
+            EdfSignal(
+                data,
+                rate_hz,
+                label=label,
+                transducer_type="trigger line" if label == TRIGGER else "bipolar surface electrodes",
+                physical_dimension=unit,
+                physical_range=(-largest, largest),
+                digital_range=(-STEPS, STEPS),
+            )
+            for label, unit, largest, data in channels
+        ],
+        patient=Patient(),
+        # the date that stands for none: the same study must give the same bytes
+        recording=Recording(startdate=date(1985, 1, 1), equipment_code="EMG-recorder"),
+        data_record_duration=1.0,
+        annotations=(),  # makes it EDF+
+    )
+    file.write(path)
+
+
+def _cross_talk(truth: EmgTruth) -> np.ndarray:
+    """Share of every muscle (column) in every channel (row), shape (5, 5)."""
+    share = np.eye(len(MUSCLES))
+    for one, other in NEIGHBOURS:
+        i, j = MUSCLES.index(one), MUSCLES.index(other)
+        share[i, j] = share[j, i] = truth.cross_talk
+    return share
+
+
+def _artefact(
+    truth: EmgTruth,
+    time: np.ndarray,
+    belt_acceleration: np.ndarray,
+    instants: np.ndarray,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """What skin and cables add (uV), shape (k, 5)."""
+    spread = np.exp(truth.channel_spread * rng.standard_normal(len(MUSCLES)))
+    sign = rng.choice((-1.0, 1.0), len(MUSCLES))
+    follow = ([1.0], np.polymul([truth.artefact_s, 1.0], [truth.artefact_s, 1.0]))
+    grid_rate_hz = (time.size - 1) / (time[-1] - time[0])
+    moving = _filtered(follow, belt_acceleration, grid_rate_hz)
+    # beyond the grid the belt rests
+    followed = np.interp(instants, time, moving, right=0.0)
+    return truth.artefact_uV_per_m_per_s2 * np.outer(followed, sign * spread)
+
+
+def _hum(truth: EmgTruth, instants: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """What the mains add (uV), shape (k, 5)."""
+    spread = np.exp(truth.channel_spread * rng.standard_normal(len(MUSCLES)))
+    first, third = 2.0 * np.pi * rng.random((2, len(MUSCLES)))
+    angle = 2.0 * np.pi * truth.hum_hz * instants[:, None]
+    wave = np.sin(angle + first) + truth.hum_third * np.sin(3.0 * angle + third)
+    return truth.hum_uV * spread * wave
+
+
+def _shaped_noise(
+    transfer: tuple[list, np.ndarray],
+    shape: tuple[int, int],
+    rate_hz: float,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """White noise through a transfer function, stationary, root mean square 1, columns independent."""
+    slowest = np.abs(np.roots(transfer[1])).min()
+    before = round(20.0 * rate_hz / slowest)  # until it has forgotten that it started at rest
+    impulse = np.zeros(before)
+    impulse[0] = 1.0
+    scale = np.linalg.norm(_filtered(transfer, impulse, rate_hz))
+    noise = rng.standard_normal((before + shape[0], shape[1]))
+    return _filtered(transfer, noise, rate_hz)[before:] / scale
+
+
+def _filtered(transfer: tuple[list, np.ndarray], x: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Output of a linear system (numerator, denominator in s) that starts at rest, along the first axis."""
+    numerator, denominator, _ = signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
+    return signal.lfilter(np.ravel(numerator), denominator, x, axis=0)
