@@ -32,6 +32,8 @@ include: "workflow/rules/weight.smk"
 include: "workflow/rules/simulation.smk"
 # sections 3-1-3 and 4-1-3: sensitivity to measurement noise
 include: "workflow/rules/noise.smk"
+# sections 2-2, 3-2 and 4-2: a person standing on the treadmill
+include: "workflow/rules/pilot.smk"
 # a treadmill of your own
 include: "workflow/rules/treadmill.smk"
 # a human joint in a position-controlled manipulator

@@ -130,6 +130,18 @@ def _least_step(values: dict) -> float:
     return min(steps)
 
 
+def _least_fact(findings: Findings, fact: str) -> float:
+    """Smallest of a fact (any unit) over the trials in which the person stood still."""
+    facts = [fit.facts[fact] for fit in findings.fits["pilot"].values() if fit.facts["responses"]]
+    return float(min(facts))
+
+
+def _shortest_latency(findings: Findings) -> float:
+    """Of all muscles in all tasks (s)."""
+    found = [e.value for e in findings.estimates if e.quantity.startswith("latency_")]
+    return min(e for e in found)
+
+
 def _spread(findings: Findings) -> dict:
     return {
         condition: float(fit.arrays[f"{findings.as_printed}/parameters"][:, 2].std(ddof=1))
@@ -184,6 +196,9 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "noise_stiffness_angle": lambda f: f.noisy("as-tabulated", "K", "theta"),
     "noise_stiffness_torque": lambda f: f.noisy("as-tabulated", "K", "tau"),
     "noise_cross_validated": lambda f: f.noisy("as-tabulated", "VAF_cross_validated", "tau"),
+    "standing_angle_over_sway": lambda f: _least_fact(f, "angle_over_sway"),
+    "standing_torque_over_sway": lambda f: _least_fact(f, "torque_over_sway"),
+    "standing_shortest_latency": lambda f: 1e3 * _shortest_latency(f),
     "second_order_r2": lambda f: f.score("mass-spring-damper", "empty", "weight", "Fy", 20.0),
 }
 

@@ -19,6 +19,7 @@ from tepsipe.readers.treadmill_log import (
 from tepsipe.sampling import (
     BAND_PER_RATE,
     align_strobed,
+    bridge_gaps,
     fill_gaps,
     refuse_short,
     regular_time,
@@ -53,7 +54,11 @@ class TreadmillOptions:
 
 
 def ingest_treadmill_files(
-    files: dict[str, str], marker_labels: list[str] | None, options: TreadmillOptions, duration_s: float
+    files: dict[str, str],
+    marker_labels: list[str] | None,
+    options: TreadmillOptions,
+    duration_s: float,
+    bridge_long_gaps: bool = False,
 ) -> Trial:
     """Read a treadmill's files and make one trial of them; see `ingest_treadmill`.
 
@@ -67,6 +72,8 @@ def ingest_treadmill_files(
         Rates (Hz), longest gap (s), trigger (V).
     duration_s : float
         Length of the trial by the protocol (s).
+    bridge_long_gaps : bool
+        As `ingest_treadmill`.
 
     Returns
     -------
@@ -89,6 +96,7 @@ def ingest_treadmill_files(
         files["log"],
         files["calibration"],
         files.get("markers"),
+        bridge_long_gaps,
     )
 
 
@@ -101,6 +109,7 @@ def ingest_treadmill(
     log_name: str,
     calibration_name: str,
     markers_name: str | None,
+    bridge_long_gaps: bool = False,
 ) -> Trial:
     """Trial on the instrumented treadmill: forces, belt and markers on the motion capture's clock.
 
@@ -121,6 +130,9 @@ def ingest_treadmill(
         Length of the trial by the protocol (s).
     log_name, calibration_name, markers_name : str
         Name the sources in messages; ``markers_name`` is None without markers.
+    bridge_long_gaps : bool
+        Bridge what is longer than ``options.max_gap_s`` by straight lines instead of raising: for an analysis
+        that leaves out what ``marker_hidden`` marks.
 
     Returns
     -------
@@ -167,7 +179,7 @@ def ingest_treadmill(
         _refuse_other_recording(markers, options, high_s, log_name, markers_name)
         refuse_short(high_s, duration_s, log_name)
         refuse_short(markers.positions.shape[0] / markers.rate_hz, duration_s, markers_name)
-        grid, positions, hidden = _marker_signals(markers, options, markers_name)
+        grid, positions, hidden = _marker_signals(markers, options, markers_name, bridge_long_gaps)
         axes = {"marker": np.array(markers.labels)}
     # the trigger rose between the sample before the edge and the edge: half a sample on average
     log_time = (np.arange(log.trigger.size) - edge + 0.5) / log.rate_hz
@@ -245,18 +257,19 @@ def _refuse_other_recording(
 
 
 def _marker_signals(
-    markers: Markers, options: TreadmillOptions, markers_name: str | None
+    markers: Markers, options: TreadmillOptions, markers_name: str | None, bridge_long_gaps: bool
 ) -> tuple[np.ndarray, dict[str, Signal], dict[str, int]]:
     """Clock of the markers (s), their signals, and how many samples were filled."""
     filled = np.empty_like(markers.positions)
     hidden = np.empty(markers.positions.shape[:2], dtype=bool)
     for k, label in enumerate(markers.labels):
-        filled[:, k], hidden[:, k] = fill_gaps(
-            markers.positions[:, k],
-            markers.rate_hz,
-            options.max_gap_s,
-            f"{markers_name}, marker {label!r}",
-        )
+        what = f"{markers_name}, marker {label!r}"
+        positions = markers.positions[:, k]
+        long = np.zeros(positions.shape[0], dtype=bool)
+        if bridge_long_gaps:
+            positions, long = bridge_gaps(positions, markers.rate_hz, options.max_gap_s, what)
+        filled[:, k], short = fill_gaps(positions, markers.rate_hz, options.max_gap_s, what)
+        hidden[:, k] = long | short
     if options.strober_frequency_hz is None:
         grid, aligned = np.arange(1, filled.shape[0]) / markers.rate_hz, filled[1:]
         instants = "all markers sampled at the frame's instant"
@@ -264,6 +277,8 @@ def _marker_signals(
         grid, aligned = align_strobed(filled, markers.rate_hz, options.strober_frequency_hz)
         instants = f"brought to common instants (strober {options.strober_frequency_hz:g} Hz)"
     gaps = (f"gaps up to {options.max_gap_s:g} s filled by a cubic spline",)
+    if bridge_long_gaps:
+        gaps += ("longer gaps bridged by straight lines",)
     signals = {
         "marker_position": Signal(
             aligned.astype(np.float32),

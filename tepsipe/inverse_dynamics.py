@@ -1,15 +1,19 @@
-"""Ankle torque from the free body of the leg, or from that of the foot (thesis eqs 3-7 and 3-8).
+"""Ankle torque from the free body of the leg, or from that of the foot (thesis eqs 3-7, 3-8 and 3-14).
 
 Symbols: m leg mass (kg), r its centre of mass's distance from the ankle (m), I_l its moment of
 inertia about the centre of mass (kg m2), g gravity (m/s2); y'', z'' acceleration of the leg's centre
 of mass (m/s2); theta leg angle, positive when the leg tips towards +y (rad). m_f foot mass (kg), l_f its
 height (m); y_A, y_A'' position (m) and acceleration (m/s2) of the ankle; F_y, F_z forces (N) and M_x
-moment (Nm) of the plate on the foot, the moment about the x axis in the belt's surface.
+moment (Nm) of the plate on the foot, the moment about the x axis in the belt's surface. Of a standing
+person: z_A height of the ankle (m), y_f, z_f centre of mass of the feet (m), I_f their moment of inertia
+about it (kg m2), phi_f their angle (rad).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+
+from tepsipe.anthropometry import Feet, StandingBody
 
 
 @dataclass(frozen=True)
@@ -172,3 +176,121 @@ def foot_torque_as_printed(foot: Foot, leg: Leg, f_y: np.ndarray, y_dd: np.ndarr
     """
     f_ay = -leg.mass_kg * y_dd
     return -f_y * 0.5 * foot.height_m + f_ay * 0.5 * foot.height_m
+
+
+@dataclass(frozen=True)
+class PlateLoad:
+    """What the plate does to the feet.
+
+    Attributes
+    ----------
+    f_y, f_z : ndarray, shape (n,)
+        Fore-aft and vertical force (N).
+    m_x : ndarray, shape (n,)
+        Moment about the x axis in the belt's surface (Nm).
+    """
+
+    f_y: np.ndarray
+    f_z: np.ndarray
+    m_x: np.ndarray
+
+
+def standing_torque(
+    feet: Feet,
+    gravity_m_per_s2: float,
+    load: PlateLoad,
+    ankle: np.ndarray,
+    foot_com: np.ndarray,
+    foot_com_dd: np.ndarray,
+    foot_angle_dd: np.ndarray,
+) -> np.ndarray:
+    """Torque of both ankles of a standing person, from the feet's moments about the ankles.
+
+    What thesis eq (3-14) is meant to be. About the ankle act the plate's wrench and the feet's weight;
+    what does not move the feet is returned by the joint:
+
+        tau = M_x - y_A F_z + z_A F_y - (y_f - y_A) m_f (g + z_f'') + (z_f - z_A) m_f y_f'' + I_f phi_f''
+
+    With the centre of pressure y_CoP = M_x / F_z (eq 3-13) the first two terms are (y_CoP - y_A) F_z.
+
+    Parameters
+    ----------
+    feet : Feet
+        m_f, I_f (kg, kg m2).
+    gravity_m_per_s2 : float
+        g (m/s2).
+    load : PlateLoad
+        F_y, F_z (N) and M_x (Nm).
+    ankle, foot_com, foot_com_dd : ndarray, shape (n, 2)
+        y, z of the ankle (m), of the feet's centre of mass (m), and its acceleration (m/s2).
+    foot_angle_dd : ndarray, shape (n,)
+        Angular acceleration of the feet phi_f'', positive when they tip towards +y (rad/s2).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        tau (Nm), positive when it resists a body that tips towards +y.
+    """
+    m_f, g = feet.mass_kg, gravity_m_per_s2
+    lever = foot_com - ankle
+    plate = load.m_x - ankle[:, 0] * load.f_z + ankle[:, 1] * load.f_y
+    weight = lever[:, 0] * m_f * (g + foot_com_dd[:, 1])
+    return plate - weight + lever[:, 1] * m_f * foot_com_dd[:, 0] + feet.inertia_kgm2 * foot_angle_dd
+
+
+def standing_torque_as_printed(
+    feet: Feet,
+    gravity_m_per_s2: float,
+    load: PlateLoad,
+    ankle: np.ndarray,
+    foot_com: np.ndarray,
+    foot_com_dd: np.ndarray,
+) -> np.ndarray:
+    """Thesis eq (3-14) to the letter, with y_CoP = M_x / F_z (eq 3-13).
+
+        tau = (y_A - y_CoP) F_y - (y_A - y_f) m_f y_f'' - (y_A - y_f) m_f g - I_f + m_f r_Af
+
+    Its terms do not have one unit: the centre of pressure is a lever of F_z, not of F_y, I_f lacks an
+    angular acceleration, and m_f r_Af is what the parallel axis theorem makes of it without a square. The
+    horizontal force's lever, the height of the ankle, is missing. Arguments are those of `standing_torque`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        tau (the numbers of Nm, kg m2 and kg m added).
+    """
+    m_f = feet.mass_kg
+    y_a, y_f = ankle[:, 0], foot_com[:, 0]
+    r_af = np.hypot(*(foot_com - ankle).T)
+    y_cop = load.m_x / load.f_z
+    moved = (y_a - y_cop) * load.f_y - (y_a - y_f) * m_f * foot_com_dd[:, 0]
+    return moved - (y_a - y_f) * m_f * gravity_m_per_s2 - feet.inertia_kgm2 + m_f * r_af
+
+
+def single_joint_torque(
+    body: StandingBody, theta: np.ndarray, theta_dd: np.ndarray, ankle_dd: np.ndarray
+) -> np.ndarray:
+    """Torque of both ankles if all above them were one rigid body that turns with the shank.
+
+    `leg_torque` with the person for a leg: an inverted pendulum on a moving pivot,
+
+        tau = m g h sin(theta) - (I_b + m h^2) theta'' - m h (y_A'' cos(theta) - z_A'' sin(theta))
+
+    Parameters
+    ----------
+    body : StandingBody
+        m, h, I_b, g (kg, m, kg m2, m/s2).
+    theta, theta_dd : ndarray, shape (n,)
+        Angle of the shank (rad) and its second derivative (rad/s2).
+    ankle_dd : ndarray, shape (n, 2)
+        Acceleration of the ankle y_A'', z_A'' (m/s2).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        tau (Nm), positive when it resists positive theta.
+    """
+    m, h = body.mass_kg, body.com_m
+    about_ankle = body.inertia_kgm2 + m * h**2
+    carried = ankle_dd[:, 0] * np.cos(theta) - ankle_dd[:, 1] * np.sin(theta)
+    return body.toppling_stiffness * np.sin(theta) - about_ankle * theta_dd - m * h * carried

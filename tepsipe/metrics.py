@@ -125,3 +125,89 @@ def standard_error(residuals: np.ndarray, inverse_diagonal: np.ndarray) -> np.nd
     if freedom <= 0:
         return np.full(inverse_diagonal.size, np.inf)
     return np.sqrt(residuals @ residuals / freedom * inverse_diagonal)
+
+
+@dataclass(frozen=True)
+class HeldOutVaf:
+    """How good a prediction is on the part that was fitted and on the part that was not.
+
+    Attributes
+    ----------
+    training, held_out : float
+        VAF (%) of either part about the mean of the fitted part.
+    held_out_any_offset : float
+        VAF (%) of the held-out part, of measurement and prediction about their own means: blind to a level
+        that has drifted.
+    held_out_as_printed : float
+        VAF (%) of the held-out part with the mean left in, thesis eq (3-1).
+    """
+
+    training: float
+    held_out: float
+    held_out_any_offset: float
+    held_out_as_printed: float
+
+
+def judge_held_out(measured: np.ndarray, predicted: np.ndarray, training: int) -> HeldOutVaf:
+    """VAF (%) of a prediction before and after the end of the fitted part.
+
+    Parameters
+    ----------
+    measured, predicted : ndarray, shape (n,)
+        Signals in the same unit.
+    training : int
+        Number of samples, from the first on, that were fitted (samples).
+
+    Returns
+    -------
+    HeldOutVaf
+        The measures (%).
+    """
+    level = measured[:training].mean()
+    test, guess = measured[training:], predicted[training:]
+    return HeldOutVaf(
+        training=vaf(measured[:training] - level, predicted[:training] - level),
+        held_out=vaf(test - level, guess - level),
+        held_out_any_offset=vaf(test - test.mean(), guess - guess.mean()),
+        held_out_as_printed=vaf(test, guess),
+    )
+
+
+def bootstrap_blocks(
+    regressors: np.ndarray,
+    y: np.ndarray,
+    block: int,
+    draws: int,
+    rng: np.random.Generator,
+    penalty: np.ndarray | float = 0.0,
+) -> np.ndarray:
+    """Least-squares solutions for blocks drawn with replacement, from the blocks' normal equations.
+
+    Parameters
+    ----------
+    regressors : ndarray, shape (n, p)
+        Regressors, one column per parameter (any units).
+    y : ndarray, shape (n,)
+        Signal to explain (any unit).
+    block, draws : int
+        Length of a block (samples) and number of draws (-).
+    rng : numpy.random.Generator
+        Draws the blocks.
+    penalty : ndarray, shape (p, p), or 0
+        Added to the normal equations of all samples (unit of the regressors, squared).
+
+    Returns
+    -------
+    ndarray, shape (draws, p)
+        Solutions (units of y over units of the columns).
+    """
+    blocks = y.size // block
+    scale = np.linalg.norm(regressors, axis=0)
+    j = (regressors / scale)[: blocks * block].reshape(blocks, block, -1)
+    normal = np.einsum("bni,bnj->bij", j, j)
+    right = np.einsum("bni,bn->bi", j, y[: blocks * block].reshape(blocks, block))
+    drawn = rng.integers(0, blocks, (draws, blocks))
+    times = np.array([np.bincount(draw, minlength=blocks) for draw in drawn], dtype=float)
+    added = penalty / np.outer(scale, scale)
+    solutions = np.linalg.solve(np.tensordot(times, normal, 1) + added, (times @ right)[..., None])
+    return solutions[..., 0] / scale

@@ -2,7 +2,8 @@
 
     tau(t) = I theta'' + B theta' + K theta + offset
 
-fitted by linear regression on the first part of a trial and tested on the rest.
+fitted by linear regression on the first part of a trial and tested on the rest; beside it, on the same
+filtered torque, intrinsic stiffness and stretch reflex told apart (`tepsipe.intrinsic_reflex`).
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,8 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.estimates import Estimate
 from tepsipe.filters import butterworth_lowpass
-from tepsipe.metrics import LinearFit, least_squares_line, vaf
+from tepsipe.intrinsic_reflex import IntrinsicReflexFit, IntrinsicReflexOptions, fit_intrinsic_reflex
+from tepsipe.metrics import HeldOutVaf, LinearFit, bootstrap_blocks, judge_held_out, least_squares_line
 from tepsipe.result_file import Result
 from tepsipe.rigid_segments import derivative
 from tepsipe.second_order import PARAMETERS, UNITS, admittance
@@ -21,6 +23,9 @@ from tepsipe.trial_file import Trial
 
 PATHWAY = "impedance"
 ESTIMATOR = "regression"
+REFLEX_ESTIMATOR = "intrinsic-reflex"
+MUSCLE_ESTIMATOR = "intrinsic-reflex-muscle"
+MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
 
 
 @dataclass(frozen=True)
@@ -68,10 +73,8 @@ class PositionManipulatorAnalysis:
         The same for bootstrapped blocks.
     spectrum : SpectralEstimate
         Impedance tau/theta and coherence of the unfiltered record (Hz, Nm/rad).
-    vaf_training, vaf_held_out : float
-        VAF (%) about the mean torque of the fitted part.
-    vaf_held_out_as_printed : float
-        VAF (%) of the held-out part with that mean left in, thesis eq (3-1).
+    vaf : HeldOutVaf
+        How good the prediction is (%).
     """
 
     time: np.ndarray
@@ -82,9 +85,24 @@ class PositionManipulatorAnalysis:
     fit: LinearFit
     bootstrap: np.ndarray
     spectrum: SpectralEstimate
-    vaf_training: float
-    vaf_held_out: float
-    vaf_held_out_as_printed: float
+    vaf: HeldOutVaf
+
+
+def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, int, int]:
+    """Samples that are kept, how many of them are fitted, and the length of a block (samples)."""
+    rate = trial.rate_hz
+    cut = round(options.cut_s * rate)
+    kept = slice(cut, trial.time.size - cut)
+    size = trial.time[kept].size
+    block = round(options.block_s * rate)
+    training = int(options.training_fraction * size)
+    if training < 4 * block or size - training < block:
+        raise InputError(
+            f"expected at least 4 blocks of {options.block_s:g} s to fit and one to test, found "
+            f"{size / rate:.3g} s of record after cutting: shorten the blocks, cut less, or "
+            "record longer"
+        )
+    return kept, training, block
 
 
 def analyse_position_manipulator(
@@ -112,17 +130,7 @@ def analyse_position_manipulator(
         If the record is too short or the joint does not move.
     """
     rate = trial.rate_hz
-    cut = round(options.cut_s * rate)
-    kept = slice(cut, trial.time.size - cut)
-    time = trial.time[kept]
-    block = round(options.block_s * rate)
-    training = int(options.training_fraction * time.size)
-    if training < 4 * block or time.size - training < block:
-        raise InputError(
-            f"expected at least 4 blocks of {options.block_s:g} s to fit and one to test, found "
-            f"{time.size / rate:.3g} s of record after cutting: shorten the blocks, cut less, or "
-            "record longer"
-        )
+    kept, training, block = _parts(trial, options)
 
     def lowpass(x: np.ndarray) -> np.ndarray:
         return butterworth_lowpass(x, rate, options.lowpass_cutoff_hz, options.lowpass_order)
@@ -140,41 +148,67 @@ def analyse_position_manipulator(
             f"expected a moving joint, found that {error}: check that the perturbation was applied"
         ) from error
     predicted = regressors @ fit.parameters
-    level = torque[:training].mean()
-    test = slice(training, None)
     raw_angle = trial.values("angle")[kept]
     raw_torque = trial.values("torque")[kept]
     return PositionManipulatorAnalysis(
-        time=time,
+        time=trial.time[kept],
         angle=angle,
         torque=torque,
         predicted=predicted,
         training=training,
         fit=fit,
-        bootstrap=_bootstrap_blocks(
+        bootstrap=bootstrap_blocks(
             regressors[:training], torque[:training], block, options.bootstrap_draws, rng
         ),
         spectrum=frequency_averaged(
             raw_angle - raw_angle.mean(), raw_torque - raw_torque.mean(), rate, options.averaged_bins
         ),
-        vaf_training=vaf(torque[:training] - level, predicted[:training] - level),
-        vaf_held_out=vaf(torque[test] - level, predicted[test] - level),
-        vaf_held_out_as_printed=vaf(torque[test], predicted[test]),
+        vaf=judge_held_out(torque, predicted, training),
     )
 
 
-def _bootstrap_blocks(
-    regressors: np.ndarray, y: np.ndarray, block: int, draws: int, rng: np.random.Generator
-) -> np.ndarray:
-    """Solutions for blocks drawn with replacement, from the blocks' normal equations."""
-    blocks = y.size // block
-    scale = np.linalg.norm(regressors, axis=0)
-    j = (regressors / scale)[: blocks * block].reshape(blocks, block, -1)
-    normal = np.einsum("bni,bnj->bij", j, j)
-    right = np.einsum("bni,bn->bi", j, y[: blocks * block].reshape(blocks, block))
-    drawn = rng.integers(0, blocks, (draws, blocks))
-    solutions = np.linalg.solve(normal[drawn].sum(axis=1), right[drawn].sum(axis=1)[..., None])
-    return solutions[..., 0] / scale
+def analyse_intrinsic_reflex(
+    trial: Trial,
+    options: PositionManipulatorOptions,
+    reflex: IntrinsicReflexOptions,
+    rng: np.random.Generator,
+) -> IntrinsicReflexFit:
+    """Intrinsic stiffness and stretch reflex, fitted to and tested on the torque of the regression.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``angle`` (rad) and ``torque`` (Nm).
+    options : PositionManipulatorOptions
+        Filter, parts of the trial and blocks, as for `analyse_position_manipulator`.
+    reflex : IntrinsicReflexOptions
+        Choices of the fit (units in their names).
+    rng : numpy.random.Generator
+        Draws blocks.
+
+    Returns
+    -------
+    IntrinsicReflexFit
+        Both paths and the prediction (rad, Nm, s).
+
+    Raises
+    ------
+    InputError
+        If the record is too short or the joint does not move.
+    """
+    kept, training, block = _parts(trial, options)
+    return fit_intrinsic_reflex(
+        trial.values("angle"),
+        trial.values("torque"),
+        trial.rate_hz,
+        kept,
+        training,
+        lambda x: butterworth_lowpass(x, trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order),
+        reflex,
+        block,
+        options.bootstrap_draws,
+        rng,
+    )
 
 
 def position_manipulator_estimates(
@@ -196,14 +230,59 @@ def position_manipulator_estimates(
         )
         for k, quantity in enumerate(PARAMETERS)
     ]
-    rows.append(Estimate(*names, "VAF_training", "%", analysis.vaf_training))
-    rows.append(Estimate(*names, "VAF_held_out", "%", analysis.vaf_held_out))
-    rows.append(Estimate(*names, "VAF_held_out_as_printed", "%", analysis.vaf_held_out_as_printed))
+    return rows + _vaf_rows(names, analysis.vaf)
+
+
+def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimate]:
+    return [
+        Estimate(*names, "VAF_training", "%", vaf.training),
+        Estimate(*names, "VAF_held_out", "%", vaf.held_out),
+        Estimate(*names, "VAF_held_out_any_offset", "%", vaf.held_out_any_offset),
+        Estimate(*names, "VAF_held_out_as_printed", "%", vaf.held_out_as_printed),
+    ]
+
+
+def intrinsic_reflex_estimates(experiment: str, condition: str, fit: IntrinsicReflexFit) -> list[Estimate]:
+    """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%); a second set by the muscle.
+
+    A structure without stiffening or reflex has no rows for their constants, but a gain of 0 Nms/rad.
+    """
+    names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
+
+    def drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray) -> Estimate:
+        low, high = np.percentile(draws, [2.5, 97.5])
+        return Estimate(
+            *names, quantity, unit, float(value), float(draws.std(ddof=1)), float(low), float(high)
+        )
+
+    rows = [
+        drawn(names, quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
+        for k, quantity in enumerate(PARAMETERS)
+    ]
+    if fit.structure.stiffening:
+        rows.append(drawn(names, "K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
+    if fit.muscle is None:
+        rows.append(Estimate(*names, "reflex_gain", "Nms/rad", 0.0))
+    else:
+        rows.append(drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap))
+        rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+    rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
+    rows.append(Estimate(*names, "VAF_cross_validated", "%", fit.vaf_cross_validated))
+    rows += _vaf_rows(names, fit.vaf)
+    if fit.muscle is not None:
+        muscle = fit.muscle
+        names = (experiment, condition, PATHWAY, MUSCLE_ESTIMATOR)
+        rows += [
+            drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k])
+            for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
+        ]
+        rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+        rows += _vaf_rows(names, muscle.vaf)
     return rows
 
 
-def position_manipulator_result(analysis: PositionManipulatorAnalysis) -> Result:
-    """Arrays and facts of one trial, for the figures (units in the result)."""
+def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: IntrinsicReflexFit) -> Result:
+    """Arrays and facts of one trial, those of both paths in the group ``reflex`` (units in the result)."""
     spectrum = analysis.spectrum
     model = 1.0 / admittance(analysis.fit.parameters[:3], spectrum.frequency_hz)
     arrays = {
@@ -229,7 +308,38 @@ def position_manipulator_result(analysis: PositionManipulatorAnalysis) -> Result
     facts = {
         "training_s": float(analysis.time[analysis.training - 1] - analysis.time[0]),
         "held_out_from_s": float(analysis.time[analysis.training]),
-        "vaf_held_out_percent": analysis.vaf_held_out,
+        "vaf_held_out_percent": analysis.vaf.held_out,
         "offset_Nm": float(analysis.fit.parameters[3]),
     }
+    of_paths = _paths(fit)
+    arrays |= {f"reflex/{name}": values for name, (values, _) in of_paths.items()}
+    units |= {f"reflex/{name}": unit for name, (_, unit) in of_paths.items()}
+    facts["reflex"] = {
+        "vaf_held_out_percent": fit.vaf.held_out,
+        "direction": fit.structure.direction,
+        "stiffening": fit.structure.stiffening,
+        "delay_s": fit.structure.delay_s,
+        "delay_range_s": list(fit.delay_range_s),
+        "penalty": fit.structure.penalty,
+    }
     return Result(arrays, units, facts)
+
+
+def _paths(fit: IntrinsicReflexFit) -> dict[str, tuple[np.ndarray, str]]:
+    """Arrays of both paths with their units."""
+    arrays = {
+        "predicted_torque": (fit.predicted, "Nm"),
+        "reflex_torque": (fit.reflex_torque, "Nm"),
+        "intrinsic_lag": (fit.intrinsic_time, "s"),
+        "intrinsic_response": (fit.intrinsic_response, "Nm/rad/s"),
+        "time": (fit.reflex_time, "s"),
+        "response": (fit.reflex_response, "Nm/rad"),
+        "response_low": (fit.reflex_low, "Nm/rad"),
+        "response_high": (fit.reflex_high, "Nm/rad"),
+        "delay": (fit.delays, "s"),
+        "delay_vaf": (fit.delay_vaf, "%"),
+    }
+    if fit.muscle is not None:
+        arrays["muscle_response"] = (fit.muscle.response, "Nm/rad")
+        arrays["muscle_predicted_torque"] = (fit.muscle.predicted, "Nm")
+    return arrays

@@ -48,7 +48,10 @@ class Recovery:
 
 
 def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
-    """Experiment -> I (Nms2/rad), B (Nms/rad), K (Nm/rad) for small movements, or mass (kg).
+    """Experiment -> I (Nms2/rad), B (Nms/rad), K (Nm/rad) for small movements, mass (kg) or latency (s).
+
+    Of the standing person, experiment and task: pilot/relax, pilot/stiff. K and B are the intrinsic ones of
+    the ankles; a muscle's latency is the same in every task.
 
     ``truth`` is the laboratory's configuration. The dummy's rubber has no inertia of its own, so the
     inertia *at the joint* is 0 on the treadmill; in the manipulator the foot turns with the handle.
@@ -67,11 +70,24 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
             "K": on_belt["stiffness_Nm_per_rad"],
         },
         "weight": {"mass": truth["weight"]["mass_kg"]},
+    } | {f"pilot/{task}": _of_person(truth["pilot"], task) for task in truth["pilot"]["tasks"]}
+
+
+def _of_person(pilot: dict, task: str) -> dict[str, float]:
+    told = pilot["tasks"][task]
+    latencies = {f"latency_{name}": muscle["latency_s"] for name, muscle in pilot["muscles"].items()}
+    return {
+        "I": 0.0,
+        "B": told["damping_Nms_per_rad"][0],
+        "K": told["stiffness_Nm_per_rad"][0],
+        **latencies,
     }
 
 
-def compare_with_truth(estimates: list[Estimate], truth: dict, made: dict[str, list[str]]) -> list[Recovery]:
-    """Set every estimate of I, B, K or mass of a made trial beside the truth.
+def compare_with_truth(
+    estimates: list[Estimate], truth: dict, made: dict[str, list[str]], tasks: dict[str, str]
+) -> list[Recovery]:
+    """Set every estimate of I, B, K, mass or latency of a made trial beside the truth.
 
     Parameters
     ----------
@@ -81,6 +97,8 @@ def compare_with_truth(estimates: list[Estimate], truth: dict, made: dict[str, l
         The laboratory's configuration (units in its keys).
     made : dict of str to list of str
         Experiment -> conditions that the laboratory made.
+    tasks : dict of str to str
+        Condition of the standing person -> task; a task of which all trials are made counts as a condition.
 
     Returns
     -------
@@ -88,11 +106,15 @@ def compare_with_truth(estimates: list[Estimate], truth: dict, made: dict[str, l
         In the order of the estimates.
     """
     parameters = true_parameters(truth)
-    return [
-        Recovery(e, parameters[e.experiment][e.quantity])
-        for e in estimates
-        if e.quantity in parameters.get(e.experiment, {}) and e.condition in made.get(e.experiment, [])
-    ]
+    rows = []
+    for e in estimates:
+        if e.experiment == "pilot":
+            known = parameters.get(f"pilot/{tasks.get(e.condition)}", {})
+        else:
+            known = parameters.get(e.experiment, {}) if e.condition in made.get(e.experiment, []) else {}
+        if e.quantity in known:
+            rows.append(Recovery(e, known[e.quantity]))
+    return rows
 
 
 def write_recovery(path: str | Path, rows: list[Recovery]) -> None:

@@ -23,9 +23,6 @@ LABELS = {
     "VAF_cross_validated": "VAF, cross-validated",
     "VAF_theta_perturbation": "VAF of the angle, perturbation",
     "VAF_theta_trial": "VAF of the angle, full dataset",
-    "VAF_training": "VAF of the fitted part",
-    "VAF_held_out": "VAF of the held-out part",
-    "VAF_held_out_as_printed": "VAF of the held-out part, mean left in",
 }
 
 
@@ -376,42 +373,6 @@ def dummy_data(
             "count": str(len(clear)),
         }
     return data
-
-
-def ankle_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
-    """Numbers of the position-controlled manipulator's chapter as text.
-
-    Parameters
-    ----------
-    fits : dict of str to Result
-        Condition -> fit.
-    estimates : DataFrame
-        Rows of estimates (units in the column ``unit``).
-
-    Returns
-    -------
-    dict
-        Text.
-    """
-    own = estimates[estimates.experiment == "ankle"]
-    rows = []
-    for quantity, group in own.groupby("quantity", sort=False):
-        cells = []
-        for condition in fits:
-            row = group[group.condition == condition].iloc[0]
-            text = _cell(quantity, row.value)
-            if not math.isnan(row.standard_error):
-                text += f" ± {_cell(quantity, row.standard_error)}"
-            cells.append(text)
-        rows.append({"label": LABELS.get(quantity, quantity), "unit": group.unit.iloc[0], "values": cells})
-    held_out = own[own.quantity == "VAF_held_out"].value
-    return {
-        "columns": list(fits),
-        "rows": rows,
-        "held_out": span(held_out),
-        "stiffness": span(own[own.quantity == "K"].value),
-        "training": span([fit.facts["training_s"] for fit in fits.values()]),
-    }
 
 
 def claims_data(claims: pd.DataFrame) -> dict:

@@ -115,27 +115,76 @@ def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tup
     missing = ~np.isfinite(columns).all(axis=1)
     if not missing.any():
         return x.copy(), missing
-    edges = np.diff(np.concatenate([[0], missing.astype(int), [0]]))
-    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    longest = int(np.argmax(ends - starts))
-    length_s = (ends[longest] - starts[longest]) / rate_hz
+    start, stop = max(runs_of(missing), key=lambda run: run[1] - run[0])
+    length_s = (stop - start) / rate_hz
     if length_s > max_gap_s + 1e-9:
         raise InputError(
             f"{what}: expected gaps of at most {max_gap_s:g} s, found one of {length_s:.3g} s at "
-            f"{starts[longest] / rate_hz:.3f} s: cut the trial there or allow longer gaps in the "
+            f"{start / rate_hz:.3f} s: cut the trial there or allow longer gaps in the "
             "configuration"
         )
     present = np.flatnonzero(~missing)
     if present.size < 4:
         raise InputError(f"{what}: expected samples, found only {present.size}: record again")
     around = np.zeros_like(missing)
-    for start, end in zip(starts, ends, strict=True):
+    for start, end in runs_of(missing):
         around[max(0, start - 25) : end + 25] = True
     knots = np.flatnonzero(around & ~missing)
     gaps = np.flatnonzero(missing)
     filled = columns.copy()
     filled[gaps] = CubicSpline(knots, columns[knots])(np.clip(gaps, present[0], present[-1]))
     return filled.reshape(x.shape), missing
+
+
+def bridge_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tuple[np.ndarray, np.ndarray]:
+    """Bridge long runs of NaN by straight lines, so that what is left can be filled; mark them.
+
+    Nothing in a bridge is known: use it only where marked samples are left out.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n, c)
+        Signal (any unit); a sample is missing if any of its c components is NaN.
+    rate_hz : float
+        Sampling rate (Hz).
+    max_gap_s : float
+        Longest run that is not bridged (s).
+    what : str
+        Names the signal in messages.
+
+    Returns
+    -------
+    bridged : ndarray, shape (n, c)
+        Signal with NaN in short runs only (unit of ``x``).
+    long : ndarray of bool, shape (n,)
+        True in a bridge (-).
+
+    Raises
+    ------
+    InputError
+        If fewer than four samples are left.
+    """
+    missing = ~np.isfinite(x).all(axis=1)
+    if (~missing).sum() < 4:
+        raise InputError(
+            f"{what}: expected samples, found {int((~missing).sum())} of {missing.size}: the marker was "
+            "hidden all the time, record again or take the trial out of the trial sheet"
+        )
+    long = np.zeros(missing.size, dtype=bool)
+    for start, stop in runs_of(missing):
+        long[start:stop] = stop - start > max_gap_s * rate_hz + 1e-9
+    bridged = x.copy()
+    known, gaps = np.flatnonzero(~missing), np.flatnonzero(long)
+    for column in bridged.T:
+        column[gaps] = np.interp(gaps, known, column[known])
+    return bridged, long
+
+
+def runs_of(marked: np.ndarray) -> list[tuple[int, int]]:
+    """Start and stop (samples) of each run of True in a line of truth values, shape (n,)."""
+    edges = np.diff(np.concatenate([[0], marked.astype(int), [0]]))
+    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return list(zip(starts.tolist(), stops.tolist(), strict=True))
 
 
 def resample(

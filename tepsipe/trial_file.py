@@ -135,11 +135,17 @@ def write_trial(
             )
             dataset.attrs["units"] = signal.unit
             dataset.attrs["long_name"] = signal.meaning
-            dataset.attrs["rate_hz"] = trial.rate_hz
+            dataset.attrs["rate_hz"] = _rate(trial, signal)
             dataset.attrs["processing"] = "; ".join(signal.processing)
             for number, axis in enumerate(signal.axes):
                 dataset.dims[number].attach_scale(file[axis])
                 dataset.dims[number].label = axis
+
+
+def _rate(trial: Trial, signal: Signal) -> float:
+    """Rate of a signal (Hz), which may have a clock of its own."""
+    clock = trial.axes[signal.axes[0]]
+    return trial.rate_hz if signal.axes[0] == "time" else float((clock.size - 1) / (clock[-1] - clock[0]))
 
 
 def read_trial(path: str | Path) -> Trial:

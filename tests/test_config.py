@@ -227,6 +227,18 @@ MISFITS = [
         {"ankle": {"analysis": {"lowpass_cutoff_hz": 125.0}}},
         ["ankle.analysis.lowpass_cutoff_hz", "125 Hz"],
     ),
+    (
+        {"ankle": {"analysis": {"intrinsic_reflex": {"expected_delay_s": 0.1}}}},
+        ["intrinsic_reflex.expected_delay_s", "[0.03, 0.06]", "found 0.1"],
+    ),
+    (
+        {"ankle": {"analysis": {"intrinsic_reflex": {"reflex_delays_s": [0.06, 0.03]}}}},
+        ["from short to long", "[0.06, 0.03]"],
+    ),
+    (
+        {"ankle": {"analysis": {"intrinsic_reflex": {"reflex_knot_s": 0.4}}}},
+        ["intrinsic_reflex.reflex_knot_s", "found 0.4 s"],
+    ),
 ]
 
 

@@ -1,11 +1,11 @@
-"""The bidirectional Butterworth low-pass: its gain, its missing phase, and what it refuses."""
+"""The bidirectional filters: their gain, their missing phase, and what they refuse."""
 
 import numpy as np
 import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.filters import butterworth_lowpass
+from tepsipe.filters import butterworth_bandpass, butterworth_lowpass, notch
 
 RATE = 250.0
 TIME = np.arange(0.0, 20.0, 1.0 / RATE)
@@ -77,3 +77,71 @@ def test_signal_without_samples_is_refused():
     with pytest.raises(InputError) as caught:
         butterworth_lowpass(np.array([]), RATE, 20.0)
     assert_one_sentence(caught.value)
+
+
+# ---- band-pass and notch -----------------------------------------------------------------------
+
+FAST = 1000.0
+FAST_TIME = np.arange(0.0, 10.0, 1.0 / FAST)
+
+
+def gain_of(how, frequency_hz):
+    """Complex gain for a long sine at 1000 Hz, away from its ends."""
+    wave = np.exp(2j * np.pi * frequency_hz * FAST_TIME)
+    middle = slice(3000, -3000)
+    return 2.0 * np.mean(1j * how(wave.imag)[middle] * wave[middle].conj())
+
+
+def emg_band(x, order=4):
+    return butterworth_bandpass(x, FAST, (20.0, 300.0), order)
+
+
+@pytest.mark.parametrize("order", [2, 4, 8])
+@pytest.mark.parametrize("edge_hz", [20.0, 300.0])
+def test_gain_at_both_edges_of_a_band_is_one_half(order, edge_hz):
+    assert gain_of(lambda x: emg_band(x, order), edge_hz) == pytest.approx(0.5, abs=1e-5)
+
+
+@pytest.mark.parametrize(("order", "fall"), [(2, 2.0), (4, 4.0)])
+def test_band_falls_off_at_its_lower_edge_as_a_high_pass_of_its_order(order, fall):
+    gains = [abs(gain_of(lambda x: emg_band(x, order), f)) for f in (2.0, 4.0)]
+    assert np.log2(gains[1] / gains[0]) == pytest.approx(fall, rel=0.02)
+
+
+@pytest.mark.parametrize("frequency_hz", [20.0, 80.0, 150.0, 300.0, 400.0])
+def test_band_pass_delays_nothing(frequency_hz):
+    gain = gain_of(emg_band, frequency_hz)
+    assert abs(gain.imag) < 1e-5
+    assert gain.real > 0.0
+
+
+def test_band_pass_turns_with_time_reversed(rng):
+    x = rng.standard_normal(3000)
+    x[:500] = x[-500:] = 0.0
+    assert emg_band(x[::-1])[::-1] == pytest.approx(emg_band(x), abs=1e-6)
+
+
+def test_middle_of_the_band_passes_and_an_offset_does_not():
+    assert abs(gain_of(emg_band, 80.0)) == pytest.approx(1.0, abs=0.01)
+    assert np.abs(emg_band(np.full(4000, 7000.0))).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    "band_hz", [(0.0, 300.0), (300.0, 20.0), (20.0, 500.0), (20.0, 20.0), (np.nan, 300.0)]
+)
+def test_band_that_the_rate_cannot_hold_is_refused(band_hz):
+    with pytest.raises(InputError, match="edges of a band-pass must rise"):
+        butterworth_bandpass(FAST_TIME, FAST, band_hz)
+
+
+def test_notch_removes_its_frequency_and_little_else():
+    gains = [abs(gain_of(lambda x: notch(x, FAST, 50.0, 2.0), f)) for f in (50.0, 49.0, 51.0, 40.0, 60.0)]
+    assert gains[0] < 1e-3
+    assert gains[1:3] == pytest.approx([0.5, 0.5], abs=0.01)
+    assert min(gains[3:]) > 0.98
+
+
+@pytest.mark.parametrize(("frequency_hz", "width_hz"), [(0.0, 2.0), (499.5, 2.0), (50.0, 0.0), (0.5, 2.0)])
+def test_notch_that_the_rate_cannot_hold_is_refused(frequency_hz, width_hz):
+    with pytest.raises(InputError, match="notch must lie"):
+        notch(FAST_TIME, FAST, frequency_hz, width_hz)

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tepsipe.metrics import least_squares_line, sem_as_printed, standard_error, vaf
+from tepsipe.metrics import (
+    bootstrap_blocks,
+    judge_held_out,
+    least_squares_line,
+    sem_as_printed,
+    standard_error,
+    vaf,
+)
 
 # NIST Statistical Reference Datasets, Norris (ozone monitors): y, x, and certified values
 NORRIS = np.loadtxt(
@@ -116,3 +123,35 @@ def test_helpers_take_the_diagonal_of_the_inverse():
     residuals, inverse = np.array([3.0, 4.0, 0.0]), np.array([0.04])
     assert sem_as_printed(residuals, inverse) == pytest.approx([np.sqrt(5.0 * 0.04)])
     assert standard_error(residuals, inverse) == pytest.approx([np.sqrt(25.0 / 2.0 * 0.04)])
+
+
+def test_prediction_is_judged_before_and_after_the_end_of_the_fit():
+    measured = np.array([9.0, 11.0, 9.0, 11.0, 10.0, 14.0])
+    predicted = np.array([9.0, 11.0, 9.0, 10.0, 9.0, 13.0])
+    found = judge_held_out(measured, predicted, training=4)
+    # about the mean of the first four, 10
+    assert found.training == pytest.approx(100.0 * (1.0 - 1.0 / 4.0))
+    assert found.held_out == pytest.approx(100.0 * (1.0 - 2.0 / 16.0))
+    assert found.held_out_any_offset == pytest.approx(100.0)
+    assert found.held_out_as_printed == pytest.approx(100.0 * (1.0 - 2.0 / 296.0))
+
+
+def test_bootstrapped_blocks_scatter_as_the_estimate_does(rng):
+    jacobian = np.column_stack([rng.standard_normal(4000), np.ones(4000)])
+    y = jacobian @ [2.0, -1.0] + 0.5 * rng.standard_normal(4000)
+    drawn = bootstrap_blocks(jacobian, y, 20, 600, rng)
+    fit = least_squares_line(jacobian, y)
+    assert drawn.mean(axis=0) == pytest.approx(fit.parameters, abs=0.003)
+    assert drawn.std(axis=0) == pytest.approx(fit.standard_error, rel=0.2)
+
+
+def test_bootstrapped_blocks_keep_the_penalty_and_the_units(rng):
+    jacobian, y = rng.standard_normal((200, 2)), rng.standard_normal(200) + 3.0
+    penalty = np.diag([0.0, 1e12])
+    units = np.array([1e-3, 1e3])
+    plain = bootstrap_blocks(jacobian, y, 10, 50, np.random.default_rng(1), penalty)
+    scaled = bootstrap_blocks(
+        jacobian * units, y, 10, 50, np.random.default_rng(1), penalty * np.outer(units, units)
+    )
+    assert np.abs(plain[:, 1]).max() < 1e-6
+    assert scaled * units == pytest.approx(plain, rel=1e-6, abs=1e-12)

@@ -62,5 +62,10 @@ def new_figure(rows: int = 1, columns: int = 1, height_in: float = 3.0, **keywor
 def save_figure(figure: Figure, svg: str | Path, png: str | Path) -> None:
     """Write a figure as SVG and PNG (no unit), without dates, and close it."""
     figure.savefig(svg, metadata={"Date": None, "Creator": "tepsipe"})
+    save_png(figure, png)
+
+
+def save_png(figure: Figure, png: str | Path) -> None:
+    """Write a figure as PNG only (150 dpi), without dates, and close it."""
     figure.savefig(png, dpi=150, metadata={"Software": "tepsipe"})
     plt.close(figure)

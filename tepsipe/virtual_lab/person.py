@@ -20,8 +20,8 @@ A joint's torque resists its angle phi (ankle th_1, knee th_2 - th_1, hip th_3 -
 
 Muscle m is driven by e_m = [tone_m + stretch reflex + balance]_+ . Its reflex answers the speed at which it
 was stretched a latency L_m ago, s = sum w_mj phi_j' (t - L_m), above a threshold: G_m [s - s_0]_+ . Balance
-answers where the centre of mass was a longer delay ago, and wanders. Force follows the drive like a critically
-damped twitch of second order, T^2 x'' + 2 T x' + x = e.
+answers where the centre of mass was a longer delay ago, and wanders. Force follows the drive like a
+critically damped twitch of second order, T^2 x'' + 2 T x' + x = e.
 
 The reaction on the plate is the rate of the body's linear and angular momentum, differentiated numerically:
 no free-body equation is used here.
@@ -323,7 +323,7 @@ def move_person(
         torques = ahead
         state = runge_kutta_step(derivative, k / rate_hz, state, 1.0 / rate_hz)
         states[k + 1] = state
-        if not abs(state[3]) < 0.7:
+        if not all(abs(angle) < 0.7 for angle in state[3:6]):
             raise FloatingPointError("the virtual person falls: check stiffness, damping and balance")
     time = np.arange(steps + 1) / rate_hz
     y, v = states[:, 0], states[:, 1]

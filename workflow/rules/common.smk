@@ -11,6 +11,7 @@ from tepsipe.errors import InputError
 from workflow.support.check import (
     check_against_schema,
     check_config,
+    check_plate_models,
     check_same_processing,
     load_yaml,
 )
@@ -39,8 +40,11 @@ def checked_trials():
                 f"null, found {experiment}/{condition} to be made: name its files"
             )
     experiments = {experiment for experiment, _ in trials}
-    if {"dummy", "weight"} <= experiments:
-        check_same_processing(config, "configuration")
+    for carried in ("dummy", "pilot"):
+        if {carried, "weight"} <= experiments:
+            check_same_processing(config, carried, "configuration")
+    if "pilot" in experiments and "weight" not in experiments:
+        check_plate_models(config, "configuration")
     for there, missing in (("weight", "empty"), ("empty", "weight")):
         if there in experiments and missing not in experiments:
             raise InputError(
@@ -78,6 +82,33 @@ def roles(experiment):
     return {condition: TRIALS[experiment, condition].role for condition in conditions(experiment)}
 
 
+def tasks():
+    """What the person was told, in the order of the trial sheet."""
+    return list(dict.fromkeys(TRIALS["pilot", c].task for c in conditions("pilot")))
+
+
+def made_tasks():
+    """Condition -> task of the person's trials that the laboratory makes, and of tasks made as a whole."""
+    made = {c: TRIALS["pilot", c].task for c in made_conditions("pilot")}
+    whole = {task for task in tasks() if all(c in made for c in conditions("pilot") if TRIALS["pilot", c].task == task)}
+    return made | {task: task for task in tasks() if task in whole}
+
+
+def of_task(pattern):
+    """Input function: the pattern filled in for every condition of a task."""
+
+    def files(wildcards):
+        names = [c for c in conditions("pilot") if TRIALS["pilot", c].task == wildcards.task]
+        return [pattern.format(condition=condition) for condition in names]
+
+    return files
+
+
+def plate_models():
+    """Models of the plate's load, where there are any: of Fy, then of Mx."""
+    return [f"<results>/treadmill_models/plate_{load}.json" for load in ("Fy", "Mx")] if PLATE else []
+
+
 def plate_trials():
     """[experiment, condition, role] of all trials with the empty belt and with the weight."""
     return [[e, c, role] for e in ("empty", "weight") for c, role in roles(e).items()]
@@ -90,6 +121,7 @@ def any_of(names):
 
 wildcard_constraints:
     condition=any_of(sorted({condition for _, condition in TRIALS}, key=len, reverse=True)),
+    task=any_of(sorted(tasks(), key=len, reverse=True)),
 
 
 def trial(wildcards, experiment):
@@ -173,8 +205,16 @@ FIGURES = {
         "figure_b_13",
     ],
     "noise": ["figure_4_12", "figure_noise"],
+    "pilot": [
+        "figure_4_13",
+        "figure_4_14",
+        "figure_pilot_latency",
+        "figure_pilot_response",
+        "figure_pilot_stiffness",
+        "figure_pilot_joints",
+    ],
     "treadmill": ["figure_treadmill_prediction", "figure_treadmill_cutoff", "figure_treadmill_ripple"],
-    "ankle": ["figure_ankle_impedance", "figure_ankle_prediction"],
+    "ankle": ["figure_ankle_impedance", "figure_ankle_prediction", "figure_ankle_responses"],
 }
 CATEGORIES = {
     "wristalyzer": "Wristalyzer",
@@ -183,6 +223,7 @@ CATEGORIES = {
     "foot": "TEP-SIPE on the ankle dummy",
     "simulation": "Forward simulation",
     "noise": "Sensitivity to noise",
+    "pilot": "A person standing on the treadmill",
     "treadmill": "What the treadmill adds to the load",
     "ankle": "Position-controlled manipulator",
 }
@@ -226,6 +267,22 @@ def study_figures():
     parts = {"foot": FOOT, "simulation": SIMULATION, "noise": SIMULATION}
     shown = EXPERIMENTS + [name for name, there in parts.items() if there]
     return [f"<results>/figures/{name}.svg" for e in shown for name in FIGURES.get(e, [])]
+
+
+def pilot_figures():
+    """Figures 4-13 and 4-14 of every trial of the standing person."""
+    names = ("4_13", "4_14")
+    return [f"<results>/figures/pilot/{c}_{name}.png" for c in conditions("pilot") for name in names]
+
+
+def active_estimators():
+    """Estimators of the standing person that tell the muscles' torque apart."""
+    return [name for name, choice in config["pilot"]["estimators"].items() if choice["active"] != "none"]
+
+
+def task_fits():
+    """What the trials of each task gave together."""
+    return [f"<results>/fits/pilot_tasks/{task}.h5" for task in tasks()]
 
 
 def study_tables():
@@ -308,6 +365,7 @@ def all_estimates():
     files = [f"<results>/estimates/{e}/{c}.csv" for e, c in fitted_trials()]
     if FOOT:
         files += of_trials("<results>/estimates/foot/{condition}.csv", "dummy")
+    files += [f"<results>/estimates/pilot_tasks/{task}.csv" for task in tasks()]
     crossed = [e for e in EXPERIMENTS if e in ("wristalyzer", "dummy")]
     return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
 
@@ -357,6 +415,7 @@ def study_outputs():
         *study_recovery(),
         *study_claims(),
         *study_figures(),
+        *pilot_figures(),
     ]
 
 

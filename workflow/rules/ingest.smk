@@ -79,6 +79,27 @@ rule ingest_empty:
         "../scripts/ingest_empty.py"
 
 
+rule ingest_pilot:
+    input:
+        raw=raw_inputs("pilot"),
+        library=library_of("ingest_pilot"),
+    output:
+        trial="<results>/trials/pilot/{condition}.h5",
+    log:
+        "<logs>/ingest_pilot/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        files=lambda w: raw_files(w, "pilot"),
+        duration_s=lambda w: trial(w, "pilot").duration_s,
+        marker_labels=config["pilot"]["files"]["marker_labels"],
+        emg_trigger=config["pilot"]["files"]["emg_trigger"],
+        emg_channels={m: choice["channel"] for m, choice in config["pilot"]["muscles"].items()},
+        ingest=config["pilot"]["ingest"],
+    script:
+        "../scripts/ingest_pilot.py"
+
+
 rule ingest_ankle:
     input:
         raw=raw_inputs("ankle"),

@@ -83,6 +83,7 @@ rule compare_with_truth:
         "../envs/tepsipe.yaml"
     params:
         made={name: made_conditions(name) for name in EXPERIMENTS},
+        tasks=made_tasks(),
     script:
         "../scripts/compare_with_truth.py"
 

@@ -88,3 +88,29 @@ rule make_empty_trial:
         duration_s=lambda w: trial(w, "empty").duration_s,
     script:
         "../scripts/make_empty_trial.py"
+
+
+rule make_pilot_trial:
+    input:
+        truth=config["study"]["virtual_lab"] or [],
+        library=library_of("make_pilot_trial"),
+    output:
+        log="<results>/raw/pilot/{condition}/log.mat",
+        calibration="<results>/raw/pilot/{condition}/calibration.csv",
+        markers="<results>/raw/pilot/{condition}/markers.c3d",
+        emg="<results>/raw/pilot/{condition}/emg.edf",
+    log:
+        "<logs>/make_pilot_trial/{condition}.log",
+    wildcard_constraints:
+        condition=any_of(made_conditions("pilot")),
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        task=lambda w: trial(w, "pilot").task,
+        profile=lambda w: trial(w, "pilot").profile,
+        amplitude_m_per_s=lambda w: trial(w, "pilot").amplitude,
+        interval_s=lambda w: trial(w, "pilot").interval_s,
+        longest_interval_s=lambda w: trial(w, "pilot").longest_interval_s,
+        duration_s=lambda w: trial(w, "pilot").duration_s,
+    script:
+        "../scripts/make_pilot_trial.py"

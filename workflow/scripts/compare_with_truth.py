@@ -15,5 +15,6 @@ rows = compare_with_truth(
     read_estimates(snakemake.input.estimates),
     yaml.safe_load(Path(snakemake.input.truth).read_text(encoding="utf-8")),
     snakemake.params.made,
+    snakemake.params.tasks,
 )
 write_recovery(snakemake.output.table, rows)

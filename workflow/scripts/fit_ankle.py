@@ -7,22 +7,28 @@ job.start(snakemake)
 import numpy as np
 
 from tepsipe.estimates import write_estimates
+from tepsipe.intrinsic_reflex import IntrinsicReflexOptions
 from tepsipe.position_manipulator import (
     PositionManipulatorOptions,
+    analyse_intrinsic_reflex,
     analyse_position_manipulator,
+    intrinsic_reflex_estimates,
     position_manipulator_estimates,
     position_manipulator_result,
 )
 from tepsipe.result_file import write_result
 from tepsipe.trial_file import read_trial
 
-found = analyse_position_manipulator(
-    read_trial(snakemake.input.trial),
-    PositionManipulatorOptions(**snakemake.params.analysis),
-    np.random.default_rng(snakemake.params.seed),
-)
-write_result(snakemake.output.fit, position_manipulator_result(found))
+trial = read_trial(snakemake.input.trial)
+choices = dict(snakemake.params.analysis)
+reflex = IntrinsicReflexOptions(**choices.pop("intrinsic_reflex"))
+options = PositionManipulatorOptions(**choices)
+rng = np.random.default_rng(snakemake.params.seed)
+found = analyse_position_manipulator(trial, options, rng)
+told_apart = analyse_intrinsic_reflex(trial, options, reflex, rng)
+names = ("ankle", snakemake.wildcards.condition)
+write_result(snakemake.output.fit, position_manipulator_result(found, told_apart))
 write_estimates(
     snakemake.output.estimates,
-    position_manipulator_estimates("ankle", snakemake.wildcards.condition, found),
+    position_manipulator_estimates(*names, found) + intrinsic_reflex_estimates(*names, told_apart),
 )

@@ -15,6 +15,7 @@ results = {
 drawn = {
     "figure_ankle_impedance": figures.plot_impedance(results),
     "figure_ankle_prediction": figures.plot_held_out(results),
+    "figure_ankle_responses": figures.plot_responses(results),
 }
 for name, figure in drawn.items():
     save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])

@@ -13,7 +13,7 @@ import pandas as pd
 import typst
 import yaml
 
-from tepsipe import report_data, simulation_report_data, treadmill_report_data
+from tepsipe import ankle_report_data, report_data, simulation_report_data, treadmill_report_data
 from tepsipe.figures.names import short_name
 from tepsipe.result_file import read_result
 from tepsipe.thesis_tables import read_table
@@ -89,7 +89,7 @@ if "treadmill" in experiments:
         read_result(calibration), read_scores(scores), choices["treadmill"], snakemake.params.roles
     )
 if "ankle" in experiments:
-    data["ankle"] = report_data.ankle_data(fits["ankle"], estimates)
+    data["ankle"] = ankle_report_data.ankle_data(fits["ankle"], estimates)
 Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )

@@ -169,7 +169,9 @@ def check_config(config: dict, name: str) -> None:
             f"{name}: expected noise.table_snr_db to be one of noise.snr_db ({config['noise']['snr_db']}), "
             f"found {config['noise']['table_snr_db']}: correct one of the two"
         )
-    for section in ("wristalyzer", "dummy", "ankle"):
+    _check_reflex(config["ankle"]["analysis"]["intrinsic_reflex"], name)
+    _check_pilot(config["pilot"], config["weight"]["models"]["family"], name)
+    for section in ("wristalyzer", "dummy", "ankle", "pilot"):
         half = 0.5 * config[section]["ingest"]["resample_rate_hz"]
         cutoff = config[section]["analysis"]["lowpass_cutoff_hz"]
         if cutoff >= half:
@@ -177,6 +179,22 @@ def check_config(config: dict, name: str) -> None:
                 f"{name}: expected {section}.analysis.lowpass_cutoff_hz below half of "
                 f"{section}.ingest.resample_rate_hz ({half:g} Hz), found {cutoff:g}: lower it"
             )
+
+
+def _check_reflex(reflex: dict, name: str) -> None:
+    """Delays must be in order, and a reflex response needs a knot between its ends."""
+    where = f"{name}: expected ankle.analysis.intrinsic_reflex"
+    shortest, longest = reflex["reflex_delays_s"]
+    if not shortest <= reflex["expected_delay_s"] <= longest:
+        raise InputError(
+            f"{where}.expected_delay_s within reflex_delays_s, from short to long ([{shortest}, {longest}]), "
+            f"found {reflex['expected_delay_s']}: correct one of the two"
+        )
+    if reflex["reflex_length_s"] < 2.0 * reflex["reflex_knot_s"]:
+        raise InputError(
+            f"{where}.reflex_knot_s of at most half of reflex_length_s ({reflex['reflex_length_s']:g} s), "
+            f"found {reflex['reflex_knot_s']:g} s: correct one of the two"
+        )
 
 
 def _check_treadmill(config: dict, name: str) -> None:
@@ -220,21 +238,88 @@ def _check_treadmill(config: dict, name: str) -> None:
         )
 
 
-def check_same_processing(config: dict, name: str) -> None:
-    """Models of the treadmill hold for one rate and one filter: the dummy's must be those of the weight."""
-    rates = {key: config[key]["ingest"]["resample_rate_hz"] for key in ("weight", "empty", "dummy")}
+def _check_pilot(pilot: dict, family: list[str], name: str) -> None:
+    """Pathways, estimators, models, markers and windows that are named must exist, and windows must fit."""
+    recommended = pilot["recommended"]
+    for key, wanted, known in (
+        ("as_printed", pilot["as_printed"], pilot["pathways"]),
+        ("recommended.pathway", recommended["pathway"], pilot["pathways"]),
+        ("recommended.estimator", recommended["estimator"], pilot["estimators"]),
+    ):
+        if wanted not in known:
+            section = "estimators" if key.endswith("estimator") else "pathways"
+            raise InputError(
+                f"{name}: expected pilot.{key} to name one of pilot.{section} ({', '.join(known)}), found "
+                f"{wanted!r}: correct it"
+            )
+    for pathway, choice in pilot["pathways"].items():
+        model = choice["treadmill_model"]
+        if model is not None and model not in family:
+            raise InputError(
+                f"{name}: expected pilot.pathways.{pathway}.treadmill_model to name one of "
+                f"weight.models.family ({', '.join(family)}) or null, found {model!r}: correct one of the two"
+            )
+    for segment in ("foot", "shank", "thigh"):
+        for marker in pilot["person"][f"{segment}_markers"]:
+            if marker["label"] not in pilot["files"]["marker_labels"]:
+                raise InputError(
+                    f"{name}: expected pilot.person.{segment}_markers to name markers of "
+                    f"pilot.files.marker_labels, found {marker['label']!r}: correct one of the two"
+                )
+    analysis = pilot["analysis"]
+    for estimator, choice in pilot["estimators"].items():
+        if choice["window_s"] > analysis["after_s"]:
+            raise InputError(
+                f"{name}: expected pilot.estimators.{estimator}.window_s of at most pilot.analysis.after_s "
+                f"({analysis['after_s']:g} s), found {choice['window_s']:g} s: correct one of the two"
+            )
+    for key, (low, high), least, most in (
+        ("analysis.baseline_s", analysis["baseline_s"], -analysis["before_s"], 0.0),
+        ("latency.search_s", pilot["latency"]["search_s"], 0.0, analysis["after_s"]),
+        ("emg.band_hz", pilot["emg"]["band_hz"], 0.0, math.inf),
+    ):
+        if not least <= low < high <= most:
+            raise InputError(
+                f"{name}: expected pilot.{key} from low to high between {least:g} and {most:g}, found "
+                f"[{low}, {high}]: correct it"
+            )
+    half = 0.5 * pilot["ingest"]["resample_rate_hz"]
+    if analysis["stretch_cutoff_hz"] >= half:
+        raise InputError(
+            f"{name}: expected pilot.analysis.stretch_cutoff_hz below half of pilot.ingest.resample_rate_hz "
+            f"({half:g} Hz), found {analysis['stretch_cutoff_hz']:g}: lower it"
+        )
+
+
+def check_same_processing(config: dict, carried: str, name: str) -> None:
+    """Models of the treadmill hold for one rate and one filter: what is carried must have the weight's.
+
+    ``carried`` is dummy or pilot.
+    """
+    rates = {key: config[key]["ingest"]["resample_rate_hz"] for key in ("weight", "empty", carried)}
     if len(set(rates.values())) > 1:
         found = ", ".join(f"{rate:g} Hz for {key}" for key, rate in rates.items())
         raise InputError(
-            f"{name}: expected one ingest.resample_rate_hz for weight, empty and dummy, because models of "
-            f"the treadmill hold for one rate, found {found}: make them equal"
+            f"{name}: expected one ingest.resample_rate_hz for weight, empty and {carried}, because models "
+            f"of the treadmill hold for one rate, found {found}: make them equal"
         )
-    weight, dummy = config["weight"]["analysis"], config["dummy"]["analysis"]
+    weight, own = config["weight"]["analysis"], config[carried]["analysis"]
     of_weight = (weight["cutoffs_hz"][0], weight["lowpass_order"])
-    of_dummy = (dummy["lowpass_cutoff_hz"], dummy["lowpass_order"])
-    if of_weight != of_dummy:
+    of_own = (own["lowpass_cutoff_hz"], own["lowpass_order"])
+    if of_weight != of_own:
         raise InputError(
-            f"{name}: expected the dummy's filter to be the weight's first one, because models of the "
-            f"treadmill hold for one filter, found {of_dummy[0]:g} Hz of order {of_dummy[1]} and "
-            f"{of_weight[0]:g} Hz of order {of_weight[1]}: make dummy.analysis and weight.analysis agree"
+            f"{name}: expected the {carried}'s filter to be the weight's first one, because models of the "
+            f"treadmill hold for one filter, found {of_own[0]:g} Hz of order {of_own[1]} and "
+            f"{of_weight[0]:g} Hz of order {of_weight[1]}: make {carried}.analysis and weight.analysis agree"
         )
+
+
+def check_plate_models(config: dict, name: str) -> None:
+    """Without weight and empty belt there are no models for the pathways of a standing person."""
+    for pathway, choice in config["pilot"]["pathways"].items():
+        if choice["treadmill_model"] is not None:
+            raise InputError(
+                f"{name}: expected trials of weight and empty beside those of pilot, because "
+                f"pilot.pathways.{pathway} takes the model {choice['treadmill_model']!r} of the treadmill, "
+                "found none: add their rows to the trial sheet, or set its treadmill_model to null"
+            )

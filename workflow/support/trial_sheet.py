@@ -23,13 +23,19 @@ COLUMNS = (
     "markers",
 )
 # which a sheet needs only if one of its experiments does
-OPTIONAL_COLUMNS = ("role", "time_column", "load_column", "velocity_column")
+OPTIONAL_COLUMNS = ("role", "emg", "task", "time_column", "load_column", "velocity_column")
 # experiment -> the kinds of raw file that it needs and the names that the laboratory gives them
 RAW_FILES = {
     "wristalyzer": {"log": "log.txt", "command": "command.txt"},
     "dummy": {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
     "weight": {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
     "empty": {"log": "log.mat", "calibration": "calibration.csv"},
+    "pilot": {
+        "log": "log.mat",
+        "calibration": "calibration.csv",
+        "markers": "markers.c3d",
+        "emg": "emg.edf",
+    },
     "ankle": {"log": None},
     "treadmill": {"log": None},
 }
@@ -39,6 +45,7 @@ PROFILES = {
     "dummy": PULSES,
     "weight": PULSES,
     "empty": PULSES,
+    "pilot": ("sine", "negative-sine"),
     "ankle": (),
     "treadmill": (),
 }
@@ -46,6 +53,10 @@ PROFILES = {
 # serve the same models
 ROLES = ("calibrate", "validate")
 ROLE_GROUPS = (("treadmill",), ("empty", "weight"))
+# what the laboratory's person can be told; a recorded person anything
+TASKS = ("relax", "stiff")
+# experiments whose perturbations may come at random intervals, from - to
+AT_RANDOM = ("pilot",)
 # what a table holds -> the sheet's column that names it, for experiments whose tables differ
 TABLE_COLUMNS = {"treadmill": {"time": "time_column", "load": "load_column", "velocity": "velocity_column"}}
 EMPTY = "-"
@@ -55,8 +66,10 @@ EMPTY = "-"
 class TrialRow:
     """One row of the sheet.
 
-    ``files`` maps kinds of raw file to paths, and is empty for the laboratory's. ``role`` is None where
-    trials have none. ``columns`` maps time, load and velocity to names in the header of the trial's table.
+    ``interval_s`` is the shortest, ``longest_interval_s`` the longest time between perturbations. ``files``
+    maps kinds of raw file to paths, and is empty for the laboratory's. ``role`` and ``task`` (what a person
+    was told) are None where trials have none. ``columns`` maps time, load and velocity to names in the
+    header of the trial's table.
     """
 
     experiment: str
@@ -65,9 +78,11 @@ class TrialRow:
     profile: str
     amplitude: float | None
     interval_s: float | None
+    longest_interval_s: float | None
     duration_s: float
     files: dict[str, str]
     role: str | None
+    task: str | None
     columns: dict[str, str]
 
 
@@ -161,13 +176,13 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             f"{here}: expected the source to be virtual_lab or recorded, found {source!r}: correct it"
         )
     needed = RAW_FILES[experiment]
-    files = {kind: cells[kind] for kind in needed if cells[kind] not in (EMPTY, "")}
+    files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
     if source == "recorded":
         for kind in needed:
             if kind not in files:
                 raise InputError(
                     f"{here}: expected a {kind} file for {experiment}/{condition}, found "
-                    f"{cells[kind]!r}: name the recorded file"
+                    f"{cells.get(kind, 'no such column')!r}: name the recorded file"
                 )
     elif files or not all(needed.values()):
         found = f"{next(iter(files.values()))!r}" if files else f"experiment {experiment!r}"
@@ -175,20 +190,21 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             f"{here}: expected no files for what the virtual laboratory can make, found {found}: set "
             "the source to recorded"
         )
-    numbers = {}
-    for name in ("amplitude", "interval_s", "duration_s"):
-        try:
-            numbers[name] = None if cells[name] == EMPTY else float(cells[name])
-        except ValueError:
-            numbers[name] = -1.0
-        if numbers[name] is not None and not 0.0 < numbers[name] < math.inf:
+    numbers = {name: _positive(cells[name], name, here) for name in ("amplitude", "duration_s")}
+    shortest, dash, longest = cells["interval_s"].partition("-")
+    if experiment in AT_RANDOM and shortest and dash:
+        interval = _positive(shortest, "interval_s", here), _positive(longest, "interval_s", here)
+        if interval[0] > interval[1]:
             raise InputError(
-                f"{here}: expected a positive number or {EMPTY!r} for {name}, found {cells[name]!r}: "
-                "correct it"
+                f"{here}: expected interval_s from short to long, found {cells['interval_s']!r}: turn it "
+                "round"
             )
+    else:
+        interval = (_positive(cells["interval_s"], "interval_s", here),) * 2
+    numbers |= {"interval_s": interval[0], "longest_interval_s": interval[1]}
     made = source == "virtual_lab"
     wanted = ["duration_s"] + (["amplitude"] if made else [])
-    wanted += ["interval_s"] if made and PROFILES[experiment] == PULSES else []
+    wanted += ["interval_s"] if made and experiment != "wristalyzer" else []
     for name in wanted:
         if numbers[name] is None:
             raise InputError(f"{here}: expected a number for {name}, found {EMPTY!r}: fill it in")
@@ -205,8 +221,44 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         **numbers,
         files=files,
         role=_role(cells, here),
+        task=_task(cells, here),
         columns=_columns(cells, here),
     )
+
+
+def _positive(cell: str, name: str, here: str) -> float | None:
+    try:
+        number = None if cell == EMPTY else float(cell)
+    except ValueError:
+        number = -1.0
+    if number is not None and not 0.0 < number < math.inf:
+        raise InputError(
+            f"{here}: expected a positive number or {EMPTY!r} for {name}, found {cell!r}: correct it"
+        )
+    return number
+
+
+def _task(cells: dict[str, str], here: str) -> str | None:
+    """What a standing person was told."""
+    experiment, task = cells["experiment"], cells.get("task", "")
+    if experiment != "pilot":
+        if task not in (EMPTY, ""):
+            raise InputError(
+                f"{here}: expected {EMPTY!r} for the task, because trials of {experiment} have none, found "
+                f"{task!r}: correct it"
+            )
+        return None
+    made = cells["source"] == "virtual_lab"
+    if task in (EMPTY, "") or (made and task not in TASKS) or not all(c.isalnum() or c in ".-" for c in task):
+        found = repr(task) if "task" in cells else "no such column"
+        expected = (
+            f"a task of {' or '.join(TASKS)}" if made else "a task of letters, digits, dots and hyphens"
+        )
+        raise InputError(
+            f"{here}: expected {expected} for {experiment}/{cells['condition']}, found {found}: fill in "
+            "what the person was told"
+        )
+    return task
 
 
 def _role(cells: dict[str, str], here: str) -> str | None:
@@ -249,7 +301,7 @@ def _columns(cells: dict[str, str], here: str) -> dict[str, str]:
                 "correct one of the two"
             )
         columns[what] = column
-    for name in OPTIONAL_COLUMNS[1:]:
+    for name in OPTIONAL_COLUMNS[3:]:
         if name not in named_by.values() and cells.get(name, "") not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for {name}, because tables of {experiment} have their columns "

@@ -1,0 +1,96 @@
+"""What is assumed of a body that nobody weighed in parts: fractions of mass and stature.
+
+Source: D. A. Winter (2009), Biomechanics and Motor Control of Human Movement, 4th edition, Table 4.1 and
+Figure 4.1. A foot is 0.0145 of the body's mass; its centre of mass lies half-way between ankle and second
+metatarsal, its radius of gyration is 0.475 of that length, and the foot is 0.152 of the stature long. The
+whole body's centre of mass is 0.55 of a woman's, 0.56 of a man's stature above the floor. A standing body
+turns about the ankles almost like a uniform rod: J = 4/3 m h^2 (Morasso & Schieppati 1999: 1.32).
+"""
+
+from dataclasses import dataclass
+
+FOOT_MASS = 0.0145
+FOOT_LENGTH = 0.152
+FOOT_GYRATION = 0.475
+ROD = 4.0 / 3.0
+
+
+@dataclass(frozen=True)
+class Feet:
+    """Both feet as one rigid body.
+
+    Attributes
+    ----------
+    mass_kg : float
+        m_f (kg).
+    inertia_kgm2 : float
+        I_f about their centre of mass, for turning in the sagittal plane (kg m2).
+    """
+
+    mass_kg: float
+    inertia_kgm2: float
+
+
+@dataclass(frozen=True)
+class StandingBody:
+    """All that the ankles carry, as if it were one rigid body: the single-joint model of standing.
+
+    Attributes
+    ----------
+    mass_kg : float
+        m, without the feet (kg).
+    com_m : float
+        h, centre of mass above the ankles (m).
+    inertia_kgm2 : float
+        I_b, about the centre of mass (kg m2).
+    gravity_m_per_s2 : float
+        g (m/s2).
+    """
+
+    mass_kg: float
+    com_m: float
+    inertia_kgm2: float
+    gravity_m_per_s2: float
+
+    @property
+    def toppling_stiffness(self) -> float:
+        """What the ankles must at least resist with (Nm/rad): m g h."""
+        return self.mass_kg * self.gravity_m_per_s2 * self.com_m
+
+
+def both_feet(mass_kg: float, stature_m: float) -> Feet:
+    """Feet of a body of mass (kg) and stature (m)."""
+    mass = 2.0 * FOOT_MASS * mass_kg
+    return Feet(mass, mass * (FOOT_GYRATION * FOOT_LENGTH * stature_m) ** 2)
+
+
+def standing_body(
+    mass_kg: float,
+    stature_m: float,
+    com_height: float,
+    ankle_height_m: float,
+    gravity_m_per_s2: float,
+) -> StandingBody:
+    """What stands on the ankles.
+
+    Parameters
+    ----------
+    mass_kg, stature_m : float
+        Of the whole body (kg, m).
+    com_height : float
+        Its centre of mass above the floor, as a part of the stature (-).
+    ankle_height_m : float
+        Ankles above the floor; the feet's centre of mass is half as high (m).
+    gravity_m_per_s2 : float
+        g (m/s2).
+
+    Returns
+    -------
+    StandingBody
+        Mass (kg), centre of mass (m) and moment of inertia (kg m2).
+    """
+    feet = both_feet(mass_kg, stature_m).mass_kg
+    carried = mass_kg - feet
+    height = (mass_kg * com_height * stature_m - feet * 0.5 * ankle_height_m) / carried
+    com = height - ankle_height_m
+    return StandingBody(carried, com, (ROD - 1.0) * carried * com**2, gravity_m_per_s2)

@@ -1,0 +1,413 @@
+"""When a muscle begins to answer: onsets in an ensemble of responses, and in a mechanical signal.
+
+Symbols: x_i(t) band-passed response to event i (uV), not rectified; y(t) mean over events of what the
+detector looks at; T onset (s); b baseline of y.
+
+    threshold       y = <|x_i|>                           T: y > b + k SD(baseline), and stays there
+    teager-kaiser   y = <x_i(t)^2 - x_i(t-d) x_i(t+d)>    T: the same, d one sampling interval
+    changepoint     y = <|e_i|>, e_i = x_i - sum_j a_j x_i(t - j d)    T: most likely start of a ramp
+
+The change point is that of highest likelihood of
+
+    y ~ gamma, mean mu(t) = b (1 + c max(0, t - T)),   standard deviation in proportion to the mean
+    -log L = sum_t [log mu(t) + y(t) / mu(t)] * const
+
+because the spread of rectified noise is in proportion to its mean. The a_j predict a sample at rest from
+those before it, which leaves e_i nearly white. The ramp is fitted up to a part of the first peak.
+
+The 6 Hz envelope is not used: it is smeared over more than 60 ms to either side.
+
+Sources: Hodges & Bui (1996) for the threshold; Li, Zhou & Aruin (2007) and Solnik et al. (2010) for the
+energy operator; Staude (2001) for whitening and likelihood.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg, ndimage, signal
+from scipy.interpolate import CubicSpline
+
+from tepsipe.errors import InputError
+
+DETECTORS = ("threshold", "teager-kaiser", "changepoint")
+# fewest draws from which an uncertainty is taken
+FEWEST_DRAWS = 20
+# shortest baseline from which its mean and spread are taken (s)
+SHORTEST_BASELINE_S = 0.1
+# the change point: window in which activity must stand out, and over which the first peak is sought (s)
+STANDING_OUT_S = 0.011
+PEAK_WITHIN_S = 0.05
+# baseline that is fitted together with the ramp (s)
+BEFORE_RAMP_S = 0.02
+# heights of the ramp that are tried, in units of the baseline (-)
+HEIGHTS = np.geomspace(0.05, 100.0, 60)
+# improvements of the best of the ramps tried
+REFINEMENTS = 12
+
+
+@dataclass(frozen=True)
+class OnsetOptions:
+    """Choices of the detection.
+
+    Attributes
+    ----------
+    detector : str
+        One of `DETECTORS`; "changepoint" is recommended.
+    baseline_until_s : float
+        The baseline ends here (s from the event).
+    search_s : tuple of float
+        First and last instant at which an onset may lie (s from the event).
+    window_s : float
+        Centred moving mean of threshold and Teager-Kaiser (s): no delay, smeared by half of it.
+    threshold_sd : float
+        k, standard deviations of the baseline's moving mean (-).
+    hold_s : float
+        Time for which the threshold must be exceeded (s).
+    whitening_order : int
+        Number of a_j of the change point (-).
+    signal_to_noise : float
+        The change point's activity must exceed the baseline by so many standard errors (-).
+    rise_fraction : float
+        The ramp is fitted up to this part of the first peak (-).
+    longest_rise_s : float
+        Longest ramp up to there (s).
+    bootstrap_draws : int
+        Ensembles redrawn from the events (-); 0 for none, and then no uncertainty.
+    trusted_share : float
+        Share of the redrawn ensembles that must have an onset too (-).
+    """
+
+    detector: str = "changepoint"
+    baseline_until_s: float = 0.0
+    search_s: tuple[float, float] = (0.02, 0.2)
+    window_s: float = 0.005
+    threshold_sd: float = 3.0
+    hold_s: float = 0.010
+    whitening_order: int = 1
+    signal_to_noise: float = 5.0
+    rise_fraction: float = 0.7
+    longest_rise_s: float = 0.04
+    bootstrap_draws: int = 500
+    trusted_share: float = 0.9
+
+
+@dataclass(frozen=True)
+class Onset:
+    """An onset latency, or why there is none.
+
+    Attributes
+    ----------
+    latency_s : float or None
+        T, from the event (s).
+    standard_error_s : float or None
+        Standard deviation over redrawn ensembles (s).
+    interval_s : tuple of float or None
+        Their 2.5 and 97.5 % quantiles (s).
+    found_share : float or None
+        Share of the redrawn ensembles that have an onset (-).
+    reason : str or None
+        One sentence if there is no onset.
+    """
+
+    latency_s: float | None
+    standard_error_s: float | None
+    interval_s: tuple[float, float] | None
+    found_share: float | None
+    reason: str | None
+
+
+def detect_onset(
+    time: np.ndarray, responses: np.ndarray, options: OnsetOptions, rng: np.random.Generator
+) -> Onset:
+    """Onset latency of an ensemble of electromyographic responses.
+
+    Parameters
+    ----------
+    time : ndarray, shape (m,)
+        Regular time from the event (s).
+    responses : ndarray, shape (events, m)
+        x_i (any unit), band-passed and not rectified, without what movement adds to all of them.
+    options : OnsetOptions
+        Choices (units in their names).
+    rng : numpy.random.Generator
+        Draws events for the uncertainty.
+
+    Returns
+    -------
+    Onset
+        Latency, standard error and 95 % interval (s), or a sentence.
+
+    Raises
+    ------
+    InputError
+        If an option is unknown, there are fewer than 5 responses, they hold a NaN, or they do not
+        reach over baseline and searched time.
+    """
+    _refuse_unusable(time, responses, options)
+    events = responses.shape[0]
+    looked_at = _looked_at(time, responses, options)
+    drawn = rng.multinomial(events, np.full(events, 1.0 / events), size=options.bootstrap_draws)
+    weights = np.vstack([np.ones(events), drawn]) / events
+    y = weights @ looked_at
+    if options.detector == "changepoint":
+        error = _relative_error(time, looked_at, options)
+        onsets, wanted = _change_points(time, y, error, options), 1.0 + options.signal_to_noise * error
+    else:
+        onsets, wanted = _crossings(time, y, options)
+    found = np.isfinite(onsets[1:])
+    share = float(found.mean()) if found.size else None
+    reason = None
+    if np.isnan(onsets[0]):
+        first, last = (1e3 * instant for instant in options.search_s)
+        reason = (
+            f"expected activity that begins to rise above {wanted:.3g} times its baseline {first:g} to "
+            f"{last:g} ms after the event, found none: the muscle did not answer, or noise hides it"
+        )
+    elif share is not None and share < options.trusted_share:
+        reason = (
+            f"expected an onset in at least {100 * options.trusted_share:g} % of the ensembles redrawn from "
+            f"the events, found one in {100 * share:.3g} %: record more perturbations"
+        )
+    if reason is not None:
+        return Onset(None, None, None, share, reason)
+    if not found.size:
+        return Onset(float(onsets[0]), None, None, None, None)
+    low, high = np.quantile(onsets[1:][found], [0.025, 0.975])
+    spread = float(onsets[1:][found].std(ddof=1))
+    return Onset(float(onsets[0]), spread, (float(low), float(high)), share, None)
+
+
+def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fraction: float = 0.5) -> float:
+    """Instant at which a mechanical signal leaves its rest like a ramp.
+
+    A broken stick, x(t) = b + c max(0, t - T), is fitted by least squares up to a part of the first
+    peak, on a cubic spline through the samples. A zero-phase low-pass rounds the corner evenly, so
+    it does not move T. What starts softly is told late, as by the change point of a response that follows it:
+    the delay between the two is not.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Regular time (s).
+    x : ndarray, shape (n,)
+        Ensemble mean of a velocity (any unit).
+    baseline_until_s : float
+        The signal is at rest until here (s).
+    rise_fraction : float
+        The ramp is fitted up to this part of the first peak (-).
+
+    Returns
+    -------
+    float
+        T (s).
+
+    Raises
+    ------
+    InputError
+        If the signal holds a NaN, is at rest for too short, or does not leave its rest.
+    """
+    time, x = np.asarray(time, dtype=float), np.asarray(x, dtype=float)
+    step = (time[-1] - time[0]) / (time.size - 1) if time.size > 1 else np.nan
+    at_rest = time < baseline_until_s
+    if not np.isfinite(x).all() or at_rest.sum() < 5 or at_rest.all():
+        raise InputError(
+            f"onset of a motion: expected at least 5 samples at rest and then a motion without NaN, found "
+            f"{at_rest.sum()} of {time.size} samples before {baseline_until_s:g} s: cut longer responses"
+        )
+    motion = x - x[at_rest].mean()
+    size, noise = np.abs(motion).max(), np.abs(motion[at_rest]).max()
+    if size <= 3.0 * noise or size == 0.0:
+        raise InputError(
+            f"onset of a motion: expected a peak of more than 3 times the largest value at rest, found "
+            f"{size:.3g} and {noise:.3g}: check that the perturbation moved it, and when the rest ends"
+        )
+    first = int(np.argmax(np.abs(motion) >= 0.5 * size))
+    motion = np.sign(motion[first]) * motion
+    falls = np.flatnonzero(np.diff(motion[first:]) <= 0.0)
+    top = first + (int(falls[0]) if falls.size else motion.size - 1 - first)
+    fine = np.linspace(time[0], time[top], 10 * top + 1)
+    z = CubicSpline(time, motion)(fine)
+    last = int(np.flatnonzero(z < rise_fraction * motion[top])[-1])
+    t, z = fine[: last + 1], z[: last + 1]
+    low, high = max(baseline_until_s, t[0]), t[-1] - 0.5 * step
+    if high - low < 2.0 * step:
+        raise InputError(
+            f"onset of a motion: expected it after the rest, which lasts until {baseline_until_s:g} s, found "
+            f"it moving at {t[-1]:.4g} s: end the rest earlier"
+        )
+    best, apart = low, high - low
+    for finer in (1.0, 0.1, 0.01):  # of a sample
+        T = np.arange(max(low, best - apart), min(high, best + apart), finer * step)
+        explained = _explained_by_ramp(t, z, T)
+        k = int(np.clip(explained.argmax(), 1, T.size - 2))
+        best, apart = T[k], 2.0 * finer * step
+    return float(best + 0.01 * step * _vertex(*explained[k - 1 : k + 2]))
+
+
+def _explained_by_ramp(t: np.ndarray, z: np.ndarray, tried: np.ndarray) -> np.ndarray:
+    """Sum of squares of z that b + c max(0, t - T) with c >= 0 explains, for each T tried."""
+    ramp = np.maximum(t - tried[:, None], 0.0)
+    ramp -= ramp.mean(axis=1, keepdims=True)
+    return np.maximum(ramp @ (z - z.mean()), 0.0) ** 2 / (ramp**2).sum(axis=1)
+
+
+# ---- parts of `detect_onset` -------------------------------------------------------------------
+
+
+def _refuse_unusable(time: np.ndarray, responses: np.ndarray, options: OnsetOptions) -> None:
+    """Raise InputError for what `detect_onset` cannot use."""
+    if options.detector not in DETECTORS:
+        raise InputError(
+            f"onset detector: expected one of {', '.join(DETECTORS)}, found {options.detector!r}: change it "
+            "in the configuration"
+        )
+    if responses.ndim != 2 or responses.shape[0] < 5 or responses.shape[1] != time.size:
+        raise InputError(
+            f"responses: expected at least 5, each with {time.size} samples, found an array of shape "
+            f"{responses.shape}: record more perturbations"
+        )
+    if not np.isfinite(responses).all():
+        raise InputError("responses: expected numbers, found NaN or infinite samples: leave these events out")
+    if options.bootstrap_draws != 0 and options.bootstrap_draws < FEWEST_DRAWS:
+        raise InputError(
+            f"bootstrap of the onset: expected no draws or at least {FEWEST_DRAWS}, found "
+            f"{options.bootstrap_draws}: change it in the configuration"
+        )
+    first, last = options.search_s
+    before = options.longest_rise_s + BEFORE_RAMP_S + STANDING_OUT_S
+    if not options.baseline_until_s <= first < last:
+        raise InputError(
+            f"searched time: expected it after the baseline, which ends at {options.baseline_until_s:g} s, "
+            f"found {first:g} to {last:g} s: change it in the configuration"
+        )
+    needed = min(options.baseline_until_s - SHORTEST_BASELINE_S, first - before)
+    if time[0] > needed + 1e-9 or time[-1] < last - 1e-9:
+        raise InputError(
+            f"responses: expected them from {needed:g} s to {last:g} s from the event, found {time[0]:g} s "
+            f"to {time[-1]:g} s: cut longer responses"
+        )
+
+
+def _looked_at(time: np.ndarray, x: np.ndarray, options: OnsetOptions) -> np.ndarray:
+    """What the detector averages over events, shape (events, m)."""
+    if options.detector == "threshold":
+        return np.abs(x)
+    if options.detector == "teager-kaiser":
+        energy = np.zeros_like(x)
+        energy[:, 1:-1] = x[:, 1:-1] ** 2 - x[:, :-2] * x[:, 2:]
+        energy[:, [0, -1]] = energy[:, [1, -2]]
+        return energy
+    at_rest = x[:, time < options.baseline_until_s]
+    n, order = at_rest.shape[1], options.whitening_order
+    covariance = np.array([np.mean(at_rest[:, : n - j] * at_rest[:, j:]) for j in range(order + 1)])
+    if order == 0 or covariance[0] == 0.0:
+        return np.abs(x)
+    covariance[0] *= 1.0 + 1e-6  # a rest that can be predicted exactly has no answer otherwise
+    a = linalg.solve_toeplitz(covariance[:-1], covariance[1:])
+    e = np.abs(signal.lfilter(np.concatenate([[1.0], -a]), 1.0, x, axis=1))
+    e[:, :order] = e[:, order : order + 1]  # nothing is known of what came before them
+    return e
+
+
+def _relative_error(time: np.ndarray, looked_at: np.ndarray, options: OnsetOptions) -> float:
+    """Standard error of the ensemble's moving mean at rest, as a part of the baseline."""
+    at_rest = _moving_mean(time, looked_at, STANDING_OUT_S)[:, time < options.baseline_until_s]
+    around = at_rest - at_rest.mean(axis=1, keepdims=True)
+    mean = at_rest.mean()
+    return float(around.std(axis=0, ddof=1).mean() / np.sqrt(len(at_rest)) / mean) if mean > 0.0 else 0.0
+
+
+def _crossings(time: np.ndarray, y: np.ndarray, options: OnsetOptions) -> tuple[np.ndarray, float]:
+    """Where each ensemble mean exceeds its threshold for long enough, NaN if nowhere.
+
+    Also the threshold of the first one, in units of its baseline.
+    """
+    z = _moving_mean(time, y, options.window_s)
+    at_rest = z[:, time < options.baseline_until_s]
+    baseline, sd = at_rest.mean(axis=1), at_rest.std(axis=1, ddof=1)
+    threshold = (baseline + options.threshold_sd * sd)[:, None]
+    above = z > threshold
+    hold = max(1, round(options.hold_s * _rate(time)))
+    count = np.cumsum(np.pad(above, ((0, 0), (1, 0))), axis=1)
+    stays = np.zeros_like(above)
+    stays[:, : time.size - hold + 1] = count[:, hold:] - count[:, :-hold] == hold
+    stays &= (time >= options.search_s[0]) & (time <= options.search_s[1])
+    k = stays.argmax(axis=1)
+    rows = np.arange(len(z))
+    low, high = z[rows, k - 1], z[rows, k]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        part = (threshold[:, 0] - low) / (high - low)
+    begins = stays.any(axis=1) & ~above[rows, k - 1]  # what was active before has no onset here
+    onsets = np.where(begins, time[k - 1] + part * (time[k] - time[k - 1]), np.nan)
+    return onsets, float(threshold[0, 0] / baseline[0]) if baseline[0] else 0.0
+
+
+def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: OnsetOptions) -> np.ndarray:
+    """Most likely start of a ramp in each ensemble mean, NaN if nothing stands out, shape (draws,)."""
+    rate = _rate(time)
+    z = _moving_mean(time, y, STANDING_OUT_S)
+    # a rest without any noise has no scale
+    b = np.maximum(y[:, time < options.baseline_until_s].mean(axis=1), 1e-3 * y.max(axis=1))[:, None]
+    b[b == 0.0] = 1.0
+    searched = (time >= options.search_s[0]) & (time <= options.search_s[1])
+    standing_out = (z > b * (1.0 + options.signal_to_noise * error)) & searched
+    found = standing_out.any(axis=1)
+    sample = np.arange(time.size)
+    first = standing_out.argmax(axis=1)[:, None]
+    near = (sample >= first) & (sample <= first + round(PEAK_WITHIN_S * rate))
+    peak = np.where(near, z, 0.0).max(axis=1, keepdims=True)
+    risen = (z >= b + options.rise_fraction * (peak - b)) & (sample >= first - round(STANDING_OUT_S * rate))
+    end = risen.argmax(axis=1)
+    # the same lags for all, counted from where each has risen
+    longest = round(options.longest_rise_s * rate)
+    lags = np.arange(-longest - round(BEFORE_RAMP_S * rate), 1)
+    Y = np.take_along_axis(y, np.maximum(end[:, None] + lags, 0), axis=1) / b
+    onsets = time[end] + _ramp_starts(lags.astype(float), Y, longest) / rate
+    inside = (onsets >= options.search_s[0]) & (onsets <= options.search_s[1])
+    return np.where(found & inside, onsets, np.nan)
+
+
+def _ramp_starts(t: np.ndarray, y: np.ndarray, longest: int) -> np.ndarray:
+    """T of highest likelihood of mu = 1 + c max(0, t - T) in each row of ``y``, T in the last samples."""
+    T_tried = np.arange(-longest, 0, dtype=float)
+    ramp = np.maximum(t - T_tried[:, None], 0.0)
+    mu = 1.0 + HEIGHTS[:, None, None] * ramp / -T_tried[:, None]
+    tried = np.log(mu).sum(axis=2).ravel() + y @ (1.0 / mu).reshape(-1, t.size).T
+    height, k = np.unravel_index(tried.argmin(axis=1), mu.shape[:2])
+    T, c, least = T_tried[k], HEIGHTS[height] / -T_tried[k], tried.min(axis=1)
+    size = np.ones_like(T)
+    for _ in range(REFINEMENTS):  # Fisher's scoring, halved where it overshoots
+        past = np.maximum(t - T[:, None], 0.0)
+        mu = 1.0 + c[:, None] * past
+        d_c, d_T = past / mu, np.where(past > 0.0, -c[:, None], 0.0) / mu
+        r = y / mu - 1.0
+        cc, cT, TT = (d_c**2).sum(axis=1), (d_c * d_T).sum(axis=1), (d_T**2).sum(axis=1)
+        g_c, g_T = (d_c * r).sum(axis=1), (d_T * r).sum(axis=1)
+        det = cc * TT - cT**2
+        det = np.where(det > 1e-12 * cc * TT, det, np.inf)
+        new_T = np.clip(T + size * np.clip((cc * g_T - cT * g_c) / det, -2.0, 2.0), -longest, -0.25)
+        new_c = np.maximum(c + size * (TT * g_c - cT * g_T) / det, 1e-6)
+        mu = 1.0 + new_c[:, None] * np.maximum(t - new_T[:, None], 0.0)
+        value = (np.log(mu) + y / mu).sum(axis=1)
+        better = value < least
+        T, c, least = np.where(better, new_T, T), np.where(better, new_c, c), np.where(better, value, least)
+        size = np.where(better, np.minimum(1.0, 2.0 * size), 0.5 * size)
+    return T
+
+
+def _moving_mean(time: np.ndarray, y: np.ndarray, window_s: float) -> np.ndarray:
+    """Centred moving mean along the last axis over an odd number of samples."""
+    return ndimage.uniform_filter1d(
+        y, 2 * round(0.5 * window_s * _rate(time) - 0.5) + 1, axis=-1, mode="nearest"
+    )
+
+
+def _rate(time: np.ndarray) -> float:
+    """Sampling rate (Hz) of regular time (s)."""
+    return (time.size - 1) / (time[-1] - time[0])
+
+
+def _vertex(before: float, at: float, after: float) -> float:
+    """Place of a parabola's extreme through three neighbours, counted from the one in the middle (-)."""
+    bend = before - 2.0 * at + after
+    return float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) if bend else 0.0

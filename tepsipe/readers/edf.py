@@ -1,0 +1,192 @@
+"""Electromyograms and their trigger from EDF and EDF+ files."""
+
+import contextlib
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+
+# spelling of a physical dimension, at most 8 characters -> uV
+UV_PER_UNIT = {
+    "nV": 1e-3,
+    **dict.fromkeys(
+        ("uV", "uv", "UV", "\u00b5V", "\u00b5v", "\u03bcV", "\u03bcv", "microV", "microvol"), 1.0
+    ),
+    **dict.fromkeys(("mV", "mv", "milliV", "millivol"), 1e3),
+    **dict.fromkeys(("V", "v", "volt", "Volt"), 1e6),
+}
+# what the header says of a signal, and in how many bytes, up to the number of samples in a record
+BYTES_BEFORE_SAMPLES = 16 + 80 + 8 + 8 + 8 + 8 + 8 + 80
+
+
+@dataclass(frozen=True)
+class EmgRecording:
+    """Electromyograms as the recorder wrote them, all on its own clock.
+
+    Attributes
+    ----------
+    rate_hz : float
+        Sampling rate of every channel (Hz).
+    muscles : tuple of str
+        Muscles whose channel is in the file, in the wanted order.
+    signals : ndarray, shape (n, muscles)
+        Raw electromyograms (uV).
+    trigger : ndarray, shape (n,)
+        Trigger line (V if its unit is a voltage, otherwise as recorded).
+    limits : ndarray, shape (muscles, 2)
+        Lowest and highest value that each channel can hold (uV).
+    missing : tuple of str
+        Wanted muscles whose channel is not in the file.
+    """
+
+    rate_hz: float
+    muscles: tuple[str, ...]
+    signals: np.ndarray
+    trigger: np.ndarray
+    limits: np.ndarray
+    missing: tuple[str, ...]
+
+
+def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> EmgRecording:
+    """Read the wanted muscles and the trigger of an EDF or EDF+ file.
+
+    Parameters
+    ----------
+    path : str or Path
+        EDF or EDF+ file.
+    channels : dict of str to str
+        Label of the channel of each muscle. A muscle whose channel is missing is left out and named.
+    trigger_label : str
+        Label of the trigger's channel.
+
+    Returns
+    -------
+    EmgRecording
+        Rate (Hz), electromyograms and their limits (uV), trigger (V).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated, damaged or not EDF, time has gaps, the trigger or all
+        muscles are missing, a label stands twice, channels differ in rate, or a unit is unknown.
+    """
+    import edfio  # it takes as long to import as a recording takes to read
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: expected an EDF file, found no file: correct its path in the trial sheet")
+    _refuse_truncated(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what edfio would mend is refused here
+            file = edfio.read_edf(path, lazy_load_data=True, header_encoding="latin-1")
+            continuous = file.is_continuous
+            found = {}
+            for each in file.signals:
+                found.setdefault(each.label.strip(), []).append(each)
+    except Exception as error:  # edfio raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected an EDF file, found one that cannot be read ({type(error).__name__}): "
+            "it is damaged, export it again"
+        ) from error
+    if not continuous:
+        raise InputError(
+            f"{path}: expected one continuous recording, found gaps between its records (EDF+D): export it "
+            "without pauses, or each part as a trial of its own"
+        )
+    if trigger_label not in found:
+        raise InputError(
+            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: name the "
+            "file's channels in the configuration"
+        )
+    muscles = tuple(muscle for muscle, label in channels.items() if label in found)
+    if not muscles:
+        raise InputError(
+            f"{path}: expected at least one of the channels {listed(channels.values())}, found "
+            f"{listed(found)}: name the file's channels in the configuration"
+        )
+    labels = [channels[muscle] for muscle in muscles]
+    for label in (*labels, trigger_label):
+        if len(found[label]) > 1:
+            raise InputError(
+                f"{path}: expected one channel named {label!r}, found {len(found[label])}: rename them when "
+                "exporting"
+            )
+    rates = {label: found[label][0].sampling_frequency for label in (*labels, trigger_label)}
+    if len(set(rates.values())) > 1:
+        shown = ", ".join(f"{label!r} at {rate:g} Hz" for label, rate in rates.items())
+        raise InputError(
+            f"{path}: expected one sampling rate for all channels, found {shown}: export them at one rate"
+        )
+    scaled = [_physical(path, label, found[label][0]) for label in (*labels, trigger_label)]
+    for label, (unit, _, _) in zip(labels, scaled[:-1], strict=True):
+        if unit not in UV_PER_UNIT:
+            raise InputError(
+                f"{path}: expected the channel {label!r} in uV, mV or V, found the unit {quoted(unit)}: set "
+                "its physical dimension when exporting"
+            )
+    in_uv = [UV_PER_UNIT[unit] for unit, _, _ in scaled[:-1]]
+    unit, trigger, _ = scaled[-1]
+    return EmgRecording(
+        rate_hz=float(rates[trigger_label]),
+        muscles=muscles,
+        signals=np.column_stack([s * x for s, (_, x, _) in zip(in_uv, scaled[:-1], strict=True)]),
+        trigger=1e-6 * UV_PER_UNIT[unit] * trigger if unit in UV_PER_UNIT else trigger,
+        limits=np.array([np.sort(s * ends) for s, (_, _, ends) in zip(in_uv, scaled[:-1], strict=True)]),
+        missing=tuple(muscle for muscle in channels if muscle not in muscles),
+    )
+
+
+def _physical(path: Path, label: str, channel) -> tuple[str, np.ndarray, np.ndarray]:
+    """Unit of a channel, its samples and its limits in this unit."""
+    try:
+        ends = np.array([channel.physical_min, channel.physical_max], dtype=float)
+        steps = channel.digital_max - channel.digital_min
+    except ValueError:
+        ends, steps = np.full(2, np.nan), 0
+    if steps <= 0 or not np.isfinite(ends).all() or ends[0] == ends[1]:
+        raise InputError(
+            f"{path}: expected a physical and a digital range of the channel {label!r}, found none that can "
+            "be used in the header: calibrate the channel and export it again"
+        )
+    unit = channel.physical_dimension
+    with contextlib.suppress(UnicodeError):  # it was Latin-1
+        unit = unit.encode("latin-1").decode("utf-8")
+    return unit.strip(), np.asarray(channel.data), ends
+
+
+def _refuse_truncated(path: Path) -> None:
+    """Compare the file's size with what its header promises."""
+    with path.open("rb") as file:
+        head = file.read(256)
+        if head[:8] == b"\xffBIOSEMI":
+            raise InputError(f"{path}: expected an EDF file, found BDF (24 bits): convert it to EDF+")
+        if len(head) < 256 or head[:8].strip() != b"0":
+            raise InputError(
+                f"{path}: expected an EDF file, found {path.stat().st_size} bytes without its header: check "
+                "which file the trial sheet names"
+            )
+        try:
+            header, records, signals = int(head[184:192]), int(head[236:244]), int(head[252:256])
+            file.seek(256 + signals * BYTES_BEFORE_SAMPLES)
+            samples = sum(int(file.read(8)) for _ in range(signals))
+            lasts_s = float(head[244:252])
+        except ValueError as error:
+            raise InputError(
+                f"{path}: expected numbers in the header of an EDF file, found one that cannot be read: the "
+                "file is truncated or damaged, copy it again from the recorder"
+            ) from error
+    if records < 1 or samples < 1 or not lasts_s > 0.0 or header != 256 * (signals + 1):
+        raise InputError(
+            f"{path}: expected records of samples, found {records} records of {samples} samples and "
+            f"{lasts_s:g} s in the header: the recorder did not close the file, export it again"
+        )
+    expected, size = header + 2 * records * samples, path.stat().st_size
+    if size != expected:
+        raise InputError(
+            f"{path}: expected {records} records ({expected} bytes), found {size} bytes: the file is "
+            f"{'truncated' if size < expected else 'damaged'}, copy it again from the recorder"
+        )

@@ -1,0 +1,79 @@
+"""Post-process one trial of a standing person, cut its responses, and estimate the ankles' impedance."""
+
+import job
+
+job.start(snakemake)
+
+from pilot_choices import active_options, estimators_of, person_of
+
+from tepsipe.electromyography import EmgOptions
+from tepsipe.estimates import write_estimates
+from tepsipe.pilot_results import fit_all, fit_estimates, over_sway, pilot_result, trial_responses_result
+from tepsipe.result_file import write_result
+from tepsipe.segment_regression import WindowOptions
+from tepsipe.standing_responses import ResponseOptions, cut_standing_responses
+from tepsipe.standing_trial import StanceLimits, StandingOptions, TorquePathway, process_standing
+from tepsipe.treadmill_models.family import load_models
+from tepsipe.treadmill_models.recording import Lowpass
+from tepsipe.trial_file import read_trial
+
+params, analysis, condition = snakemake.params, snakemake.params.analysis, snakemake.wildcards.condition
+name = f"pilot/{condition}"
+person = person_of(params.person)
+trial = read_trial(snakemake.input.trial)
+standing = process_standing(
+    trial,
+    name,
+    StandingOptions(
+        person=person,
+        belt=params.belt,
+        lowpass=Lowpass(analysis["lowpass_cutoff_hz"], analysis["lowpass_order"], True),
+        stretch_lowpass=Lowpass(analysis["stretch_cutoff_hz"], analysis["lowpass_order"], True),
+        window=WindowOptions(**analysis["window"]),
+        quiet_after_s=analysis["quiet_after_s"],
+        limits=StanceLimits(**params.stance),
+    ),
+    {key: TorquePathway(**pathway) for key, pathway in params.pathways.items()},
+    {load: load_models(path) for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=False)},
+)
+responses = cut_standing_responses(
+    trial,
+    standing,
+    name,
+    ResponseOptions(
+        before_s=analysis["before_s"],
+        after_s=analysis["after_s"],
+        baseline_s=tuple(analysis["baseline_s"]),
+        least_perturbations=analysis["least_perturbations"],
+        max_gap_s=params.max_gap_s,
+        lowpass_cutoff_hz=analysis["lowpass_cutoff_hz"],
+        lowpass_order=analysis["lowpass_order"],
+        emg=EmgOptions(**params.emg),
+        mains_hz=analysis["line_hz"],
+    ),
+)
+fits, notes = fit_all(
+    [responses],
+    name,
+    list(params.pathways),
+    estimators_of(params.estimators),
+    active_options(params.active, params.muscles),
+    analysis["bootstrap_draws"],
+    params.seed,
+)
+recommended = params.recommended["pathway"]
+torques = {"as_printed": params.as_printed, "recommended": recommended}
+facts = {
+    "left_out": [*responses.left_out, *(notes if responses.count else [])],
+    "perturbations": int(standing.onsets_s.size),
+    "responses": responses.count,
+    "muscles": responses.muscles,
+    **over_sway(responses, recommended),
+    "marker_delay_s": standing.delay_s,
+    "toppling_stiffness_Nm_per_rad": person.body.toppling_stiffness,
+}
+write_result(snakemake.output.responses, trial_responses_result(standing, responses, torques))
+write_result(snakemake.output.fit, pilot_result([responses], fits, recommended, [], facts))
+write_estimates(
+    snakemake.output.estimates, fit_estimates(condition, fits, person.body.toppling_stiffness, [])
+)

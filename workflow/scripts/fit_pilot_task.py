@@ -1,0 +1,50 @@
+"""Estimate the ankles' impedance and the muscles' latencies from all trials of one task together."""
+
+import job
+
+job.start(snakemake)
+
+from pilot_choices import active_options, estimators_of, person_of
+
+from tepsipe.estimates import write_estimates
+from tepsipe.onset_detection import OnsetOptions
+from tepsipe.pilot_results import fit_all, fit_estimates, generator, pilot_result
+from tepsipe.reflex_latency import muscle_latency
+from tepsipe.result_file import read_result, write_result
+from tepsipe.standing_responses import responses_of
+
+params, task = snakemake.params, snakemake.wildcards.task
+name = f"pilot/{task}"
+person = person_of(params.person)
+trials = [responses_of(read_result(path)) for path in snakemake.input.responses]
+fits, notes = fit_all(
+    trials,
+    name,
+    list(params.pathways),
+    estimators_of(params.estimators),
+    active_options(params.active, params.muscles),
+    params.analysis["bootstrap_draws"],
+    params.seed,
+)
+latencies = []
+options = OnsetOptions(**{**params.latency, "search_s": tuple(params.latency["search_s"])})
+for muscle, choice in params.muscles.items():
+    rng = generator(params.seed, name, "latency", muscle)
+    found = muscle_latency(trials, muscle, choice["lengthened_by"], options, rng)
+    if isinstance(found, str):
+        notes.append(f"{name}: latency of {muscle} left out: {found}")
+    else:
+        latencies.append(found)
+facts = {
+    "left_out": notes,
+    "muscles": list(params.muscles),
+    "trials": sum(responses.count > 0 for responses in trials),
+    "responses": sum(responses.count for responses in trials),
+    "toppling_stiffness_Nm_per_rad": person.body.toppling_stiffness,
+}
+write_result(
+    snakemake.output.fit, pilot_result(trials, fits, params.recommended["pathway"], latencies, facts)
+)
+write_estimates(
+    snakemake.output.estimates, fit_estimates(task, fits, person.body.toppling_stiffness, latencies)
+)

@@ -1,0 +1,21 @@
+"""Ingest one trial of a person standing on the treadmill."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.ingest_pilot import ingest_pilot_files
+from tepsipe.ingest_treadmill import TreadmillOptions
+from tepsipe.trial_file import write_trial
+
+files = dict(snakemake.params.files)
+options = TreadmillOptions(**snakemake.params.ingest)
+trial = ingest_pilot_files(
+    files,
+    snakemake.params.marker_labels,
+    snakemake.params.emg_channels,
+    snakemake.params.emg_trigger,
+    options,
+    snakemake.params.duration_s,
+)
+write_trial(snakemake.output.trial, trial, "pilot", snakemake.wildcards.condition, files, vars(options))

@@ -1,0 +1,27 @@
+"""Figures of the standing person: those of the thesis for one trial, and those of all trials together."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.figures import pilot_figures as figures
+from tepsipe.figures.style import save_figure
+from tepsipe.result_file import read_result
+
+params = snakemake.params
+example = read_result(snakemake.input.example)
+trials = dict(zip(params.conditions, map(read_result, snakemake.input.trials), strict=True))
+tasks = dict(zip(params.tasks, map(read_result, snakemake.input.tasks), strict=True))
+pathway = params.recommended["pathway"]
+drawn = {
+    "figure_4_13": figures.plot_processed(example),
+    "figure_4_14": figures.plot_activity(example),
+    "figure_pilot_latency": figures.plot_latencies(tasks, params.detector),
+    "figure_pilot_response": figures.plot_torque_parts(tasks, params.active),
+    "figure_pilot_stiffness": figures.plot_stiffness(
+        trials, tasks, params.task_of, pathway, [params.recommended["estimator"], *params.active]
+    ),
+    "figure_pilot_joints": figures.plot_joints(tasks),
+}
+for name, figure in drawn.items():
+    save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])
