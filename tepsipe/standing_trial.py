@@ -426,7 +426,7 @@ def stance_fault(
         seen = ~_widened(hidden[:, person.labels.index(label)], round(0.1 * rate))
         slid = y - travelled
         # the belt's logged velocity drifts, and so does its integral: what matters is a shift within 2 s
-        shift = np.abs(slid - _median_before(slid, round(2.0 * rate)))
+        shift = np.abs(slid - _median_before(slid, seen, round(2.0 * rate)))
         lift = np.abs(z - np.median(z[seen])) if seen.any() else np.zeros(z.size)
         for what, amount, most in (
             ("moved on the belt", shift, limits.foot_shift_m),
@@ -481,11 +481,12 @@ def _widened(marked: np.ndarray, samples: int) -> np.ndarray:
     return wide
 
 
-def _median_before(x: np.ndarray, samples: int) -> np.ndarray:
-    """Median over so many samples before each, shape (n,), straight between some of them (unit of ``x``).
+def _median_before(x: np.ndarray, seen: np.ndarray, samples: int) -> np.ndarray:
+    """Median of what was seen in so many samples before each, shape (n,), from every tenth of a second or so.
 
-    Not over those around it: a median follows what moves to another place and stays there.
+    Not in those around it: such a median follows what moves to another place and stays there (unit of ``x``).
     """
     places = np.arange(0, x.size, max(1, samples // 20))
-    medians = [np.median(x[max(0, k - samples) : k + 1]) for k in places]
+    before = [slice(max(0, k - samples), k + 1) for k in places]
+    medians = [np.median(x[part][seen[part]] if seen[part].any() else x[part]) for part in before]
     return np.interp(np.arange(x.size), places, medians)

@@ -23,7 +23,7 @@ def _nothing(figure: Figure, sentence: str) -> Figure:
 
 def plot_processed(result: Result) -> Figure:
     """Ankle angle, velocity, acceleration and torque of a whole trial: Figure 4-13 (s, rad, Nm)."""
-    figure, axes = new_figure(4, 1, 6.0, sharex=True)
+    figure, axes = new_figure(4, 1, 4.9, sharex=True)
     arrays = result.arrays
     time = arrays["processed/time"]
     rows = (
@@ -54,7 +54,7 @@ def plot_activity(result: Result) -> Figure:
     responses = arrays["envelope"].shape[0]
     if not responses:
         return _nothing(new_figure()[0], result.facts["left_out"][0])
-    figure, axes = new_figure(len(muscles) + 1, 1, 1.0 + 1.05 * (len(muscles) + 1), sharex=True)
+    figure, axes = new_figure(len(muscles) + 1, 1, 0.7 + 0.8 * (len(muscles) + 1), sharex=True)
     time = 1e3 * arrays["time"]
     shown = (time >= -100.0) & (time <= 600.0)
     rows = [(arrays["envelope"][:, shown, k], f"{m} (\N{MICRO SIGN}V)") for k, m in enumerate(muscles)]
@@ -81,7 +81,7 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
     if not muscles:
         return _nothing(new_figure()[0], "no muscle answers in any task")
     figure, axes = new_figure(
-        len(muscles), len(results), 1.0 + 1.15 * len(muscles), sharex=True, squeeze=False
+        len(muscles), len(results), 1.0 + 0.9 * len(muscles), sharex=True, squeeze=False
     )
     for column, (task, result) in enumerate(results.items()):
         for row, muscle in enumerate(muscles):

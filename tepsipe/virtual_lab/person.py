@@ -200,7 +200,7 @@ def toppling_stiffness(person: PersonTruth) -> float:
 
 
 def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
-    """Torque that balance adds of itself (Nm), shape (n,): a low-passed Ornstein-Uhlenbeck process."""
+    """Torque that balance adds of itself (Nm), shape (n,): an Ornstein-Uhlenbeck process."""
     kept = math.exp(-1.0 / (nerves.wander_s * rate_hz))
     steps = rng.standard_normal(n) * math.sqrt(1.0 - kept**2)
     state, out = float(rng.standard_normal()), np.empty(n)

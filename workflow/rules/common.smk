@@ -90,7 +90,11 @@ def tasks():
 def made_tasks():
     """Condition -> task of the person's trials that the laboratory makes, and of tasks made as a whole."""
     made = {c: TRIALS["pilot", c].task for c in made_conditions("pilot")}
-    whole = {task for task in tasks() if all(c in made for c in conditions("pilot") if TRIALS["pilot", c].task == task)}
+    whole = {
+        task
+        for task in tasks()
+        if all(c in made for c in conditions("pilot") if TRIALS["pilot", c].task == task)
+    }
     return made | {task: task for task in tasks() if task in whole}
 
 

@@ -13,7 +13,13 @@ import pandas as pd
 import typst
 import yaml
 
-from tepsipe import ankle_report_data, report_data, simulation_report_data, treadmill_report_data
+from tepsipe import (
+    ankle_report_data,
+    pilot_report_data,
+    report_data,
+    simulation_report_data,
+    treadmill_report_data,
+)
 from tepsipe.figures.names import short_name
 from tepsipe.result_file import read_result
 from tepsipe.thesis_tables import read_table
@@ -83,6 +89,11 @@ if "weight" in experiments:
     )
 if "weight" in experiments and "dummy" in experiments:
     data["foot"] = treadmill_report_data.foot_data(estimates, choices["dummy"], recovery, amplitudes)
+if "pilot" in experiments:
+    task_fits = dict(zip(snakemake.params.tasks, map(read_result, snakemake.input.tasks), strict=True))
+    data["pilot"] = pilot_report_data.pilot_data(
+        fits["pilot"], task_fits, estimates, choices["pilot"], recovery
+    )
 if "treadmill" in experiments:
     calibration, scores = snakemake.input.treadmill
     data["treadmill"] = treadmill_report_data.treadmill_data(
