@@ -19,8 +19,12 @@ from tepsipe.filters import butterworth_bandpass, butterworth_lowpass, notch
 # band in which a channel is judged (Hz), and the length of the windows of which it takes the median (s)
 JUDGED_BAND_HZ = (20.0, 450.0)
 JUDGED_WINDOW_S = 1.0
-# a sample counts as clipped this close to a limit, as a part of the range between both (-) ...
-LIMIT_TOLERANCE = 1e-3
+# samples count as clipped in runs of so many (-), this close to a limit as a part of the range (-): three
+# steps of 16 bits. One sample does not: many programs write a channel's largest value as its limit ...
+CLIPPED_RUN = 3
+LIMIT_TOLERANCE = 5e-5
+# (a channel that never leaves a limit is flat, not clipped, where the limits are so close together (uV))
+CLOSE_LIMITS_UV = 10.0
 # ... or where the channel stays exactly at its own largest or smallest value for this long (s)
 HELD_S = 0.010
 # more than this part of all samples clipped (-): ten short artefacts in a minute stay below it
@@ -195,7 +199,7 @@ def clipped_perturbations(
     after_s: float,
     start_s: float = 0.0,
 ) -> np.ndarray:
-    """Tell in which perturbations a channel was clipped, if only for a sample.
+    """Tell in which perturbations a channel was clipped, if only for three samples.
 
     Parameters
     ----------
@@ -215,7 +219,7 @@ def clipped_perturbations(
     Returns
     -------
     ndarray of bool, shape (events,)
-        True where a sample of the window is clipped (-).
+        True where samples of the window are clipped (-).
     """
     x = np.asarray(raw, dtype=float)
     at = start_s + np.flatnonzero(_at_limits(x, limits) | _held(x, rate_hz)) / rate_hz
@@ -226,8 +230,12 @@ def clipped_perturbations(
 def _at_limits(x: np.ndarray, limits: np.ndarray) -> np.ndarray:
     """Samples at the recorder's limits, shape (n,)."""
     low, high = limits
+    if high - low < CLOSE_LIMITS_UV:
+        return np.zeros(x.size, dtype=bool)
     tolerance = LIMIT_TOLERANCE * (high - low)
-    return (x <= low + tolerance) | (x >= high - tolerance)
+    run = np.ones(CLIPPED_RUN, dtype=bool)
+    at_low, at_high = x <= low + tolerance, x >= high - tolerance
+    return ndimage.binary_opening(at_low, run) | ndimage.binary_opening(at_high, run)
 
 
 def _held(x: np.ndarray, rate_hz: float) -> np.ndarray:

@@ -255,8 +255,9 @@ def process_standing(
     belt = moving - np.median(moving[unperturbed])
     riding = coarse[:, [labels.index(label) for label in person.foot.labels], 0].mean(axis=1)
     hidden = trial.values("marker_hidden")[:, [labels.index(label) for label in person.labels]]
-    poses = _poses(coarse, labels, person, name)
-    fine = _poses(options.stretch_lowpass(positions, rate), labels, person, name)
+    _refuse_loose_segments(coarse[~hidden.any(axis=1)], labels, person, name)
+    poses = _poses(coarse, labels, person)
+    fine = _poses(options.stretch_lowpass(positions, rate), labels, person)
     fault = stance_fault(trial, options, coarse, hidden, poses["shank"], belt, loads["Fz"])
     # who steps does not ride on the belt, but is left out anyway: say why, and not that markers are late
     try:
@@ -354,7 +355,20 @@ def _loads(
     return {key: options.lowpass(x.astype(float), trial.rate_hz) for key, x in columns.items()}
 
 
-def _poses(positions: np.ndarray, labels: list[str], person: Person, name: str) -> dict[str, np.ndarray]:
+def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Person, name: str) -> None:
+    """Raise InputError if a segment's markers, y and z (m) where all are seen, are not those of one body."""
+    for segment in ("foot", "shank", "thigh"):
+        markers = getattr(person, segment)
+        columns = [labels.index(label) for label in markers.labels]
+        pose = fit_rigid_segment(positions[:, columns], markers.layout_m, np.zeros(2))
+        if pose.misfit_m > 0.01:
+            raise InputError(
+                f"{name}: expected the markers of the {segment} to move as one rigid body, found them "
+                f"{1e3 * pose.misfit_m:.3g} mm from it on average: check their layout in the configuration"
+            )
+
+
+def _poses(positions: np.ndarray, labels: list[str], person: Person) -> dict[str, np.ndarray]:
     """Angles of foot, shank and thigh (rad), and the points of the ankle and of the feet's mass (m)."""
     points = {
         "foot": (person.foot, np.array([person.foot_com_m, -0.5 * person.ankle_height_m])),
@@ -365,12 +379,6 @@ def _poses(positions: np.ndarray, labels: list[str], person: Person, name: str) 
     for segment, (markers, point) in points.items():
         columns = [labels.index(label) for label in markers.labels]
         fitted[segment] = fit_rigid_segment(positions[:, columns], markers.layout_m, point)
-        if fitted[segment].misfit_m > 0.01:
-            raise InputError(
-                f"{name}: expected the markers of the {segment} to move as one rigid body, found them "
-                f"{1e3 * fitted[segment].misfit_m:.3g} mm from it on average: check their layout in the "
-                "configuration"
-            )
     return {
         **{segment: pose.angle for segment, pose in fitted.items()},
         "ankle_point": fitted["shank"].point,

@@ -221,11 +221,23 @@ def test_perturbations_in_which_a_channel_was_clipped_are_told(rail, rng):
     assert fault(x) is None
 
 
-def test_a_single_sample_at_the_recorder_s_limit_counts(rng):
+def test_three_samples_at_the_recorder_s_limit_count_and_one_does_not(rng):
     x = channel(rng)
-    x[10000] = LIMITS[1]
-    found = clipped_perturbations(x, LIMITS, EMG_RATE_HZ, np.array([9.9, 10.05, 10.06]), 0.05, 0.2)
-    assert found.tolist() == [True, True, False]
+    x[10000:10003] = LIMITS[1]
+    x[20000] = LIMITS[0]
+    onsets = np.array([9.9, 10.05, 10.06, 19.9])
+    found = clipped_perturbations(x, LIMITS, EMG_RATE_HZ, onsets, 0.05, 0.2)
+    assert found.tolist() == [True, True, False, False]
+
+
+def test_limits_that_are_the_channel_s_own_extremes_do_not_make_it_clipped(rng):
+    """As many programs write them."""
+    x = channel(rng)
+    own = np.array([x.min(), x.max()])
+    assert channel_fault(x, own, EMG_RATE_HZ) is None
+    assert not clipped_perturbations(x, own, EMG_RATE_HZ, np.arange(1.0, 64.0), 0.5, 0.5).any()
+    flat = channel_fault(np.zeros(SAMPLES), np.array([0.0, 1.0]), EMG_RATE_HZ)
+    assert "the channel is flat" in flat
 
 
 def test_a_trial_is_processed_and_judged_in_no_time(rng):

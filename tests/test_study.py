@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import edfio
+import ezc3d
 import h5py
 import numpy as np
 import pytest
@@ -27,6 +29,8 @@ TRIALS = [
     "weight minjerk-0.4 virtual_lab minjerk 0.4 4 28 - - - - validate",
     "empty sine-0.4 virtual_lab sine 0.4 4 28 - - - - calibrate",
     "empty minjerk-0.4 virtual_lab minjerk 0.4 4 28 - - - - validate",
+    "pilot relax-neg-0.5 virtual_lab negative-sine 0.5 4-4.5 41 - - - - - - relax",
+    "pilot stiff-pos-0.5 virtual_lab sine 0.5 4-4.5 41 - - - - - - stiff",
 ]
 OVERRIDES = {
     "study": {"trial_sheet": "config/tiny.tsv"},
@@ -35,7 +39,8 @@ OVERRIDES = {
     "noise": {"snr_db": [20], "draws": 10, "predicted_draws": 2},
     "weight": {"models": {"shortest_s": 0.5, "fir_lag_s": 0.04}},
 }
-FIGURES = ("2_4", "2_9", "3_1", "3_3", *(f"4_{k}" for k in range(1, 13)), "5_1")
+FIGURES = ("2_4", "2_9", "3_1", "3_3", *(f"4_{k}" for k in range(1, 15)), "5_1")
+PEOPLE = ("relax-neg-0.5", "stiff-pos-0.5")
 pytestmark = pytest.mark.study
 
 
@@ -125,6 +130,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "tables/claims.csv",
         "tables/treadmill_models.csv",
         *[f"figures/figure_{number}.{kind}" for number in FIGURES for kind in ("svg", "png")],
+        *[f"figures/pilot/{condition}_{figure}.png" for condition in PEOPLE for figure in ("4_13", "4_14")],
     ):
         assert (results / name).stat().st_size > 200, name
     assert (results / "report/thesis.pdf").read_bytes().startswith(b"%PDF")
@@ -169,6 +175,31 @@ def test_the_treadmill_taken_out_of_the_force_leaves_the_joint(study):
         assert value(rows, **of, pathway="foot-compensated") == pytest.approx(10.0, rel=0.2)
     mass = value(rows, experiment="weight", condition="minjerk-0.4", quantity="mass")
     assert mass == pytest.approx(20.0, abs=0.8)
+
+
+def test_a_standing_persons_ankles_and_latencies_are_recovered(study):
+    rows = [row for row in table(study, "recovery") if row["experiment"] == "pilot"]
+    for task in ("relax", "stiff"):
+        (own,) = [
+            row
+            for row in rows
+            if (row["condition"], row["pathway"], row["estimator"], row["quantity"])
+            == (task, "ankle-compensated", "reflex-free", "K")
+        ]
+        assert abs(float(own["relative_error"])) < 0.15
+        assert own["covered"] == "true"
+    # seven responses of one trial only, where the study has about 35 of four
+    late = [
+        float(row["value"]) - float(row["truth"]) for row in rows if row["quantity"].startswith("latency")
+    ]
+    assert len(late) > 8
+    assert np.median(np.abs(late)) < 0.005
+    stiffness = {
+        row["condition"]: float(row["value"])
+        for row in estimates(study)
+        if (row["pathway"], row["estimator"], row["quantity"]) == ("ankle-compensated", "reflex-free", "K")
+    }
+    assert stiffness["stiff"] > 1.3 * stiffness["relax"]
 
 
 def test_simulations_tell_parameters_that_fit_a_torque_from_those_that_move_the_leg(study):
@@ -316,6 +347,86 @@ def test_a_recorded_trial_gives_what_the_same_files_give_when_they_are_made(stud
     ]
     assert [row["value"] for row in own] == [row["value"] for row in of_trial]
     assert (study / "results/recorded/report/thesis.pdf").exists()
+
+
+def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(study):
+    """A flat, a missing and a loose electrode, a hidden marker, and in the other trial a step."""
+    bad = study / "bad_person"
+    for condition in PEOPLE:
+        shutil.copytree(study / f"results/raw/pilot/{condition}", bad / condition)
+    edf = edfio.read_edf(bad / PEOPLE[0] / "emg.edf")
+    hum = 300.0 * np.sin(2.0 * np.pi * 50.0 * np.arange(edf.signals[0].data.size) / 1000.0)
+    for signal in edf.signals:
+        if signal.label == "EMG SOL":
+            signal.update_data(np.zeros_like(signal.data), keep_physical_range=True)
+        if signal.label == "EMG BF":
+            signal.update_data(hum, keep_physical_range=True)
+        if signal.label == "EMG GAS":
+            signal.label = "EMG gastro"
+    edf.write(bad / PEOPLE[0] / "emg.edf")
+    with h5py.File(study / f"results/responses/pilot/{PEOPLE[0]}.h5") as responses:
+        onset = float(responses["onsets_s"][1])
+    hide_marker(bad / PEOPLE[0] / "markers.c3d", "shank2", onset + 0.03)
+    step(bad / PEOPLE[1] / "markers.c3d", 20.0)
+    rows = [
+        f"pilot {condition} recorded - - - 41 {folder / 'log.mat'} - {folder / 'calibration.csv'} "
+        f"{folder / 'markers.c3d'} - {folder / 'emg.edf'} {condition.partition('-')[0]}"
+        for condition, folder in ((condition, bad / condition) for condition in PEOPLE)
+    ]
+    write_sheet(study, rows, "people")
+    people = {
+        "study": {"trial_sheet": "config/people.tsv", "virtual_lab": None, "reported": None},
+        "pathvars": {"results": "results/people", "logs": "results/people/logs"},
+        "pilot": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
+    }
+    write_config(study, people, "people")
+    run = snakemake(study, config="people")
+    assert run.returncode == 0, run.stdout + run.stderr
+    report = json.loads((study / "results/people/report/report.json").read_text())["pilot"]
+    told = "\n".join(report["left_out"])
+    for words in (
+        "muscle SOL left out: expected at least 0.25 uV",
+        "muscle GAS left out: its channel is not in the file",
+        "muscle BF left out: expected at most 80 % of the power from the mains",
+        f"perturbation at {onset:.2f} s left out: marker 'shank2' was hidden",
+        "pilot/stiff-pos-0.5: left out as a whole: the foot's marker",
+    ):
+        assert words in told, told
+    found = estimates(study, "results/people")
+    assert {row["condition"] for row in found} == {"relax-neg-0.5", "relax"}
+    before = value(
+        estimates(study),
+        condition="relax-neg-0.5",
+        pathway="ankle",
+        estimator="reflex-free",
+        quantity="K",
+    )
+    after = value(found, condition="relax-neg-0.5", pathway="ankle", estimator="reflex-free", quantity="K")
+    # one of the responses is missing, and nothing else has changed
+    assert after != before
+    assert after == pytest.approx(before, rel=0.2)
+
+
+def hide_marker(path, label, instant_s):
+    """Hide a marker for 20 ms."""
+    file = ezc3d.c3d(str(path))
+    labels = file["parameters"]["POINT"]["LABELS"]["value"]
+    frames = slice(round(250.0 * instant_s), round(250.0 * instant_s) + 5)
+    file["data"]["points"][:3, labels.index(label), frames] = np.nan
+    rewrite(file, path)
+
+
+def step(path, instant_s):
+    """The leg goes on 8 cm further forward."""
+    file = ezc3d.c3d(str(path))
+    file["data"]["points"][1, :, round(250.0 * instant_s) :] += 80.0
+    rewrite(file, path)
+
+
+def rewrite(file, path):
+    hidden = np.isnan(file["data"]["points"][:3]).any(axis=0)
+    file["data"]["meta_points"]["residuals"] = np.where(hidden, -1.0, 0.0)[None]
+    file.write(str(path))
 
 
 def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(study):

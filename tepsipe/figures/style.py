@@ -66,6 +66,6 @@ def save_figure(figure: Figure, svg: str | Path, png: str | Path) -> None:
 
 
 def save_png(figure: Figure, png: str | Path) -> None:
-    """Write a figure as PNG only (150 dpi), without dates, and close it."""
+    """Write a figure as PNG only, 150 pixels per inch, without dates, and close it."""
     figure.savefig(png, dpi=150, metadata={"Software": "tepsipe"})
     plt.close(figure)

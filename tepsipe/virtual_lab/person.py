@@ -225,10 +225,12 @@ def move_person(
 
     Parameters
     ----------
-    person, task, nerves, drive : PersonTruth, TaskTruth, NervesTruth, DriveTruth
-        Constants (units in their names).
+    person : PersonTruth
+        Constants of the body (units in their names).
     muscles : dict of str to MuscleTruth
         Those of `MUSCLES`, by name.
+    task, nerves, drive : TaskTruth, NervesTruth, DriveTruth
+        Other constants (units in their names).
     command : callable
         Commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz : float

@@ -28,7 +28,7 @@ fits, notes = fit_all(
 )
 latencies = []
 options = OnsetOptions(**{**params.latency, "search_s": tuple(params.latency["search_s"])})
-for muscle, choice in params.muscles.items():
+for muscle, choice in params.muscles.items() if fits else ():
     rng = generator(params.seed, name, "latency", muscle)
     found = muscle_latency(trials, muscle, choice["lengthened_by"], options, rng)
     if isinstance(found, str):

@@ -96,6 +96,8 @@ def _sentence(error: jsonschema.ValidationError, schema: dict) -> str:
         "exclusiveMinimum": lambda: f"a number above {error.validator_value}",
         "exclusiveMaximum": lambda: f"a number below {error.validator_value}",
         "minimum": lambda: f"a number of at least {error.validator_value}",
+        "maximum": lambda: f"a number of at most {error.validator_value}",
+        "minProperties": lambda: f"at least {error.validator_value} entry",
         "minItems": lambda: f"at least {error.validator_value} items",
         "maxItems": lambda: f"at most {error.validator_value} items",
     }.get(error.validator, lambda: error.message)()
