@@ -9,6 +9,7 @@ import zlib
 import numpy as np
 
 from tepsipe.estimates import Estimate
+from tepsipe.event_locked import ensemble
 from tepsipe.reflex_latency import MuscleLatency, latency_estimates
 from tepsipe.result_file import Result
 from tepsipe.standing_impedance import (
@@ -205,6 +206,10 @@ def pilot_result(
         keep("mean/time", usable[0].time, "s")
         for key, unit in SHOWN.items():
             keep(f"mean/{key}", np.array([r.perturbed[key].mean(axis=0) for r in usable]), unit)
+    if len(usable) == 1:
+        for k, muscle in enumerate(usable[0].muscles):
+            activity = ensemble(usable[0].drive[usable[0].usable[:, k]][..., k])
+            keep(f"activity/{muscle}", np.array([activity.mean, activity.sd]), "uV")
     for (pathway, estimator), fit in fits.items():
         value, _, low, high = fit.interval("K")
         keep(f"K/{pathway}/{estimator}", np.array([value, low, high]), "Nm/rad")

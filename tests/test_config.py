@@ -8,7 +8,13 @@ from builders import assert_one_sentence
 
 from tepsipe.claims import MEASURES
 from tepsipe.errors import InputError
-from workflow.support.check import check_against_schema, check_config, check_same_processing, load_yaml
+from workflow.support.check import (
+    check_against_schema,
+    check_config,
+    check_plate_models,
+    check_same_processing,
+    load_yaml,
+)
 from workflow.support.reach import reached_by
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, PROFILES, RAW_FILES, read_trial_sheet
 from workflow.support.version import code_version
@@ -42,9 +48,19 @@ def test_shipped_file_agrees_with_its_schema(name, schema, root):
 def test_shipped_configuration_refers_to_what_is_there(config, root):
     check_config(config, "configuration")
     trials = read_trial_sheet(root / config["study"]["trial_sheet"], ".")
-    assert len(trials) == 37
+    assert len(trials) == 53
     assert ("wristalyzer", config["wristalyzer"]["best_condition"]) in trials
     assert ("dummy", config["dummy"]["example_condition"]) in trials
+    assert ("pilot", config["pilot"]["example_condition"]) in trials
+
+
+def test_shipped_person_does_all_of_the_protocol(config, root):
+    # thesis Figure 2-14: two tasks, two profiles, four amplitudes, every 4 to 8 s for 65 s
+    trials = read_trial_sheet(root / config["study"]["trial_sheet"], ".")
+    rows = [row for row in trials.values() if row.experiment == "pilot"]
+    assert len({(row.task, row.profile, row.amplitude) for row in rows}) == len(rows) == 16
+    assert {row.amplitude for row in rows} == {0.2, 0.3, 0.4, 0.5}
+    assert {(row.interval_s, row.longest_interval_s, row.duration_s) for row in rows} == {(4.0, 8.0, 65.0)}
 
 
 def test_shipped_study_of_recordings_is_a_valid_override(config, root):
@@ -191,6 +207,15 @@ WRONG_VALUES = [
     ({"treadmill": {"ingest": {"shortest_s": 0}}}, "treadmill.ingest.shortest_s", "above 0"),
     ({"dummy": {"pathways": {"leg": {"torque": "foot"}}}}, "leg.torque", "'leg', 'leg-printed'"),
     ({"dummy": None}, "dummy", "object"),
+    ({"pilot": {"belt": "both"}}, "pilot.belt", "'left', 'right'"),
+    ({"pilot": {"muscles": {"TA": {"ankle_action": 2}}}}, "TA.ankle_action", "one of -1, 0, 1"),
+    ({"pilot": {"muscles": {"TA": {"lengthened_by": {"ankle": "1"}}}}}, "lengthened_by.ankle", "number"),
+    ({"pilot": {"pathways": {"ankle": {"torque": "leg"}}}}, "ankle.torque", "'single-joint'"),
+    ({"pilot": {"estimators": {"long": {"active": "reflex"}}}}, "long.active", "'velocity', 'emg'"),
+    ({"pilot": {"analysis": {"bootstrap_draws": 50}}}, "bootstrap_draws", "at least 100"),
+    ({"pilot": {"analysis": {"baseline_s": [-0.1, 0.1]}}}, "baseline_s", "a number of at most 0"),
+    ({"pilot": {"active": {"twitch_s": []}}}, "twitch_s", "at least 1"),
+    ({"pilot": {"latency": {"detector": "eye"}}}, "latency.detector", "'changepoint'"),
 ]
 
 
@@ -238,6 +263,52 @@ MISFITS = [
     (
         {"ankle": {"analysis": {"intrinsic_reflex": {"reflex_knot_s": 0.4}}}},
         ["intrinsic_reflex.reflex_knot_s", "found 0.4 s"],
+    ),
+    ({"pilot": {"as_printed": "foot"}}, ["pilot.as_printed", "pilot.pathways", "'foot'"]),
+    (
+        {"pilot": {"recommended": {"pathway": "ankel"}}},
+        ["pilot.recommended.pathway", "pilot.pathways", "ankle-compensated", "'ankel'"],
+    ),
+    (
+        {"pilot": {"recommended": {"estimator": "ankle"}}},
+        ["pilot.recommended.estimator", "pilot.estimators", "reflex-free", "'ankle'"],
+    ),
+    (
+        {"pilot": {"pathways": {"ankle": {"treadmill_model": "firr"}}}},
+        ["pilot.pathways.ankle.treadmill_model", "weight.models.family", "'firr'"],
+    ),
+    (
+        {"pilot": {"files": {"marker_labels": ["foot1", "foot2", "ankle", "shank1", "shank2"]}}},
+        ["pilot.person.thigh_markers", "pilot.files.marker_labels", "'thigh1'"],
+    ),
+    (
+        {"pilot": {"estimators": {"long": {"window_s": 1.2}}}},
+        ["pilot.estimators.long.window_s", "pilot.analysis.after_s (1 s)", "found 1.2 s"],
+    ),
+    (
+        {"pilot": {"analysis": {"after_s": 0.4}}},
+        ["pilot.estimators.emg-driven.window_s", "(0.4 s)", "found 0.5 s"],
+    ),
+    (
+        {"pilot": {"analysis": {"baseline_s": [-0.4, -0.02]}}},
+        ["pilot.analysis.baseline_s", "between -0.3 and 0", "[-0.4, -0.02]"],
+    ),
+    (
+        {"pilot": {"analysis": {"baseline_s": [-0.02, -0.1]}}},
+        ["pilot.analysis.baseline_s from low to high", "[-0.02, -0.1]"],
+    ),
+    (
+        {"pilot": {"latency": {"search_s": [0.02, 1.1]}}},
+        ["pilot.latency.search_s", "between 0 and 1", "[0.02, 1.1]"],
+    ),
+    ({"pilot": {"emg": {"band_hz": [300.0, 20.0]}}}, ["pilot.emg.band_hz from low to high", "[300.0, 20.0]"]),
+    (
+        {"pilot": {"analysis": {"stretch_cutoff_hz": 125.0}}},
+        ["pilot.analysis.stretch_cutoff_hz", "125 Hz"],
+    ),
+    (
+        {"pilot": {"analysis": {"lowpass_cutoff_hz": 130.0}}},
+        ["pilot.analysis.lowpass_cutoff_hz", "125 Hz"],
     ),
 ]
 
@@ -507,7 +578,7 @@ def test_mistake_in_a_role_or_column_is_named_with_its_line(row, changes, names,
         assert name in text, f"{name!r} is not in: {text}"
 
 
-@pytest.mark.parametrize("missing", OPTIONAL_COLUMNS)
+@pytest.mark.parametrize("missing", [name for name in OPTIONAL_COLUMNS if name not in ("emg", "task")])
 def test_optional_column_that_a_treadmill_needs_is_named(missing, sheet):
     columns = [name for name in ALL_COLUMNS if name != missing]
     text = refuse_sheet(sheet(CALIBRATE, VALIDATE, columns=columns))
@@ -591,6 +662,95 @@ def test_role_that_the_empty_or_loaded_plate_lacks_is_named(empty, weight, said,
     assert said in refuse_sheet(plate_sheet(empty, weight))
 
 
+# ---- a person who is told something, perturbed at random -----------------------------------------
+
+STANDING = (
+    dict.fromkeys(ALL_COLUMNS, "-")
+    | {"experiment": "pilot", "condition": "relax-pos-0.4", "source": "virtual_lab", "profile": "sine"}
+    | {"amplitude": "0.4", "interval_s": "4-8", "duration_s": "65", "task": "relax"}
+)
+RECORDED_STANDING = (
+    RECORDED
+    | NO_EXTRAS
+    | {"experiment": "pilot", "condition": "own", "emg": "porti.edf", "task": "eyes-closed"}
+)
+
+
+def test_task_interval_and_electromyograms_are_read(sheet):
+    rows = [STANDING, STANDING | {"condition": "even", "interval_s": "5", "task": "stiff"}, RECORDED_STANDING]
+    trials = read_trial_sheet(sheet(*rows, GOOD | NO_EXTRAS, columns=ALL_COLUMNS), "/data")
+    made, even, own, dummy = trials.values()
+    assert (made.task, made.interval_s, made.longest_interval_s) == ("relax", 4.0, 8.0)
+    assert (even.task, even.interval_s, even.longest_interval_s) == ("stiff", 5.0, 5.0)
+    assert (own.task, own.interval_s, own.longest_interval_s) == ("eyes-closed", None, None)
+    assert own.files == {
+        "log": "/data/log.mat",
+        "calibration": "/data/plate.csv",
+        "markers": "/data/markers.c3d",
+        "emg": "/data/porti.edf",
+    }
+    assert (dummy.task, dummy.interval_s, dummy.longest_interval_s) == (None, 4.0, 4.0)
+
+
+@pytest.mark.parametrize("interval", ["3.5-3.5", "0.5-12", "4.0-8.0"])
+def test_interval_from_short_to_long_is_read(interval, sheet):
+    path = sheet(STANDING | {"interval_s": interval}, columns=ALL_COLUMNS)
+    row = read_trial_sheet(path, ".")["pilot", "relax-pos-0.4"]
+    assert [row.interval_s, row.longest_interval_s] == [float(part) for part in interval.split("-")]
+
+
+STANDING_MISTAKES = [
+    (STANDING, {"interval_s": "8-4"}, ["interval_s from short to long", "'8-4'", "turn it round"]),
+    (STANDING, {"interval_s": "four-8"}, ["interval_s", "'four'"]),
+    (STANDING, {"interval_s": "4-eight"}, ["interval_s", "'eight'"]),
+    (STANDING, {"interval_s": "4-"}, ["interval_s", "''"]),
+    (STANDING, {"interval_s": "-8"}, ["interval_s", "'-8'"]),
+    (STANDING, {"interval_s": "4-8-12"}, ["interval_s", "'8-12'"]),
+    (STANDING, {"interval_s": "0-8"}, ["interval_s", "'0'"]),
+    (STANDING, {"interval_s": "4-nan"}, ["interval_s", "'nan'"]),
+    (STANDING, {"interval_s": "-"}, ["interval_s"]),
+    (GOOD | NO_EXTRAS, {"interval_s": "4-8"}, ["interval_s", "'4-8'"]),
+    (STANDING, {"profile": "minjerk"}, ["sine, negative-sine", "'minjerk'"]),
+    (STANDING, {"task": "-"}, ["task of relax or stiff", "pilot/relax-pos-0.4", "'-'"]),
+    (STANDING, {"task": ""}, ["task of relax or stiff", "what the person was told"]),
+    (STANDING, {"task": "relaxed"}, ["task of relax or stiff", "'relaxed'"]),
+    (STANDING, {"emg": "emg.edf"}, ["'emg.edf'", "recorded"]),
+    (RECORDED_STANDING, {"task": "eyes closed"}, ["letters, digits, dots and hyphens", "'eyes closed'"]),
+    (RECORDED_STANDING, {"task": "-"}, ["letters, digits, dots and hyphens", "pilot/own"]),
+    (RECORDED_STANDING, {"emg": "-"}, ["emg file", "pilot/own", "'-'"]),
+    (RECORDED_STANDING, {"markers": "-"}, ["markers file", "pilot/own"]),
+    (GOOD | NO_EXTRAS, {"task": "relax"}, ["task", "dummy", "'relax'"]),
+]
+
+
+@pytest.mark.parametrize(
+    ("row", "changes", "names"), STANDING_MISTAKES, ids=[str(m[1]) for m in STANDING_MISTAKES]
+)
+def test_mistake_in_a_standing_persons_row_is_named_with_its_line(row, changes, names, sheet):
+    first = STANDING | {"condition": "first"}
+    text = refuse_sheet(sheet(first, row | changes, columns=ALL_COLUMNS))
+    for name in ("line 3", "expected", "found", *names):
+        assert name in text, f"{name!r} is not in: {text}"
+
+
+@pytest.mark.parametrize(("missing", "row"), [("task", STANDING), ("emg", RECORDED_STANDING)])
+def test_optional_column_that_a_standing_person_needs_is_named(missing, row, sheet):
+    columns = [name for name in ALL_COLUMNS if name != missing]
+    text = refuse_sheet(sheet(row, columns=columns))
+    assert missing in text
+    assert "no such column" in text
+
+
+def test_models_of_a_treadmill_that_was_never_measured_are_refused_in_one_sentence(config):
+    with pytest.raises(InputError) as caught:
+        check_plate_models(config, "my-study")
+    names = ("pilot.pathways.ankle-compensated", "'loaded-frame'", "weight and empty", "null")
+    assert_one_sentence(caught.value, "my-study", *names)
+    for pathway in config["pilot"]["pathways"].values():
+        pathway["treadmill_model"] = None
+    check_plate_models(config, "my-study")
+
+
 # ---- models of the treadmill ---------------------------------------------------------------------
 
 
@@ -612,18 +772,23 @@ def test_models_that_cannot_be_fitted_are_refused_before_the_run(changes, said, 
     assert said in refused(changes)
 
 
+@pytest.mark.parametrize("carried", ["dummy", "pilot"])
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("section", "changes", "said"),
     [
-        ({"dummy": {"ingest": {"resample_rate_hz": 200.0}}}, "200 Hz for dummy"),
-        ({"dummy": {"analysis": {"lowpass_cutoff_hz": 15.0}}}, "found 15 Hz of order 4 and 20 Hz of order 4"),
+        (None, {"ingest": {"resample_rate_hz": 200.0}}, "200 Hz for {carried}"),
+        ("weight", {"ingest": {"resample_rate_hz": 500.0}}, "500 Hz for weight"),
+        ("empty", {"ingest": {"resample_rate_hz": 500.0}}, "500 Hz for empty"),
+        (None, {"analysis": {"lowpass_cutoff_hz": 15.0}}, "found 15 Hz of order 4 and 20 Hz of order 4"),
+        (None, {"analysis": {"lowpass_order": 2}}, "found 20 Hz of order 2 and 20 Hz of order 4"),
+        ("weight", {"analysis": {"cutoffs_hz": [10.0, 20.0]}}, "make {carried}.analysis and weight.analysis"),
     ],
 )
-def test_dummy_and_weight_must_be_processed_alike(changes, said, config):
-    check_same_processing(config, "my-study")
+def test_what_is_carried_and_the_weight_must_be_processed_alike(carried, section, changes, said, config):
+    check_same_processing(config, carried, "my-study")
     with pytest.raises(InputError) as caught:
-        check_same_processing(merged(config, changes), "my-study")
-    assert_one_sentence(caught.value, "my-study", said)
+        check_same_processing(merged(config, {section or carried: changes}), carried, "my-study")
+    assert_one_sentence(caught.value, "my-study", said.format(carried=carried))
 
 
 # ---- what a script reaches ---------------------------------------------------------------------

@@ -11,7 +11,7 @@ from workflow.support.reach import reached_by
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
 # what several scripts import: the start of every job, and options from the configuration
-SHARED = {"job.py", "dummy_choices.py", "model_choices.py"}
+SHARED = {"job.py", "dummy_choices.py", "model_choices.py", "pilot_choices.py"}
 SCRIPTS = sorted((ROOT / "workflow/scripts").glob("*.py"))
 RULE_FILES = sorted((ROOT / "workflow/rules").glob("*.smk"))
 LABORATORY = "tepsipe.virtual_lab"
@@ -222,18 +222,31 @@ def scripted():
 
 
 def used(path, kind):
-    """Names that a script takes from snakemake.<kind>, and whether it takes others by subscript."""
+    """Names that a script takes from snakemake.<kind>, and whether it takes others by subscript.
+
+    A script may give snakemake.<kind> a name of its own, in an assignment.
+    """
+
+    def of_snakemake(node):
+        return (
+            isinstance(node, ast.Attribute)
+            and node.attr == kind
+            and isinstance(node.value, ast.Name)
+            and node.value.id == "snakemake"
+        )
+
+    own_names = set()
+    for node in ast.walk(syntax(path)):
+        if isinstance(node, ast.Assign):
+            target, value = node.targets[0], node.value
+            several = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
+            pairs = zip(target.elts, value.elts, strict=True) if several else [(target, value)]
+            own_names |= {t.id for t, v in pairs if of_snakemake(v) and isinstance(t, ast.Name)}
     names, computed = set(), False
     for node in ast.walk(syntax(path)):
         if isinstance(node, ast.Attribute | ast.Subscript):
             owner = node.value
-            of_kind = (
-                isinstance(owner, ast.Attribute)
-                and owner.attr == kind
-                and isinstance(owner.value, ast.Name)
-                and owner.value.id == "snakemake"
-            )
-            if not of_kind:
+            if not of_snakemake(owner) and not (isinstance(owner, ast.Name) and owner.id in own_names):
                 continue
             if isinstance(node, ast.Attribute):
                 names.add(node.attr)
@@ -318,6 +331,7 @@ MAY_KNOW_THE_TRUTH = {
     "make_dummy_trial",
     "make_weight_trial",
     "make_empty_trial",
+    "make_pilot_trial",
     "compare_with_truth",
     "record_provenance",
 }

@@ -18,7 +18,9 @@ from tepsipe.ingest_manipulator import (
     ingest_position_manipulator,
     ingest_torque_manipulator,
 )
+from tepsipe.ingest_pilot import with_emg
 from tepsipe.ingest_treadmill import TreadmillOptions, ingest_treadmill
+from tepsipe.readers.edf import EmgRecording
 from tepsipe.readers.markers import Markers, read_markers
 from tepsipe.readers.text_table import read_text_table
 from tepsipe.readers.treadmill_log import (
@@ -340,6 +342,43 @@ def test_hidden_marker_is_filled_and_marked(recordings):
     assert trial.values("marker_position") == pytest.approx(whole, abs=2e-5)
 
 
+def bridged(log, calibration, markers):
+    names = ("log.mat", "calibration.csv", "markers.c3d")
+    return ingest_treadmill(log, calibration, markers, TREADMILL, 4.0, *names, bridge_long_gaps=True)
+
+
+def test_marker_hidden_too_long_is_bridged_and_marked_where_that_is_asked_for(recordings):
+    log, calibration, markers = recordings
+    positions = markers.positions.copy()
+    positions[300:326, 4] = np.nan
+    positions[500:510, 4] = np.nan
+    changed = replace(markers, positions=positions)
+    trial = bridged(log, calibration, changed)
+    hidden = trial.values("marker_hidden")
+    assert np.flatnonzero(hidden[:, 4]).tolist() == [*range(299, 325), *range(499, 509)]
+    assert hidden.sum() == trial.attributes["hidden_samples"] == 36
+    # strobed 1.6 ms after the frame, the straight line is told at the frame
+    path = trial.values("marker_position_as_strobed")[298:326, 4, 1]
+    assert np.diff(path) == pytest.approx(np.full(27, (path[-1] - path[0]) / 27.0), abs=1e-7)
+    processing = trial.signals["marker_position"].processing
+    assert "longer gaps bridged by straight lines" in processing
+    others = [k for k in range(8) if k != 4]
+    whole = ingest_all(*recordings).values("marker_position")
+    assert (trial.values("marker_position")[:, others] == whole[:, others]).all()
+    with pytest.raises(InputError):
+        ingest_all(log, calibration, changed)
+
+
+def test_bridging_changes_nothing_where_no_marker_is_hidden_for_long(recordings):
+    log, calibration, markers = recordings
+    positions = markers.positions.copy()
+    positions[300:325, 4] = np.nan
+    changed = replace(markers, positions=positions)
+    strict, bridging = ingest_all(log, calibration, changed), bridged(log, calibration, changed)
+    for name, signal_ in strict.signals.items():
+        assert (bridging.values(name) == signal_.values).all(), name
+
+
 def changed_line(recording, name, rows, value):
     values = getattr(recording, name).copy()
     values[rows] = value
@@ -458,6 +497,69 @@ def test_ingested_motion_of_the_dummy_is_the_laboratorys_motion(short_truth, tmp
     assert np.std(found - belt) < 0.6 * np.std(late - belt)
     weight = trial.values("force")[:400, 1, 2].mean()
     assert weight == pytest.approx(2.5 * 9.81, abs=0.5)
+
+
+# ---- electromyograms beside the treadmill ----------------------------------------------------------
+
+
+def recorded_emg(rate_hz=1000.0, lead_s=0.7, high_s=4.0, tail_s=0.5):
+    """Two muscles whose samples are their own instants on the recorder's clock, and a trigger."""
+    samples = round((lead_s + high_s + tail_s) * rate_hz)
+    time = np.arange(samples) / rate_hz
+    return EmgRecording(
+        rate_hz=rate_hz,
+        muscles=("TA", "SOL"),
+        signals=np.column_stack([time, -time]),
+        limits=np.array([[-2343.0, 2343.0]] * 2),
+        trigger=np.where((time >= lead_s) & (time < lead_s + high_s - 1e-9), 5.0, 0.0),
+        missing=("BF", "RF"),
+    )
+
+
+def test_electromyograms_keep_their_own_clock_counted_from_the_trigger(recordings):
+    trial = ingest_all(*recordings)
+    whole = with_emg(trial, recorded_emg(), 2.5, 4.0, "emg.edf")
+    time = whole.axes["emg_time"]
+    assert np.diff(time) == pytest.approx(np.full(time.size - 1, 0.001))
+    # the trigger rose between the sample at 0.699 s and that at 0.7 s
+    assert time[700] == pytest.approx(0.0005)
+    assert whole.values("emg")[:, 0] == pytest.approx(time + 0.6995, abs=1e-6)
+    assert whole.signals["emg"].axes == ("emg_time", "muscle")
+    assert whole.signals["emg"].unit == "uV"
+    assert whole.axes["muscle"].tolist() == ["TA", "SOL"]
+    assert whole.attributes["emg_rate_hz"] == 1000.0
+    assert whole.attributes["emg_missing"] == "BF, RF"
+    assert (whole.time == trial.time).all()
+
+
+def test_trial_file_tells_the_rate_of_each_clock(recordings, tmp_path):
+    trial = with_emg(ingest_all(*recordings), recorded_emg(), 2.5, 4.0, "emg.edf")
+    write_trial(tmp_path / "pilot.h5", trial, "pilot", "relax-pos-0.4", {}, {})
+    with h5py.File(tmp_path / "pilot.h5") as file:
+        assert file["emg"].attrs["rate_hz"] == pytest.approx(1000.0)
+        assert file["force"].attrs["rate_hz"] == 250.0
+        assert file["emg_time"].attrs["units"] == "s"
+    read = read_trial(tmp_path / "pilot.h5")
+    assert (read.values("emg") == trial.values("emg")).all()
+    assert (read.axes["emg_time"] == trial.axes["emg_time"]).all()
+    assert read.attributes["emg_missing"] == "BF, RF"
+    assert read.attributes["emg_limits_uV"] == [[-2343.0, 2343.0]] * 2
+
+
+BAD_EMG = {
+    "its trigger never rises": (recorded_emg(high_s=0.0, tail_s=5.0), "trigger"),
+    "its trigger is high from the start": (recorded_emg(lead_s=0.0), "first sample"),
+    "its trigger falls early": (recorded_emg(high_s=3.0, tail_s=2.0), "3.00 s"),
+    "it ends early": (recorded_emg(high_s=3.5, tail_s=0.0), "3.50 s"),
+}
+
+
+@pytest.mark.parametrize("why", BAD_EMG)
+def test_electromyograms_are_refused_where(why, recordings):
+    recording, found = BAD_EMG[why]
+    with pytest.raises(InputError) as caught:
+        with_emg(ingest_all(*recordings), recording, 2.5, 4.0, "emg.edf")
+    assert_one_sentence(caught.value, "emg.edf", found)
 
 
 # ---- one HDF5 file per trial -------------------------------------------------------------------

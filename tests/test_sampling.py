@@ -7,12 +7,14 @@ from builders import assert_one_sentence
 from tepsipe.errors import InputError
 from tepsipe.sampling import (
     align_strobed,
+    bridge_gaps,
     fill_gaps,
     refuse_short,
     regular_time,
     repair_time_stamps,
     resample,
     rising_edge,
+    runs_of,
 )
 
 # ---- time stamps -------------------------------------------------------------------------------
@@ -99,6 +101,55 @@ def test_signal_that_is_missing_almost_throughout_is_refused():
     with pytest.raises(InputError) as caught:
         fill_gaps(x, 250.0, 1.0, "marker")
     assert_one_sentence(caught.value, "marker", "only 3")
+
+
+def test_long_gap_is_bridged_by_a_straight_line_and_short_ones_are_left(rng):
+    x = rng.standard_normal((300, 2))
+    x[100:130] = np.nan
+    x[50:60, 0] = np.nan
+    bridged, long = bridge_gaps(x, 250.0, 0.1, "marker")
+    assert np.flatnonzero(long).tolist() == list(range(100, 130))
+    line = x[99] + (x[130] - x[99]) * (np.arange(100, 130) - 99)[:, None] / 31.0
+    assert bridged[100:130] == pytest.approx(line)
+    assert np.flatnonzero(np.isnan(bridged).any(axis=1)).tolist() == list(range(50, 60))
+    untouched = ~np.isnan(x)
+    assert (bridged[untouched] == x[untouched]).all()
+    filled, missing = fill_gaps(bridged, 250.0, 0.1, "marker")
+    assert np.isfinite(filled).all()
+    assert np.flatnonzero(missing).tolist() == list(range(50, 60))
+
+
+def test_long_gap_at_either_end_is_held():
+    x = np.arange(200.0)[:, None] * np.ones(3)
+    x[:40] = x[160:] = np.nan
+    bridged, long = bridge_gaps(x, 250.0, 0.1, "marker")
+    assert long.sum() == 80
+    assert (bridged[:40] == 40.0).all()
+    assert (bridged[160:] == 159.0).all()
+
+
+def test_gap_of_exactly_the_longest_time_is_not_bridged_and_one_sample_more_is():
+    x = np.sin(np.arange(500.0) / 20.0)[:, None]
+    x[200:225] = np.nan
+    assert not bridge_gaps(x, 250.0, 0.1, "marker")[1].any()
+    x[225] = np.nan
+    assert bridge_gaps(x, 250.0, 0.1, "marker")[1].sum() == 26
+
+
+def test_marker_that_was_never_seen_cannot_be_bridged():
+    x = np.full((50, 3), np.nan)
+    x[:3] = 1.0
+    with pytest.raises(InputError) as caught:
+        bridge_gaps(x, 250.0, 0.1, "markers.c3d, marker 'ankle'")
+    assert_one_sentence(caught.value, "'ankle'", "found 3 of 50")
+
+
+def test_runs_are_told_by_their_first_sample_and_the_one_after_their_last():
+    marked = np.array([1, 1, 0, 1, 0, 0, 1, 1, 1], dtype=bool)
+    assert runs_of(marked) == [(0, 2), (3, 4), (6, 9)]
+    assert runs_of(~marked) == [(2, 3), (4, 6)]
+    assert runs_of(np.zeros(4, dtype=bool)) == []
+    assert runs_of(np.ones(4, dtype=bool)) == [(0, 4)]
 
 
 # ---- resampling --------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """Figures of a person standing on the treadmill (thesis Figures 4-13 and 4-14, and the step after them)."""
 
 import numpy as np
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from tepsipe.figures.style import COLOURS, CYCLE, new_figure
@@ -69,6 +70,42 @@ def plot_activity(result: Result) -> Figure:
     axes[0].plot([], [], color=COLOURS["recommended"], linewidth=1.4, label="mean")
     axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 0.97), ncols=2)
     axes[-1].set(xlabel="Time from the onset of the perturbation (ms)")
+    figure.align_ylabels()
+    return figure
+
+
+def plot_ensembles(trials: dict[str, Result], groups: dict[str, list[str]], muscles: list[str]) -> Figure:
+    """Rectified electromyograms, mean and standard deviation over the perturbations of each trial (ms, uV).
+
+    ``groups`` holds the conditions of every column, by its title; ``muscles`` are the rows.
+    """
+    figure, axes = new_figure(
+        len(muscles), len(groups), 1.0 + 0.95 * len(muscles), sharex=True, sharey="row", squeeze=False
+    )
+    for column, (title, conditions) in enumerate(groups.items()):
+        axes[0, column].set(title=title)
+        axes[-1, column].set(xlabel="Time from the onset (ms)")
+        for k, condition in enumerate(conditions):
+            shade = 0.3 + 0.7 * (k + 1) / len(conditions)
+            colour = tuple(1.0 - shade * (1.0 - part) for part in to_rgb(CYCLE[column % len(CYCLE)]))
+            arrays = trials[condition].arrays
+            for row, muscle in enumerate(muscles):
+                if f"activity/{muscle}" not in arrays:
+                    continue
+                time = 1e3 * arrays["mean/time"]
+                shown = (time >= -50.0) & (time <= 400.0)
+                mean, sd = arrays[f"activity/{muscle}"][:, shown]
+                axis = axes[row, column]
+                axis.plot(time[shown], mean, color=colour, linewidth=0.9)
+                if k == len(conditions) - 1:
+                    axis.fill_between(
+                        time[shown], mean - sd, mean + sd, color=colour, alpha=0.2, linewidth=0.0
+                    )
+    for row, muscle in enumerate(muscles):
+        axes[row, 0].set(ylabel=f"{muscle} (\N{MICRO SIGN}V)")
+        for axis in axes[row]:
+            axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6)
+            axis.margins(x=0.0)
     figure.align_ylabels()
     return figure
 

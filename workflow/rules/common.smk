@@ -87,6 +87,16 @@ def tasks():
     return list(dict.fromkeys(TRIALS["pilot", c].task for c in conditions("pilot")))
 
 
+def task_groups():
+    """Conditions by task and profile, for example relax, negative-sine; in the order of the trial sheet."""
+    groups = {}
+    for condition in conditions("pilot"):
+        row = TRIALS["pilot", condition]
+        title = row.task if row.profile == "-" else f"{row.task}, {row.profile}"
+        groups.setdefault(title, []).append(condition)
+    return groups
+
+
 def made_tasks():
     """Condition -> task of the person's trials that the laboratory makes, and of tasks made as a whole."""
     made = {c: TRIALS["pilot", c].task for c in made_conditions("pilot")}
@@ -212,6 +222,7 @@ FIGURES = {
     "pilot": [
         "figure_4_13",
         "figure_4_14",
+        "figure_pilot_activity",
         "figure_pilot_latency",
         "figure_pilot_response",
         "figure_pilot_stiffness",

@@ -91,5 +91,7 @@ rule plot_pilot:
         detector=config["pilot"]["latency"]["detector"],
         recommended=config["pilot"]["recommended"],
         active=active_estimators(),
+        groups=task_groups(),
+        muscles=list(config["pilot"]["muscles"]),
     script:
         "../scripts/plot_pilot.py"

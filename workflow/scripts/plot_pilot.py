@@ -16,6 +16,7 @@ pathway = params.recommended["pathway"]
 drawn = {
     "figure_4_13": figures.plot_processed(example),
     "figure_4_14": figures.plot_activity(example),
+    "figure_pilot_activity": figures.plot_ensembles(trials, params.groups, params.muscles),
     "figure_pilot_latency": figures.plot_latencies(tasks, params.detector),
     "figure_pilot_response": figures.plot_torque_parts(tasks, params.active),
     "figure_pilot_stiffness": figures.plot_stiffness(

@@ -1,0 +1,193 @@
+"""The laboratory's standing person, through files and on a plate without belt: impedance and latencies."""
+
+import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tepsipe.electromyography import EmgOptions
+from tepsipe.ingest_pilot import ingest_pilot_files
+from tepsipe.ingest_treadmill import TreadmillOptions
+from tepsipe.onset_detection import OnsetOptions
+from tepsipe.pilot_results import fit_all
+from tepsipe.reflex_latency import muscle_latency
+from tepsipe.segment_regression import WindowOptions
+from tepsipe.standing_responses import ResponseOptions, cut_standing_responses
+from tepsipe.standing_trial import StanceLimits, StandingOptions, TorquePathway, process_standing
+from tepsipe.treadmill_models.recording import Lowpass
+from tepsipe.virtual_lab.pilot_trial import make_pilot_trial
+
+DURATION_S = 45.0
+TRIALS = (("sine", 0.4), ("sine", 0.5), ("negative-sine", 0.4), ("negative-sine", 0.5))
+INTERVAL_S = (3.6, 3.8)
+# a plate that feels nothing but the feet
+NO_BELT = dict.fromkeys(
+    (
+        "felt_belt_mass_kg",
+        "felt_roller_inertia_kgm",
+        "friction_N",
+        "friction_coefficient",
+        "friction_Ns_per_m",
+        "floor_m_per_s2",
+        "mount_share",
+    ),
+    0.0,
+) | {"resonance_hz": 2000.0}
+PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle", "ankle-printed", "single-joint")}
+
+
+@pytest.fixture(scope="module")
+def choices(shipped_config):
+    """The section of the standing person, and the library's options that its scripts make of it."""
+    from workflow.scripts.pilot_choices import active_options, estimators_of, person_of
+
+    pilot = shipped_config["pilot"]
+    analysis = pilot["analysis"]
+    lowpass = analysis["lowpass_cutoff_hz"], analysis["lowpass_order"]
+    standing = StandingOptions(
+        person=person_of(pilot["person"]),
+        belt=pilot["belt"],
+        lowpass=Lowpass(*lowpass, True),
+        stretch_lowpass=Lowpass(analysis["stretch_cutoff_hz"], analysis["lowpass_order"], True),
+        window=WindowOptions(**analysis["window"]),
+        quiet_after_s=analysis["quiet_after_s"],
+        limits=StanceLimits(**pilot["stance"]),
+    )
+    cutting = ResponseOptions(
+        before_s=analysis["before_s"],
+        after_s=analysis["after_s"],
+        baseline_s=tuple(analysis["baseline_s"]),
+        least_perturbations=analysis["least_perturbations"],
+        max_gap_s=pilot["ingest"]["max_gap_s"],
+        lowpass_cutoff_hz=lowpass[0],
+        lowpass_order=lowpass[1],
+        emg=EmgOptions(**pilot["emg"]),
+        mains_hz=analysis["line_hz"],
+    )
+    active = active_options(pilot["active"], pilot["muscles"])
+    return pilot, standing, cutting, estimators_of(pilot["estimators"]), active
+
+
+@pytest.fixture(scope="module")
+def truth(shipped_truth):
+    changed = copy.deepcopy(shipped_truth)
+    assert NO_BELT.keys() <= changed["treadmill"]["plate"].keys()
+    changed["treadmill"]["plate"] |= NO_BELT
+    return changed
+
+
+@pytest.fixture(scope="module")
+def responses(truth, choices, tmp_path_factory):
+    """Task -> responses of its trials, made, written, read and processed."""
+    pilot, standing, cutting, *_ = choices
+    channels = {muscle: choice["channel"] for muscle, choice in pilot["muscles"].items()}
+    found = {}
+    for task in ("relax", "stiff"):
+        found[task] = []
+        for profile, amplitude in TRIALS:
+            name = f"{task}-{profile}-{amplitude}"
+            folder = tmp_path_factory.mktemp(name)
+            kinds = {"log": "mat", "calibration": "csv", "markers": "c3d", "emg": "edf"}
+            files = {kind: folder / f"{kind}.{ending}" for kind, ending in kinds.items()}
+            make_pilot_trial(truth, name, task, profile, amplitude, INTERVAL_S, DURATION_S, **files)
+            trial = ingest_pilot_files(
+                files,
+                pilot["files"]["marker_labels"],
+                channels,
+                pilot["files"]["emg_trigger"],
+                TreadmillOptions(**pilot["ingest"]),
+                DURATION_S,
+            )
+            processed = process_standing(trial, name, standing, PATHWAYS, {})
+            assert processed.fault is None
+            found[task].append(cut_standing_responses(trial, processed, name, cutting))
+    return found
+
+
+@pytest.fixture(scope="module")
+def fits(responses, choices):
+    *_, estimators, active = choices
+    return {
+        task: fit_all(trials, task, list(PATHWAYS), estimators, active, 200, 1)[0]
+        for task, trials in responses.items()
+    }
+
+
+TASKS = ("relax", "stiff")
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_stiffness_before_the_reflex_is_the_persons(task, fits, truth):
+    constants = truth["pilot"]["tasks"][task]
+    fit = fits[task]["ankle", "reflex-free"]
+    value, error, low, high = fit.interval("K")
+    assert value == pytest.approx(constants["stiffness_Nm_per_rad"][0], rel=0.1)
+    assert low < value < high
+    assert 0.0 < error < 0.05 * value
+    damping = fit.interval("B")[0]
+    assert damping == pytest.approx(constants["damping_Nms_per_rad"][0], rel=0.1)
+
+
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("estimator", ["delayed-reflex", "emg-driven"])
+def test_muscles_torque_that_is_told_apart_leaves_the_same_stiffness(estimator, task, fits, truth):
+    stiffness = truth["pilot"]["tasks"][task]["stiffness_Nm_per_rad"][0]
+    assert fits[task]["ankle", estimator].interval("K")[0] == pytest.approx(stiffness, rel=0.15)
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_other_ways_miss_the_stiffness(task, fits, truth):
+    stiffness = truth["pilot"]["tasks"][task]["stiffness_Nm_per_rad"][0]
+    # no reflex in the model; no vertical force in the torque; no knee and hip in the body
+    for pathway, estimator in (
+        ("ankle", "long"),
+        ("ankle-printed", "reflex-free"),
+        ("single-joint", "reflex-free"),
+    ):
+        value = fits[task][pathway, estimator].interval("K")[0]
+        assert abs(value - stiffness) > 0.2 * stiffness, (pathway, estimator, value)
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_every_muscles_latency_is_the_persons(task, responses, choices, truth):
+    pilot = choices[0]
+    latency = pilot["latency"]
+    options = OnsetOptions(**latency | {"search_s": tuple(latency["search_s"])})
+    for muscle, choice in pilot["muscles"].items():
+        rng = np.random.default_rng(1)
+        found = muscle_latency(responses[task], muscle, choice["lengthened_by"], options, rng)
+        onset = found.onsets[latency["detector"]]
+        true = truth["pilot"]["muscles"][muscle]["latency_s"]
+        assert onset.latency_s == pytest.approx(true, abs=0.005), muscle
+        assert onset.interval_s[0] - 0.003 < true < onset.interval_s[1] + 0.003, muscle
+
+
+def test_hardly_anything_is_left_out_of_quiet_standing(responses, choices):
+    for trials in responses.values():
+        for found in trials:
+            assert found.muscles == tuple(choices[0]["muscles"])
+            assert found.count >= 6
+            assert found.usable.all()
+            # an occlusion may fall into a pulse
+            assert all("was hidden while the belt moved" in said for said in found.left_out)
+
+
+def test_stiffness_does_not_depend_on_another_seed_or_pathway(responses, choices, fits):
+    *_, estimators, active = choices
+    short = {"reflex-free": estimators["reflex-free"]}
+    again = fit_all(responses["relax"], "relax", ["ankle"], short, active, 200, 1)[0]
+    key = ("ankle", "reflex-free")
+    assert (again[key].parameters == fits["relax"][key].parameters).all()
+    other = fit_all(responses["relax"], "relax", ["ankle"], short, active, 200, 2)[0]
+    assert other[key].interval("K")[0] == fits["relax"][key].interval("K")[0]
+
+
+def test_trials_one_by_one_agree_with_all_together(responses, choices, fits):
+    *_, estimators, active = choices
+    short = {"reflex-free": replace(estimators["reflex-free"])}
+    together = fits["stiff"]["ankle", "reflex-free"].interval("K")[0]
+    for trial in responses["stiff"]:
+        alone = fit_all([trial], "one", ["ankle"], short, active, 200, 1)[0]["ankle", "reflex-free"]
+        value, error, *_ = alone.interval("K")
+        assert value == pytest.approx(together, abs=4.0 * error)
