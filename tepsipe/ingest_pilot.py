@@ -19,6 +19,7 @@ def ingest_pilot_files(
     marker_labels: list[str],
     emg_channels: dict[str, str],
     emg_trigger: str,
+    emg_trigger_threshold: float,
     options: TreadmillOptions,
     duration_s: float,
 ) -> Trial:
@@ -34,6 +35,8 @@ def ingest_pilot_files(
         Muscle -> label of its channel. A muscle without channel is named in ``emg_missing``.
     emg_trigger : str
         Label of the trigger in the electromyograms' file.
+    emg_trigger_threshold : float
+        Value above which it is high (V, or the unit of that channel).
     options : TreadmillOptions
         Rates (Hz), longest gap (s), trigger (V). Longer gaps are bridged and marked.
     duration_s : float
@@ -51,7 +54,7 @@ def ingest_pilot_files(
     """
     trial = ingest_treadmill_files(files, marker_labels, options, duration_s, bridge_long_gaps=True)
     recording = read_emg(files["emg"], emg_channels, emg_trigger)
-    return with_emg(trial, recording, options.trigger_threshold_V, duration_s, files["emg"])
+    return with_emg(trial, recording, emg_trigger_threshold, duration_s, files["emg"])
 
 
 def with_emg(
@@ -66,7 +69,7 @@ def with_emg(
     recording : EmgRecording
         Raw electromyograms (uV) and their trigger (V).
     trigger_threshold : float
-        Voltage above which the trigger line is high (V).
+        Value above which the trigger line is high (V, or the unit of that channel).
     duration_s : float
         Length of the trial by the protocol (s).
     name : str

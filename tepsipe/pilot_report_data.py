@@ -58,6 +58,7 @@ def pilot_data(
         "estimators": _blocks(own, task_fits, "estimator", list(choices["estimators"]), "pathway", pathway),
         "pathways": _blocks(own, task_fits, "pathway", list(choices["pathways"]), "estimator", estimator),
         "by_trial": _by_trial(own, list(fits), pathway, estimator),
+        "window_spread": _window_spread(task_fits, choices["estimators"][estimator]["window_s"]),
         "latencies": _latencies(task_fits, choices["latency"]["detector"], truth),
         "joints": _joints(task_fits),
         "single_joint": _single_joint(own, list(task_fits), choices, estimator, toppling),
@@ -102,6 +103,20 @@ def _blocks(own, tasks, what: str, names: list[str], fixed: str, chosen: str) ->
                 }
             )
     return blocks
+
+
+def _window_spread(task_fits: dict[str, Result], window_s: float) -> str:
+    """How far K from windows within 20 ms of the one that is used lies from its own, at most (%)."""
+    worst = []
+    for fit in task_fits.values():
+        length = fit.arrays["windows/length"]
+        near = np.abs(length - window_s) <= 0.0201
+        if not near.any():
+            continue
+        value = fit.arrays["windows/K"][:, 0]
+        own = value[np.abs(length - window_s).argmin()]
+        worst.append(100.0 * float(np.abs(value[near] / own - 1.0).max()))
+    return percent(max(worst), 0) if worst else number(None)
 
 
 def _by_trial(own: pd.DataFrame, conditions: list[str], pathway: str, estimator: str) -> list[dict]:

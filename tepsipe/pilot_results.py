@@ -109,6 +109,45 @@ def fit_estimates(
     return rows
 
 
+def stiffness_by_window(
+    trials: list[StandingResponses],
+    pathway: str,
+    windows_s: list[float],
+    options: ActiveOptions,
+    draws: int,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """K from windows of several lengths, with the muscles' torque left out: later ones hold what reflexes do.
+
+    Parameters
+    ----------
+    trials : list of StandingResponses
+        Trials that share their parameters; those without responses do not count.
+    pathway : str
+        Torque that is fitted.
+    windows_s : list of float
+        Lengths from the onset (s).
+    options : ActiveOptions
+        As for `fit_standing`.
+    draws : int
+        Redrawn sets of responses (-).
+    rng : numpy.random.Generator
+        Draws them.
+
+    Returns
+    -------
+    ndarray, shape (windows, 4)
+        Window (s), K and both ends of its 95 % interval (Nm/rad); empty without a usable trial.
+    """
+    usable = [responses for responses in trials if responses.count]
+    rows = []
+    for window in windows_s if usable else []:
+        fit = fit_standing(usable, pathway, StandingEstimator(window, False, "none"), options, draws, rng)
+        value, _, low, high = fit.interval("K")
+        rows.append([window, value, low, high])
+    return np.array(rows).reshape(-1, 4)
+
+
 def over_sway(responses: StandingResponses, pathway: str) -> dict[str, float]:
     """How far perturbations stand out of unperturbed standing (thesis section 4-2).
 
@@ -172,6 +211,7 @@ def pilot_result(
     recommended: str,
     latencies: list[MuscleLatency],
     facts: dict,
+    windows: np.ndarray | None = None,
 ) -> Result:
     """What the report and the figures need of a trial, or of the trials of a task.
 
@@ -187,13 +227,15 @@ def pilot_result(
         Of the muscles that answered (s), for a task.
     facts : dict
         Further facts (units in the keys).
+    windows : ndarray, shape (windows, 4), optional
+        From `stiffness_by_window` (s, Nm/rad), for a task.
 
     Returns
     -------
     Result
-        ``K/<pathway>/<estimator>``: value and 95 % interval; ``rotation/...`` of the ankle;
-        ``mean/<signal>``: mean response per trial; ``curve/<estimator>/<part>``: torque, intrinsic and
-        active part per trial; ``latency/<muscle>/...``.
+        ``windows/K`` and ``windows/length``; ``K/<pathway>/<estimator>``: value and 95 % interval;
+        ``rotation/...`` of the ankle; ``mean/<signal>``: mean response per trial;
+        ``curve/<estimator>/<part>``: torque, intrinsic and active part per trial; ``latency/<muscle>/...``.
     """
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
@@ -219,6 +261,9 @@ def pilot_result(
                 unit = "rad" if part == "ankle" else "Nm"
                 keep(f"curve/{estimator}/{part}", np.array([c[part] for c in fit.curves]), unit)
             keep(f"curve/{estimator}/time", fit.curves[0]["time"], "s")
+    if windows is not None:
+        keep("windows/length", windows[:, 0], "s")
+        keep("windows/K", windows[:, 1:], "Nm/rad")
     for latency in latencies:
         keep(f"latency/{latency.muscle}/time", latency.time, "s")
         keep(f"latency/{latency.muscle}/rectified", latency.rectified, "uV")

@@ -18,8 +18,6 @@ from tepsipe.event_locked import without_artefact
 from tepsipe.onset_detection import DETECTORS, Onset, OnsetOptions, detect_onset
 from tepsipe.standing_responses import StandingResponses
 
-# the first half of a perturbation of 100 ms, less what the drive needs to follow (s)
-FIRST_LOBE_S = 0.04
 # baseline before the searched time (s)
 BASELINE_S = 0.15
 
@@ -116,13 +114,16 @@ def muscle_latency(
         if muscle not in responses.muscles or not responses.count:
             continue
         speed = lengthening_speed(responses, lengthening)
-        first = (responses.time >= 0.0) & (responses.time <= FIRST_LOBE_S)
+        # until the belt comes back
+        moved = np.abs(np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0)))
+        first = (responses.time >= 0.0) & (np.arange(moved.size) <= moved.argmax())
         if speed[first].mean() > 0.0:
             stretching.append(responses)
     if not stretching:
         return f"expected trials that stretch {muscle} first and have a usable channel for it, found none"
     step = stretching[0].emg_time[1] - stretching[0].emg_time[0]
-    first, last = options.search_s[0] - BASELINE_S, options.search_s[1] + 0.02
+    first = min(options.baseline_until_s, options.search_s[0]) - BASELINE_S
+    last = options.search_s[1] + 0.02
     time = np.arange(round(first / step), round(last / step) + 1) * step
     recorded = stretching[0].emg_time
     if time[0] < recorded[0] - 1e-9 or time[-1] > recorded[-1] + 1e-9:

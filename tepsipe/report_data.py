@@ -402,10 +402,10 @@ def claims_data(claims: pd.DataFrame) -> dict:
 
 
 def recovery_data(recovery: pd.DataFrame) -> list[dict]:
-    """Estimates beside the truth (in their units), a row per pathway, estimator and quantity, as text."""
+    """Estimates beside the truth (in their units), by pathway, estimator, quantity and truth, as text."""
     rows = []
-    keys = ["experiment", "pathway", "estimator", "quantity"]
-    for (experiment, pathway, estimator, quantity), group in recovery.groupby(keys, sort=False):
+    keys = ["experiment", "pathway", "estimator", "quantity", "truth"]
+    for (experiment, pathway, estimator, quantity, truth), group in recovery.groupby(keys, sort=False):
         covered = (group.covered.astype(str).str.lower() == "true").sum()
         errors = group.relative_error.dropna()
         rows.append(
@@ -415,7 +415,7 @@ def recovery_data(recovery: pd.DataFrame) -> list[dict]:
                 "estimator": estimator,
                 "quantity": quantity,
                 "unit": group.unit.iloc[0],
-                "truth": number(group.truth.iloc[0]),
+                "truth": number(truth),
                 "low": _cell(quantity, group.value.min()),
                 "high": _cell(quantity, group.value.max()),
                 "median_error": percent(100.0 * errors.median()) if len(errors) else number(None),

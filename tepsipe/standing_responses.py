@@ -351,7 +351,7 @@ def _emg_responses(
     if abs(step * grid_rate - rate) > 1e-6 * rate:
         raise InputError(
             f"electromyograms: expected a rate that is a multiple of {grid_rate:g} Hz, found {rate:g} Hz: "
-            "change the resampling rate in the configuration"
+            "export them at such a rate"
         )
     before, after = round(options.before_s * rate), round(options.after_s * rate)
     emg_time = np.arange(-before, after + 1) / rate

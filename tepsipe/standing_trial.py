@@ -312,7 +312,7 @@ def process_standing(
     knee = poses["thigh"] - poses["shank"]
     return StandingTrial(
         time=time,
-        onsets_s=np.array([_onset(trial, p.start) for p in perturbations]),
+        onsets_s=np.array([_onset(trial, p.start, p.stop) for p in perturbations]),
         ends_s=np.array([time[min(p.stop, time.size - 1)] for p in perturbations]),
         unperturbed=unperturbed,
         belt_velocity=belt,
@@ -357,6 +357,8 @@ def _loads(
 
 def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Person, name: str) -> None:
     """Raise InputError if a segment's markers, y and z (m) where all are seen, are not those of one body."""
+    if not positions.size:
+        return  # nothing is seen of the whole person at any time: every perturbation will be left out
     for segment in ("foot", "shank", "thigh"):
         markers = getattr(person, segment)
         columns = [labels.index(label) for label in markers.labels]
@@ -386,10 +388,11 @@ def _poses(positions: np.ndarray, labels: list[str], person: Person) -> dict[str
     }
 
 
-def _onset(trial: Trial, start: int) -> float:
+def _onset(trial: Trial, start: int, stop: int) -> float:
     """Instant at which the belt starts to move (s), to a fraction of a sample."""
     rate = trial.rate_hz
-    before, after = round(0.2 * rate), round(0.04 * rate)
+    # a quarter of the perturbation holds its first rise
+    before, after = round(0.2 * rate), max(3, (stop - start) // 4)
     window = slice(max(0, start - before), start + after)
     time, velocity = trial.time[window], trial.values("belt_velocity")[window]
     sign = np.sign(velocity[-1] - np.median(velocity))

@@ -236,6 +236,23 @@ def plot_stiffness(
     return figure
 
 
+def plot_windows(results: dict[str, Result], window_s: float) -> Figure:
+    """Stiffness of the ankles against the length of the window, muscles left out (ms, Nm/rad)."""
+    figure, axis = new_figure(height_in=3.0)
+    for (task, result), colour in zip(results.items(), _task_colours(list(results)).values(), strict=True):
+        length = 1e3 * result.arrays["windows/length"]
+        if not length.size:
+            continue
+        value, low, high = result.arrays["windows/K"].T
+        axis.fill_between(length, low, high, color=colour, alpha=0.2, linewidth=0.0)
+        axis.plot(length, value, "o-", color=colour, markersize=3.5, label=task)
+    axis.axvline(1e3 * window_s, color=COLOURS["other"], linestyle="--", label="window that is used")
+    axis.axhline(0.0, color=COLOURS["measured"], linewidth=0.5)
+    axis.set(xlabel="Length of the window from the onset (ms)", ylabel="$K$ (Nm/rad)")
+    axis.legend(loc="upper right")
+    return figure
+
+
 def plot_joints(results: dict[str, Result]) -> Figure:
     """How shank, thigh and knee turn after a perturbation: one rigid body would turn as one (ms, mrad)."""
     shown = {task: result for task, result in results.items() if "mean/time" in result.arrays}

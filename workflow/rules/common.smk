@@ -12,6 +12,7 @@ from workflow.support.check import (
     check_against_schema,
     check_config,
     check_plate_models,
+    check_same_belt,
     check_same_processing,
     load_yaml,
 )
@@ -43,6 +44,7 @@ def checked_trials():
     for carried in ("dummy", "pilot"):
         if {carried, "weight"} <= experiments:
             check_same_processing(config, carried, "configuration")
+            check_same_belt(config, carried, "configuration")
     if "pilot" in experiments and "weight" not in experiments:
         check_plate_models(config, "configuration")
     for there, missing in (("weight", "empty"), ("empty", "weight")):
@@ -226,6 +228,7 @@ FIGURES = {
         "figure_pilot_latency",
         "figure_pilot_response",
         "figure_pilot_stiffness",
+        "figure_pilot_window",
         "figure_pilot_joints",
     ],
     "treadmill": ["figure_treadmill_prediction", "figure_treadmill_cutoff", "figure_treadmill_ripple"],

@@ -94,6 +94,7 @@ rule ingest_pilot:
         duration_s=lambda w: trial(w, "pilot").duration_s,
         marker_labels=config["pilot"]["files"]["marker_labels"],
         emg_trigger=config["pilot"]["files"]["emg_trigger"],
+        emg_trigger_threshold=config["pilot"]["files"]["emg_trigger_threshold"],
         emg_channels={m: choice["channel"] for m, choice in config["pilot"]["muscles"].items()},
         ingest=config["pilot"]["ingest"],
     script:

@@ -92,6 +92,7 @@ rule plot_pilot:
         recommended=config["pilot"]["recommended"],
         active=active_estimators(),
         groups=task_groups(),
+        window_s=config["pilot"]["estimators"][config["pilot"]["recommended"]["estimator"]]["window_s"],
         muscles=list(config["pilot"]["muscles"]),
     script:
         "../scripts/plot_pilot.py"

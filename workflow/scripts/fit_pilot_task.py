@@ -8,7 +8,13 @@ from pilot_choices import active_options, estimators_of, person_of
 
 from tepsipe.estimates import write_estimates
 from tepsipe.onset_detection import OnsetOptions
-from tepsipe.pilot_results import fit_all, fit_estimates, generator, pilot_result
+from tepsipe.pilot_results import (
+    fit_all,
+    fit_estimates,
+    generator,
+    pilot_result,
+    stiffness_by_window,
+)
 from tepsipe.reflex_latency import muscle_latency
 from tepsipe.result_file import read_result, write_result
 from tepsipe.standing_responses import responses_of
@@ -42,9 +48,16 @@ facts = {
     "responses": sum(responses.count for responses in trials),
     "toppling_stiffness_Nm_per_rad": person.body.toppling_stiffness,
 }
-write_result(
-    snakemake.output.fit, pilot_result(trials, fits, params.recommended["pathway"], latencies, facts)
+recommended = params.recommended["pathway"]
+windows = stiffness_by_window(
+    trials,
+    recommended,
+    params.analysis["tried_windows_s"],
+    active_options(params.active, params.muscles),
+    params.analysis["bootstrap_draws"],
+    generator(params.seed, name, "windows"),
 )
+write_result(snakemake.output.fit, pilot_result(trials, fits, recommended, latencies, facts, windows))
 write_estimates(
     snakemake.output.estimates, fit_estimates(task, fits, person.body.toppling_stiffness, latencies)
 )

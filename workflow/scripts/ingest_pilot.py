@@ -15,6 +15,7 @@ trial = ingest_pilot_files(
     snakemake.params.marker_labels,
     snakemake.params.emg_channels,
     snakemake.params.emg_trigger,
+    snakemake.params.emg_trigger_threshold,
     options,
     snakemake.params.duration_s,
 )

@@ -22,6 +22,7 @@ drawn = {
     "figure_pilot_stiffness": figures.plot_stiffness(
         trials, tasks, params.task_of, pathway, [params.recommended["estimator"], *params.active]
     ),
+    "figure_pilot_window": figures.plot_windows(tasks, params.window_s),
     "figure_pilot_joints": figures.plot_joints(tasks),
 }
 for name, figure in drawn.items():

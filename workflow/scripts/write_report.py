@@ -37,7 +37,13 @@ reported = None
 if snakemake.input.reported:
     reported = yaml.safe_load(Path(snakemake.input.reported).read_text(encoding="utf-8"))
 if snakemake.input.recovery:
-    recovery = pd.read_csv(snakemake.input.recovery[0], dtype=text_columns)
+    recovery = shown = pd.read_csv(snakemake.input.recovery[0], dtype=text_columns)
+    # of the standing person, whose chapter says more: the recommended torque, and latencies as they are used
+    of_person, pilot = recovery.experiment == "pilot", choices.get("pilot")
+    if pilot:
+        own = recovery.pathway == pilot["recommended"]["pathway"]
+        own |= recovery.estimator == pilot["latency"]["detector"]
+        shown = recovery[~of_person | own]
 if snakemake.input.claims:
     claims = pd.read_csv(snakemake.input.claims[0])
 
@@ -55,7 +61,7 @@ data = {
     if reported is None
     else report_data.reported_data(reported, snakemake.params.start_stiffness),
     "claims": None if claims is None else report_data.claims_data(claims),
-    "recovery": None if recovery is None else report_data.recovery_data(recovery),
+    "recovery": None if recovery is None else report_data.recovery_data(shown),
     "provenance": report_data.provenance_data(provenance),
     "choices": choices,
 }

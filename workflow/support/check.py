@@ -277,7 +277,12 @@ def _check_pilot(pilot: dict, family: list[str], name: str) -> None:
             )
     for key, (low, high), least, most in (
         ("analysis.baseline_s", analysis["baseline_s"], -analysis["before_s"], 0.0),
-        ("latency.search_s", pilot["latency"]["search_s"], 0.0, analysis["after_s"]),
+        (
+            "latency.search_s",
+            pilot["latency"]["search_s"],
+            pilot["latency"]["baseline_until_s"],
+            analysis["after_s"],
+        ),
         ("emg.band_hz", pilot["emg"]["band_hz"], 0.0, math.inf),
     ):
         if not least <= low < high <= most:
@@ -285,6 +290,12 @@ def _check_pilot(pilot: dict, family: list[str], name: str) -> None:
                 f"{name}: expected pilot.{key} from low to high between {least:g} and {most:g}, found "
                 f"[{low}, {high}]: correct it"
             )
+    if max(analysis["tried_windows_s"]) > analysis["after_s"]:
+        raise InputError(
+            f"{name}: expected pilot.analysis.tried_windows_s of at most pilot.analysis.after_s "
+            f"({analysis['after_s']:g} s), found {max(analysis['tried_windows_s']):g} s: correct one of the "
+            "two"
+        )
     half = 0.5 * pilot["ingest"]["resample_rate_hz"]
     if analysis["stretch_cutoff_hz"] >= half:
         raise InputError(
@@ -313,6 +324,17 @@ def check_same_processing(config: dict, carried: str, name: str) -> None:
             f"{name}: expected the {carried}'s filter to be the weight's first one, because models of the "
             f"treadmill hold for one filter, found {of_own[0]:g} Hz of order {of_own[1]} and "
             f"{of_weight[0]:g} Hz of order {of_weight[1]}: make {carried}.analysis and weight.analysis agree"
+        )
+
+
+def check_same_belt(config: dict, carried: str, name: str) -> None:
+    """The models know the belt that carried the weight: dummy or person (``carried``) must be on it."""
+    own = config["dummy"]["foot"]["belt"] if carried == "dummy" else config["pilot"]["belt"]
+    if own != config["weight"]["belt"]:
+        key = "dummy.foot.belt" if carried == "dummy" else "pilot.belt"
+        raise InputError(
+            f"{name}: expected {key} to be weight.belt ({config['weight']['belt']}), because models of the "
+            f"treadmill are those of one belt, found {own}: correct one of the two"
         )
 
 

@@ -129,6 +129,12 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         )
     if not trials:
         raise InputError(f"{path}: expected at least one trial, found none: add a row")
+    for row in trials.values():
+        if row.task is not None and ("pilot", row.task) in trials:
+            raise InputError(
+                f"{path}: expected tasks and conditions of pilot to have different names, because both head "
+                f"rows of estimates, found {row.task!r} for both: rename the condition"
+            )
     for group in ROLE_GROUPS:
         _check_roles([row for row in trials.values() if row.experiment in group], path)
     return trials
