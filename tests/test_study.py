@@ -39,7 +39,7 @@ OVERRIDES = {
     "noise": {"snr_db": [20], "draws": 10, "predicted_draws": 2},
     "weight": {"models": {"shortest_s": 0.5, "fir_lag_s": 0.04}},
 }
-FIGURES = ("2_4", "2_9", "3_1", "3_3", *(f"4_{k}" for k in range(1, 15)), "5_1")
+FIGURES = ("2_4", "2_9", "3_1", "3_3", *(f"4_{k}" for k in range(1, 15)), "5_1", "b_1", "b_2", "b_13")
 PEOPLE = ("relax-neg-0.5", "stiff-pos-0.5")
 pytestmark = pytest.mark.study
 

@@ -185,6 +185,12 @@ def here(path):
 
 # ---- what the study shows, by experiment ---------------------------------------------------------
 
+
+def appendix_figures():
+    """Figures B-1 to B-12, one per condition of the dummy, in the order of the trial sheet."""
+    return [f"figure_b_{number}" for number in range(1, 1 + min(12, len(conditions("dummy"))))]
+
+
 FIGURES = {
     "wristalyzer": [
         "figure_2_4",
@@ -218,6 +224,7 @@ FIGURES = {
         "figure_4_10",
         "figure_4_11",
         "figure_b",
+        *appendix_figures(),
         "figure_b_13",
     ],
     "noise": ["figure_4_12", "figure_noise"],
@@ -252,9 +259,10 @@ def figure_files(experiment):
     """Named outputs of a plotting rule: every figure as SVG, in the HTML report, and as PNG."""
     files = {}
     for name in FIGURES[experiment]:
+        caption = "figure_b_trial" if name in appendix_figures() else name
         files[name] = report(
             f"<results>/figures/{name}.svg",
-            caption=f"../../report/captions/{name}.rst",
+            caption=f"../../report/captions/{caption}.rst",
             category=CATEGORIES[experiment],
             labels={"figure": name.removeprefix("figure_").replace("_", "-")},
         )

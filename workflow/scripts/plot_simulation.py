@@ -22,5 +22,10 @@ drawn = {
     "figure_b": figures.plot_all_angles(results),
     "figure_b_13": figures.plot_all_torques(results),
 }
+# Figures B-1 to B-12, and no more: the thesis's B-13 is another one
+drawn |= {
+    f"figure_b_{number}": figures.plot_angles(result)
+    for number, result in enumerate(list(results.values())[:12], start=1)
+}
 for name, figure in drawn.items():
     save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])
