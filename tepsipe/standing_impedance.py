@@ -303,7 +303,13 @@ def fit_standing(
         muscles = tuple(m for m, gain in zip(muscles, first[len(linear) :], strict=True) if gain > 0.0)
     j = regressors(delays, slice(None), muscles)
     normal = np.einsum("dnp,dnq->dpq", j, j)
-    parameters = np.linalg.solve(normal, np.einsum("dnp,dn->dp", j, torque)[..., None])[..., 0]
+    try:
+        parameters = np.linalg.solve(normal, np.einsum("dnp,dn->dp", j, torque)[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        return (
+            f"expected a window that determines I, B, K and the muscles' gains, found that "
+            f"{estimator.window_s:g} s does not: lengthen it"
+        )
     predicted = j[0] @ parameters[0]
     intrinsic = j[0][:, : len(linear)] @ parameters[0][: len(linear)]
     ends = np.cumsum([inside.sum()] * len(means))[:-1]

@@ -12,6 +12,7 @@ from workflow.support.check import (
     check_against_schema,
     check_config,
     check_plate_models,
+    check_same_belt,
     check_same_processing,
     load_yaml,
 )
@@ -300,6 +301,14 @@ MISFITS = [
     (
         {"pilot": {"latency": {"search_s": [0.02, 1.1]}}},
         ["pilot.latency.search_s", "between 0 and 1", "[0.02, 1.1]"],
+    ),
+    (
+        {"pilot": {"latency": {"baseline_until_s": 0.03}}},
+        ["pilot.latency.search_s", "between 0.03 and 1", "[0.02, 0.12]"],
+    ),
+    (
+        {"pilot": {"analysis": {"tried_windows_s": [0.05, 1.5, 0.1]}}},
+        ["pilot.analysis.tried_windows_s", "pilot.analysis.after_s (1 s)", "found 1.5 s"],
     ),
     ({"pilot": {"emg": {"band_hz": [300.0, 20.0]}}}, ["pilot.emg.band_hz from low to high", "[300.0, 20.0]"]),
     (
@@ -733,6 +742,14 @@ def test_mistake_in_a_standing_persons_row_is_named_with_its_line(row, changes, 
         assert name in text, f"{name!r} is not in: {text}"
 
 
+def test_condition_that_has_the_name_of_a_task_is_refused(sheet):
+    rows = [STANDING, STANDING | {"condition": "relax", "task": "stiff"}]
+    text = refuse_sheet(sheet(*rows, columns=ALL_COLUMNS))
+    assert "different names" in text
+    assert "found 'relax' for both" in text
+    assert len(read_trial_sheet(sheet(STANDING, columns=ALL_COLUMNS), ".")) == 1
+
+
 @pytest.mark.parametrize(("missing", "row"), [("task", STANDING), ("emg", RECORDED_STANDING)])
 def test_optional_column_that_a_standing_person_needs_is_named(missing, row, sheet):
     columns = [name for name in ALL_COLUMNS if name != missing]
@@ -789,6 +806,21 @@ def test_what_is_carried_and_the_weight_must_be_processed_alike(carried, section
     with pytest.raises(InputError) as caught:
         check_same_processing(merged(config, {section or carried: changes}), carried, "my-study")
     assert_one_sentence(caught.value, "my-study", said.format(carried=carried))
+
+
+@pytest.mark.parametrize(
+    ("carried", "changes", "key"),
+    [
+        ("dummy", {"dummy": {"foot": {"belt": "left"}}}, "dummy.foot.belt"),
+        ("pilot", {"pilot": {"belt": "left"}}, "pilot.belt"),
+        ("pilot", {"weight": {"belt": "left"}}, "pilot.belt"),
+    ],
+)
+def test_what_is_carried_must_stand_on_the_belt_of_the_weight(carried, changes, key, config):
+    check_same_belt(config, carried, "my-study")
+    with pytest.raises(InputError) as caught:
+        check_same_belt(merged(config, changes), carried, "my-study")
+    assert_one_sentence(caught.value, "my-study", key, "weight.belt", "left")
 
 
 # ---- what a script reaches ---------------------------------------------------------------------

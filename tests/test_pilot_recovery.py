@@ -96,6 +96,7 @@ def responses(truth, choices, tmp_path_factory):
                 pilot["files"]["marker_labels"],
                 channels,
                 pilot["files"]["emg_trigger"],
+                pilot["files"]["emg_trigger_threshold"],
                 TreadmillOptions(**pilot["ingest"]),
                 DURATION_S,
             )

@@ -19,6 +19,7 @@ from tepsipe.pilot_results import (
     fit_estimates,
     generator,
     pilot_result,
+    stiffness_by_window,
     trial_responses_result,
 )
 from tepsipe.reflex_latency import MuscleLatency
@@ -117,6 +118,19 @@ def test_rows_of_a_task_are_those_of_its_fits_and_of_the_latencies_that_were_fou
     assert values["ankle", "long", "K_over_mgh"] == pytest.approx(370.0 / 555.0)
     found = {row.estimator for row in rows if row.quantity == "latency_SOL"}
     assert found == {"teager-kaiser", "changepoint"}
+
+
+def test_stiffness_of_every_window_is_kept(trials, tmp_path):
+    lengths = [0.04, 0.1, 0.3]
+    windows = stiffness_by_window(trials, "other", lengths, ACTIVE, 50, np.random.default_rng(1))
+    assert windows == pytest.approx(np.column_stack([lengths, np.full((3, 3), 740.0)]))
+    write_result(tmp_path / "task.h5", pilot_result(trials, {}, "ankle", [], {}, windows))
+    read = read_result(tmp_path / "task.h5")
+    assert read.arrays["windows/length"].tolist() == lengths
+    assert read.arrays["windows/K"] == pytest.approx(np.full((3, 3), 740.0))
+    assert (read.units["windows/length"], read.units["windows/K"]) == ("s", "Nm/rad")
+    nothing = stiffness_by_window(trials[2:], "other", lengths, ACTIVE, 50, np.random.default_rng(1))
+    assert nothing.shape == (0, 4)
 
 
 def test_result_without_a_usable_trial_is_empty_and_can_be_written(trials, tmp_path):
