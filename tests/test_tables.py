@@ -319,10 +319,26 @@ def test_only_parameters_of_made_trials_are_compared(shipped_truth):
         estimate("K", 60.0, experiment="ankle"),
         estimate("I", 0.054),
     ]
-    rows = compare_with_truth(estimates, shipped_truth, {"dummy": ["sine-0.3"]})
+    rows = compare_with_truth(estimates, shipped_truth, {"dummy": ["sine-0.3"]}, {})
     assert [(row.estimate.quantity, row.estimate.value, row.truth) for row in rows] == [
         ("K", 9.0, 10.0),
         ("I", 0.054, 0.0),
+    ]
+
+
+def test_a_standing_person_has_a_truth_for_each_task_and_one_latency_per_muscle(shipped_truth):
+    of_person = {"experiment": "pilot", "pathway": "ankle"}
+    estimates = [
+        estimate("K", 400.0, condition="relax-neg-0.5", **of_person),
+        estimate("K", 500.0, condition="own", **of_person),
+        estimate("latency_TA", 0.05, condition="stiff", experiment="pilot", pathway="emg"),
+        estimate("K_over_mgh", 0.7, condition="stiff", **of_person),
+    ]
+    rows = compare_with_truth(estimates, shipped_truth, {}, {"relax-neg-0.5": "relax", "stiff": "stiff"})
+    pilot = shipped_truth["pilot"]
+    assert [(row.estimate.value, row.truth) for row in rows] == [
+        (400.0, pilot["tasks"]["relax"]["stiffness_Nm_per_rad"][0]),
+        (0.05, pilot["muscles"]["TA"]["latency_s"]),
     ]
 
 
