@@ -20,12 +20,13 @@ from tepsipe.inverse_dynamics import (
     standing_torque_as_printed,
 )
 from tepsipe.onset_detection import ramp_onset
+from tepsipe.perturbations import Perturbation
 from tepsipe.rigid_segments import derivative, fit_rigid_segment
 from tepsipe.sampling import runs_of
 from tepsipe.segment_regression import LegMarkers, WindowOptions, find_perturbations
 from tepsipe.synchronisation import advanced, marker_delay
 from tepsipe.treadmill_models.family import FittedModel, pick
-from tepsipe.treadmill_models.of_trial import COMPONENTS, recordings_of_loads
+from tepsipe.treadmill_models.of_trial import COMPONENTS, filtered_load, recordings_of_loads
 from tepsipe.treadmill_models.recording import Lowpass
 from tepsipe.trial_file import Trial
 
@@ -227,29 +228,10 @@ def process_standing(
     time, rate, person = trial.time, trial.rate_hz, options.person
     moving = options.lowpass(trial.values("belt_velocity"), rate)
     perturbations = find_perturbations(moving, rate, options.window, name)
-    unperturbed = np.ones(time.size, dtype=bool)
-    margin = round(options.window.rest_margin_s * rate)
-    for p in perturbations:
-        unperturbed[max(0, p.start - margin) : p.stop + round(options.quiet_after_s * rate)] = False
-    if unperturbed.sum() < rate:
-        raise InputError(
-            f"{name}: expected at least 1 s of unperturbed standing, found {unperturbed.sum() / rate:.2g} s: "
-            "shorten quiet_after_s in the configuration or perturb less often"
-        )
-    loads = _loads(trial, name, options, unperturbed)
-    weight = float(loads["Fz"][unperturbed].mean()) / person.body.gravity_m_per_s2
-    if abs(weight - person.mass_kg) > 0.15 * person.mass_kg:
-        raise InputError(
-            f"{name}: expected about {person.mass_kg:g} kg on the {options.belt} belt, found {weight:.3g} "
-            "kg: correct the person's mass in the configuration, or the belt, or the calibration matrix"
-        )
-    labels = trial.axes["marker"].tolist()
-    for label in person.labels:
-        if label not in labels:
-            raise InputError(
-                f"{name}: expected a marker named {label!r}, found {listed(labels)}: name it in the "
-                "configuration"
-            )
+    unperturbed = _unperturbed(time, rate, perturbations, options, name)
+    loads = filtered_load(trial, name, options.belt, options.lowpass)
+    carried_kg = _carried_mass(loads["Fz"], unperturbed, options, name)
+    labels = _labels(trial, person, name)
     positions = trial.values("marker_position")[:, :, 1:].astype(float)
     coarse = options.lowpass(positions, rate)
     belt = moving - np.median(moving[unperturbed])
@@ -268,9 +250,7 @@ def process_standing(
         delay = 0.0
     poses, fine = ({key: advanced(time, x, delay) for key, x in p.items()} for p in (poses, fine))
     ankle = poses["shank"] - poses["foot"]
-    ankle_d, foot_d = derivative(time, ankle), derivative(time, poses["foot"])
-    point_dd = {key: derivative(time, derivative(time, poses[key])) for key in ("ankle_point", "foot_com")}
-    theta_dd = derivative(time, derivative(time, poses["shank"]))
+    ankle_d = derivative(time, ankle)
     recordings = recordings_of_loads(
         trial,
         name,
@@ -279,7 +259,7 @@ def process_standing(
         unperturbed,
         {key: loads[key] - loads[key][unperturbed].mean() for key in COMPONENTS},
         dict.fromkeys(COMPONENTS, np.zeros(time.size)),
-        weight,
+        carried_kg,
         np.ones(time.size, dtype=bool),
         tuple(p.start for p in perturbations),
     )
@@ -293,23 +273,7 @@ def process_standing(
                 for c in COMPONENTS
             }
         plate = PlateLoad(f_y=used["Fy"], f_z=loads["Fz"], m_x=used["Mx"])
-        gravity, geometry = person.body.gravity_m_per_s2, (poses["ankle_point"], poses["foot_com"])
-        if pathway.torque == "ankle":
-            torque[key] = standing_torque(
-                person.feet, gravity, plate, *geometry, point_dd["foot_com"], derivative(time, foot_d)
-            )
-        elif pathway.torque == "ankle-printed":
-            torque[key] = standing_torque_as_printed(
-                person.feet, gravity, plate, *geometry, point_dd["foot_com"]
-            )
-        elif pathway.torque == "single-joint":
-            torque[key] = single_joint_torque(person.body, poses["shank"], theta_dd, point_dd["ankle_point"])
-        else:
-            raise InputError(
-                f"expected a torque of {', '.join(TORQUES)}, found {pathway.torque!r}: correct it in the "
-                "configuration"
-            )
-    knee = poses["thigh"] - poses["shank"]
+        torque[key] = _torque(pathway.torque, person, plate, poses, time)
     return StandingTrial(
         time=time,
         onsets_s=np.array([_onset(trial, p.start, p.stop) for p in perturbations]),
@@ -323,7 +287,7 @@ def process_standing(
         ankle_dd=derivative(time, ankle_d),
         shank=poses["shank"],
         thigh=poses["thigh"],
-        knee=knee,
+        knee=poses["thigh"] - poses["shank"],
         stretch_velocity={
             "ankle": derivative(time, fine["shank"] - fine["foot"]),
             "knee": derivative(time, fine["thigh"] - fine["shank"]),
@@ -336,23 +300,65 @@ def process_standing(
     )
 
 
-def _loads(
-    trial: Trial, name: str, options: StandingOptions, unperturbed: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Fy, Fz (N) and Mx (Nm) of the belt under the feet, filtered, each of shape (n,)."""
-    belts = trial.axes["belt"].tolist()
-    if options.belt not in belts:
+def _unperturbed(
+    time: np.ndarray, rate_hz: float, perturbations: list[Perturbation], options: StandingOptions, name: str
+) -> np.ndarray:
+    """Samples far from any perturbation, shape (n,)."""
+    unperturbed = np.ones(time.size, dtype=bool)
+    margin = round(options.window.rest_margin_s * rate_hz)
+    for p in perturbations:
+        unperturbed[max(0, p.start - margin) : p.stop + round(options.quiet_after_s * rate_hz)] = False
+    if unperturbed.sum() < rate_hz:
         raise InputError(
-            f"{name}: expected forces of the belt {options.belt!r}, found {listed(belts)}: correct it in the "
-            "configuration"
+            f"{name}: expected at least 1 s of unperturbed standing, found {unperturbed.sum() / rate_hz:.2g} "
+            "s: shorten quiet_after_s in the configuration or perturb less often"
         )
-    column = belts.index(options.belt)
-    columns = {
-        "Fy": trial.values("force")[:, column, 1],
-        "Fz": trial.values("force")[:, column, 2],
-        "Mx": trial.values("moment")[:, column, 0],
-    }
-    return {key: options.lowpass(x.astype(float), trial.rate_hz) for key, x in columns.items()}
+    return unperturbed
+
+
+def _carried_mass(f_z: np.ndarray, unperturbed: np.ndarray, options: StandingOptions, name: str) -> float:
+    """Mass on the belt (kg), which must be about the person's."""
+    person = options.person
+    mass = float(f_z[unperturbed].mean()) / person.body.gravity_m_per_s2
+    if abs(mass - person.mass_kg) > 0.15 * person.mass_kg:
+        raise InputError(
+            f"{name}: expected about {person.mass_kg:g} kg on the {options.belt} belt, found {mass:.3g} "
+            "kg: correct the person's mass in the configuration, or the belt, or the calibration matrix"
+        )
+    return mass
+
+
+def _labels(trial: Trial, person: Person, name: str) -> list[str]:
+    """Names of the trial's markers, which must hold the person's."""
+    labels = trial.axes["marker"].tolist()
+    for label in person.labels:
+        if label not in labels:
+            raise InputError(
+                f"{name}: expected a marker named {label!r}, found {listed(labels)}: name it in the "
+                "configuration"
+            )
+    return labels
+
+
+def _torque(
+    kind: str, person: Person, plate: PlateLoad, poses: dict[str, np.ndarray], time: np.ndarray
+) -> np.ndarray:
+    """Torque of both ankles by one free body (Nm), shape (n,)."""
+
+    def acceleration(key: str) -> np.ndarray:
+        return derivative(time, derivative(time, poses[key]))
+
+    feet = (person.feet, person.body.gravity_m_per_s2, plate, poses["ankle_point"], poses["foot_com"])
+    if kind == "ankle":
+        return standing_torque(*feet, acceleration("foot_com"), acceleration("foot"))
+    if kind == "ankle-printed":
+        return standing_torque_as_printed(*feet, acceleration("foot_com"))
+    if kind == "single-joint":
+        shank_dd, ankle_dd = acceleration("shank"), acceleration("ankle_point")
+        return single_joint_torque(person.body, poses["shank"], shank_dd, ankle_dd)
+    raise InputError(
+        f"expected a torque of {', '.join(TORQUES)}, found {kind!r}: correct it in the configuration"
+    )
 
 
 def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Person, name: str) -> None:

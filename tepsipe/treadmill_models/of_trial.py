@@ -236,6 +236,20 @@ def measured_load(
     InputError
         If the belt is not in the trial.
     """
+    filtered = filtered_load(trial, name, belt, lowpass)
+    zeroed = {key: zero_line(x, trial.time, at_rest) for key, x in filtered.items()}
+    # the weight on the plate stays in the vertical force, only its drift goes
+    return zeroed | {"Fz": zeroed["Fz"] + filtered["Fz"][at_rest].mean()}
+
+
+def filtered_load(trial: Trial, name: str, belt: str, lowpass: Lowpass) -> dict[str, np.ndarray]:
+    """Fy, Fz (N) and Mx (Nm) of one belt, filtered, each of shape (n,).
+
+    Raises
+    ------
+    InputError
+        If the belt is not in the trial.
+    """
     belts = trial.axes["belt"].tolist()
     if belt not in belts:
         raise InputError(
@@ -248,10 +262,7 @@ def measured_load(
         "Fz": trial.values("force")[:, column, 2],
         "Mx": trial.values("moment")[:, column, 0],
     }
-    filtered = {key: lowpass(x.astype(float), trial.rate_hz) for key, x in columns.items()}
-    zeroed = {key: zero_line(x, trial.time, at_rest) for key, x in filtered.items()}
-    # the weight on the plate stays in the vertical force, only its drift goes
-    return zeroed | {"Fz": zeroed["Fz"] + filtered["Fz"][at_rest].mean()}
+    return {key: lowpass(x.astype(float), trial.rate_hz) for key, x in columns.items()}
 
 
 def table_recording(trial: Trial, name: str, trimmed_s: float) -> BeltRecording:
