@@ -28,7 +28,7 @@ def ingest_pilot_files(
     Parameters
     ----------
     files : dict of str to str
-        Paths of ``log``, ``calibration``, ``markers`` and ``emg``.
+        Paths of ``log``, ``calibration``, ``markers`` and, if muscles were recorded, ``emg``.
     marker_labels : list of str
         Markers in the order in which the strober samples them.
     emg_channels : dict of str to str
@@ -45,7 +45,7 @@ def ingest_pilot_files(
     Returns
     -------
     Trial
-        Forces (N), moments (Nm), belt (m/s), markers (m) and ``emg`` (uV).
+        Forces (N), moments (Nm), belt (m/s), markers (m) and, if muscles were recorded, ``emg`` (uV).
 
     Raises
     ------
@@ -53,6 +53,8 @@ def ingest_pilot_files(
         If a file cannot be read, or as `ingest_treadmill` but for long gaps.
     """
     trial = ingest_treadmill_files(files, marker_labels, options, duration_s, bridge_long_gaps=True)
+    if "emg" not in files:
+        return trial
     recording = read_emg(files["emg"], emg_channels, emg_trigger)
     return with_emg(trial, recording, emg_trigger_threshold, duration_s, files["emg"])
 

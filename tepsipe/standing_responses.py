@@ -198,7 +198,7 @@ def cut_standing_responses(
 
 def _unperturbed(trial: Trial, standing: StandingTrial, name: str, options: ResponseOptions) -> np.ndarray:
     """Instants (s) of unperturbed standing with all markers in view, where every clock has a record."""
-    clocks = standing.time, trial.axes["emg_time"]
+    clocks = standing.time, trial.axes.get("emg_time", standing.time)
     start, end = max(clock[0] for clock in clocks), min(clock[-1] for clock in clocks)
     found = start + unperturbed_onsets(
         float(end - start),
@@ -288,6 +288,9 @@ class _Channels:
 def _channels(
     trial: Trial, name: str, options: ResponseOptions, onsets: np.ndarray, quiet: np.ndarray, stood: bool
 ) -> _Channels:
+    if "emg" not in trial.signals:
+        nobody = (np.zeros((at.size, 0), dtype=bool) for at in (onsets, quiet))
+        return _Channels((), [], *nobody, [f"{name}: no muscles: the trial has no file of electromyograms"])
     muscles, columns, usable, unperturbed_usable, left_out = [], [], [], [], []
     missing = trial.attributes["emg_missing"]
     left_out += [
@@ -345,8 +348,10 @@ def _emg_responses(
     zero: np.ndarray,
 ) -> dict[str, np.ndarray]:
     """Electromyograms of `StandingResponses`: its fields by name (uV, s)."""
-    rate, start = float(trial.attributes["emg_rate_hz"]), float(trial.axes["emg_time"][0])
     grid_rate = (time.size - 1) / (time[-1] - time[0])
+    recorded = "emg" in trial.signals
+    rate = float(trial.attributes["emg_rate_hz"]) if recorded else grid_rate
+    start = float(trial.axes["emg_time"][0]) if recorded else 0.0
     step = round(rate / grid_rate)
     if abs(step * grid_rate - rate) > 1e-6 * rate:
         raise InputError(

@@ -407,6 +407,31 @@ def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(
     assert after == pytest.approx(before, rel=0.2)
 
 
+def test_a_person_without_electromyograms_still_has_ankles(study):
+    folder = study / f"results/raw/pilot/{PEOPLE[0]}"
+    row = (
+        f"pilot {PEOPLE[0]} recorded - - - 41 {folder / 'log.mat'} - {folder / 'calibration.csv'} "
+        f"{folder / 'markers.c3d'} - - told"
+    )
+    write_sheet(study, [row], "silent")
+    silent = {
+        "study": {"trial_sheet": "config/silent.tsv", "virtual_lab": None, "reported": None},
+        "pathvars": {"results": "results/silent", "logs": "results/silent/logs"},
+        "pilot": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
+    }
+    write_config(study, silent, "silent")
+    run = snakemake(study, config="silent")
+    assert run.returncode == 0, run.stdout + run.stderr
+    wanted = {"condition": PEOPLE[0], "pathway": "ankle", "estimator": "reflex-free", "quantity": "K"}
+    found = estimates(study, "results/silent")
+    assert value(found, **wanted) == value(estimates(study), **wanted)
+    assert not [row for row in found if row["estimator"] == "emg-driven"]
+    report = json.loads((study / "results/silent/report/report.json").read_text())["pilot"]
+    assert report["left_out"][0] == (
+        f"pilot/{PEOPLE[0]}: no muscles: the trial has no file of electromyograms"
+    )
+
+
 def hide_marker(path, label, instant_s):
     """Hide a marker for 20 ms."""
     file = ezc3d.c3d(str(path))

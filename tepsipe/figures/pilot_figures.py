@@ -55,12 +55,14 @@ def plot_activity(result: Result) -> Figure:
     responses = arrays["envelope"].shape[0]
     if not responses:
         return _nothing(new_figure()[0], result.facts["left_out"][0])
-    figure, axes = new_figure(len(muscles) + 1, 1, 0.7 + 0.8 * (len(muscles) + 1), sharex=True)
+    height_in = 0.7 + 0.8 * (len(muscles) + 1)
+    figure, axes = new_figure(len(muscles) + 1, 1, height_in, sharex=True, squeeze=False)
+    axes = axes[:, 0]
     time = 1e3 * arrays["time"]
     shown = (time >= -100.0) & (time <= 600.0)
     rows = [(arrays["envelope"][:, shown, k], f"{m} (\N{MICRO SIGN}V)") for k, m in enumerate(muscles)]
     rows.append((arrays["perturbed/f_y"][:, shown], r"$F_y$ (N)"))
-    for axis, (values, label) in zip(np.atleast_1d(axes), rows, strict=True):
+    for axis, (values, label) in zip(axes, rows, strict=True):
         axis.plot(time[shown], values.T, color=COLOURS["other"], linewidth=0.5)
         axis.plot(time[shown], values.mean(axis=0), color=COLOURS["recommended"], linewidth=1.4)
         axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6)

@@ -34,7 +34,8 @@ fits, notes = fit_all(
 )
 latencies = []
 options = OnsetOptions(**{**params.latency, "search_s": tuple(params.latency["search_s"])})
-for muscle, choice in params.muscles.items() if fits else ():
+anyone = any(responses.muscles for responses in trials if responses.count)
+for muscle, choice in params.muscles.items() if anyone else ():
     rng = generator(params.seed, name, "latency", muscle)
     found = muscle_latency(trials, muscle, choice["lengthened_by"], options, rng)
     if isinstance(found, str):

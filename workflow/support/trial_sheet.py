@@ -39,6 +39,8 @@ RAW_FILES = {
     "ankle": {"log": None},
     "treadmill": {"log": None},
 }
+# those of them that a recorded trial may lack
+OPTIONAL_FILES = {"pilot": ("emg",)}
 PULSES = ("sine", "minjerk")
 PROFILES = {
     "wristalyzer": ("multisine",),
@@ -185,7 +187,7 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
     if source == "recorded":
         for kind in needed:
-            if kind not in files:
+            if kind not in files and kind not in OPTIONAL_FILES.get(experiment, ()):
                 raise InputError(
                     f"{here}: expected a {kind} file for {experiment}/{condition}, found "
                     f"{cells.get(kind, 'no such column')!r}: name the recorded file"
