@@ -1,5 +1,6 @@
 """TEP-SIPE with the torque from the foot's side: force plate, ankle marker and treadmill models."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +9,13 @@ from tepsipe.errors import InputError, listed
 from tepsipe.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
 from tepsipe.perturbations import Perturbation
 from tepsipe.rigid_segments import derivative
-from tepsipe.segment_regression import find_perturbations, leg_motion, regress_torque, rest_samples
+from tepsipe.segment_regression import (
+    LegMotion,
+    find_perturbations,
+    leg_motion,
+    regress_torque,
+    rest_samples,
+)
 from tepsipe.synchronisation import advanced, marker_delay
 from tepsipe.tep_sipe import DummyAnalysis, DummyOptions
 from tepsipe.treadmill_models.family import FittedModel, pick
@@ -102,39 +109,19 @@ def analyse_foot(
     belt_velocity = lowpass(trial.values("belt_velocity"), rate)
     perturbations = find_perturbations(belt_velocity, rate, dummy.window, "belt velocity")
     at_rest = rest_samples(time, dummy.window)
-    labels = trial.axes["marker"].tolist()
-    for label in (options.ankle_label, *options.riding_labels):
-        if label not in labels:
-            raise InputError(
-                f"{name}: expected a marker named {label!r} on the foot, found {listed(labels)}: name "
-                "it in the configuration"
-            )
-    positions = trial.values("marker_position")
     motion = leg_motion(
         time,
-        positions,
-        labels,
+        trial.values("marker_position"),
+        trial.axes["marker"].tolist(),
         dummy.leg_markers,
         dummy.leg.com_m,
         rate,
         dummy.lowpass_cutoff_hz,
         dummy.lowpass_order,
     )
-    velocity = zero_line(belt_velocity, time, at_rest)
-    along = lowpass(positions[:, :, 1].astype(float), rate)
-    riding = along[:, [labels.index(label) for label in options.riding_labels]].mean(axis=1)
-    delay = marker_delay(time, riding, velocity, name)
-    motion = replace(
-        motion,
-        **{
-            key: advanced(time, getattr(motion, key), delay)
-            for key in ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
-        },
-    )
-    ankle = advanced(time, along[:, labels.index(options.ankle_label)], delay)
-    # the belt creeps a little: what is a line through rest in Mx must be one in the ankle's position too
-    y_a = zero_line(ankle, time, at_rest) + ankle[at_rest].mean()
-    measured = measured_load(trial, name, options.belt, lowpass, at_rest)
+    delay = foot_delay(trial, name, options, lowpass, at_rest)
+    side = foot_side(trial, name, options, lowpass, at_rest, motion, delay)
+    motion, measured, y_a, y_a_dd = side.motion, side.measured, side.y_a, side.y_a_dd
     recordings = recordings_of_loads(
         trial,
         name,
@@ -147,7 +134,6 @@ def analyse_foot(
         np.ones(time.size, dtype=bool),
         tuple(p.start for p in perturbations),
     )
-    y_a_dd = derivative(time, derivative(time, y_a))
     regressions = {}
     for key, pathway in pathways.items():
         loads = {
@@ -165,7 +151,7 @@ def analyse_foot(
                 f"expected a torque of {', '.join(FOOT_TORQUES)}, found {pathway.torque!r}: correct it "
                 "in the configuration"
             )
-        windows = _windows(perturbations, pathway.window_s, rate, time.size, name)
+        windows = windows_from_onset(perturbations, pathway.window_s, rate, time.size, name)
         regressions[key] = regress_torque(motion, torque, windows, at_rest, pathway.estimator)
     return DummyAnalysis(
         time=time,
@@ -179,10 +165,138 @@ def analyse_foot(
     )
 
 
-def _windows(
+@dataclass(frozen=True)
+class FootSide:
+    """What the foot's side shows of a trial, on the force plate's clock.
+
+    Attributes
+    ----------
+    motion : LegMotion
+        Motion of the leg (s, rad, m).
+    measured : dict of str to ndarray
+        Fy, Fz (N) and Mx (Nm) as measured, each of shape (n,).
+    y_a, y_a_dd : ndarray, shape (n,)
+        Position of the ankle on the plate (m) and its acceleration (m/s2).
+    """
+
+    motion: LegMotion
+    measured: dict[str, np.ndarray]
+    y_a: np.ndarray
+    y_a_dd: np.ndarray
+
+
+def foot_delay(
+    trial: Trial, name: str, options: FootOptions, lowpass: Callable, at_rest: np.ndarray
+) -> float:
+    """Time by which markers lag behind the treadmill's own signals (s).
+
+    Arguments are those of `foot_side`.
+
+    Raises
+    ------
+    InputError
+        If a marker is missing, or those that ride on the belt do not follow it.
+    """
+    rate, time = trial.rate_hz, trial.time
+    labels = trial.axes["marker"].tolist()
+    for label in (options.ankle_label, *options.riding_labels):
+        if label not in labels:
+            raise InputError(
+                f"{name}: expected a marker named {label!r} on the foot, found {listed(labels)}: name "
+                "it in the configuration"
+            )
+    velocity = zero_line(lowpass(trial.values("belt_velocity"), rate), time, at_rest)
+    along = lowpass(trial.values("marker_position")[:, :, 1].astype(float), rate)
+    riding = along[:, [labels.index(label) for label in options.riding_labels]].mean(axis=1)
+    return marker_delay(time, riding, velocity, name)
+
+
+def foot_side(
+    trial: Trial,
+    name: str,
+    options: FootOptions,
+    lowpass: Callable,
+    at_rest: np.ndarray,
+    motion: LegMotion,
+    delay_s: float,
+) -> FootSide:
+    """Loads and motions from which the foot's side has its torque.
+
+    Parameters
+    ----------
+    trial : Trial
+        Forces (N), moments (Nm) and markers (m).
+    name : str
+        Names the trial in messages.
+    options : FootOptions
+        Choices (units in their names).
+    lowpass : callable
+        Filters a signal, given with its rate (Hz).
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+    motion : LegMotion
+        Motion of the leg by the markers' clock, filtered (s, rad, m).
+    delay_s : float
+        Time by which markers lag behind forces (s).
+
+    Returns
+    -------
+    FootSide
+        Filtered, on the force plate's clock.
+
+    Raises
+    ------
+    InputError
+        If the belt is not in the trial.
+    """
+    time, labels = trial.time, trial.axes["marker"].tolist()
+    motion = replace(
+        motion,
+        **{
+            key: advanced(time, getattr(motion, key), delay_s)
+            for key in ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
+        },
+    )
+    along = lowpass(trial.values("marker_position")[:, :, 1].astype(float), trial.rate_hz)
+    ankle = advanced(time, along[:, labels.index(options.ankle_label)], delay_s)
+    # the belt creeps a little: what is a line through rest in Mx must be one in the ankle's position too
+    y_a = zero_line(ankle, time, at_rest) + ankle[at_rest].mean()
+    return FootSide(
+        motion=motion,
+        measured=measured_load(trial, name, options.belt, lowpass, at_rest),
+        y_a=y_a,
+        y_a_dd=derivative(time, derivative(time, y_a)),
+    )
+
+
+def windows_from_onset(
     perturbations: list[Perturbation], window_s: float | None, rate_hz: float, samples: int, name: str
 ) -> list[Perturbation]:
-    """Windows to fit: the perturbations themselves, or longer from their onsets."""
+    """Windows to fit: the perturbations themselves, or of one length from their onsets.
+
+    Parameters
+    ----------
+    perturbations : list of Perturbation
+        Where they lie (samples).
+    window_s : float or None
+        Length of the windows (s); None for the perturbations themselves.
+    rate_hz : float
+        Sampling rate (Hz).
+    samples : int
+        Length of the trial (samples).
+    name : str
+        Names the trial in messages.
+
+    Returns
+    -------
+    list of Perturbation
+        The windows (samples).
+
+    Raises
+    ------
+    InputError
+        If a window reaches into the next perturbation or beyond the end.
+    """
     if window_s is None:
         return perturbations
     windows = [replace(p, stop=p.start + round(window_s * rate_hz)) for p in perturbations]

@@ -5,7 +5,10 @@ import math
 import numpy as np
 import pandas as pd
 
+from tepsipe.output_error import ESTIMATOR
 from tepsipe.result_file import Result
+from tepsipe.segment_regression import ESTIMATORS
+from tepsipe.specification import FILTERED, NONE, RECOMMENDED, Specification
 from tepsipe.thesis_tables import TableRow
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -340,7 +343,11 @@ def dummy_data(
         "skew_ms": number(abs(values("B", printed).mean() / slope), 2),
         "strober": None,
         "recovery": None,
+        "output_error": None,
     }
+    by_simulation = [name for name, c in choices["pathways"].items() if c["estimator"] == ESTIMATOR]
+    if by_simulation:
+        data["output_error"] = _output_error_data(by_simulation[0], fits, own, recovery)
     strober = choices["ingest"]["strober_frequency_hz"]
     strobed = [
         name
@@ -371,6 +378,99 @@ def dummy_data(
             "worst_damping": percent(100.0 * by.get_group("B").relative_error.abs().max(), 0),
             "covered": percent(100.0 * covered, 0),
             "count": str(len(clear)),
+        }
+    return data
+
+
+def _output_error_data(
+    pathway: str, fits: dict[str, Result], own: pd.DataFrame, recovery: pd.DataFrame | None
+) -> dict:
+    """Numbers of the output error as text."""
+    rows = own[own.pathway == pathway]
+    delays = [1e3 * fit.facts["output_error_delay_s"][pathway] for fit in fits.values()]
+    data = {
+        "pathway": pathway,
+        "stiffness": span(rows[rows.quantity == "K"].value, 4),
+        "damping": span(rows[rows.quantity == "B"].value),
+        "inertia": number(1e3 * float(rows[rows.quantity == "I"].value.abs().max()), 1),
+        "error_stiffness": span(rows[rows.quantity == "K"].standard_error, 1),
+        "vaf_angle": f"{percent(rows[rows.quantity == 'VAF_theta_trial'].value.min())} to "
+        f"{percent(rows[rows.quantity == 'VAF_theta_trial'].value.max(), 2)}",
+        "delay_ms": number(max(map(abs, delays)), 1),
+        "recovery": None,
+    }
+    if recovery is not None:
+        known = recovery[(recovery.experiment == "dummy") & (recovery.pathway == pathway)]
+        by = known.groupby("quantity")
+        covered = known.covered.astype(str).str.lower() == "true"
+        data["recovery"] = {
+            "worst_stiffness": percent(100.0 * by.get_group("K").relative_error.abs().max()),
+            "worst_damping": percent(100.0 * by.get_group("B").relative_error.abs().max()),
+            "covered": str(int(covered.sum())),
+            "total": str(len(known)),
+        }
+    return data
+
+
+def specification_data(rows: list[Specification]) -> dict:
+    """Numbers of the specification curve as text.
+
+    Parameters
+    ----------
+    rows : list of Specification
+        Of one trial (units in their names).
+
+    Returns
+    -------
+    dict
+        Text; ``recommended`` is None where none of them is the recommended one.
+    """
+    stiffness = np.array([row.K_Nm_per_rad for row in rows])
+    role = np.array([row.role for row in rows])
+    torque = np.array([row.torque for row in rows])
+    estimator = np.array([row.estimator for row in rows])
+    filtered = np.array([row.filtered for row in rows])
+    damping = np.array([row.B_Nms_per_rad for row in rows])
+    alike = filtered == FILTERED[0]
+    vaf = np.array([row.VAF_percent for row in rows])
+    sound = (torque == "leg") & alike & (estimator == "segment-regression")
+    printed = (torque == "leg-printed") & alike
+    data = {
+        "condition": rows[0].condition,
+        "count": str(len(rows)),
+        "stiffness": span(stiffness, 2),
+        "quarters": f"{number(np.percentile(stiffness, 25), 2)} to {number(np.percentile(stiffness, 75), 2)}",
+        "sound": span(stiffness[sound]),
+        "sound_count": str(int(sound.sum())),
+        "leg_printed": span(stiffness[printed]),
+        "leg_printed_count": str(int(printed.sum())),
+        "output_error": span(stiffness[estimator == ESTIMATOR]),
+        "damping": [
+            {"filtered": name, "values": span(damping[(torque == "leg") & (filtered == name)], 2)}
+            for name in (*FILTERED, NONE)
+        ],
+        "foot_rest_in": span(stiffness[(torque == "foot") & (estimator == ESTIMATORS[0])], 2),
+        "foot_rest_out": span(stiffness[(torque == "foot") & (estimator == ESTIMATORS[1])], 2),
+        "recommended": None,
+    }
+    chosen = stiffness[role == RECOMMENDED]
+    if chosen.size:
+        near = np.abs(stiffness / chosen[0] - 1.0) < 0.05
+        high = vaf > 99.0
+        data["recommended"] = {
+            "stiffness": number(float(chosen[0])),
+            "near": percent(100.0 * near.mean(), 0),
+            "near_leg": percent(100.0 * near[torque == "leg"].mean(), 0),
+            "near_filtered": [
+                {
+                    "filtered": name,
+                    "near": percent(100.0 * near[(torque == "leg") & (filtered == name)].mean(), 0),
+                }
+                for name in (*FILTERED, NONE)
+            ],
+            "near_others": percent(100.0 * near[(torque != "leg") & (torque != "none")].mean(), 0),
+            "high_vaf": str(int(high.sum())),
+            "high_vaf_far": str(int((high & ~near).sum())),
         }
     return data
 

@@ -104,14 +104,51 @@ def leg_motion(
     InputError
         If a marker of the leg is not among ``labels``, or the markers do not move as one body.
     """
+    filtered = butterworth_lowpass(leg_positions(positions, labels, markers), rate_hz, cutoff_hz, order)
+    return motion_of_markers(time, filtered, markers, com_m)
+
+
+def leg_positions(positions: np.ndarray, labels: list[str], markers: LegMarkers) -> np.ndarray:
+    """y, z (m) of the leg's markers, shape (n, k, 2), out of all markers, shape (n, all markers, 3).
+
+    Raises
+    ------
+    InputError
+        If a marker of the leg is not among ``labels``.
+    """
     missing = [label for label in markers.labels if label not in labels]
     if missing:
         raise InputError(
             f"expected a marker named {missing[0]!r} on the leg, found {', '.join(labels)}: name the "
             "leg's markers in the configuration"
         )
-    columns = [labels.index(label) for label in markers.labels]
-    filtered = butterworth_lowpass(positions[:, columns, 1:], rate_hz, cutoff_hz, order)
+    return positions[:, [labels.index(label) for label in markers.labels], 1:]
+
+
+def motion_of_markers(time: np.ndarray, filtered: np.ndarray, markers: LegMarkers, com_m: float) -> LegMotion:
+    """Fit the rigid leg to markers that are filtered already, and differentiate.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Instants (s).
+    filtered : ndarray, shape (n, k, 2)
+        y, z of the leg's markers (m).
+    markers : LegMarkers
+        Where they sit (m).
+    com_m : float
+        Distance of the leg's centre of mass from the ankle (m).
+
+    Returns
+    -------
+    LegMotion
+        Angle and accelerations (rad, m, s).
+
+    Raises
+    ------
+    InputError
+        If the markers do not move as one body.
+    """
     pose = fit_rigid_segment(filtered, markers.layout_m, np.array([0.0, com_m]))
     if pose.misfit_m > 0.01:
         raise InputError(

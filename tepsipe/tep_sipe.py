@@ -1,15 +1,16 @@
 """TEP-SIPE on the ankle dummy, from one trial to its parameters by every pathway (thesis section 3-1-2)."""
 
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, listed
 from tepsipe.estimates import Estimate
 from tepsipe.filters import butterworth_lowpass
 from tepsipe.inverse_dynamics import Leg
 from tepsipe.metrics import vaf
+from tepsipe.output_error import ESTIMATOR, OutputError, fit_output_error
 from tepsipe.result_file import Result
 from tepsipe.second_order import PARAMETERS, UNITS, impedance_torque
 from tepsipe.segment_regression import (
@@ -39,8 +40,9 @@ class Pathway:
         How the torque is derived (`tepsipe.inverse_dynamics`).
     marker_instants : {"aligned", "as-strobed"}
         Whether the markers' different sampling instants are corrected.
-    estimator : {"segment-regression-printed", "segment-regression"}
-        How the parameters are (`tepsipe.segment_regression`).
+    estimator : {"segment-regression-printed", "segment-regression", "output-error"}
+        How the parameters are (`tepsipe.segment_regression`, `tepsipe.output_error`); output error makes no
+        use of the torque.
     """
 
     torque: str
@@ -62,6 +64,8 @@ class DummyOptions:
         Bidirectional Butterworth filter (Hz, -).
     window : WindowOptions
         Where perturbations and rest are (s).
+    riding_labels : tuple of str
+        Markers that ride on the belt: their mean is the foot's motion, for the output error only.
     """
 
     leg: Leg
@@ -69,6 +73,7 @@ class DummyOptions:
     lowpass_cutoff_hz: float
     lowpass_order: int
     window: WindowOptions
+    riding_labels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -89,6 +94,8 @@ class DummyAnalysis:
         Root mean square distance between markers and the rigid leg (m).
     marker_noise_m : float
         Root mean square of what the filter removes from the leg's markers at rest (m per coordinate).
+    output_errors : dict of str to OutputError
+        Pathway -> measured and simulated angle (rad), where the output error was the estimator.
     """
 
     time: np.ndarray
@@ -99,6 +106,7 @@ class DummyAnalysis:
     damping_per_skew: dict[str, float]
     misfit_m: float
     marker_noise_m: float
+    output_errors: dict[str, OutputError] = field(default_factory=dict)
 
 
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
@@ -154,18 +162,68 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
             pathway.estimator,
         )
         for name, pathway in pathways.items()
+        if pathway.estimator != ESTIMATOR
     }
-    regressions = {name: regress_segments(*problem) for name, problem in problems.items()}
+    output_errors = {
+        name: fit_output_error(
+            motions[pathway.marker_instants],
+            lowpass(riding_position(trial, options.riding_labels, pathway.marker_instants)),
+            belt_velocity,
+            options.leg,
+            perturbations,
+            at_rest,
+        )
+        for name, pathway in pathways.items()
+        if pathway.estimator == ESTIMATOR
+    }
+    regressions = {
+        name: output_errors[name].regression if name in output_errors else regress_segments(*problems[name])
+        for name in pathways
+    }
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
         belt_command=trial.values("belt_command"),
         regressions=regressions,
+        output_errors=output_errors,
         pathways=pathways,
         damping_per_skew={name: damping_per_skew(*problem) for name, problem in problems.items()},
         misfit_m=max(motion.misfit_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
     )
+
+
+def riding_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:
+    """Mean position along the belt of the markers that ride on it (m), shape (n,).
+
+    Parameters
+    ----------
+    trial : Trial
+        Markers (m).
+    labels : tuple of str
+        The markers that ride on the belt.
+    instants : {"aligned", "as-strobed"}
+        Whether the markers' different sampling instants are corrected.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Position, not filtered (m).
+
+    Raises
+    ------
+    InputError
+        If a marker is missing, or none is named.
+    """
+    known = trial.axes["marker"].tolist()
+    missing = [label for label in labels if label not in known]
+    if missing or not labels:
+        raise InputError(
+            f"expected markers that ride on the belt, found {listed(missing or ['none'])} among "
+            f"{listed(known)}: name them in dummy.foot.riding_labels in the configuration"
+        )
+    columns = [known.index(label) for label in labels]
+    return trial.values(MARKER_SIGNALS[instants])[:, columns, 1].astype(float).mean(axis=1)
 
 
 def _noise_at_rest(trial: Trial, options: DummyOptions, lowpass, at_rest: np.ndarray) -> float:
@@ -208,6 +266,8 @@ def dummy_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
 
+    For the output error the VAF (%) of the angle, VAF_theta_trial, too.
+
     Parameters
     ----------
     condition : str
@@ -220,7 +280,8 @@ def dummy_estimates(
     Returns
     -------
     list of Estimate
-        Values are means over perturbations; intervals are bootstrapped over them.
+        Values are means over perturbations; intervals are bootstrapped over them. The output error has
+        no SEM as printed.
     """
     rows = []
     for name, regression in analysis.regressions.items():
@@ -240,11 +301,14 @@ def dummy_estimates(
                     float(interval.standard_error[k]),
                     float(interval.low[k]),
                     float(interval.high[k]),
-                    float(printed[k]) if quantity in PARAMETERS else None,
+                    float(printed[k]) if quantity in PARAMETERS and np.isfinite(printed[k]) else None,
                     count,
                 )
             )
         rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
+        if name in analysis.output_errors:
+            of_angle = analysis.output_errors[name].vaf_angle
+            rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
     return rows
 
 
@@ -272,6 +336,9 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
             ("vaf_per_perturbation", regression.vaf_per_perturbation, "%"),
         ):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
+    for name, found in analysis.output_errors.items():
+        for key, values in (("angle", found.angle), ("simulated_angle", found.simulated)):
+            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, "rad"
     lengths = np.diff(arrays["windows"], axis=1) * (analysis.time[1] - analysis.time[0])
     facts = {
         "pathways": list(analysis.regressions),
@@ -280,6 +347,7 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
         "theta_rest_rad": some.theta_rest_rad,
         "mean_window_s": float(lengths.mean()),
         "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
+        "output_error_delay_s": {name: found.delay_s for name, found in analysis.output_errors.items()},
         "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
         "condition_numbers": {
             name: float(np.mean([fit.condition_number for fit in regression.fits]))

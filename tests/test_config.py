@@ -237,6 +237,14 @@ def test_number_that_is_not_finite_is_refused(value, refused):
 
 
 MISFITS = [
+    (
+        {"dummy": {"pathways": {"leg-output-error": {"torque": "leg-printed"}}}},
+        ["dummy.pathways.leg-output-error", "leg-printed", "output-error"],
+    ),
+    ({"dummy": {"recommended": "leg-output-error"}}, ["dummy.recommended", "leg-output-error"]),
+    ({"dummy": {"foot": {"riding_labels": ["foot1", "heel"]}}}, ["riding_labels", "'heel'"]),
+    ({"dummy": {"specification": {"other_cutoff_hz": 20.0}}}, ["other_cutoff_hz", "20"]),
+    ({"dummy": {"specification": {"other_cutoff_hz": 200.0}}}, ["other_cutoff_hz", "125"]),
     ({"dummy": {"as_printed": "leg-printd"}}, ["dummy.as_printed", "did you mean 'leg-printed'?"]),
     ({"dummy": {"recommended": "foot"}}, ["dummy.recommended", "'foot'"]),
     ({"dummy": {"files": {"marker_labels": ["ankle", "leg1"]}}}, ["leg_markers", "'leg2'"]),

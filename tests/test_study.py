@@ -126,6 +126,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "tables/table_4_4.csv",
         "tables/forward.csv",
         "tables/noise.csv",
+        "tables/specification.csv",
         "tables/recovery.csv",
         "tables/claims.csv",
         "tables/treadmill_models.csv",

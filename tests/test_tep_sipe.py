@@ -1,5 +1,7 @@
 """TEP-SIPE from markers and belt to parameters, pathway by pathway."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing
@@ -164,3 +166,37 @@ def test_trial_whose_rest_is_perturbed_is_refused():
     with pytest.raises(InputError) as caught:
         analyse_dummy(Trial(RATE_HZ, trial.axes, signals), OPTIONS, PATHWAYS)
     assert_one_sentence(caught.value, "rest")
+
+
+def test_output_error_stands_beside_the_regressions_and_changes_none_of_them(noisy):
+    trial = trial_of_swing(Joint(), noise_m=5e-5)
+    pathways = PATHWAYS | {"simulated": Pathway("leg", "aligned", "output-error")}
+    found = analyse_dummy(trial, replace(OPTIONS, riding_labels=("ankle",)), pathways)
+    for name, regression in noisy.regressions.items():
+        assert found.regressions[name].parameters.tolist() == regression.parameters.tolist()
+    assert found.regressions["simulated"].mean == pytest.approx([0.0, 0.1, 10.0], rel=0.03, abs=3e-3)
+    intervals = bootstrap_pathways(found, 200, 1)
+    rows = {r.quantity: r for r in dummy_estimates("x", found, intervals) if r.pathway == "simulated"}
+    assert {"I", "B", "K", "VAF_perturbation", "VAF_trial", "VAF_theta_trial"} == set(rows)
+    assert rows["K"].sem_as_printed is None
+    assert rows["K"].standard_error < 0.1
+    assert rows["VAF_theta_trial"].value > 98.0
+    result = dummy_result(found, intervals)
+    assert result.arrays["simulated/simulated_angle"].shape == found.time.shape
+    assert set(result.facts["output_error_delay_s"]) == {"simulated"}
+
+
+def test_output_error_finds_the_leg_later_than_the_foot_if_the_strober_is_forgotten():
+    pathways = {"simulated": Pathway("leg", "as-strobed", "output-error")}
+    found = analyse_dummy(trial_of_swing(Joint()), replace(OPTIONS, riding_labels=("ankle",)), pathways)
+    # the leg's angle is sampled 0.4 to 1.6 ms after the ankle: weighted by the lever, and opposite in sign
+    assert 1e-4 < abs(found.output_errors["simulated"].delay_s) < 2e-3
+    assert found.regressions["simulated"].mean[2] == pytest.approx(10.0, rel=0.01)
+
+
+@pytest.mark.parametrize("labels", [(), ("heel",)])
+def test_output_error_without_markers_on_the_foot_is_refused(labels):
+    pathways = {"simulated": Pathway("leg", "aligned", "output-error")}
+    with pytest.raises(InputError) as caught:
+        analyse_dummy(trial_of_swing(Joint()), replace(OPTIONS, riding_labels=labels), pathways)
+    assert_one_sentence(caught.value, "riding_labels")

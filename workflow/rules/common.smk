@@ -207,6 +207,7 @@ FIGURES = {
         "figure_4_4",
         "figure_pathways",
         "figure_torque",
+        "figure_specification",
         "figure_dummy_cross_validation",
     ],
     "weight": [
@@ -338,6 +339,11 @@ def same_profile(wildcards):
     return [c for c in noise_conditions() if TRIALS["dummy", c].profile == profile]
 
 
+def study_specification():
+    """One trial of the dummy by every combination of choices, where there is a dummy."""
+    return ["<results>/tables/specification.csv"] if "dummy" in EXPERIMENTS else []
+
+
 def study_noise():
     """The noise study's tables, where there are simulations."""
     names = ("noise", "table_4_4") if SIMULATION else ()
@@ -438,6 +444,7 @@ def study_outputs():
         *study_models(),
         *study_forward(),
         *study_noise(),
+        *study_specification(),
         *study_recovery(),
         *study_claims(),
         *study_figures(),

@@ -1,5 +1,8 @@
 # TEP-SIPE on the ankle dummy: thesis sections 3-1-2 and 4-1-2.
 
+# the trial that is analysed by every combination of choices
+SPECIFIED = shown_condition("dummy", config["dummy"]["specification"]["condition"])
+
 
 rule fit_dummy:
     input:
@@ -16,6 +19,7 @@ rule fit_dummy:
         geometry=config["dummy"]["geometry"],
         analysis=config["dummy"]["analysis"],
         pathways=config["dummy"]["pathways"],
+        riding_labels=config["dummy"]["foot"]["riding_labels"],
         seed=config["study"]["seed"],
     script:
         "../scripts/fit_dummy.py"
@@ -38,9 +42,37 @@ rule cross_validate_dummy:
         "../scripts/cross_validate_dummy.py"
 
 
+rule specify_dummy:
+    input:
+        trial=f"<results>/trials/dummy/{SPECIFIED}.h5",
+        library=library_of("specify_dummy"),
+    output:
+        table=report(
+            "<results>/tables/specification.csv",
+            caption="../../report/captions/specification.rst",
+            category="TEP-SIPE on the ankle dummy",
+            labels={"table": "specifications"},
+        ),
+    log:
+        "<logs>/specify_dummy.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        condition=SPECIFIED,
+        geometry=config["dummy"]["geometry"],
+        analysis=config["dummy"]["analysis"],
+        foot=config["dummy"]["foot"],
+        options={k: v for k, v in config["dummy"]["specification"].items() if k != "condition"},
+        as_printed=config["dummy"]["pathways"][config["dummy"]["as_printed"]],
+        recommended=config["dummy"]["pathways"][config["dummy"]["recommended"]],
+    script:
+        "../scripts/specify_dummy.py"
+
+
 rule plot_dummy:
     input:
         fits=of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        specification="<results>/tables/specification.csv",
         matrices="<results>/cross_validation/dummy.h5",
         library=library_of("plot_dummy"),
     output:

@@ -30,6 +30,7 @@ rule write_report:
         fits=all_fits(),
         forward=study_forward(),
         noise=study_noise(),
+        specification=study_specification(),
         tasks=task_fits(),
         plate=model_files("plate", PLATE),
         treadmill=model_files("treadmill", "treadmill" in EXPERIMENTS),

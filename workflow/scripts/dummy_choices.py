@@ -7,8 +7,8 @@ from tepsipe.segment_regression import LegMarkers, WindowOptions
 from tepsipe.tep_sipe import DummyOptions
 
 
-def dummy_options(geometry: dict, analysis: dict) -> DummyOptions:
-    """Options of the sections dummy.geometry and dummy.analysis."""
+def dummy_options(geometry: dict, analysis: dict, riding_labels=()) -> DummyOptions:
+    """Options of the sections dummy.geometry and dummy.analysis, and of dummy.foot.riding_labels."""
     placed, analysis = geometry["leg_markers"], dict(analysis)
     del analysis["bootstrap_draws"]
     return DummyOptions(
@@ -25,4 +25,5 @@ def dummy_options(geometry: dict, analysis: dict) -> DummyOptions:
         lowpass_cutoff_hz=analysis.pop("lowpass_cutoff_hz"),
         lowpass_order=analysis.pop("lowpass_order"),
         window=WindowOptions(**analysis),
+        riding_labels=tuple(riding_labels),
     )

@@ -11,7 +11,7 @@ from tepsipe.result_file import write_result
 from tepsipe.tep_sipe import Pathway, analyse_dummy, bootstrap_pathways, dummy_estimates, dummy_result
 from tepsipe.trial_file import read_trial
 
-options = dummy_options(snakemake.params.geometry, snakemake.params.analysis)
+options = dummy_options(snakemake.params.geometry, snakemake.params.analysis, snakemake.params.riding_labels)
 pathways = {name: Pathway(**choice) for name, choice in snakemake.params.pathways.items()}
 found = analyse_dummy(read_trial(snakemake.input.trial), options, pathways)
 draws = snakemake.params.analysis["bootstrap_draws"]

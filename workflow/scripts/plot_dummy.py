@@ -7,14 +7,18 @@ job.start(snakemake)
 from tepsipe.figures import dummy_figures as figures
 from tepsipe.figures.matrix_figure import plot_matrix
 from tepsipe.figures.names import short_name
+from tepsipe.figures.specification_figure import plot_specification
 from tepsipe.figures.style import save_figure
+from tepsipe.output_error import ESTIMATOR
 from tepsipe.result_file import read_result
+from tepsipe.specification import read_specification
 
 names = list(snakemake.params.conditions)
 results = {name: read_result(path) for name, path in zip(names, snakemake.input.fits, strict=True)}
 matrices = read_result(snakemake.input.matrices).arrays
 example, printed = snakemake.params.example, snakemake.params.as_printed
-colours = dict.fromkeys(matrices, "other")
+estimators = results[example].facts["estimators"]
+colours = {name: "compensated" if estimators[name] == ESTIMATOR else "other" for name in matrices}
 colours |= {printed: "as printed", snakemake.params.recommended: "recommended"}
 shown = {name: colours[name] for name in dict.fromkeys([printed, snakemake.params.recommended])}
 axes = ("Parameters from", "Data of")
@@ -24,6 +28,7 @@ drawn = {
     "figure_4_4": figures.plot_parameter_boxes(results, printed),
     "figure_pathways": figures.plot_pathways(results, colours),
     "figure_torque": figures.plot_torque(results[example], example, shown),
+    "figure_specification": plot_specification(read_specification(snakemake.input.specification)),
     "figure_dummy_cross_validation": plot_matrix(
         matrices[printed], [short_name(name) for name in names], "VAF (%)", axes
     ),

@@ -22,6 +22,7 @@ from tepsipe import (
 )
 from tepsipe.figures.names import short_name
 from tepsipe.result_file import read_result
+from tepsipe.specification import read_specification
 from tepsipe.thesis_tables import read_table
 from tepsipe.treadmill_calibration import read_scores
 
@@ -78,6 +79,8 @@ if "wristalyzer" in experiments:
     )
 if "dummy" in experiments:
     data["dummy"] = report_data.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
+    specifications = read_specification(snakemake.input.specification[0])
+    data["dummy"]["specification"] = report_data.specification_data(specifications)
 if snakemake.input.forward:
     forward = pd.read_csv(snakemake.input.forward[0], dtype=text_columns)
     data["simulation"] = simulation_report_data.forward_data(forward, snakemake.params.step_s)

@@ -143,6 +143,8 @@ def check_config(config: dict, name: str) -> None:
             f"{name}: expected dummy.geometry.leg_markers to name markers of "
             f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
         )
+    _check_output_error(dummy, name)
+    _check_specification(dummy, name)
     analysis = wristalyzer["analysis"]
     for key in ("fit_band_hz", "excited_band_hz", "profile_stiffness_Nm_per_rad"):
         low, high = analysis[key]
@@ -181,6 +183,42 @@ def check_config(config: dict, name: str) -> None:
                 f"{name}: expected {section}.analysis.lowpass_cutoff_hz below half of "
                 f"{section}.ingest.resample_rate_hz ({half:g} Hz), found {cutoff:g}: lower it"
             )
+
+
+def _check_output_error(dummy: dict, name: str) -> None:
+    """Output error needs the foot's markers, has no torque but that of its VAF, and no SEM as printed."""
+    for pathway, choice in dummy["pathways"].items():
+        if choice["estimator"] != "output-error":
+            continue
+        if choice["torque"] != "leg":
+            raise InputError(
+                f"{name}: expected the torque leg in dummy.pathways.{pathway}, because the estimator "
+                f"output-error has none of its own, found {choice['torque']!r}: correct one of the two"
+            )
+        for key in ("as_printed", "recommended"):
+            if dummy[key] == pathway:
+                raise InputError(
+                    f"{name}: expected dummy.{key} to name a pathway with a segment regression, because "
+                    f"tables and figures show every perturbation, found {pathway!r}: name another"
+                )
+        unknown = sorted(set(dummy["foot"]["riding_labels"]) - set(dummy["files"]["marker_labels"]))
+        if unknown:
+            raise InputError(
+                f"{name}: expected dummy.foot.riding_labels to name markers of dummy.files.marker_labels, "
+                f"found {unknown[0]!r}: correct one of the two"
+            )
+
+
+def _check_specification(dummy: dict, name: str) -> None:
+    """The other filter must be another one, and below half of the rate."""
+    tried, cutoff = dummy["specification"]["other_cutoff_hz"], dummy["analysis"]["lowpass_cutoff_hz"]
+    half = 0.5 * dummy["ingest"]["resample_rate_hz"]
+    if tried == cutoff or tried >= half:
+        raise InputError(
+            f"{name}: expected dummy.specification.other_cutoff_hz below half of "
+            f"dummy.ingest.resample_rate_hz ({half:g} Hz) and not that of dummy.analysis.lowpass_cutoff_hz "
+            f"({cutoff:g} Hz), found {tried:g}: correct it"
+        )
 
 
 def _check_reflex(reflex: dict, name: str) -> None:
