@@ -290,10 +290,8 @@ def fit_standing(
         return np.concatenate(parts, axis=1)
 
     def error(delays: dict[str, float]) -> float:
-        solution = _solve(
-            regressors(delays, slice(0, 1), muscles)[0], torque[0], len(linear), estimator.active
-        )
-        left = torque[0] - regressors(delays, slice(0, 1), muscles)[0] @ solution
+        j = regressors(delays, slice(0, 1), muscles)[0]
+        left = torque[0] - j @ _solve(j, torque[0], len(linear), estimator.active)
         return float(left @ left)
 
     delays = min(_grid(estimator.active, options), key=error)

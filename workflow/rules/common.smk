@@ -1,5 +1,6 @@
 # Checks and look-ups that the rules share. No rule stands here.
 
+import compileall
 import os
 import sys
 import time
@@ -19,6 +20,9 @@ from workflow.support.check import (
 from workflow.support.reach import reached_by
 from workflow.support.trial_sheet import RAW_FILES, read_trial_sheet
 from workflow.support.version import code_version
+
+# bytecode once, not once per job: some environments keep Python from writing it
+compileall.compile_dir(Path(workflow.basedir) / "tepsipe", quiet=2)
 
 STARTED = time.time()
 SCHEMAS = Path(workflow.basedir) / "workflow" / "schemas"
