@@ -57,19 +57,19 @@ rule fit_pilot_task:
         "../scripts/fit_pilot_task.py"
 
 
-rule plot_pilot_trial:
+rule plot_pilot_trials:
     input:
-        responses="<results>/responses/pilot/{condition}.h5",
-        library=library_of("plot_pilot_trial"),
+        responses=of_trials("<results>/responses/pilot/{condition}.h5", "pilot"),
+        library=library_of("plot_pilot_trials"),
     output:
-        figure_4_13="<results>/figures/pilot/{condition}_4_13.png",
-        figure_4_14="<results>/figures/pilot/{condition}_4_14.png",
+        figures_4_13=of_trials("<results>/figures/pilot/{condition}_4_13.png", "pilot"),
+        figures_4_14=of_trials("<results>/figures/pilot/{condition}_4_14.png", "pilot"),
     log:
-        "<logs>/plot_pilot_trial/{condition}.log",
+        "<logs>/plot_pilot_trials.log",
     conda:
         "../envs/tepsipe.yaml"
     script:
-        "../scripts/plot_pilot_trial.py"
+        "../scripts/plot_pilot_trials.py"
 
 
 rule plot_pilot:
