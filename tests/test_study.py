@@ -527,7 +527,7 @@ def treadmill_study(study, name, recordings):
     """Run a study of treadmill recordings: condition -> (role, file)."""
     rows = [
         "\t".join(["treadmill", condition, "recorded", "-", "-", "-", "39", str(file), "-", "-", "-", role])
-        + "\tt\tMx (Nm)\tv (m/s)"
+        + "\t-\t-\tt\tMx (Nm)\tv (m/s)"
         for condition, (role, file) in recordings.items()
     ]
     write_sheet(study, rows, name)
