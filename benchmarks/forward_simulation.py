@@ -22,11 +22,11 @@ import yaml
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tepsipe import forward_simulation
-from tepsipe.filters import butterworth_lowpass
-from tepsipe.forward_simulation import Joint, simulate_dummy
-from tepsipe.inverse_dynamics import Foot, Leg
-from tepsipe.trial_file import read_trial
+from tepsipe.io.trial import read_trial
+from tepsipe.mechanics import forward_dynamics as forward_simulation
+from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg
+from tepsipe.signals.filters import butterworth_lowpass
 
 JOINT = Joint(inertia_Nms2_per_rad=0.0, damping_Nms_per_rad=0.1, stiffness_Nm_per_rad=10.0)
 STEPS_S = (0.001, 0.002, 0.004)

@@ -20,19 +20,19 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tepsipe.inverse_dynamics import Foot, Leg
-from tepsipe.noise_study import (
+from tepsipe.experiments.noise.filtered_noise import (
     PROCESSINGS,
-    SimulatedTrial,
     cell_generators,
     filtered_trial,
     noise_chunks,
-    predict_angle,
-    sweep,
-    window_parameters,
     windowed_trial,
 )
-from tepsipe.rigid_segments import derivative
+from tepsipe.experiments.noise.monte_carlo import sweep
+from tepsipe.experiments.noise.prediction import predict_angle
+from tepsipe.experiments.noise.trial import SimulatedTrial
+from tepsipe.identification.batched_regression import window_parameters
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg
+from tepsipe.signals.differentiation import derivative
 
 DRAWS = 200
 SNR_DB = 20.0

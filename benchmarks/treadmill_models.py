@@ -23,13 +23,14 @@ from scipy import signal
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tepsipe.ingest_belt_table import BeltTableOptions, ingest_belt_table
-from tepsipe.readers.text_table import read_text_table
-from tepsipe.treadmill_models.family import FamilyOptions, fit_model, judge
-from tepsipe.treadmill_models.of_trial import table_recording
-from tepsipe.treadmill_models.recording import BeltRecording, Lowpass
-from tepsipe.treadmill_models.ripple import RippleOptions
-from tepsipe.trial_file import Signal, Trial
+from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.registry import FamilyOptions, fit_model, judge
+from tepsipe.treadmill.ripple import RippleOptions
+from tepsipe.treadmill.trial_recordings import table_recording
 
 COLUMNS = {"time": "Timestamp (s)", "load": "Pitch Moment (Nm)", "velocity": "Belt Velocity (m/s)"}
 REFERENCE = "published"

@@ -6,10 +6,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tepsipe.inverse_dynamics import Leg
-from tepsipe.segment_regression import LegMotion
-from tepsipe.spectra import SpectralEstimate
-from tepsipe.trial_file import Signal, Trial
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.segment_kinematics import LegMotion
+from tepsipe.signals.spectra import SpectralEstimate
 
 # thesis Table 2-2
 LEG = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027, gravity_m_per_s2=9.81)

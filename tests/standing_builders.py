@@ -12,13 +12,14 @@ import numpy as np
 from emg_builders import EMG_RATE_HZ, emg, ramp_burst
 from scipy.integrate import solve_ivp
 
-from tepsipe.anthropometry import both_feet, standing_body
-from tepsipe.electromyography import EmgOptions
-from tepsipe.segment_regression import LegMarkers, WindowOptions
-from tepsipe.standing_responses import ResponseOptions, StandingResponses
-from tepsipe.standing_trial import Person, StanceLimits, StandingOptions
-from tepsipe.treadmill_models.recording import Lowpass
-from tepsipe.trial_file import Signal, Trial
+from tepsipe.experiments.standing.epochs import ResponseOptions, StandingResponses
+from tepsipe.experiments.standing.joint_torque import Person, StanceLimits, StandingOptions
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.mechanics.anthropometry import both_feet, standing_body
+from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.signals.emg import EmgOptions
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
 
 G = 9.81
 MASS_KG, STATURE_M, COM_HEIGHT = 64.0, 1.75, 0.55

@@ -5,7 +5,7 @@ import pytest
 from builders import multisine_record, noisy_spectrum, second_order_response
 from scipy import stats
 
-from tepsipe.admittance_fit import (
+from tepsipe.identification.admittance_fit import (
     Bounds,
     fit_as_printed,
     fit_from_many_starts,
@@ -14,7 +14,7 @@ from tepsipe.admittance_fit import (
     residuals,
     residuals_as_printed,
 )
-from tepsipe.spectra import SpectralEstimate, frequency_averaged, period_averaged
+from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged, period_averaged
 
 # thesis Table 3-2
 BOUNDS = Bounds(

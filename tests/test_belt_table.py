@@ -5,7 +5,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.ingest_belt_table import (
+from tepsipe.ingest.belt_table import (
     INTERPOLATED,
     KEPT,
     BeltTableOptions,
@@ -14,9 +14,9 @@ from tepsipe.ingest_belt_table import (
     refuse_other_unit,
     rounded_rate,
 )
-from tepsipe.readers.text_table import read_text_table
-from tepsipe.sampling import repair_time_stamps
-from tepsipe.trial_file import read_trial, write_trial
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.trial import read_trial, write_trial
+from tepsipe.signals.resampling import repair_time_stamps
 
 COLUMNS = {"time": "Timestamp (s)", "load": "Pitch Moment (Nm)", "velocity": "Belt Velocity (m/s)"}
 NAMED_BY = {key: f"{key}_column of the trial sheet" for key in COLUMNS}

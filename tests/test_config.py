@@ -6,8 +6,8 @@ import pytest
 import yaml
 from builders import assert_one_sentence
 
-from tepsipe.claims import MEASURES
 from tepsipe.errors import InputError
+from tepsipe.reporting.claims import MEASURES
 from workflow.support.check import (
     check_against_schema,
     check_config,
@@ -870,19 +870,26 @@ def test_modules_are_followed_through_imports_and_no_further(tmp_path):
 
 def test_ingest_reaches_its_readers_and_no_estimator(root):
     reached = reached_by("workflow/scripts/ingest_dummy.py", str(root))
-    for name in ("ingest_treadmill", "sampling", "readers/markers", "trial_file", "errors"):
+    for name in ("ingest/plate_treadmill", "signals/resampling", "io/readers/c3d", "io/trial", "errors"):
         assert f"tepsipe/{name}.py" in reached
     assert "workflow/scripts/job.py" in reached
-    for name in ("admittance_fit", "segment_regression", "claims", "figures/style"):
+    for name in ("identification/admittance_fit", "identification/window_regression", "reporting/claims"):
         assert f"tepsipe/{name}.py" not in reached
     assert not [path for path in reached if "virtual_lab" in path]
 
 
 def test_fit_reaches_what_its_modules_import(root):
     reached = reached_by("workflow/scripts/fit_wristalyzer.py", str(root))
-    for name in ("wristalyzer", "admittance_fit", "spectra", "second_order", "filters", "metrics"):
+    for name in (
+        "experiments/wristalyzer",
+        "identification/admittance_fit",
+        "signals/spectra",
+        "mechanics/impedance_model",
+        "signals/filters",
+        "statistics/goodness_of_fit",
+    ):
         assert f"tepsipe/{name}.py" in reached
-    assert "tepsipe/ingest_treadmill.py" not in reached
+    assert "tepsipe/ingest/plate_treadmill.py" not in reached
 
 
 # ---- version -----------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ from builders import assert_one_sentence
 from edfio import Bdf, BdfSignal, Edf, EdfSignal
 
 from tepsipe.errors import InputError
-from tepsipe.readers.edf import read_emg
+from tepsipe.io.readers.edf import read_emg
 
 SECONDS, RATE_HZ = 6, 1000
 LIMIT_UV = 3276.8

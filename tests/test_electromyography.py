@@ -7,7 +7,8 @@ import pytest
 from builders import assert_one_sentence
 from emg_builders import EMG_RATE_HZ, emg
 
-from tepsipe.electromyography import (
+from tepsipe.errors import InputError
+from tepsipe.signals.emg import (
     CLIPPED_SHARE,
     FLAT_SHARE,
     FLAT_UV,
@@ -19,7 +20,6 @@ from tepsipe.electromyography import (
     clipped_perturbations,
     process_emg,
 )
-from tepsipe.errors import InputError
 
 LIMITS = np.array([-3276.8, 3276.7])
 SAMPLES = 65000

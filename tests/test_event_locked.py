@@ -5,7 +5,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.event_locked import cut_responses, ensemble, unperturbed_onsets, without_artefact
+from tepsipe.signals.epochs import cut_responses, ensemble, unperturbed_onsets, without_artefact
 
 RATE_HZ = 1000.0
 TIME = np.arange(20000) / RATE_HZ

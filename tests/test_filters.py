@@ -5,7 +5,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.filters import butterworth_bandpass, butterworth_lowpass, notch
+from tepsipe.signals.filters import butterworth_bandpass, butterworth_lowpass, notch
 
 RATE = 250.0
 TIME = np.arange(0.0, 20.0, 1.0 / RATE)

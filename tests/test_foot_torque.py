@@ -9,15 +9,17 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.foot_sipe import FootOptions, FootPathway, analyse_foot
-from tepsipe.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
-from tepsipe.metrics import least_squares_line, vaf
-from tepsipe.perturbations import Perturbation
-from tepsipe.segment_regression import LegMarkers, WindowOptions, regress_torque
-from tepsipe.tep_sipe import DummyOptions
-from tepsipe.treadmill_models.family import fit_model
-from tepsipe.treadmill_models.recording import Lowpass
-from tepsipe.trial_file import Signal, Trial
+from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.identification.window_regression import regress_torque
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
+from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import Perturbation, WindowOptions
+from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.least_squares import least_squares_line
+from tepsipe.treadmill.registry import fit_model
 
 FOOT = Foot(mass_kg=2.1, height_m=0.055)
 M_F, L_F = 2.1, 0.055

@@ -14,10 +14,10 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.filters import butterworth_lowpass
-from tepsipe.forward_simulation import Joint, rest_angle_of_standing, simulate_dummy
-from tepsipe.inverse_dynamics import Foot, foot_torque, leg_torque
-from tepsipe.metrics import vaf
+from tepsipe.mechanics.forward_dynamics import Joint, rest_angle_of_standing, simulate_dummy
+from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, leg_torque
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.statistics.goodness_of_fit import vaf
 
 FOOT = Foot(mass_kg=2.1, height_m=0.055)
 M_F, M, R, I_L, G = 2.1, 0.4, 0.4485, 0.027, 9.81
@@ -327,7 +327,7 @@ def test_no_other_module_knows_pybullet(root):
     knowing = [
         path.name for path in (root / "tepsipe").rglob("*.py") if "import pybullet" in path.read_text()
     ]
-    assert knowing == ["forward_simulation.py"]
+    assert knowing == ["forward_dynamics.py"]
 
 
 # ---- refusals ----------------------------------------------------------------------------------

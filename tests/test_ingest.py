@@ -12,25 +12,25 @@ from builders import DUMMY_DURATION_S, WRISTALYZER_DURATION_S, assert_one_senten
 from scipy import signal
 
 from tepsipe.errors import InputError
-from tepsipe.ingest_manipulator import (
+from tepsipe.ingest.manipulators import (
     ManipulatorOptions,
     TableOptions,
     ingest_position_manipulator,
     ingest_torque_manipulator,
 )
-from tepsipe.ingest_pilot import with_emg
-from tepsipe.ingest_treadmill import TreadmillOptions, ingest_treadmill
-from tepsipe.readers.edf import EmgRecording
-from tepsipe.readers.markers import Markers, read_markers
-from tepsipe.readers.text_table import read_text_table
-from tepsipe.readers.treadmill_log import (
+from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
+from tepsipe.ingest.standing import with_emg
+from tepsipe.io.readers.c3d import Markers, read_markers
+from tepsipe.io.readers.edf import EmgRecording
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.readers.treadmill_log import (
     CalibrationMatrix,
     TreadmillLog,
     read_calibration_matrix,
     read_treadmill_log,
 )
-from tepsipe.rigid_segments import fit_rigid_segment
-from tepsipe.trial_file import checksum, read_trial, write_trial
+from tepsipe.io.trial import checksum, read_trial, write_trial
+from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
 from tepsipe.virtual_lab.dummy_trial import INTEGRATION_RATE_HZ, make_dummy_trial

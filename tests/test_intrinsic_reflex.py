@@ -9,8 +9,14 @@ from scipy import signal
 from scipy.special import erf
 
 from tepsipe.errors import InputError
-from tepsipe.ingest_manipulator import TableOptions, ingest_position_manipulator
-from tepsipe.intrinsic_reflex import (
+from tepsipe.experiments.position_manipulator import (
+    PositionManipulatorOptions,
+    analyse_intrinsic_reflex,
+    analyse_position_manipulator,
+    intrinsic_reflex_estimates,
+    position_manipulator_result,
+)
+from tepsipe.identification.parallel_cascade import (
     IntrinsicReflexOptions,
     delayed,
     knot_responses,
@@ -18,14 +24,8 @@ from tepsipe.intrinsic_reflex import (
     muscle_response,
     rectified_velocity,
 )
-from tepsipe.position_manipulator import (
-    PositionManipulatorOptions,
-    analyse_intrinsic_reflex,
-    analyse_position_manipulator,
-    intrinsic_reflex_estimates,
-    position_manipulator_result,
-)
-from tepsipe.readers.text_table import read_text_table
+from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.io.readers.text_table import read_text_table
 
 RATE = 250.0
 INERTIA, DAMPING, STIFFNESS = 0.015, 0.8, 60.0

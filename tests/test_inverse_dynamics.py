@@ -5,8 +5,9 @@ import pytest
 from builders import Joint, swing
 from scipy.integrate import solve_ivp
 
-from tepsipe.inverse_dynamics import leg_torque, leg_torque_as_printed
-from tepsipe.metrics import least_squares_line, vaf
+from tepsipe.mechanics.inverse_dynamics import leg_torque, leg_torque_as_printed
+from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.least_squares import least_squares_line
 
 ANGLES = np.array([-0.4, -0.05, 0.0, 0.1, 0.7])
 STILL = np.zeros_like(ANGLES)

@@ -8,9 +8,9 @@ from belt_builders import OPTIONS, belt_recording, framed, pulsed_judged
 from builders import assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
-from tepsipe.treadmill_models.family import fit_model, judge
-from tepsipe.treadmill_models.loaded_frame import fit_loaded_frame
-from tepsipe.treadmill_models.recording import Lowpass
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.loaded_frame import fit_loaded_frame
+from tepsipe.treadmill.registry import fit_model, judge
 
 RATE_HZ, DENSE = 250.0, 40  # samples per second, and steps of the integration per sample
 DENSE_TIME = np.arange(round(6.0 * RATE_HZ * DENSE)) / (RATE_HZ * DENSE)

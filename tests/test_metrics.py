@@ -4,14 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tepsipe.metrics import (
-    bootstrap_blocks,
-    judge_held_out,
-    least_squares_line,
-    sem_as_printed,
-    standard_error,
-    vaf,
-)
+from tepsipe.statistics.bootstrap import bootstrap_blocks
+from tepsipe.statistics.goodness_of_fit import judge_held_out, vaf
+from tepsipe.statistics.least_squares import least_squares_line, sem_as_printed, standard_error
 
 # NIST Statistical Reference Datasets, Norris (ozone monitors): y, x, and certified values
 NORRIS = np.loadtxt(

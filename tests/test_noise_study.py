@@ -9,28 +9,23 @@ from builders import LEG, RATE_HZ, assert_one_sentence
 from scipy.integrate import solve_ivp
 
 from tepsipe.errors import InputError
-from tepsipe.filters import butterworth_lowpass
-from tepsipe.inverse_dynamics import Foot
-from tepsipe.metrics import sem_as_printed, vaf
-from tepsipe.noise_study import (
+from tepsipe.experiments.noise.filtered_noise import (
     PROCESSINGS,
     Processing,
-    SimulatedTrial,
-    apparent_impedance,
     cell_generators,
-    clipped,
-    cross_validated_vaf,
-    estimate_draws,
     filtered_trial,
-    instrumental_variables,
-    is_stable,
     noise_chunks,
-    predict_angle,
-    regress_windows,
-    sweep,
     windowed_trial,
 )
-from tepsipe.rigid_segments import derivative
+from tepsipe.experiments.noise.monte_carlo import estimate_draws, sweep
+from tepsipe.experiments.noise.prediction import clipped, cross_validated_vaf, is_stable, predict_angle
+from tepsipe.experiments.noise.trial import SimulatedTrial, apparent_impedance
+from tepsipe.identification.batched_regression import instrumental_variables, regress_windows
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.least_squares import sem_as_printed
 
 FOOT = Foot(mass_kg=2.1, height_m=0.055)
 M, R, I_L, G, M_F, L_F = 0.4, 0.4485, 0.027, 9.81, 2.1, 0.055

@@ -8,24 +8,19 @@ import pytest
 from builders import LEG, RATE_HZ, assert_one_sentence, belt_pulses, trial_of
 
 from tepsipe.errors import InputError
-from tepsipe.inverse_dynamics import Foot
-from tepsipe.noise_simulation import simulate_trial
-from tepsipe.noise_study import NOISE_ON, filtered_trial, sweep, sweep_trial
-from tepsipe.noise_tables import (
-    TABLE_4_4,
-    TABLE_COLUMNS,
-    NoiseRow,
-    noise_rows,
-    read_noise,
-    table_4_4,
-    write_noise,
-)
-from tepsipe.noise_trials import SIGNALS, simulated_result, simulated_trial
-from tepsipe.result_file import read_result, write_result
-from tepsipe.segment_regression import LegMarkers, WindowOptions
-from tepsipe.simulation_report_data import noise_data
-from tepsipe.tep_sipe import DummyOptions
-from tepsipe.thesis_tables import read_table, write_table
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.noise.filtered_noise import NOISE_ON, filtered_trial
+from tepsipe.experiments.noise.monte_carlo import sweep, sweep_trial
+from tepsipe.experiments.noise.rows import NoiseRow, noise_rows, read_noise, write_noise
+from tepsipe.experiments.noise.simulate import simulate_trial
+from tepsipe.experiments.noise.trial_files import SIGNALS, simulated_result, simulated_trial
+from tepsipe.io.result import read_result, write_result
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.reporting.noise_table import TABLE_4_4, TABLE_COLUMNS, table_4_4
+from tepsipe.reporting.numbers.simulations import noise_data
+from tepsipe.reporting.thesis_tables import read_table, write_table
+from tepsipe.signals.perturbations import WindowOptions
 
 FOOT = Foot(mass_kg=2.1, height_m=0.055)
 OPTIONS = DummyOptions(

@@ -10,11 +10,11 @@ from builders import assert_one_sentence
 from emg_builders import EMG_RATE_HZ, ramp_burst, raw_responses, sine_burst
 from scipy import signal
 
-from tepsipe.electromyography import EmgOptions, process_emg
 from tepsipe.errors import InputError
-from tepsipe.event_locked import without_artefact
-from tepsipe.onset_detection import DETECTORS, OnsetOptions, detect_onset, ramp_onset
-from tepsipe.sampling import regular_time, resample
+from tepsipe.signals.emg import EmgOptions, process_emg
+from tepsipe.signals.epochs import without_artefact
+from tepsipe.signals.onsets import DETECTORS, OnsetOptions, detect_onset, ramp_onset
+from tepsipe.signals.resampling import regular_time, resample
 
 LATENCY_S = 0.045
 CHOSEN = OnsetOptions()

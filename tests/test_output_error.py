@@ -7,9 +7,10 @@ import pytest
 from builders import LEG, RATE_HZ, Joint, assert_one_sentence, scaled_leg, swing
 
 from tepsipe.errors import InputError
-from tepsipe.filters import butterworth_lowpass
-from tepsipe.output_error import fit_output_error, simulate_leg
-from tepsipe.segment_regression import WindowOptions, bootstrap_mean, find_perturbations
+from tepsipe.identification.output_error import fit_output_error, simulate_leg
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.perturbations import WindowOptions, find_perturbations
+from tepsipe.statistics.bootstrap import bootstrap_mean
 
 WINDOW = WindowOptions(
     rest_before_s=2.0,

@@ -11,9 +11,9 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter, lsim
 
-from tepsipe.readers.edf import read_emg
-from tepsipe.readers.markers import read_markers
-from tepsipe.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
+from tepsipe.io.readers.c3d import read_markers
+from tepsipe.io.readers.edf import read_emg
+from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
 from tepsipe.virtual_lab import anthropometry
 from tepsipe.virtual_lab.anthropometry import feet, shanks, thighs, upper_body
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command

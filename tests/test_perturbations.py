@@ -5,7 +5,7 @@ import pytest
 from builders import RATE_HZ, assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
-from tepsipe.perturbations import detect_perturbations
+from tepsipe.signals.perturbations import detect_perturbations
 
 TIME = np.arange(0.0, 12.0, 1.0 / RATE_HZ)
 

@@ -6,16 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tepsipe.electromyography import EmgOptions
-from tepsipe.ingest_pilot import ingest_pilot_files
-from tepsipe.ingest_treadmill import TreadmillOptions
-from tepsipe.onset_detection import OnsetOptions
-from tepsipe.pilot_results import fit_all
-from tepsipe.reflex_latency import muscle_latency
-from tepsipe.segment_regression import WindowOptions
-from tepsipe.standing_responses import ResponseOptions, cut_standing_responses
-from tepsipe.standing_trial import StanceLimits, StandingOptions, TorquePathway, process_standing
-from tepsipe.treadmill_models.recording import Lowpass
+from tepsipe.experiments.standing.epochs import ResponseOptions, cut_standing_responses
+from tepsipe.experiments.standing.joint_torque import (
+    StanceLimits,
+    StandingOptions,
+    TorquePathway,
+    process_standing,
+)
+from tepsipe.experiments.standing.latency import muscle_latency
+from tepsipe.experiments.standing.results import fit_all
+from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.standing import ingest_pilot_files
+from tepsipe.signals.emg import EmgOptions
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.onsets import OnsetOptions
+from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.virtual_lab.pilot_trial import make_pilot_trial
 
 DURATION_S = 45.0

@@ -13,8 +13,11 @@ from standing_builders import (
     standing_trial,
 )
 
-from tepsipe.onset_detection import DETECTORS, Onset
-from tepsipe.pilot_results import (
+from tepsipe.experiments.standing.epochs import cut_standing_responses, responses_of
+from tepsipe.experiments.standing.impedance import ActiveOptions, StandingEstimator
+from tepsipe.experiments.standing.joint_torque import TorquePathway, process_standing
+from tepsipe.experiments.standing.latency import MuscleLatency
+from tepsipe.experiments.standing.results import (
     fit_all,
     fit_estimates,
     generator,
@@ -22,11 +25,8 @@ from tepsipe.pilot_results import (
     stiffness_by_window,
     trial_responses_result,
 )
-from tepsipe.reflex_latency import MuscleLatency
-from tepsipe.result_file import read_result, write_result
-from tepsipe.standing_impedance import ActiveOptions, StandingEstimator
-from tepsipe.standing_responses import cut_standing_responses, responses_of
-from tepsipe.standing_trial import TorquePathway, process_standing
+from tepsipe.io.result import read_result, write_result
+from tepsipe.signals.onsets import DETECTORS, Onset
 
 ANGLE, RATE, _ = bent(RESPONSE_TIME)
 ACTIVE = ActiveOptions((0.04,), (0.044,), (0.112,), {"SOL": 1.0})

@@ -8,25 +8,25 @@ from belt_builders import belt_recording, pulsed_judged
 from builders import assert_one_sentence, belt_pulses, trial_of
 
 from tepsipe.errors import InputError
-from tepsipe.result_file import Result
-from tepsipe.segment_regression import WindowOptions
-from tepsipe.treadmill_models.of_trial import (
-    PlateOptions,
-    Weight,
-    marker_lag,
-    plate_recordings,
-    table_recording,
-    zero_line,
-)
-from tepsipe.treadmill_models.recording import Lowpass
-from tepsipe.trial_file import Signal, Trial
-from tepsipe.weight_experiment import (
+from tepsipe.experiments.weight import (
     analyse_weight,
     estimate_masses,
     shapes,
     speed_at_peak,
     weight_estimates,
     weight_result,
+)
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.trial_recordings import (
+    PlateOptions,
+    Weight,
+    marker_lag,
+    plate_recordings,
+    table_recording,
+    zero_line,
 )
 
 RATE_HZ = 250.0

@@ -7,13 +7,13 @@ import pytest
 from builders import assert_one_sentence, trial_of
 
 from tepsipe.errors import InputError
-from tepsipe.ingest_manipulator import TableOptions, ingest_position_manipulator
-from tepsipe.position_manipulator import (
+from tepsipe.experiments.position_manipulator import (
     PositionManipulatorOptions,
     analyse_position_manipulator,
     position_manipulator_estimates,
 )
-from tepsipe.readers.text_table import read_text_table
+from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.io.readers.text_table import read_text_table
 
 JOINT = np.array([0.015, 0.8, 60.0])
 OFFSET_NM = -2.0

@@ -8,10 +8,10 @@ from builders import assert_one_sentence
 from emg_builders import EMG_RATE_HZ, emg, ramp_burst
 from standing_builders import RESPONSE_TIME, responses_with
 
-from tepsipe.electromyography import EmgOptions, process_emg
 from tepsipe.errors import InputError
-from tepsipe.onset_detection import DETECTORS, OnsetOptions
-from tepsipe.reflex_latency import latency_estimates, lengthening_speed, muscle_latency
+from tepsipe.experiments.standing.latency import latency_estimates, lengthening_speed, muscle_latency
+from tepsipe.signals.emg import EmgOptions, process_emg
+from tepsipe.signals.onsets import DETECTORS, OnsetOptions
 
 # those of the shipped configuration, with fewer draws
 OPTIONS = OnsetOptions(search_s=(0.02, 0.12), bootstrap_draws=100)

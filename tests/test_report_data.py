@@ -4,9 +4,10 @@ import math
 
 import pytest
 
-from tepsipe.figures.names import short_name
-from tepsipe.report_data import number, percent, slips_data, span, table_data
-from tepsipe.thesis_tables import TableRow
+from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.numbers.format import number, percent, span
+from tepsipe.reporting.numbers.study import slips_data, table_data
+from tepsipe.reporting.thesis_tables import TableRow
 
 MINUS = "\N{MINUS SIGN}"
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tepsipe.rigid_segments import derivative, fit_rigid_segment
+from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
+from tepsipe.signals.differentiation import derivative
 
 LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.63], [0.1, 0.39]])
 CENTRE = np.array([0.0, 0.4485])

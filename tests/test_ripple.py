@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from belt_builders import OPTIONS, RATE_HZ, RIPPLE, swaying_belt
 
-from tepsipe.treadmill_models.family import fit_model, judge
-from tepsipe.treadmill_models.recording import Lowpass
-from tepsipe.treadmill_models.ripple import fit_ripple_tracker, spectrum_over_distance
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.registry import fit_model, judge
+from tepsipe.treadmill.ripple import fit_ripple_tracker, spectrum_over_distance
 
 ORDERS, SIZES = (0.57, 1.73), (2.0, 1.0)
 SHORT = replace(OPTIONS, fir_lead_s=0.0, fir_lag_s=0.02)

@@ -5,7 +5,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.sampling import (
+from tepsipe.signals.resampling import (
     align_strobed,
     bridge_gaps,
     fill_gaps,

@@ -5,7 +5,7 @@ import pytest
 from builders import second_order_response
 from scipy.integrate import solve_ivp
 
-from tepsipe.second_order import admittance, impedance_torque, simulate_angle
+from tepsipe.mechanics.impedance_model import admittance, impedance_torque, simulate_angle
 
 JOINT = np.array([0.015, 0.1, 10.0])
 RATE = 256.0

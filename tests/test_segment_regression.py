@@ -8,18 +8,12 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, scaled_leg, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.metrics import least_squares_line
-from tepsipe.rigid_segments import derivative
-from tepsipe.segment_regression import (
-    LegMarkers,
-    WindowOptions,
-    bootstrap_mean,
-    damping_per_skew,
-    find_perturbations,
-    leg_motion,
-    regress_segments,
-    rest_samples,
-)
+from tepsipe.identification.window_regression import damping_per_skew, regress_segments
+from tepsipe.mechanics.segment_kinematics import LegMarkers, leg_motion
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.perturbations import WindowOptions, find_perturbations, rest_samples
+from tepsipe.statistics.bootstrap import bootstrap_mean
+from tepsipe.statistics.least_squares import least_squares_line
 
 WINDOW = WindowOptions(
     rest_before_s=2.0,

@@ -8,22 +8,23 @@ import pytest
 from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing, trial_of
 
 from tepsipe.errors import InputError
-from tepsipe.estimates import Estimate
-from tepsipe.forward_scores import ForwardScore, read_forward, write_forward
-from tepsipe.inverse_dynamics import Foot
-from tepsipe.metrics import vaf
-from tepsipe.result_file import read_result, write_result
-from tepsipe.segment_regression import LegMarkers, WindowOptions
-from tepsipe.simulation_report_data import forward_data
-from tepsipe.simulation_study import (
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.forward.scores import ForwardScore, read_forward, write_forward
+from tepsipe.experiments.forward.study import (
     forward_scores,
     mean_parameters,
     simulate_condition,
     simulated_signals,
     simulation_result,
 )
-from tepsipe.tep_sipe import DummyOptions
-from tepsipe.trial_file import Signal
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import read_result, write_result
+from tepsipe.io.trial import Signal
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.reporting.numbers.simulations import forward_data
+from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.statistics.goodness_of_fit import vaf
 
 FOOT = Foot(mass_kg=2.1, height_m=0.055)
 LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.15]])

@@ -7,12 +7,9 @@ import pytest
 from builders import Joint
 from test_tep_sipe import OPTIONS, trial_of_swing
 
-from tepsipe.figures.specification_figure import plot_specification
-from tepsipe.figures.style import plt
-from tepsipe.foot_sipe import FootOptions
-from tepsipe.inverse_dynamics import Foot
-from tepsipe.report_data import specification_data
-from tepsipe.specification import (
+from tepsipe.experiments.dummy.foot_pathways import FootOptions
+from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.specification_curve import (
     FILTERED,
     REFERENCES,
     WINDOWS,
@@ -22,8 +19,11 @@ from tepsipe.specification import (
     specify_dummy,
     write_specification,
 )
-from tepsipe.tep_sipe import Pathway, analyse_dummy
-from tepsipe.trial_file import Signal, Trial
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.reporting.figures.specification_curve import plot_specification
+from tepsipe.reporting.figures.style import plt
+from tepsipe.reporting.numbers.dummy import specification_data
 
 PRINTED = Pathway("leg-printed", "aligned", "segment-regression-printed")
 RECOMMENDED = Pathway("leg", "aligned", "segment-regression")

@@ -10,8 +10,7 @@ from emg_builders import ramp_burst
 from standing_builders import RESPONSE_TIME, SIZES, bent, responses_with, twitched
 
 from tepsipe.errors import InputError
-from tepsipe.pilot_results import fit_all
-from tepsipe.standing_impedance import (
+from tepsipe.experiments.standing.impedance import (
     ActiveOptions,
     StandingEstimator,
     StandingFit,
@@ -19,6 +18,7 @@ from tepsipe.standing_impedance import (
     standing_estimates,
     twitch,
 )
+from tepsipe.experiments.standing.results import fit_all
 
 K, B, INERTIA = 370.0, 6.0, 0.05
 ANGLE, RATE, ACCELERATION = bent(RESPONSE_TIME)

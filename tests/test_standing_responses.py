@@ -23,14 +23,14 @@ from standing_builders import (
 )
 
 from tepsipe.errors import InputError
-from tepsipe.result_file import read_result, write_result
-from tepsipe.standing_responses import (
+from tepsipe.experiments.standing.epochs import (
     cut_standing_responses,
     responses_of,
     responses_result,
     select_responses,
 )
-from tepsipe.standing_trial import TorquePathway, process_standing
+from tepsipe.experiments.standing.joint_torque import TorquePathway, process_standing
+from tepsipe.io.result import read_result, write_result
 
 PATHWAYS = {"ankle": TorquePathway("ankle", None)}
 NAME = "pilot/relax-pos-0.4"

@@ -7,8 +7,8 @@ import pytest
 from builders import RATE_HZ
 from standing_builders import LEAN_RAD, PERSON, USUAL, Z_A, plate_wrench, sway, true_torque
 
-from tepsipe.anthropometry import Feet, StandingBody, both_feet, standing_body
-from tepsipe.inverse_dynamics import (
+from tepsipe.mechanics.anthropometry import Feet, StandingBody, both_feet, standing_body
+from tepsipe.mechanics.inverse_dynamics import (
     Foot,
     Leg,
     PlateLoad,

@@ -30,9 +30,9 @@ from standing_builders import (
 )
 
 from tepsipe.errors import InputError
-from tepsipe.segment_regression import LegMarkers
-from tepsipe.standing_trial import TorquePathway, process_standing
-from tepsipe.treadmill_models.family import fit_model
+from tepsipe.experiments.standing.joint_torque import TorquePathway, process_standing
+from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.treadmill.registry import fit_model
 
 PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle-printed", "ankle", "single-joint")}
 FOOT = [LABELS.index(label) for label in PERSON.foot.labels]

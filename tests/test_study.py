@@ -286,7 +286,7 @@ def planned_after_an_edit(study, name):
 
 
 def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(study):
-    planned = planned_after_an_edit(study, "tepsipe/admittance_fit.py")
+    planned = planned_after_an_edit(study, "tepsipe/identification/admittance_fit.py")
     assert planned["fit_wristalyzer"] == 2
     assert not {
         "fit_dummy",
@@ -301,7 +301,7 @@ def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(study):
 
 
 def test_an_edit_of_the_simulation_reruns_simulations_and_no_fit(study):
-    planned = planned_after_an_edit(study, "tepsipe/forward_simulation.py")
+    planned = planned_after_an_edit(study, "tepsipe/mechanics/forward_dynamics.py")
     assert planned["simulate_dummy"] == planned["simulate_without_noise"] == 2
     assert not {"fit_dummy", "fit_foot", "fit_wristalyzer", "ingest_dummy", "plot_dummy"} & set(planned)
 

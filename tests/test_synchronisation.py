@@ -5,8 +5,8 @@ import pytest
 from builders import assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
-from tepsipe.filters import butterworth_lowpass
-from tepsipe.synchronisation import advanced, marker_delay
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.time_alignment import advanced, marker_delay
 
 RATE_HZ = 250.0
 TIME = np.arange(2500) / RATE_HZ

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from builders import assert_one_sentence
 
-from tepsipe.claims import COLUMNS, MEASURES, Findings, check_claims, read_claims, write_claims
 from tepsipe.errors import InputError
-from tepsipe.estimates import Estimate, read_estimates, write_estimates
-from tepsipe.recovery import Recovery, compare_with_truth, true_parameters, write_recovery
-from tepsipe.result_file import Result, read_result, write_result
-from tepsipe.thesis_tables import ROWS, lay_out_table, read_table, write_table
+from tepsipe.io.estimates import Estimate, read_estimates, write_estimates
+from tepsipe.io.result import Result, read_result, write_result
+from tepsipe.reporting.claims import COLUMNS, MEASURES, Findings, check_claims, read_claims, write_claims
+from tepsipe.reporting.recovery import Recovery, compare_with_truth, true_parameters, write_recovery
+from tepsipe.reporting.thesis_tables import ROWS, lay_out_table, read_table, write_table
 
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 

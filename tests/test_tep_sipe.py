@@ -8,8 +8,7 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.segment_regression import LegMarkers, WindowOptions
-from tepsipe.tep_sipe import (
+from tepsipe.experiments.dummy.leg_pathways import (
     DummyOptions,
     Pathway,
     analyse_dummy,
@@ -19,7 +18,9 @@ from tepsipe.tep_sipe import (
     dummy_estimates,
     dummy_result,
 )
-from tepsipe.trial_file import Signal, Trial
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.signals.perturbations import WindowOptions
 
 LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.63], [-0.012, 0.39], [0.012, 0.15]])
 LABELS = ("ankle", "leg1", "leg2", "leg3", "leg4")

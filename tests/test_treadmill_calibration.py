@@ -8,9 +8,10 @@ from belt_builders import OPTIONS, belt_recording, pulsed_judged, restless_belt,
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.ingest_belt_table import BeltTableOptions, ingest_belt_table
-from tepsipe.readers.text_table import read_text_table
-from tepsipe.treadmill_calibration import (
+from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.calibration import (
     ALL_EMPTY,
     BOTH,
     Calibration,
@@ -24,11 +25,10 @@ from tepsipe.treadmill_calibration import (
     table_result,
     write_scores,
 )
-from tepsipe.treadmill_models.family import FamilyOptions, fit_model, judge
-from tepsipe.treadmill_models.limit import coherence_limit
-from tepsipe.treadmill_models.of_trial import table_recording
-from tepsipe.treadmill_models.recording import Lowpass
-from tepsipe.treadmill_models.ripple import RippleOptions
+from tepsipe.treadmill.coherence_limit import coherence_limit
+from tepsipe.treadmill.registry import FamilyOptions, fit_model, judge
+from tepsipe.treadmill.ripple import RippleOptions
+from tepsipe.treadmill.trial_recordings import table_recording
 
 LOWPASS = Lowpass(20.0, 2, False)
 

@@ -16,11 +16,12 @@ from builders import assert_one_sentence
 from scipy import signal
 
 from tepsipe.errors import InputError
-from tepsipe.treadmill_models.discrete import fit_output_error
-from tepsipe.treadmill_models.family import FAMILY, fit_model, judge, load_models, pick, save_models
-from tepsipe.treadmill_models.impulse_response import fit_finite_response
-from tepsipe.treadmill_models.limit import coherence_limit
-from tepsipe.treadmill_models.recording import Lowpass, check_recordings, score
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.coherence_limit import coherence_limit
+from tepsipe.treadmill.impulse_response import fit_finite_response
+from tepsipe.treadmill.recording import check_recordings, score
+from tepsipe.treadmill.registry import FAMILY, fit_model, judge, load_models, pick, save_models
+from tepsipe.treadmill.transfer_function import fit_output_error
 
 LINEAR = ("published", "output-error", "fir-causal", "fir", "spectral")
 CONTINUOUS = ("mass-spring-damper", *LINEAR, "ripple-tracking")

@@ -7,12 +7,13 @@ import pytest
 from belt_builders import OPTIONS, belt_recording, pulsed_judged, restless_belt, swaying_belt
 
 from tepsipe.errors import InputError
-from tepsipe.synchronisation import marker_delay
-from tepsipe.treadmill_calibration import ModelScore, read_scores, write_scores
-from tepsipe.treadmill_models.family import fit_model, judge, load_models
-from tepsipe.treadmill_models.limit import coherence_limit
-from tepsipe.treadmill_models.recording import Lowpass, check_recordings
-from tepsipe.treadmill_models.static import fit_mean_subtraction
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.time_alignment import marker_delay
+from tepsipe.treadmill.calibration import ModelScore, read_scores, write_scores
+from tepsipe.treadmill.coherence_limit import coherence_limit
+from tepsipe.treadmill.mass_spring_damper import fit_mean_subtraction
+from tepsipe.treadmill.recording import check_recordings
+from tepsipe.treadmill.registry import fit_model, judge, load_models
 
 
 def test_noise_without_ripple_has_no_orders():

@@ -11,12 +11,7 @@ from builders import bend_at_rest, second_order_response
 from tepsipe.virtual_lab.belt import PULSES, DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
-from tepsipe.virtual_lab.force_plate import (
-    PlateTruth,
-    lines_of_action,
-    plate_electronics,
-    plate_voltages,
-)
+from tepsipe.virtual_lab.force_plate import PlateTruth, lines_of_action, plate_electronics, plate_voltages
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.manipulator import ManipulatorTruth, multisine, record_manipulator
 from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers

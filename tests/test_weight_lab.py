@@ -10,10 +10,10 @@ from builders import assert_one_sentence
 from scipy.signal import welch
 
 from tepsipe.errors import InputError
-from tepsipe.ingest_treadmill import TreadmillOptions, ingest_treadmill
-from tepsipe.readers.markers import read_markers
-from tepsipe.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
-from tepsipe.trial_file import read_trial, write_trial
+from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill
+from tepsipe.io.readers.c3d import read_markers
+from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
+from tepsipe.io.trial import read_trial, write_trial
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.force_plate import (
     PlateTruth,
@@ -25,13 +25,7 @@ from tepsipe.virtual_lab.force_plate import (
 )
 from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.seeds import generator
-from tepsipe.virtual_lab.weight import (
-    MARKERS,
-    WeightTruth,
-    move_weight,
-    weight_marker_paths,
-    weight_reaction,
-)
+from tepsipe.virtual_lab.weight import MARKERS, WeightTruth, move_weight, weight_marker_paths, weight_reaction
 from tepsipe.virtual_lab.weight_trial import make_empty_trial, make_weight_trial
 
 RATE_HZ = 2000.0

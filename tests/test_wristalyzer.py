@@ -7,9 +7,8 @@ import pytest
 from builders import assert_one_sentence, multisine_record, trial_of
 from scipy import stats
 
-from tepsipe.admittance_fit import Bounds
 from tepsipe.errors import InputError
-from tepsipe.wristalyzer import (
+from tepsipe.experiments.wristalyzer import (
     WristalyzerOptions,
     analyse_wristalyzer,
     cross_validate_wristalyzer,
@@ -18,6 +17,7 @@ from tepsipe.wristalyzer import (
     wristalyzer_estimates,
     wristalyzer_result,
 )
+from tepsipe.identification.admittance_fit import Bounds
 
 JOINT = np.array([0.015, 0.1, 8.0])
 OPTIONS = WristalyzerOptions(

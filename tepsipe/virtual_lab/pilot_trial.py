@@ -3,13 +3,7 @@
 from pathlib import Path
 
 from tepsipe.virtual_lab.belt import DriveTruth
-from tepsipe.virtual_lab.electromyography import (
-    CHANNELS,
-    EmgTruth,
-    record_emg,
-    sample_trigger,
-    write_emg,
-)
+from tepsipe.virtual_lab.electromyography import CHANNELS, EmgTruth, record_emg, sample_trigger, write_emg
 from tepsipe.virtual_lab.person import (
     MARKERS,
     MUSCLES,

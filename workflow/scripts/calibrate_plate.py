@@ -8,19 +8,13 @@ from dataclasses import replace
 
 from model_choices import family_options
 
-from tepsipe.result_file import write_result
-from tepsipe.segment_regression import WindowOptions
-from tepsipe.treadmill_calibration import (
-    calibrate,
-    mean_responses,
-    plate_groups,
-    plate_plan,
-    write_scores,
-)
-from tepsipe.treadmill_models.family import save_models
-from tepsipe.treadmill_models.of_trial import COMPONENTS, PlateOptions, Weight, plate_recordings
-from tepsipe.treadmill_models.recording import Lowpass
-from tepsipe.trial_file import read_trial
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.calibration import calibrate, mean_responses, plate_groups, plate_plan, write_scores
+from tepsipe.treadmill.registry import save_models
+from tepsipe.treadmill.trial_recordings import COMPONENTS, PlateOptions, Weight, plate_recordings
 
 analysis, options = snakemake.params.analysis, family_options(snakemake.params.models)
 family = snakemake.params.models["family"]

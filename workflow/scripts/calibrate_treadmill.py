@@ -6,12 +6,12 @@ job.start(snakemake)
 
 from model_choices import family_options
 
-from tepsipe.result_file import write_result
-from tepsipe.treadmill_calibration import calibrate, table_plan, table_result, write_scores
-from tepsipe.treadmill_models.family import save_models
-from tepsipe.treadmill_models.of_trial import table_recording
-from tepsipe.treadmill_models.recording import Lowpass
-from tepsipe.trial_file import read_trial
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.calibration import calibrate, table_plan, table_result, write_scores
+from tepsipe.treadmill.registry import save_models
+from tepsipe.treadmill.trial_recordings import table_recording
 
 analysis, options = snakemake.params.analysis, family_options(snakemake.params.models)
 family, shown_hz = snakemake.params.models["family"], analysis["shown_cutoff_hz"]

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import yaml
 
-from tepsipe.claims import Findings, check_claims, write_claims
-from tepsipe.estimates import read_estimates
-from tepsipe.forward_scores import read_forward
-from tepsipe.result_file import read_result
-from tepsipe.thesis_tables import read_table
-from tepsipe.treadmill_calibration import read_scores
+from tepsipe.experiments.forward.scores import read_forward
+from tepsipe.io.estimates import read_estimates
+from tepsipe.io.result import read_result
+from tepsipe.reporting.claims import Findings, check_claims, write_claims
+from tepsipe.reporting.thesis_tables import read_table
+from tepsipe.treadmill.calibration import read_scores
 
 reported = yaml.safe_load(Path(snakemake.input.reported).read_text(encoding="utf-8"))
 fits = {}

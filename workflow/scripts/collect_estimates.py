@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.estimates import read_estimates, write_estimates
+from tepsipe.io.estimates import read_estimates, write_estimates
 
 write_estimates(
     snakemake.output.table,

@@ -4,6 +4,6 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.forward_scores import read_forward, write_forward
+from tepsipe.experiments.forward.scores import read_forward, write_forward
 
 write_forward(snakemake.output.table, [row for path in snakemake.input.forward for row in read_forward(path)])

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import yaml
 
-from tepsipe.noise_tables import TABLE_COLUMNS, read_noise, table_4_4, write_noise
-from tepsipe.thesis_tables import write_table
+from tepsipe.experiments.noise.rows import read_noise, write_noise
+from tepsipe.reporting.noise_table import TABLE_COLUMNS, table_4_4
+from tepsipe.reporting.thesis_tables import write_table
 
 noise, reported = snakemake.params.noise, {}
 if snakemake.input.reported:

@@ -4,6 +4,6 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.treadmill_calibration import read_scores, write_scores
+from tepsipe.treadmill.calibration import read_scores, write_scores
 
 write_scores(snakemake.output.table, [row for path in snakemake.input.scores for row in read_scores(path)])

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import yaml
 
-from tepsipe.estimates import read_estimates
-from tepsipe.recovery import compare_with_truth, write_recovery
+from tepsipe.io.estimates import read_estimates
+from tepsipe.reporting.recovery import compare_with_truth, write_recovery
 
 rows = compare_with_truth(
     read_estimates(snakemake.input.estimates),

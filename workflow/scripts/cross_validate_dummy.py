@@ -4,9 +4,9 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.estimates import write_estimates
-from tepsipe.result_file import Result, read_result, write_result
-from tepsipe.tep_sipe import cross_validate_dummy, cross_validation_estimates
+from tepsipe.experiments.dummy.leg_pathways import cross_validate_dummy, cross_validation_estimates
+from tepsipe.io.estimates import write_estimates
+from tepsipe.io.result import Result, read_result, write_result
 
 conditions = list(snakemake.params.conditions)
 results = {

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from tepsipe.inverse_dynamics import Leg
-from tepsipe.segment_regression import LegMarkers, WindowOptions
-from tepsipe.tep_sipe import DummyOptions
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.signals.perturbations import WindowOptions
 
 
 def dummy_options(geometry: dict, analysis: dict, riding_labels=()) -> DummyOptions:

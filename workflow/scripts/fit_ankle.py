@@ -6,9 +6,7 @@ job.start(snakemake)
 
 import numpy as np
 
-from tepsipe.estimates import write_estimates
-from tepsipe.intrinsic_reflex import IntrinsicReflexOptions
-from tepsipe.position_manipulator import (
+from tepsipe.experiments.position_manipulator import (
     PositionManipulatorOptions,
     analyse_intrinsic_reflex,
     analyse_position_manipulator,
@@ -16,8 +14,10 @@ from tepsipe.position_manipulator import (
     position_manipulator_estimates,
     position_manipulator_result,
 )
-from tepsipe.result_file import write_result
-from tepsipe.trial_file import read_trial
+from tepsipe.identification.parallel_cascade import IntrinsicReflexOptions
+from tepsipe.io.estimates import write_estimates
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
 
 trial = read_trial(snakemake.input.trial)
 choices = dict(snakemake.params.analysis)

@@ -6,10 +6,16 @@ job.start(snakemake)
 
 from dummy_choices import dummy_options
 
-from tepsipe.estimates import write_estimates
-from tepsipe.result_file import write_result
-from tepsipe.tep_sipe import Pathway, analyse_dummy, bootstrap_pathways, dummy_estimates, dummy_result
-from tepsipe.trial_file import read_trial
+from tepsipe.experiments.dummy.leg_pathways import (
+    Pathway,
+    analyse_dummy,
+    bootstrap_pathways,
+    dummy_estimates,
+    dummy_result,
+)
+from tepsipe.io.estimates import write_estimates
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
 
 options = dummy_options(snakemake.params.geometry, snakemake.params.analysis, snakemake.params.riding_labels)
 pathways = {name: Pathway(**choice) for name, choice in snakemake.params.pathways.items()}

@@ -6,13 +6,13 @@ job.start(snakemake)
 
 from dummy_choices import dummy_options
 
-from tepsipe.estimates import write_estimates
-from tepsipe.foot_sipe import FootOptions, FootPathway, analyse_foot
-from tepsipe.inverse_dynamics import Foot
-from tepsipe.result_file import write_result
-from tepsipe.tep_sipe import bootstrap_pathways, dummy_estimates, dummy_result
-from tepsipe.treadmill_models.family import load_models
-from tepsipe.trial_file import read_trial
+from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
+from tepsipe.experiments.dummy.leg_pathways import bootstrap_pathways, dummy_estimates, dummy_result
+from tepsipe.io.estimates import write_estimates
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.treadmill.registry import load_models
 
 geometry, choice = snakemake.params.geometry, snakemake.params.foot
 condition = snakemake.wildcards.condition

@@ -6,16 +6,27 @@ job.start(snakemake)
 
 from pilot_choices import active_options, estimators_of, person_of
 
-from tepsipe.electromyography import EmgOptions
-from tepsipe.estimates import write_estimates
-from tepsipe.pilot_results import fit_all, fit_estimates, over_sway, pilot_result, trial_responses_result
-from tepsipe.result_file import write_result
-from tepsipe.segment_regression import WindowOptions
-from tepsipe.standing_responses import ResponseOptions, cut_standing_responses
-from tepsipe.standing_trial import StanceLimits, StandingOptions, TorquePathway, process_standing
-from tepsipe.treadmill_models.family import load_models
-from tepsipe.treadmill_models.recording import Lowpass
-from tepsipe.trial_file import read_trial
+from tepsipe.experiments.standing.epochs import ResponseOptions, cut_standing_responses
+from tepsipe.experiments.standing.joint_torque import (
+    StanceLimits,
+    StandingOptions,
+    TorquePathway,
+    process_standing,
+)
+from tepsipe.experiments.standing.results import (
+    fit_all,
+    fit_estimates,
+    over_sway,
+    pilot_result,
+    trial_responses_result,
+)
+from tepsipe.io.estimates import write_estimates
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
+from tepsipe.signals.emg import EmgOptions
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.registry import load_models
 
 params, analysis, condition = snakemake.params, snakemake.params.analysis, snakemake.wildcards.condition
 name = f"pilot/{condition}"

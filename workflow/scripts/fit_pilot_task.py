@@ -6,18 +6,18 @@ job.start(snakemake)
 
 from pilot_choices import active_options, estimators_of, person_of
 
-from tepsipe.estimates import write_estimates
-from tepsipe.onset_detection import OnsetOptions
-from tepsipe.pilot_results import (
+from tepsipe.experiments.standing.epochs import responses_of
+from tepsipe.experiments.standing.latency import muscle_latency
+from tepsipe.experiments.standing.results import (
     fit_all,
     fit_estimates,
     generator,
     pilot_result,
     stiffness_by_window,
 )
-from tepsipe.reflex_latency import muscle_latency
-from tepsipe.result_file import read_result, write_result
-from tepsipe.standing_responses import responses_of
+from tepsipe.io.estimates import write_estimates
+from tepsipe.io.result import read_result, write_result
+from tepsipe.signals.onsets import OnsetOptions
 
 params, task = snakemake.params, snakemake.wildcards.task
 name = f"pilot/{task}"

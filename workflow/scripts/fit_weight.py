@@ -4,13 +4,13 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.estimates import write_estimates
-from tepsipe.result_file import write_result
-from tepsipe.segment_regression import WindowOptions
-from tepsipe.treadmill_models.of_trial import PlateOptions, Weight, marker_lag, plate_recordings
-from tepsipe.treadmill_models.recording import Lowpass
-from tepsipe.trial_file import read_trial
-from tepsipe.weight_experiment import analyse_weight, weight_estimates, weight_result
+from tepsipe.experiments.weight import analyse_weight, weight_estimates, weight_result
+from tepsipe.io.estimates import write_estimates
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, marker_lag, plate_recordings
 
 analysis = snakemake.params.analysis
 experiment, condition = snakemake.wildcards.experiment, snakemake.wildcards.condition

@@ -6,16 +6,16 @@ job.start(snakemake)
 
 import numpy as np
 
-from tepsipe.admittance_fit import Bounds
-from tepsipe.estimates import write_estimates
-from tepsipe.result_file import write_result
-from tepsipe.trial_file import read_trial
-from tepsipe.wristalyzer import (
+from tepsipe.experiments.wristalyzer import (
     WristalyzerOptions,
     analyse_wristalyzer,
     wristalyzer_estimates,
     wristalyzer_result,
 )
+from tepsipe.identification.admittance_fit import Bounds
+from tepsipe.io.estimates import write_estimates
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
 
 analysis = dict(snakemake.params.analysis)
 

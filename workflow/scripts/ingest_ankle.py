@@ -4,9 +4,9 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.ingest_manipulator import TableOptions, ingest_position_manipulator
-from tepsipe.readers.text_table import read_text_table
-from tepsipe.trial_file import write_trial
+from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.trial import write_trial
 
 files = dict(snakemake.params.files)
 options = TableOptions(

@@ -4,8 +4,8 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.ingest_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.trial_file import write_trial
+from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.io.trial import write_trial
 
 files = dict(snakemake.params.files)
 options = TreadmillOptions(**snakemake.params.ingest)

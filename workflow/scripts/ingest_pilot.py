@@ -4,9 +4,9 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.ingest_pilot import ingest_pilot_files
-from tepsipe.ingest_treadmill import TreadmillOptions
-from tepsipe.trial_file import write_trial
+from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.standing import ingest_pilot_files
+from tepsipe.io.trial import write_trial
 
 files = dict(snakemake.params.files)
 options = TreadmillOptions(**snakemake.params.ingest)

@@ -4,9 +4,9 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.ingest_belt_table import BeltTableOptions, ingest_belt_table
-from tepsipe.readers.text_table import read_text_table
-from tepsipe.trial_file import write_trial
+from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.trial import write_trial
 
 files, columns = dict(snakemake.params.files), dict(snakemake.params.columns)
 options = BeltTableOptions(load_unit=snakemake.params.load_unit, **snakemake.params.ingest)

@@ -4,9 +4,9 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.ingest_manipulator import ManipulatorOptions, ingest_torque_manipulator
-from tepsipe.readers.text_table import read_text_table
-from tepsipe.trial_file import write_trial
+from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.trial import write_trial
 
 files = dict(snakemake.params.files)
 options = ManipulatorOptions(angle_unit=snakemake.params.angle_unit, **snakemake.params.ingest)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import yaml
 
-from tepsipe.estimates import read_estimates
-from tepsipe.thesis_tables import lay_out_table, write_table
+from tepsipe.io.estimates import read_estimates
+from tepsipe.reporting.thesis_tables import lay_out_table, write_table
 
 name, conditions = snakemake.wildcards.table, list(snakemake.params.conditions)
 reported = {}

@@ -1,7 +1,7 @@
 """From sections of the configuration to the options of treadmill models: what several scripts need."""
 
-from tepsipe.treadmill_models.family import FamilyOptions
-from tepsipe.treadmill_models.ripple import RippleOptions
+from tepsipe.treadmill.registry import FamilyOptions
+from tepsipe.treadmill.ripple import RippleOptions
 
 
 def family_options(models: dict) -> FamilyOptions:

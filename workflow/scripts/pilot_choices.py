@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from tepsipe.anthropometry import both_feet, standing_body
-from tepsipe.segment_regression import LegMarkers
-from tepsipe.standing_impedance import ActiveOptions, StandingEstimator
-from tepsipe.standing_trial import Person
+from tepsipe.experiments.standing.impedance import ActiveOptions, StandingEstimator
+from tepsipe.experiments.standing.joint_torque import Person
+from tepsipe.mechanics.anthropometry import both_feet, standing_body
+from tepsipe.mechanics.segment_kinematics import LegMarkers
 
 
 def person_of(choice: dict) -> Person:

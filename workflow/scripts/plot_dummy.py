@@ -4,14 +4,14 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.figures import dummy_figures as figures
-from tepsipe.figures.matrix_figure import plot_matrix
-from tepsipe.figures.names import short_name
-from tepsipe.figures.specification_figure import plot_specification
-from tepsipe.figures.style import save_figure
-from tepsipe.output_error import ESTIMATOR
-from tepsipe.result_file import read_result
-from tepsipe.specification import read_specification
+from tepsipe.experiments.dummy.specification_curve import read_specification
+from tepsipe.identification.output_error import ESTIMATOR
+from tepsipe.io.result import read_result
+from tepsipe.reporting.figures import dummy as figures
+from tepsipe.reporting.figures.matrix import plot_matrix
+from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.figures.specification_curve import plot_specification
+from tepsipe.reporting.figures.style import save_figure
 
 names = list(snakemake.params.conditions)
 results = {name: read_result(path) for name, path in zip(names, snakemake.input.fits, strict=True)}

@@ -4,9 +4,9 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.figures.dummy_figures import plot_pathways
-from tepsipe.figures.style import save_figure
-from tepsipe.result_file import Result, read_result
+from tepsipe.io.result import Result, read_result
+from tepsipe.reporting.figures.dummy import plot_pathways
+from tepsipe.reporting.figures.style import save_figure
 
 results = {}
 sides = zip(snakemake.params.conditions, snakemake.input.leg, snakemake.input.foot, strict=True)

@@ -4,9 +4,9 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.figures import noise_figures as figures
-from tepsipe.figures.style import save_figure
-from tepsipe.noise_tables import read_noise
+from tepsipe.experiments.noise.rows import read_noise
+from tepsipe.reporting.figures import noise as figures
+from tepsipe.reporting.figures.style import save_figure
 
 noise, joint = snakemake.params.noise, snakemake.params.noise["joint"]
 rows = [row for path in snakemake.input.noise for row in read_noise(path)]

@@ -4,9 +4,9 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.figures import pilot_figures as figures
-from tepsipe.figures.style import save_png
-from tepsipe.result_file import read_result
+from tepsipe.io.result import read_result
+from tepsipe.reporting.figures import standing as figures
+from tepsipe.reporting.figures.style import save_png
 
 drawn = (snakemake.output.figures_4_13, snakemake.output.figures_4_14)
 for path, processed, activity in zip(snakemake.input.responses, *drawn, strict=True):

@@ -4,10 +4,10 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.figures import simulation_figures as figures
-from tepsipe.figures.style import save_figure
-from tepsipe.forward_scores import read_forward
-from tepsipe.result_file import read_result
+from tepsipe.experiments.forward.scores import read_forward
+from tepsipe.io.result import read_result
+from tepsipe.reporting.figures import simulation as figures
+from tepsipe.reporting.figures.style import save_figure
 
 names = list(snakemake.params.conditions)
 results = {name: read_result(path) for name, path in zip(names, snakemake.input.fits, strict=True)}

@@ -4,10 +4,10 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.figures import treadmill_figures as figures
-from tepsipe.figures.style import save_figure
-from tepsipe.result_file import read_result
-from tepsipe.treadmill_calibration import read_scores
+from tepsipe.io.result import read_result
+from tepsipe.reporting.figures import treadmill as figures
+from tepsipe.reporting.figures.style import save_figure
+from tepsipe.treadmill.calibration import read_scores
 
 result, scores = read_result(snakemake.input.fit), read_scores(snakemake.input.scores)
 drawn = {

@@ -4,10 +4,10 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.figures import weight_figures as figures
-from tepsipe.figures.style import save_figure
-from tepsipe.result_file import read_result
-from tepsipe.treadmill_calibration import read_scores
+from tepsipe.io.result import read_result
+from tepsipe.reporting.figures import weight as figures
+from tepsipe.reporting.figures.style import save_figure
+from tepsipe.treadmill.calibration import read_scores
 
 by_experiment = (
     (snakemake.params.weight, snakemake.input.weight),

@@ -6,10 +6,10 @@ job.start(snakemake)
 
 import numpy as np
 
-from tepsipe.figures import wristalyzer_figures as figures
-from tepsipe.figures.matrix_figure import plot_matrix
-from tepsipe.figures.style import save_figure
-from tepsipe.result_file import read_result
+from tepsipe.io.result import read_result
+from tepsipe.reporting.figures import wristalyzer as figures
+from tepsipe.reporting.figures.matrix import plot_matrix
+from tepsipe.reporting.figures.style import save_figure
 
 names = list(snakemake.params.conditions)
 results = {name: read_result(path) for name, path in zip(names, snakemake.input.fits, strict=True)}

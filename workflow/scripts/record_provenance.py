@@ -12,7 +12,7 @@ from importlib.metadata import version
 import h5py
 import yaml
 
-from tepsipe.trial_file import checksum
+from tepsipe.io.trial import checksum
 
 config = snakemake.params.config
 raw = {}

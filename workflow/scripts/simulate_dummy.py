@@ -6,17 +6,17 @@ job.start(snakemake)
 
 from dummy_choices import dummy_options
 
-from tepsipe.estimates import read_estimates
-from tepsipe.forward_scores import write_forward
-from tepsipe.inverse_dynamics import Foot
-from tepsipe.result_file import write_result
-from tepsipe.simulation_study import (
+from tepsipe.experiments.forward.scores import write_forward
+from tepsipe.experiments.forward.study import (
     forward_scores,
     mean_parameters,
     simulate_condition,
     simulation_result,
 )
-from tepsipe.trial_file import read_trial
+from tepsipe.io.estimates import read_estimates
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
+from tepsipe.mechanics.inverse_dynamics import Foot
 
 geometry, condition = snakemake.params.geometry, snakemake.wildcards.condition
 in_manipulator = [row for path in snakemake.input.wristalyzer for row in read_estimates(path)]

@@ -6,11 +6,11 @@ job.start(snakemake)
 
 from dummy_choices import dummy_options
 
-from tepsipe.inverse_dynamics import Foot
-from tepsipe.noise_simulation import simulate_trial
-from tepsipe.noise_trials import simulated_result
-from tepsipe.result_file import write_result
-from tepsipe.trial_file import read_trial
+from tepsipe.experiments.noise.simulate import simulate_trial
+from tepsipe.experiments.noise.trial_files import simulated_result
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
+from tepsipe.mechanics.inverse_dynamics import Foot
 
 geometry, joint = snakemake.params.geometry, snakemake.params.joint
 trial = read_trial(snakemake.input.trial)

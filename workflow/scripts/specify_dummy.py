@@ -6,11 +6,15 @@ job.start(snakemake)
 
 from dummy_choices import dummy_options
 
-from tepsipe.foot_sipe import FootOptions
-from tepsipe.inverse_dynamics import Foot
-from tepsipe.specification import SpecificationOptions, specify_dummy, write_specification
-from tepsipe.tep_sipe import Pathway
-from tepsipe.trial_file import read_trial
+from tepsipe.experiments.dummy.foot_pathways import FootOptions
+from tepsipe.experiments.dummy.leg_pathways import Pathway
+from tepsipe.experiments.dummy.specification_curve import (
+    SpecificationOptions,
+    specify_dummy,
+    write_specification,
+)
+from tepsipe.io.trial import read_trial
+from tepsipe.mechanics.inverse_dynamics import Foot
 
 geometry, foot = snakemake.params.geometry, snakemake.params.foot
 found = specify_dummy(

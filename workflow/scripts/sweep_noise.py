@@ -6,11 +6,11 @@ job.start(snakemake)
 
 from dummy_choices import dummy_options
 
-from tepsipe.inverse_dynamics import Foot
-from tepsipe.noise_study import sweep_trial
-from tepsipe.noise_tables import noise_rows, write_noise
-from tepsipe.noise_trials import simulated_trial
-from tepsipe.result_file import read_result
+from tepsipe.experiments.noise.monte_carlo import sweep_trial
+from tepsipe.experiments.noise.rows import noise_rows, write_noise
+from tepsipe.experiments.noise.trial_files import simulated_trial
+from tepsipe.io.result import read_result
+from tepsipe.mechanics.inverse_dynamics import Foot
 
 geometry, noise = snakemake.params.geometry, snakemake.params.noise
 options = dummy_options(geometry, snakemake.params.analysis)

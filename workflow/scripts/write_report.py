@@ -13,18 +13,16 @@ import pandas as pd
 import typst
 import yaml
 
-from tepsipe import (
-    ankle_report_data,
-    pilot_report_data,
-    report_data,
-    simulation_report_data,
-    treadmill_report_data,
-)
-from tepsipe.figures.names import short_name
-from tepsipe.result_file import read_result
-from tepsipe.specification import read_specification
-from tepsipe.thesis_tables import read_table
-from tepsipe.treadmill_calibration import read_scores
+from tepsipe.experiments.dummy.specification_curve import read_specification
+from tepsipe.io.result import read_result
+from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.numbers import position_manipulator as ankle_report_data
+from tepsipe.reporting.numbers import simulations as simulation_report_data
+from tepsipe.reporting.numbers import standing as pilot_report_data
+from tepsipe.reporting.numbers import study as report_data
+from tepsipe.reporting.numbers import treadmill as treadmill_report_data
+from tepsipe.reporting.thesis_tables import read_table
+from tepsipe.treadmill.calibration import read_scores
 
 choices, experiments = snakemake.params.choices, snakemake.params.experiments
 fits, paths = {}, iter(snakemake.input.fits)

@@ -8,7 +8,7 @@ import jsonschema
 import yaml
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.readers.text_file import read_text
+from tepsipe.io.readers.text_file import read_text
 
 
 def load_yaml(path: str | Path) -> dict:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.readers.text_file import read_text
+from tepsipe.io.readers.text_file import read_text
 
 COLUMNS = (
     "experiment",

@@ -1,0 +1,1 @@
+"""TEP-SIPE on the ankle dummy."""

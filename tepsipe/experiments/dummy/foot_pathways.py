@@ -1,0 +1,304 @@
+"""TEP-SIPE with the torque from the foot's side: force plate, ankle marker and treadmill models."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed
+from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions
+from tepsipe.identification.window_regression import regress_torque
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
+from tepsipe.mechanics.segment_kinematics import LegMotion, leg_motion
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
+from tepsipe.signals.time_alignment import advanced, marker_delay
+from tepsipe.treadmill.registry import FittedModel, pick
+from tepsipe.treadmill.trial_recordings import COMPONENTS, measured_load, recordings_of_loads, zero_line
+
+FOOT_TORQUES = ("foot-printed", "foot")
+
+
+@dataclass(frozen=True)
+class FootPathway:
+    """One way from force plate and markers to parameters (names, no units).
+
+    Attributes
+    ----------
+    torque : {"foot-printed", "foot"}
+        How the torque is derived (`tepsipe.mechanics.inverse_dynamics`).
+    treadmill_model : str or None
+        Model whose load is taken out of Fy and Mx first; None for the loads as measured.
+    window_s : float or None
+        Length of the fitted windows from the onset of a perturbation (s); None for the perturbation
+        itself. In a longer window the leg also swings while the belt stands still and adds nothing.
+    estimator : {"segment-regression-printed", "segment-regression"}
+        How the parameters are (`tepsipe.identification.window_regression`).
+    """
+
+    torque: str
+    treadmill_model: str | None
+    window_s: float | None
+    estimator: str
+
+
+@dataclass(frozen=True)
+class FootOptions:
+    """Choices of the foot's side, beside those of the leg's.
+
+    Attributes
+    ----------
+    foot : Foot
+        The foot (kg, m).
+    ankle_label : str
+        Marker on the ankle.
+    riding_labels : tuple of str
+        Markers that ride on the belt: they tell by how much markers lag behind forces.
+    belt : str
+        The belt on which the dummy stands, left or right.
+    """
+
+    foot: Foot
+    ankle_label: str
+    riding_labels: tuple[str, ...]
+    belt: str
+
+
+def analyse_foot(
+    trial: Trial,
+    name: str,
+    dummy: DummyOptions,
+    options: FootOptions,
+    pathways: dict[str, FootPathway],
+    models: dict[str, dict[str, FittedModel]],
+) -> DummyAnalysis:
+    """Estimate I, B, K of the ankle dummy from the torque that the force plate shows.
+
+    Parameters
+    ----------
+    trial : Trial
+        Forces (N), moments (Nm), markers (m) and belt velocity (m/s).
+    name : str
+        Names the trial in messages.
+    dummy, options : DummyOptions, FootOptions
+        Choices (units in their names).
+    pathways : dict of str to FootPathway
+        Name -> pathway.
+    models : dict of str to dict of str to FittedModel
+        Component of the load, Fy or Mx -> name -> treadmill model.
+
+    Returns
+    -------
+    DummyAnalysis
+        One regression per pathway, all over the same perturbations.
+
+    Raises
+    ------
+    InputError
+        If no perturbation or no rest is found, a marker or a model is missing, or a pathway is unknown.
+    """
+    rate, time = trial.rate_hz, trial.time
+    lowpass = Lowpass(dummy.lowpass_cutoff_hz, dummy.lowpass_order, True)
+    belt_velocity = lowpass(trial.values("belt_velocity"), rate)
+    perturbations = find_perturbations(belt_velocity, rate, dummy.window, "belt velocity")
+    at_rest = rest_samples(time, dummy.window)
+    motion = leg_motion(
+        time,
+        trial.values("marker_position"),
+        trial.axes["marker"].tolist(),
+        dummy.leg_markers,
+        dummy.leg.com_m,
+        rate,
+        dummy.lowpass_cutoff_hz,
+        dummy.lowpass_order,
+    )
+    delay = foot_delay(trial, name, options, lowpass, at_rest)
+    side = foot_side(trial, name, options, lowpass, at_rest, motion, delay)
+    motion, measured, y_a, y_a_dd = side.motion, side.measured, side.y_a, side.y_a_dd
+    recordings = recordings_of_loads(
+        trial,
+        name,
+        name,
+        lowpass,
+        at_rest,
+        measured,
+        dict.fromkeys(COMPONENTS, np.zeros(time.size)),
+        options.foot.mass_kg + dummy.leg.mass_kg,
+        np.ones(time.size, dtype=bool),
+        tuple(p.start for p in perturbations),
+    )
+    regressions = {}
+    for key, pathway in pathways.items():
+        loads = {
+            component: recording.load
+            if pathway.treadmill_model is None
+            else pick(models[component], pathway.treadmill_model).compensate(recording)
+            for component, recording in recordings.items()
+        }
+        if pathway.torque == "foot":
+            torque = foot_torque(options.foot, loads["Fy"], measured["Fz"], loads["Mx"], y_a, y_a_dd)
+        elif pathway.torque == "foot-printed":
+            torque = foot_torque_as_printed(options.foot, dummy.leg, loads["Fy"], motion.y_dd)
+        else:
+            raise InputError(
+                f"expected a torque of {', '.join(FOOT_TORQUES)}, found {pathway.torque!r}: correct it "
+                "in the configuration"
+            )
+        windows = windows_from_onset(perturbations, pathway.window_s, rate, time.size, name)
+        regressions[key] = regress_torque(motion, torque, windows, at_rest, pathway.estimator)
+    return DummyAnalysis(
+        time=time,
+        belt_velocity=belt_velocity,
+        belt_command=trial.values("belt_command"),
+        regressions=regressions,
+        pathways=pathways,
+        damping_per_skew={},
+        misfit_m=motion.misfit_m,
+        marker_noise_m=0.0,
+    )
+
+
+@dataclass(frozen=True)
+class FootSide:
+    """What the foot's side shows of a trial, on the force plate's clock.
+
+    Attributes
+    ----------
+    motion : LegMotion
+        Motion of the leg (s, rad, m).
+    measured : dict of str to ndarray
+        Fy, Fz (N) and Mx (Nm) as measured, each of shape (n,).
+    y_a, y_a_dd : ndarray, shape (n,)
+        Position of the ankle on the plate (m) and its acceleration (m/s2).
+    """
+
+    motion: LegMotion
+    measured: dict[str, np.ndarray]
+    y_a: np.ndarray
+    y_a_dd: np.ndarray
+
+
+def foot_delay(
+    trial: Trial, name: str, options: FootOptions, lowpass: Callable, at_rest: np.ndarray
+) -> float:
+    """Time by which markers lag behind the treadmill's own signals (s).
+
+    Arguments are those of `foot_side`.
+
+    Raises
+    ------
+    InputError
+        If a marker is missing, or those that ride on the belt do not follow it.
+    """
+    rate, time = trial.rate_hz, trial.time
+    labels = trial.axes["marker"].tolist()
+    for label in (options.ankle_label, *options.riding_labels):
+        if label not in labels:
+            raise InputError(
+                f"{name}: expected a marker named {label!r} on the foot, found {listed(labels)}: name "
+                "it in the configuration"
+            )
+    velocity = zero_line(lowpass(trial.values("belt_velocity"), rate), time, at_rest)
+    along = lowpass(trial.values("marker_position")[:, :, 1].astype(float), rate)
+    riding = along[:, [labels.index(label) for label in options.riding_labels]].mean(axis=1)
+    return marker_delay(time, riding, velocity, name)
+
+
+def foot_side(
+    trial: Trial,
+    name: str,
+    options: FootOptions,
+    lowpass: Callable,
+    at_rest: np.ndarray,
+    motion: LegMotion,
+    delay_s: float,
+) -> FootSide:
+    """Loads and motions from which the foot's side has its torque.
+
+    Parameters
+    ----------
+    trial : Trial
+        Forces (N), moments (Nm) and markers (m).
+    name : str
+        Names the trial in messages.
+    options : FootOptions
+        Choices (units in their names).
+    lowpass : callable
+        Filters a signal, given with its rate (Hz).
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+    motion : LegMotion
+        Motion of the leg by the markers' clock, filtered (s, rad, m).
+    delay_s : float
+        Time by which markers lag behind forces (s).
+
+    Returns
+    -------
+    FootSide
+        Filtered, on the force plate's clock.
+
+    Raises
+    ------
+    InputError
+        If the belt is not in the trial.
+    """
+    time, labels = trial.time, trial.axes["marker"].tolist()
+    motion = replace(
+        motion,
+        **{
+            key: advanced(time, getattr(motion, key), delay_s)
+            for key in ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
+        },
+    )
+    along = lowpass(trial.values("marker_position")[:, :, 1].astype(float), trial.rate_hz)
+    ankle = advanced(time, along[:, labels.index(options.ankle_label)], delay_s)
+    # the belt creeps a little: what is a line through rest in Mx must be one in the ankle's position too
+    y_a = zero_line(ankle, time, at_rest) + ankle[at_rest].mean()
+    return FootSide(
+        motion=motion,
+        measured=measured_load(trial, name, options.belt, lowpass, at_rest),
+        y_a=y_a,
+        y_a_dd=derivative(time, derivative(time, y_a)),
+    )
+
+
+def windows_from_onset(
+    perturbations: list[Perturbation], window_s: float | None, rate_hz: float, samples: int, name: str
+) -> list[Perturbation]:
+    """Windows to fit: the perturbations themselves, or of one length from their onsets.
+
+    Parameters
+    ----------
+    perturbations : list of Perturbation
+        Where they lie (samples).
+    window_s : float or None
+        Length of the windows (s); None for the perturbations themselves.
+    rate_hz : float
+        Sampling rate (Hz).
+    samples : int
+        Length of the trial (samples).
+    name : str
+        Names the trial in messages.
+
+    Returns
+    -------
+    list of Perturbation
+        The windows (samples).
+
+    Raises
+    ------
+    InputError
+        If a window reaches into the next perturbation or beyond the end.
+    """
+    if window_s is None:
+        return perturbations
+    windows = [replace(p, stop=p.start + round(window_s * rate_hz)) for p in perturbations]
+    starts = [*(p.start for p in perturbations[1:]), samples]
+    if any(window.stop > start for window, start in zip(windows, starts, strict=True)):
+        raise InputError(
+            f"{name}: expected {window_s:g} s from the onset of every perturbation to the next, found less: "
+            "shorten window_s of the pathway in the configuration"
+        )
+    return windows

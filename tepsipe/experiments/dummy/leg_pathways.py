@@ -1,0 +1,408 @@
+"""TEP-SIPE on the ankle dummy, from one trial to its parameters by every pathway (thesis section 3-1-2)."""
+
+import zlib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed
+from tepsipe.identification.output_error import ESTIMATOR, OutputError, fit_output_error
+from tepsipe.identification.window_regression import SegmentRegression, damping_per_skew, regress_segments
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, impedance_torque
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.segment_kinematics import LegMarkers, leg_motion
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.perturbations import WindowOptions, find_perturbations, rest_samples
+from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
+from tepsipe.statistics.goodness_of_fit import vaf
+
+MARKER_SIGNALS = {"aligned": "marker_position", "as-strobed": "marker_position_as_strobed"}
+
+
+@dataclass(frozen=True)
+class Pathway:
+    """One way from markers to parameters (names, no units).
+
+    Attributes
+    ----------
+    torque : {"leg", "leg-printed"}
+        How the torque is derived (`tepsipe.mechanics.inverse_dynamics`).
+    marker_instants : {"aligned", "as-strobed"}
+        Whether the markers' different sampling instants are corrected.
+    estimator : {"segment-regression-printed", "segment-regression", "output-error"}
+        How the parameters are (`window_regression`, `output_error`); output error makes no
+        use of the torque.
+    """
+
+    torque: str
+    marker_instants: str
+    estimator: str
+
+
+@dataclass(frozen=True)
+class DummyOptions:
+    """Choices of the thesis (section 3-1-2) and the dummy's properties (Table 2-2).
+
+    Attributes
+    ----------
+    leg : Leg
+        The leg (kg, m, kg m2).
+    leg_markers : LegMarkers
+        Where its markers sit (m).
+    lowpass_cutoff_hz, lowpass_order : float, int
+        Bidirectional Butterworth filter (Hz, -).
+    window : WindowOptions
+        Where perturbations and rest are (s).
+    riding_labels : tuple of str
+        Markers that ride on the belt: their mean is the foot's motion, for the output error only.
+    """
+
+    leg: Leg
+    leg_markers: LegMarkers
+    lowpass_cutoff_hz: float
+    lowpass_order: int
+    window: WindowOptions
+    riding_labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class DummyAnalysis:
+    """What one trial gives.
+
+    Attributes
+    ----------
+    time, belt_velocity, belt_command : ndarray, shape (n,)
+        Instants (s); filtered measured velocity, and command (m/s).
+    regressions : dict of str to SegmentRegression
+        Pathway -> parameters and predictions.
+    pathways : dict of str to Pathway
+        What each pathway means.
+    damping_per_skew : dict of str to float
+        Pathway -> change of B when the leg's position is taken later than its angle (Nms/rad per s).
+    misfit_m : float
+        Root mean square distance between markers and the rigid leg (m).
+    marker_noise_m : float
+        Root mean square of what the filter removes from the leg's markers at rest (m per coordinate).
+    output_errors : dict of str to OutputError
+        Pathway -> measured and simulated angle (rad), where the output error was the estimator.
+    """
+
+    time: np.ndarray
+    belt_velocity: np.ndarray
+    belt_command: np.ndarray
+    regressions: dict[str, SegmentRegression]
+    pathways: dict[str, Pathway]
+    damping_per_skew: dict[str, float]
+    misfit_m: float
+    marker_noise_m: float
+    output_errors: dict[str, OutputError] = field(default_factory=dict)
+
+
+def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
+    """Estimate I, B, K of the ankle dummy by every pathway.
+
+    Parameters
+    ----------
+    trial : Trial
+        Markers (m) and belt velocity (m/s).
+    options : DummyOptions
+        Choices (units in their names).
+    pathways : dict of str to Pathway
+        Name -> pathway.
+
+    Returns
+    -------
+    DummyAnalysis
+        One regression per pathway, all over the same perturbations.
+
+    Raises
+    ------
+    InputError
+        If no perturbation or no rest is found, or the markers are not the leg's.
+    """
+    rate, time = trial.rate_hz, trial.time
+
+    def lowpass(x: np.ndarray) -> np.ndarray:
+        return butterworth_lowpass(x, rate, options.lowpass_cutoff_hz, options.lowpass_order)
+
+    belt_velocity = lowpass(trial.values("belt_velocity"))
+    perturbations = find_perturbations(belt_velocity, rate, options.window, "belt velocity")
+    at_rest = rest_samples(time, options.window)
+    motions = {
+        instants: leg_motion(
+            time,
+            trial.values(MARKER_SIGNALS[instants]),
+            trial.axes["marker"].tolist(),
+            options.leg_markers,
+            options.leg.com_m,
+            rate,
+            options.lowpass_cutoff_hz,
+            options.lowpass_order,
+        )
+        for instants in sorted({pathway.marker_instants for pathway in pathways.values()})
+    }
+    problems = {
+        name: (
+            motions[pathway.marker_instants],
+            options.leg,
+            perturbations,
+            at_rest,
+            pathway.torque,
+            pathway.estimator,
+        )
+        for name, pathway in pathways.items()
+        if pathway.estimator != ESTIMATOR
+    }
+    output_errors = {
+        name: fit_output_error(
+            motions[pathway.marker_instants],
+            lowpass(riding_position(trial, options.riding_labels, pathway.marker_instants)),
+            belt_velocity,
+            options.leg,
+            perturbations,
+            at_rest,
+        )
+        for name, pathway in pathways.items()
+        if pathway.estimator == ESTIMATOR
+    }
+    regressions = {
+        name: output_errors[name].regression if name in output_errors else regress_segments(*problems[name])
+        for name in pathways
+    }
+    return DummyAnalysis(
+        time=time,
+        belt_velocity=belt_velocity,
+        belt_command=trial.values("belt_command"),
+        regressions=regressions,
+        output_errors=output_errors,
+        pathways=pathways,
+        damping_per_skew={name: damping_per_skew(*problem) for name, problem in problems.items()},
+        misfit_m=max(motion.misfit_m for motion in motions.values()),
+        marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
+    )
+
+
+def riding_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:
+    """Mean position along the belt of the markers that ride on it (m), shape (n,).
+
+    Parameters
+    ----------
+    trial : Trial
+        Markers (m).
+    labels : tuple of str
+        The markers that ride on the belt.
+    instants : {"aligned", "as-strobed"}
+        Whether the markers' different sampling instants are corrected.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Position, not filtered (m).
+
+    Raises
+    ------
+    InputError
+        If a marker is missing, or none is named.
+    """
+    known = trial.axes["marker"].tolist()
+    missing = [label for label in labels if label not in known]
+    if missing or not labels:
+        raise InputError(
+            f"expected markers that ride on the belt, found {listed(missing or ['none'])} among "
+            f"{listed(known)}: name them in dummy.foot.riding_labels in the configuration"
+        )
+    columns = [known.index(label) for label in labels]
+    return trial.values(MARKER_SIGNALS[instants])[:, columns, 1].astype(float).mean(axis=1)
+
+
+def _noise_at_rest(trial: Trial, options: DummyOptions, lowpass, at_rest: np.ndarray) -> float:
+    labels = trial.axes["marker"].tolist()
+    columns = [labels.index(label) for label in options.leg_markers.labels]
+    positions = trial.values(MARKER_SIGNALS["as-strobed"])[:, columns, 1:]
+    return float(np.sqrt(np.mean((positions - lowpass(positions))[at_rest] ** 2)))
+
+
+def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
+    """Intervals of the means of I (Nms2/rad), B (Nms/rad), K (Nm/rad) and VAF (%) of every pathway.
+
+    Parameters
+    ----------
+    analysis : DummyAnalysis
+        What `analyse_dummy` found.
+    draws : int
+        Bootstrap samples (-).
+    seed : int
+        Of the generators that draw perturbations, one per pathway (-): intervals do not depend on which
+        other pathways there are.
+
+    Returns
+    -------
+    dict of str to Interval
+        Pathway -> standard errors and intervals, each of shape (4,).
+    """
+    return {
+        name: bootstrap_mean(
+            np.column_stack([regression.parameters, regression.vaf_per_perturbation]),
+            draws,
+            np.random.default_rng([seed, zlib.crc32(name.encode())]),
+        )
+        for name, regression in analysis.regressions.items()
+    }
+
+
+def dummy_estimates(
+    condition: str, analysis: DummyAnalysis, intervals: dict[str, Interval]
+) -> list[Estimate]:
+    """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
+
+    For the output error the VAF (%) of the angle, VAF_theta_trial, too.
+
+    Parameters
+    ----------
+    condition : str
+        Name of the condition.
+    analysis : DummyAnalysis
+        What `analyse_dummy` found.
+    intervals : dict of str to Interval
+        From `bootstrap_pathways`.
+
+    Returns
+    -------
+    list of Estimate
+        Values are means over perturbations; intervals are bootstrapped over them. The output error has
+        no SEM as printed.
+    """
+    rows = []
+    for name, regression in analysis.regressions.items():
+        names = ("dummy", condition, name, analysis.pathways[name].estimator)
+        interval = intervals[name]
+        mean = [*regression.mean, regression.vaf_per_perturbation.mean()]
+        printed = np.mean([fit.sem_as_printed for fit in regression.fits], axis=0)
+        count = len(regression.fits)
+        quantities = [*[(q, UNITS[q]) for q in PARAMETERS], ("VAF_perturbation", "%")]
+        for k, (quantity, unit) in enumerate(quantities):
+            rows.append(
+                Estimate(
+                    *names,
+                    quantity,
+                    unit,
+                    float(mean[k]),
+                    float(interval.standard_error[k]),
+                    float(interval.low[k]),
+                    float(interval.high[k]),
+                    float(printed[k]) if quantity in PARAMETERS and np.isfinite(printed[k]) else None,
+                    count,
+                )
+            )
+        rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
+        if name in analysis.output_errors:
+            of_angle = analysis.output_errors[name].vaf_angle
+            rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
+    return rows
+
+
+def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Result:
+    """Arrays and facts of one trial, for figures and for cross-validation (units in the result).
+
+    ``intervals`` are those of `bootstrap_pathways`.
+    """
+    arrays: dict[str, np.ndarray] = {
+        "time": analysis.time,
+        "belt_velocity": analysis.belt_velocity,
+        "belt_command": analysis.belt_command,
+    }
+    units = {"time": "s", "belt_velocity": "m/s", "belt_command": "m/s"}
+    some = next(iter(analysis.regressions.values()))
+    arrays["windows"] = np.array([[p.start, p.stop] for p in some.perturbations])
+    units["windows"] = "samples"
+    for name, regression in analysis.regressions.items():
+        for key, values, unit in (
+            ("torque", regression.torque, "Nm"),
+            ("predicted_torque", regression.predicted, "Nm"),
+            ("regressors", regression.regressors, "rad/s2, rad/s, rad"),
+            ("parameters", regression.parameters, "Nms2/rad, Nms/rad, Nm/rad"),
+            ("mean_and_interval", _mean_and_interval(regression, intervals[name]), "as parameters"),
+            ("vaf_per_perturbation", regression.vaf_per_perturbation, "%"),
+        ):
+            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
+    for name, found in analysis.output_errors.items():
+        for key, values in (("angle", found.angle), ("simulated_angle", found.simulated)):
+            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, "rad"
+    lengths = np.diff(arrays["windows"], axis=1) * (analysis.time[1] - analysis.time[0])
+    facts = {
+        "pathways": list(analysis.regressions),
+        "misfit_m": analysis.misfit_m,
+        "marker_noise_m": analysis.marker_noise_m,
+        "theta_rest_rad": some.theta_rest_rad,
+        "mean_window_s": float(lengths.mean()),
+        "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
+        "output_error_delay_s": {name: found.delay_s for name, found in analysis.output_errors.items()},
+        "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
+        "condition_numbers": {
+            name: float(np.mean([fit.condition_number for fit in regression.fits]))
+            for name, regression in analysis.regressions.items()
+        },
+    }
+    return Result(arrays, units, facts)
+
+
+def _mean_and_interval(regression: SegmentRegression, interval: Interval) -> np.ndarray:
+    """Rows mean, low, high; columns I (Nms2/rad), B (Nms/rad), K (Nm/rad)."""
+    return np.array([regression.mean, interval.low[:3], interval.high[:3]])
+
+
+def cross_validate_dummy(results: dict[str, Result], pathway: str) -> np.ndarray:
+    """Predict every trial's torque with every trial's mean parameters (thesis section 3-1-2).
+
+    Parameters
+    ----------
+    results : dict of str to Result
+        Condition -> `dummy_result`.
+    pathway : str
+        Name of the pathway.
+
+    Returns
+    -------
+    ndarray, shape (conditions, conditions)
+        VAF (%) over the whole trial, parameters of the row's condition, trial of the column's.
+
+    Raises
+    ------
+    InputError
+        If a trial lacks the pathway.
+    """
+    for condition, result in results.items():
+        if f"{pathway}/parameters" not in result.arrays:
+            raise InputError(f"{condition}: expected the pathway {pathway!r}, found none: fit it again")
+    matrix = np.empty((len(results), len(results)))
+    for i, reference in enumerate(results.values()):
+        mean = reference.arrays[f"{pathway}/parameters"].mean(axis=0)
+        for j, trial in enumerate(results.values()):
+            theta_dd, theta_d, theta = trial.arrays[f"{pathway}/regressors"].T
+            predicted = impedance_torque(mean, theta, theta_d, theta_dd)
+            matrix[i, j] = vaf(trial.arrays[f"{pathway}/torque"], predicted)
+    return matrix
+
+
+def cross_validation_estimates(
+    conditions: list[str], matrix: np.ndarray, pathway: str, estimator: str
+) -> list[Estimate]:
+    """Mean VAF (%) of each condition's parameters on the other conditions."""
+    if len(conditions) < 2:
+        return []
+    others = ~np.eye(len(conditions), dtype=bool)
+    return [
+        Estimate(
+            "dummy",
+            condition,
+            pathway,
+            estimator,
+            "VAF_cross_validated",
+            "%",
+            float(matrix[k][others[k]].mean()),
+        )
+        for k, condition in enumerate(conditions)
+    ]

@@ -1,0 +1,314 @@
+"""One trial by every combination of the choices that the thesis weighed (thesis Appendix A).
+
+A specification says how the parameters of one trial are found:
+
+    torque      of which free body: leg-printed, leg, foot-printed, foot (`inverse_dynamics`)
+    filter      which low-pass: of the study, forwards only, with another cutoff, none
+    filtered    what passes it: all signals; the torque only; the motion only, from which regressors come
+    reference   angle, and torque, of rest: at the first and last rest, or just before each segment
+    window      the command's length, the actual length, or longer
+    estimator   segment-regression-printed, segment-regression, output-error
+
+Output error has neither torque nor windows and always one angle of rest; all its signals pass one filter.
+Nothing is computed here: every estimate is that of the functions that the study's own pathways use.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.experiments.dummy.foot_pathways import FootOptions, foot_delay, foot_side, windows_from_onset
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, riding_position
+from tepsipe.identification.output_error import ESTIMATOR, fit_output_error
+from tepsipe.identification.window_regression import ESTIMATORS, SegmentRegression, regress_torque
+from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, foot_torque, foot_torque_as_printed
+from tepsipe.mechanics.segment_kinematics import LegMotion, leg_positions, motion_of_markers
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
+
+CHOICES = ("torque", "filter", "filtered", "reference", "window", "estimator")
+TORQUES = ("leg-printed", "leg", "foot-printed", "foot")
+FILTERED = ("all signals", "torque only", "motion only")
+REFERENCES = ("first and last rest", "per segment")
+WINDOWS = ("command length", "actual length", "longer")
+NONE, WHOLE_TRIAL = "none", "whole trial"
+AS_PRINTED, RECOMMENDED, OTHER = "as printed", "recommended", ""
+
+
+@dataclass(frozen=True)
+class SpecificationOptions:
+    """What the combinations need beside the study's choices.
+
+    Attributes
+    ----------
+    other_cutoff_hz : float
+        Of the filter with another cutoff (Hz).
+    command_s, longer_s : float
+        Windows as long as the command, and longer than the perturbation, from its onset (s).
+    before_segment_s : float
+        Time before the onset that is taken for a segment's rest (s).
+    """
+
+    other_cutoff_hz: float
+    command_s: float
+    longer_s: float
+    before_segment_s: float
+
+
+@dataclass(frozen=True)
+class Specification:
+    """Estimates by one combination of choices.
+
+    Attributes
+    ----------
+    condition : str
+        Name of the condition.
+    torque, filter, filtered, reference, window, estimator : str
+        The choices.
+    role : str
+        as printed, recommended, or empty.
+    I_Nms2_per_rad, B_Nms_per_rad, K_Nm_per_rad : float
+        Means over perturbations (units in the names).
+    VAF_percent : float
+        Mean VAF of the torque over perturbations (%).
+    """
+
+    condition: str
+    torque: str
+    filter: str
+    filtered: str
+    reference: str
+    window: str
+    estimator: str
+    role: str
+    I_Nms2_per_rad: float
+    B_Nms_per_rad: float
+    K_Nm_per_rad: float
+    VAF_percent: float
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Values of `CHOICES` (no unit)."""
+        return tuple(getattr(self, choice) for choice in CHOICES)
+
+
+@dataclass(frozen=True)
+class _Signals:
+    """Motion (rad, m) and torque (Nm) of every origin after one filter, each side on its own clock."""
+
+    motions: dict[str, LegMotion]
+    torques: dict[str, np.ndarray]
+
+
+def unfiltered(x: np.ndarray, rate_hz: float) -> np.ndarray:
+    """``x`` as it is (any unit), whatever its rate (Hz)."""
+    return x
+
+
+@dataclass(frozen=True)
+class Forwards:
+    """A low-pass run forwards only, that begins as if the signal had always been its first sample."""
+
+    lowpass: Lowpass
+
+    def __call__(self, x: np.ndarray, rate_hz: float) -> np.ndarray:
+        """Filter ``x`` along its first axis, sampled at ``rate_hz`` (Hz); unit of ``x``."""
+        return self.lowpass(x - x[0], rate_hz) + x[0]
+
+
+def filters(dummy: DummyOptions, options: SpecificationOptions) -> dict[str, Callable]:
+    """Name -> filter, the study's first (cutoffs in Hz)."""
+    cutoff, order = dummy.lowpass_cutoff_hz, dummy.lowpass_order
+    return {
+        f"bidirectional {cutoff:g} Hz": Lowpass(cutoff, order, True),
+        f"unidirectional {cutoff:g} Hz": Forwards(Lowpass(cutoff, order, False)),
+        f"bidirectional {options.other_cutoff_hz:g} Hz": Lowpass(options.other_cutoff_hz, order, True),
+        NONE: unfiltered,
+    }
+
+
+def specify_dummy(
+    trial: Trial,
+    condition: str,
+    dummy: DummyOptions,
+    foot: FootOptions,
+    options: SpecificationOptions,
+    as_printed: Pathway,
+    recommended: Pathway,
+) -> list[Specification]:
+    """Estimate I, B, K of one trial by every combination of choices.
+
+    Parameters
+    ----------
+    trial : Trial
+        Forces (N), moments (Nm), markers (m) and belt velocity (m/s).
+    condition : str
+        Name of the condition.
+    dummy, foot, options : DummyOptions, FootOptions, SpecificationOptions
+        Choices (units in their names).
+    as_printed, recommended : Pathway
+        The study's own; their combinations get a role.
+
+    Returns
+    -------
+    list of Specification
+        Sorted by K (Nm/rad).
+
+    Raises
+    ------
+    InputError
+        If no perturbation or no rest is found, a marker is missing, a window reaches into the next
+        perturbation, or a combination does not determine the parameters.
+    """
+    rate, name = trial.rate_hz, f"dummy/{condition}"
+    known = filters(dummy, options)
+    standard = next(iter(known))
+    velocity = known[standard](trial.values("belt_velocity"), rate)
+    perturbations = find_perturbations(velocity, rate, dummy.window, "belt velocity")
+    at_rest = rest_samples(trial.time, dummy.window)
+    delay = foot_delay(trial, name, foot, known[standard], at_rest)
+    signals = {key: _signals(trial, name, dummy, foot, x, at_rest, delay) for key, x in known.items()}
+    windows = {
+        kind: windows_from_onset(perturbations, length, rate, trial.time.size, name)
+        for kind, length in zip(WINDOWS, (options.command_s, None, options.longer_s), strict=True)
+    }
+    before = round(options.before_segment_s * rate)
+    rows = []
+
+    def add(choices: tuple[str, ...], regression: SegmentRegression) -> None:
+        rows.append(
+            Specification(
+                condition,
+                *choices,
+                _role(choices, standard, as_printed, recommended),
+                *map(float, regression.mean),
+                float(regression.vaf_per_perturbation.mean()),
+            )
+        )
+
+    for torque in TORQUES:
+        side = torque.partition("-")[0]
+        for key, lowpass in known.items():
+            for filtered in FILTERED if key != NONE else (NONE,):
+                of_motion = signals[NONE if filtered == "torque only" else key]
+                of_torque = signals[key if filtered in (FILTERED[0], NONE) else NONE]
+                motion, values = of_motion.motions[side], of_torque.torques[torque]
+                if filtered == "torque only":
+                    values = lowpass(values, rate)
+                for window, chosen in windows.items():
+                    for estimator in ESTIMATORS:
+                        for reference in REFERENCES:
+                            rest = at_rest if reference == REFERENCES[0] else before
+                            regression = _regress(motion, values, chosen, rest, estimator)
+                            add((torque, key, filtered, reference, window, estimator), regression)
+    position = riding_position(trial, dummy.riding_labels, "aligned")
+    for key, lowpass in known.items():
+        found = fit_output_error(
+            signals[key].motions["leg"],
+            lowpass(position, rate),
+            lowpass(trial.values("belt_velocity"), rate),
+            dummy.leg,
+            perturbations,
+            at_rest,
+        )
+        filtered = NONE if key == NONE else FILTERED[0]
+        add((NONE, key, filtered, REFERENCES[0], WHOLE_TRIAL, ESTIMATOR), found.regression)
+    return sorted(rows, key=lambda row: (row.K_Nm_per_rad, row.choices))
+
+
+def _signals(
+    trial: Trial,
+    name: str,
+    dummy: DummyOptions,
+    foot: FootOptions,
+    lowpass: Callable,
+    at_rest: np.ndarray,
+    delay_s: float,
+) -> _Signals:
+    """Motion and torques if all signals pass a filter."""
+    leg, labels = dummy.leg, trial.axes["marker"].tolist()
+    on_leg = leg_positions(trial.values("marker_position"), labels, dummy.leg_markers)
+    motion = motion_of_markers(trial.time, lowpass(on_leg, trial.rate_hz), dummy.leg_markers, leg.com_m)
+    torques = {
+        key: derive(leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
+        for key, derive in TORQUE_PATHWAYS.items()
+    }
+    side = foot_side(trial, name, foot, lowpass, at_rest, motion, delay_s)
+    load = side.measured
+    torques["foot"] = foot_torque(foot.foot, load["Fy"], load["Fz"], load["Mx"], side.y_a, side.y_a_dd)
+    torques["foot-printed"] = foot_torque_as_printed(foot.foot, leg, load["Fy"], side.motion.y_dd)
+    return _Signals({"leg": motion, "foot": side.motion}, torques)
+
+
+def _regress(
+    motion: LegMotion,
+    torque: np.ndarray,
+    windows: list[Perturbation],
+    rest: np.ndarray | int,
+    estimator: str,
+) -> SegmentRegression:
+    """Segment regression with one rest (samples at rest), or one for each segment (samples before it)."""
+    if not isinstance(rest, int):
+        return regress_torque(motion, torque, windows, rest, estimator)
+    alone = []
+    for window in windows:
+        # of the trial only what one segment needs
+        part = slice(window.start - rest, window.stop)
+        cut = replace(
+            motion,
+            **{
+                key: getattr(motion, key)[part]
+                for key in ("time", "theta", "theta_d", "theta_dd", "y_dd", "z_dd")
+            },
+        )
+        placed = replace(window, start=rest, stop=rest + window.stop - window.start)
+        before = np.arange(cut.time.size) < rest
+        alone.append(regress_torque(cut, torque[part], [placed], before, estimator))
+    joined = {
+        key: np.concatenate([getattr(found, key)[rest:] for found in alone])
+        for key in ("torque", "predicted", "regressors")
+    }
+    stops = np.cumsum([0, *(w.stop - w.start for w in windows)])
+    return SegmentRegression(
+        perturbations=[
+            replace(w, start=int(a), stop=int(b))
+            for w, a, b in zip(windows, stops[:-1], stops[1:], strict=True)
+        ],
+        fits=[found.fits[0] for found in alone],
+        theta_rest_rad=float(np.mean([found.theta_rest_rad for found in alone])),
+        torque_rest_Nm=float(np.mean([found.torque_rest_Nm for found in alone])),
+        **joined,
+    )
+
+
+def _role(choices: tuple[str, ...], standard: str, as_printed: Pathway, recommended: Pathway) -> str:
+    for role, pathway in ((AS_PRINTED, as_printed), (RECOMMENDED, recommended)):
+        own = (pathway.torque, standard, FILTERED[0], REFERENCES[0], WINDOWS[1], pathway.estimator)
+        if choices == own and pathway.marker_instants == "aligned":
+            return role
+    return OTHER
+
+
+def write_specification(path: str | Path, rows: list[Specification]) -> None:
+    """Write as CSV (units in the names of columns)."""
+    write_rows(path, Specification, rows)
+
+
+def read_specification(path: str | Path) -> list[Specification]:
+    """Read what `write_specification` wrote (units in the names of columns).
+
+    Raises
+    ------
+    InputError
+        If the file is not one of specifications.
+    """
+
+    def row(cells: dict[str, str]) -> Specification:
+        numbers = ("I_Nms2_per_rad", "B_Nms_per_rad", "K_Nm_per_rad", "VAF_percent")
+        return Specification(**(cells | {key: float(cells[key]) for key in numbers}))
+
+    return read_rows(path, Specification, row, "a specification")

@@ -1,0 +1,1 @@
+"""The ankle dummy in a forward simulation, beside its recordings."""

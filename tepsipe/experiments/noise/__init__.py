@@ -1,0 +1,1 @@
+"""TEP-SIPE on simulated data with measurement noise."""

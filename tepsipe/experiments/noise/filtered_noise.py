@@ -1,0 +1,398 @@
+"""Noise of a given signal-to-noise ratio, drawn and filtered only where windows need it."""
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.experiments.noise.trial import TORQUES, SimulatedTrial
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
+
+NOISE_ON = {"none": (), "tau": ("tau",), "theta": ("theta",), "both": ("tau", "theta")}
+# rows of a trial's signals: theta'', theta'; theta; y_f'', y_f', y_f; tau by every equation
+ROWS = {"rates": slice(0, 2), "angle": slice(2, 3), "belt": slice(3, 6)}
+CHUNK_DRAWS = 50  # some 10 MB, which processors keep in their cache
+MEMORY_PERIODS = 6.0  # of the cutoff frequency, after which the filter has forgotten to 1e-11
+
+
+@dataclass(frozen=True)
+class Processing:
+    """One reading of how noisy signals become parameters.
+
+    Attributes
+    ----------
+    torque : {"foot-printed", "foot", "leg", "leg-printed"}
+        Equation of the torque.
+    estimator : {"segment-regression", "instrumental-variables"}
+        Least squares per perturbation, or instrumental variables over all of them.
+    filtered : {"all", "noisy", "torque-and-angle"}
+        What passes the low-pass: every signal, only those that have noise (theta with its rates), or
+        torque and angle but not the rates.
+    noisy_rates : bool
+        Whether noise on theta reaches the rates, as it does by differentiating, or not, as from sensors of
+        their own (-).
+    power : {"trial", "unit"}
+        Power that the SNR refers to: the signal's mean square over the trial, its mean not removed, or 1 in
+        the signal's own unit squared, as where a noise function is not told to measure the signal.
+    """
+
+    torque: str
+    estimator: str
+    filtered: str
+    noisy_rates: bool = True
+    power: str = "trial"
+
+
+# as-printed: the text of sections 2-1-3 and 3-1-3; as-tabulated: the reading that leads to Table 4-4;
+# recommended-regression: right torque, one filter for all, least squares; recommended: the belt as instrument
+PROCESSINGS = {
+    "as-printed": Processing("foot-printed", "segment-regression", "noisy"),
+    "as-tabulated": Processing("foot-printed", "segment-regression", "torque-and-angle", False, "unit"),
+    "recommended-regression": Processing("leg", "segment-regression", "all"),
+    "recommended": Processing("leg", "instrumental-variables", "all"),
+}
+
+
+# ---- signals -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class FilteredTrial:
+    """A simulated trial, its signals with and without the low-pass, and its windows: what all cells share.
+
+    Windows are as long as the longest; what lies beyond a shorter one's end is not inside.
+
+    Attributes
+    ----------
+    simulated : SimulatedTrial
+        The trial.
+    raw, lowpassed : ndarray, shape (10, n)
+        Signals by `ROWS` (rad/s2, rad/s, rad, m/s2, m/s, m, Nm).
+    within : ndarray, shape (w, s)
+        Samples of every window.
+    inside : ndarray of bool, shape (w, s)
+        Whether they belong to it (-).
+    operators : ndarray, shape (3, s + 2 memory, s)
+        D D F, D F, F from the samples around a window to those in it.
+    noise_samples : ndarray, shape (k,)
+        Samples of the trial whose noise reaches a window.
+    noise_index : ndarray, shape (w, s + 2 memory)
+        Position in ``noise_samples`` of the samples around every window.
+    """
+
+    simulated: SimulatedTrial
+    raw: np.ndarray
+    lowpassed: np.ndarray
+    within: np.ndarray
+    inside: np.ndarray
+    operators: np.ndarray
+    noise_samples: np.ndarray
+    noise_index: np.ndarray
+
+    def signals(self, name: str, lowpassed: bool) -> np.ndarray:
+        """Raw or low-passed signals by their name in `ROWS` (units there), shape (k, n)."""
+        return (self.lowpassed if lowpassed else self.raw)[ROWS[name]]
+
+    def filtered_noise(self, unit_noise: np.ndarray) -> np.ndarray:
+        """F n (-) in the windows, shape (draws, w, s), of noise n of unit variance, shape (draws, k)."""
+        return unit_noise[:, self.noise_index] @ self.operators[2]
+
+    def differentiated_noise(self, unit_noise: np.ndarray) -> np.ndarray:
+        """D D F n (1/s2), D F n (1/s), F n (-) in the windows, shape (draws, w, 3, s), of n as above."""
+        around = unit_noise[:, self.noise_index]
+        noise = np.empty((*around.shape[:2], 3, self.within.shape[1]))
+        for row, operator in enumerate(self.operators):
+            np.matmul(around, operator, out=noise[:, :, row])
+        return noise
+
+
+def filtered_trial(trial: SimulatedTrial, cutoff_hz: float = 20.0, order: int = 4) -> FilteredTrial:
+    """Filter the signals without noise, and prepare the filter of the noise around the windows.
+
+    Parameters
+    ----------
+    trial : SimulatedTrial
+        Signals without noise (s, rad, m, N, Nm).
+    cutoff_hz : float
+        Of the low-pass filter (Hz).
+    order : int
+        Of the filter, both passes together (-).
+
+    Returns
+    -------
+    FilteredTrial
+        What all processings, noise targets and SNRs share (units there).
+
+    Raises
+    ------
+    InputError
+        If there is no window, or one lies too near the trial's ends.
+    """
+    rate, samples = trial.rate_hz, trial.time.size
+    windows = np.asarray(trial.windows, dtype=int).reshape(-1, 2)
+    if windows.shape[0] == 0:
+        raise InputError(
+            f"{trial.name}: expected windows of perturbations, found none: "
+            "say where the trial's perturbations start and stop"
+        )
+    lengths = windows[:, 1] - windows[:, 0]
+    memory = filter_memory(rate, cutoff_hz)
+    longest = int(lengths.max())
+    if lengths.min() < 4 or windows[:, 0].min() < memory or windows[:, 0].max() + longest + memory > samples:
+        raise InputError(
+            f"{trial.name}: expected windows of 4 samples or more, {memory} samples or more from the trial's "
+            f"ends, found samples {windows[:, 0].min()} to {windows[:, 1].max()} of {samples} and "
+            f"{lengths.min()} samples in the shortest: leave more rest around the perturbations"
+        )
+    raw = np.concatenate([trial.regressors, trial.instruments, [trial.torque(name) for name in TORQUES]])
+    around = windows[:, :1] - memory + np.arange(longest + 2 * memory)
+    noise_samples, noise_index = np.unique(around, return_inverse=True)
+    return FilteredTrial(
+        simulated=trial,
+        raw=raw,
+        lowpassed=butterworth_lowpass(raw, rate, cutoff_hz, order, axis=-1),
+        within=windows[:, :1] + np.arange(longest),
+        inside=np.arange(longest) < lengths[:, None],
+        operators=_operators(longest, rate, cutoff_hz, order),
+        noise_samples=noise_samples,
+        noise_index=noise_index.reshape(around.shape),
+    )
+
+
+def _operators(length: int, rate_hz: float, cutoff_hz: float, order: int) -> np.ndarray:
+    """D D F, D F, F from the samples around a window to those in it, shape (3, length + 2 memory, length)."""
+    memory = filter_memory(rate_hz, cutoff_hz)
+    span = length + 2 * memory
+    time = np.arange(span) / rate_hz
+    filtered = butterworth_lowpass(np.eye(span), rate_hz, cutoff_hz, order)
+    first = derivative(time, filtered)
+    operators = np.stack([derivative(time, first), first, filtered])[:, memory : memory + length]
+    return np.ascontiguousarray(operators.transpose(0, 2, 1))
+
+
+def filter_memory(rate_hz: float, cutoff_hz: float) -> int:
+    """How far the low-pass filter (Hz) reaches to either side (samples)."""
+    return int(np.ceil(MEMORY_PERIODS * rate_hz / cutoff_hz - 1e-6))
+
+
+# ---- noise -------------------------------------------------------------------------------------
+
+
+def cell_generators(seed: int, *names: object) -> tuple[np.random.Generator, np.random.Generator]:
+    """Generators of the noise on tau and on theta of one cell.
+
+    Parameters
+    ----------
+    seed : int
+        Of the study (-).
+    names : object
+        What the cell is called (-): another name gives other noise, and nothing else does.
+
+    Returns
+    -------
+    tuple of numpy.random.Generator
+        For tau and for theta (unit variance).
+    """
+    generator = np.random.default_rng([seed, zlib.crc32("/".join(map(str, names)).encode())])
+    tau, theta = generator.spawn(2)
+    return tau, theta
+
+
+def noise_deviation(trial: FilteredTrial, processing: Processing, noise_on: str, snr_db: float) -> dict:
+    """Standard deviation of the noise before it is filtered.
+
+    Parameters
+    ----------
+    trial : FilteredTrial
+        Signals without noise (Nm, rad).
+    processing : Processing
+        Torque and power that the SNR refers to.
+    noise_on : {"none", "tau", "theta", "both"}
+        What has noise.
+    snr_db : float
+        Signal power over noise power (dB); with the target "none" it does not matter.
+
+    Returns
+    -------
+    dict of str to float
+        Of tau (Nm) and theta (rad); 0 where there is none.
+
+    Raises
+    ------
+    InputError
+        If the target of the noise is unknown or the SNR is not a finite number.
+    """
+    if noise_on not in NOISE_ON:
+        raise InputError(
+            f"noise: expected a target of {listed(NOISE_ON)}, found {quoted(noise_on)}: correct it"
+        )
+    number = isinstance(snr_db, int | float | np.number) and not isinstance(snr_db, bool)
+    if NOISE_ON[noise_on] and not (number and np.isfinite(snr_db)):
+        raise InputError(
+            f"signal-to-noise ratio: expected a finite number of decibels, found {quoted(snr_db)}: "
+            "choose the noise target 'none' for signals without noise"
+        )
+    signals = {"tau": trial.signals(processing.torque, False), "theta": trial.signals("angle", False)}
+    rms = {
+        name: np.sqrt(np.mean(x**2)) if processing.power == "trial" else 1.0 for name, x in signals.items()
+    }
+    if not NOISE_ON[noise_on]:
+        return dict.fromkeys(signals, 0.0)
+    ratio = 10.0 ** (-snr_db / 20.0)
+    return {name: float(ratio * rms[name]) if name in NOISE_ON[noise_on] else 0.0 for name in signals}
+
+
+def noise_chunks(
+    trial: FilteredTrial, noise_on: str, draws: int, generators: tuple[np.random.Generator, ...]
+) -> Iterator[dict[str, np.ndarray]]:
+    """Draw noise of unit variance and filter it, some draws at a time.
+
+    Parameters
+    ----------
+    trial : FilteredTrial
+        Its windows and filter.
+    noise_on : {"none", "tau", "theta", "both"}
+        What has noise.
+    draws : int
+        Number of draws (-); one is enough without noise.
+    generators : tuple of numpy.random.Generator
+        For the noise on tau and on theta.
+
+    Yields
+    ------
+    dict of str to ndarray
+        Of what has noise: ``tau``, `FilteredTrial.filtered_noise`; ``theta``, its ``differentiated_noise``.
+    """
+    filters = {"tau": trial.filtered_noise, "theta": trial.differentiated_noise}
+    count = draws if NOISE_ON[noise_on] else 1
+    for start in range(0, count, CHUNK_DRAWS):
+        shape = (min(CHUNK_DRAWS, count - start), trial.noise_samples.size)
+        yield {
+            name: filters[name](generator.standard_normal(shape))
+            for name, generator in zip(filters, generators, strict=True)
+            if name in NOISE_ON[noise_on]
+        }
+
+
+# ---- signals and noise of one processing -------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class WindowedTrial:
+    """Processed signals without noise in the windows, and where noise enters.
+
+    What lies beyond the end of a window that is shorter than others is 0 in every signal.
+
+    Attributes
+    ----------
+    trial : FilteredTrial
+        The trial, its windows and filter.
+    estimator : {"segment-regression", "instrumental-variables"}
+        See `Processing`.
+    torque : ndarray, shape (w, s)
+        tau (Nm).
+    regressors, instruments : ndarray, shape (w, 3, s)
+        theta'', theta', theta (rad/s2, rad/s, rad); y_f'', y_f', y_f (m/s2, m/s, m).
+    gram : ndarray, shape (4, 4)
+        Sums of products of theta'', theta', theta, tau over the whole trial.
+    deviation : dict of str to float
+        Standard deviation of the noise on tau (Nm) and theta (rad).
+    noise_rows : ndarray, shape (3,)
+        1 where noise on theta reaches theta'', theta', theta, else 0 (-).
+    """
+
+    trial: FilteredTrial
+    estimator: str
+    torque: np.ndarray
+    regressors: np.ndarray
+    instruments: np.ndarray
+    gram: np.ndarray
+    deviation: dict[str, float]
+    noise_rows: np.ndarray
+
+    def torque_noise(self, filtered: np.ndarray) -> np.ndarray:
+        """Noise on tau in the windows (Nm), shape (draws, w, s), from `FilteredTrial.filtered_noise` (-)."""
+        return self.deviation["tau"] * self.trial.inside * filtered
+
+    def regressor_noise(self, differentiated: np.ndarray) -> np.ndarray:
+        """Noise on theta'', theta', theta in the windows (rad/s2, rad/s, rad), shape (draws, w, 3, s).
+
+        From `FilteredTrial.differentiated_noise` (1/s2, 1/s, -).
+        """
+        inside = self.trial.inside[:, None] * self.noise_rows[:, None]
+        return self.deviation["theta"] * inside * differentiated
+
+    @property
+    def noise_gram(self) -> np.ndarray:
+        """Expected sums of products of the noise over the whole trial, shape (4, 4), units as ``gram``."""
+        middle = self.trial.operators[:, :, self.trial.operators.shape[2] // 2]
+        gram = np.zeros((4, 4))
+        gram[:3, :3] = self.deviation["theta"] ** 2 * (middle @ middle.T) * np.outer(*2 * [self.noise_rows])
+        gram[3, 3] = self.deviation["tau"] ** 2 * middle[2] @ middle[2]
+        return self.trial.simulated.time.size * gram
+
+
+def windowed_trial(
+    trial: FilteredTrial, processing: Processing, noise_on: str, snr_db: float
+) -> WindowedTrial:
+    """Choose the signals of a processing, cut the windows out and scale the noise.
+
+    Parameters
+    ----------
+    trial : FilteredTrial
+        Signals without noise (s, rad, m, N, Nm).
+    processing : Processing
+        What is filtered, and what the SNR refers to.
+    noise_on : {"none", "tau", "theta", "both"}
+        What has noise.
+    snr_db : float
+        Signal power over noise power (dB); with the target "none" it does not matter.
+
+    Returns
+    -------
+    WindowedTrial
+        Signals (Nm, rad, m, s) in the windows.
+
+    Raises
+    ------
+    InputError
+        If noise or processing are unknown.
+    """
+    for what, value, known in (
+        ("torque", processing.torque, TORQUES),
+        ("estimator", processing.estimator, ("segment-regression", "instrumental-variables")),
+        ("filtered", processing.filtered, ("all", "noisy", "torque-and-angle")),
+        ("power", processing.power, ("trial", "unit")),
+    ):
+        if value not in known:
+            raise InputError(f"{what}: expected one of {listed(known)}, found {quoted(value)}: correct it")
+    deviation = noise_deviation(trial, processing, noise_on, snr_db)
+
+    targets = NOISE_ON[noise_on]
+    every, both = processing.filtered == "all", processing.filtered == "torque-and-angle"
+    filter_tau = every or both or "tau" in targets
+    filter_theta = every or both or "theta" in targets
+    signals = np.concatenate(
+        [
+            trial.signals("rates", every or (filter_theta and not both)),
+            trial.signals("angle", filter_theta),
+            trial.signals(processing.torque, filter_tau),
+        ]
+    )
+
+    def windows(x: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray((x[:, trial.within] * trial.inside).transpose(1, 0, 2))
+
+    return WindowedTrial(
+        trial=trial,
+        estimator=processing.estimator,
+        torque=windows(signals[3:])[:, 0],
+        regressors=windows(signals[:3]),
+        instruments=windows(trial.signals("belt", every)),
+        gram=signals @ signals.T,
+        deviation=deviation,
+        noise_rows=np.array([processing.noisy_rates, processing.noisy_rates, True], dtype=float),
+    )

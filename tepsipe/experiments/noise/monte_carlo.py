@@ -1,0 +1,340 @@
+"""TEP-SIPE on simulated data with measurement noise (thesis sections 2-1-3, 3-1-3 and 4-1-3).
+
+Symbols: theta leg angle from its rest, positive towards +y (rad); tau torque of the joint (Nm); y_f belt
+motion (m); F the low-pass filter, D the derivative. m, r, I_l, g as in `inverse_dynamics`; p = m r,
+J = I_l + m r^2 + I, k_g = m g r.
+
+    J theta'' + B theta' + (K - k_g) theta = -p y_f''                             linearised motion
+    tau = a y_f'' + b theta'' + c theta' + d theta                                any torque equation
+    I* = b - a J / p,  B* = c - a B / p,  K* = d - a (K - k_g) / p                what a fit to it returns
+
+Noise n is white and Gaussian; its variance is the signal's power over the SNR. The filter and the
+derivative are linear, F(theta + n) = F theta + F n, so the signal is filtered once and only the noise of
+each draw passes F, D F and D D F, and only around the windows. The signal's own rates are those that were
+simulated: what differentiating *it* would cost is left out. Signals are filtered once per trial, and noise
+is drawn once per trial, target and SNR: all processings share both.
+
+Noise in theta'', theta', theta biases least squares (errors in variables). Belt motion Z = (y_f'', y_f',
+y_f) drives the leg, but knows nothing of the noise, so E Z'n = 0 and the instrumental variables
+
+    (I, B, K) = (sum Z'X)^-1 sum Z'tau,     X = (theta'', theta', theta), summed over all perturbations
+
+are consistent for noise on tau, on theta and on both. They cost one 3 x 3 system per draw and use what
+the treadmill records anyway.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import chain, product
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.experiments.noise.filtered_noise import (
+    PROCESSINGS,
+    ROWS,
+    FilteredTrial,
+    WindowedTrial,
+    cell_generators,
+    filtered_trial,
+    noise_chunks,
+    windowed_trial,
+)
+from tepsipe.experiments.noise.prediction import (
+    angle_vafs,
+    clipped,
+    cross_validated_vaf,
+    is_stable,
+    torque_vaf,
+)
+from tepsipe.experiments.noise.trial import TORQUES, SimulatedTrial, apparent_impedance
+from tepsipe.identification.batched_regression import instrumental_variables, regress_windows
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+
+ROWS |= {name: slice(6 + k, 7 + k) for k, name in enumerate(TORQUES)}
+
+
+# ---- one cell ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class NoiseCell:
+    """What one condition, noise target, SNR and processing give, draw by draw.
+
+    Attributes
+    ----------
+    condition, noise_on, estimator : str
+        Trial, noise target, name of the processing.
+    snr_db : float
+        Signal power over noise power (dB).
+    parameters : ndarray, shape (d, 3)
+        Mean over the perturbations of I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    sem_as_printed : ndarray, shape (d, 3)
+        Thesis eq (3-2), mean over the perturbations (parameter's unit over the square root of Nm).
+    vaf_perturbation : ndarray, shape (d,)
+        VAF of the torque without noise, by the parameters and noisy motion of every perturbation, mean (%).
+    vaf_trial : ndarray, shape (d,)
+        The same over the whole trial by the mean parameters, expected over the noise (%).
+    vaf_cross_validated : ndarray, shape (d,) or None
+        `cross_validated_vaf` of the other trials (%).
+    vaf_theta_perturbation, vaf_theta_trial : ndarray, shape (e,)
+        VAF of the angle predicted from the belt by the first e draws, in the windows and over the trial (%);
+        NaN where the leg falls.
+    unstable_fraction : float
+        Part of all draws whose leg falls (-).
+    truth, without_noise, apparent : ndarray, shape (3,)
+        I, B, K (units as ``parameters``) of the joint; by the same processing without noise; by the printed
+        equation of the foot, processed in no way (`apparent_impedance`).
+    """
+
+    condition: str
+    noise_on: str
+    estimator: str
+    snr_db: float
+    parameters: np.ndarray
+    sem_as_printed: np.ndarray
+    vaf_perturbation: np.ndarray
+    vaf_trial: np.ndarray
+    vaf_cross_validated: np.ndarray | None
+    vaf_theta_perturbation: np.ndarray
+    vaf_theta_trial: np.ndarray
+    unstable_fraction: float
+    truth: np.ndarray
+    without_noise: np.ndarray
+    apparent: np.ndarray
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Mean over draws of I (Nms2/rad), B (Nms/rad), K (Nm/rad), shape (3,)."""
+        return self.parameters.mean(axis=0)
+
+    @property
+    def sd(self) -> np.ndarray:
+        """Standard deviation over draws (units of I, B, K), shape (3,); 0 for a single draw."""
+        return self.parameters.std(axis=0, ddof=1) if self.n_draws > 1 else np.zeros(3)
+
+    @property
+    def bias(self) -> np.ndarray:
+        """Mean minus truth (units of I, B, K), shape (3,)."""
+        return self.mean - self.truth
+
+    @property
+    def n_draws(self) -> int:
+        """Number of draws (-)."""
+        return self.parameters.shape[0]
+
+    def rows(self) -> list[dict]:
+        """Tidy rows: condition, noise_on, snr_db, estimator, quantity, unit, mean, sd, bias, n_draws.
+
+        VAFs of the angle count as 0 % where they are negative or the leg falls, as the thesis prints them.
+        """
+        head = {
+            "condition": self.condition,
+            "noise_on": self.noise_on,
+            "snr_db": self.snr_db,
+            "estimator": self.estimator,
+        }
+        found = [(q, UNITS[q], self.parameters[:, k], float(self.bias[k])) for k, q in enumerate(PARAMETERS)]
+        found += [(f"SEM_{q}", "-", self.sem_as_printed[:, k], None) for k, q in enumerate(PARAMETERS)]
+        found += [
+            ("VAF_perturbation", "%", self.vaf_perturbation, None),
+            ("VAF_trial", "%", self.vaf_trial, None),
+            ("VAF_theta_perturbation", "%", clipped(self.vaf_theta_perturbation), None),
+            ("VAF_theta_trial", "%", clipped(self.vaf_theta_trial), None),
+            ("unstable_fraction", "-", np.array([self.unstable_fraction]), None),
+        ]
+        if self.vaf_cross_validated is not None:
+            found.append(("VAF_cross_validated", "%", self.vaf_cross_validated, None))
+        return [
+            head
+            | {
+                "quantity": quantity,
+                "unit": unit,
+                "mean": float(values.mean()),
+                "sd": float(values.std(ddof=1)) if values.size > 1 else 0.0,
+                "bias": bias,
+                "n_draws": self.n_draws,
+            }
+            for quantity, unit, values, bias in found
+        ]
+
+
+def estimate_draws(
+    windowed: Sequence[WindowedTrial], chunks: Iterable[dict[str, np.ndarray]]
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Estimate the parameters of every draw of the noise, by every processing of a trial.
+
+    Parameters
+    ----------
+    windowed : sequence of WindowedTrial
+        One trial without noise (Nm, rad), by every processing.
+    chunks : iterable of dict
+        Draws of the noise, as from `noise_chunks`; [{}] is a single one without noise.
+
+    Returns
+    -------
+    list of tuple
+        For every processing: I (Nms2/rad), B (Nms/rad), K (Nm/rad) and thesis eq (3-2), means over the
+        perturbations, shape (draws, 3), and the VAF of the torque without noise, mean over the perturbations
+        (%), shape (draws,).
+    """
+    by_chunk = [[_estimate_chunk(one, chunk) for one in windowed] for chunk in chunks]
+    return [tuple(map(np.concatenate, zip(*fits, strict=True))) for fits in zip(*by_chunk, strict=True)]
+
+
+def _estimate_chunk(
+    windowed: WindowedTrial, chunk: dict[str, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    noise, regressors = np.zeros((1, 1, 1)), windowed.regressors
+    if "tau" in chunk:
+        noise = windowed.torque_noise(chunk["tau"])
+    if "theta" in chunk:
+        regressors = regressors + windowed.regressor_noise(chunk["theta"])
+    if windowed.estimator == "instrumental-variables":
+        fits = instrumental_variables(windowed.instruments, regressors, windowed.torque + noise)
+        parameters, sem = fits.parameters, fits.sem_as_printed
+    else:
+        fits = regress_windows(regressors, windowed.torque + noise)
+        parameters, sem = fits.parameters.mean(axis=1), fits.sem_as_printed.mean(axis=1)
+    missed = fits.residuals - noise  # of the torque without noise
+    unexplained = np.sum(missed**2, axis=-1) / np.sum(windowed.torque**2, axis=-1)
+    return parameters, sem, 100.0 * (1.0 - unexplained).mean(axis=1)
+
+
+def sweep(
+    trial: FilteredTrial,
+    noise_on: str,
+    snr_db: float,
+    draws: int,
+    seed: int,
+    estimators: Sequence[str],
+    others: Sequence[FilteredTrial] = (),
+    predicted_draws: int = 25,
+) -> list[NoiseCell]:
+    """Many draws of one noise, estimated from in several ways: all perturbations of all draws in batches.
+
+    The noise depends on the seed, the trial's name, the noise target and the SNR alone: cells may be made in
+    any order, and all processings see the same noise.
+
+    Parameters
+    ----------
+    trial : FilteredTrial
+        Signals without noise (s, rad, m, N, Nm).
+    noise_on : {"none", "tau", "theta", "both"}
+        What has noise; "none" takes a single draw.
+    snr_db : float
+        Signal power over noise power (dB); with the target "none" it does not matter.
+    draws : int
+        Number of draws (-).
+    seed : int
+        Of the study (-).
+    estimators : sequence of str
+        Names of `PROCESSINGS`.
+    others : sequence of FilteredTrial
+        Trials for the cross-validation.
+    predicted_draws : int
+        Draws whose angle is predicted over the trial (-).
+
+    Returns
+    -------
+    list of NoiseCell
+        One for every estimator, draw by draw (Nms2/rad, Nms/rad, Nm/rad, %).
+
+    Raises
+    ------
+    InputError
+        If noise, SNR, processings or the number of draws cannot be used.
+    """
+    for name in estimators:
+        if name not in PROCESSINGS:
+            raise InputError(
+                f"estimator: expected one of {listed(PROCESSINGS)}, found {quoted(name)}: correct it"
+            )
+    if draws < 1:
+        raise InputError(f"noise: expected one draw or more, found {draws}: ask for more")
+    simulated = trial.simulated
+    windowed = [windowed_trial(trial, PROCESSINGS[name], noise_on, snr_db) for name in estimators]
+    generators = cell_generators(seed, simulated.name, noise_on, f"{snr_db:g}")
+    drawn = estimate_draws(windowed, noise_chunks(trial, noise_on, draws, generators))
+    silent = estimate_draws(windowed, [{}])
+    cells = []
+    for k, name in enumerate(estimators):
+        parameters, sem, vaf_perturbation = drawn[k]
+        in_windows, in_trial = angle_vafs(simulated, parameters[:predicted_draws])
+        validated = None
+        if others:
+            unseen = (windowed_trial(other, PROCESSINGS[name], noise_on, snr_db) for other in others)
+            validated = cross_validated_vaf(parameters, unseen)
+        cells.append(
+            NoiseCell(
+                condition=simulated.name,
+                noise_on=noise_on,
+                estimator=name,
+                snr_db=float(snr_db),
+                parameters=parameters,
+                sem_as_printed=sem,
+                vaf_perturbation=vaf_perturbation,
+                vaf_trial=torque_vaf(parameters, windowed[k].gram, windowed[k].noise_gram, False),
+                vaf_cross_validated=validated,
+                vaf_theta_perturbation=in_windows,
+                vaf_theta_trial=in_trial,
+                unstable_fraction=float(np.mean(~is_stable(simulated.leg, parameters))),
+                truth=np.asarray(simulated.truth, dtype=float),
+                without_noise=silent[k][0][0],
+                apparent=apparent_impedance(simulated.leg, simulated.foot, simulated.truth),
+            )
+        )
+    return cells
+
+
+def sweep_trial(
+    trial: SimulatedTrial,
+    levels_db: dict[str, list[float]],
+    draws: int,
+    seed: int,
+    others: Iterable[SimulatedTrial],
+    predicted_draws: int = 25,
+    cutoff_hz: float = 20.0,
+    order: int = 4,
+) -> list[NoiseCell]:
+    """All cells of one trial: by every processing without noise, and with every noise target and level.
+
+    Parameters
+    ----------
+    trial : SimulatedTrial
+        Signals without noise (s, rad, m, N, Nm).
+    levels_db : dict of str to list of float
+        Name of one of `PROCESSINGS` -> signal power over noise power (dB).
+    draws, seed : int
+        As for `sweep` (-).
+    others : iterable of SimulatedTrial
+        Trials for the cross-validation.
+    predicted_draws : int
+        As for `sweep` (-).
+    cutoff_hz : float
+        Of the low-pass filter (Hz).
+    order : int
+        Of the filter, both passes together (-).
+
+    Returns
+    -------
+    list of NoiseCell
+        As `sweep` gives them, processing by processing (Nms2/rad, Nms/rad, Nm/rad, %).
+
+    Raises
+    ------
+    InputError
+        As `filtered_trial` and `sweep`.
+    """
+    wanted = {
+        name: [("none", levels[0]), *product(("tau", "theta", "both"), levels)]
+        for name, levels in levels_db.items()
+    }
+    filtered = filtered_trial(trial, cutoff_hz, order)
+    filtered_others = [filtered_trial(other, cutoff_hz, order) for other in others]
+    made = {}
+    for noise in dict.fromkeys(chain(*wanted.values())):
+        names = [name for name, noises in wanted.items() if noise in noises]
+        for cell in sweep(filtered, *noise, draws, seed, names, filtered_others, predicted_draws):
+            made[cell.estimator, noise] = cell
+    return [made[name, noise] for name, noises in wanted.items() for noise in noises]

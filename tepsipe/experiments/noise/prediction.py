@@ -1,0 +1,167 @@
+"""How well noisy estimates predict torque and angle."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy import linalg, signal
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.noise.filtered_noise import WindowedTrial
+from tepsipe.experiments.noise.trial import SimulatedTrial
+from tepsipe.mechanics.inverse_dynamics import Leg
+
+# ---- predictions -------------------------------------------------------------------------------
+
+
+def is_stable(leg: Leg, parameters: np.ndarray) -> np.ndarray:
+    """Whether the leg on such a joint comes to rest: J, B and K - k_g are all positive.
+
+    Parameters
+    ----------
+    leg : Leg
+        m, r, I_l, g (kg, m, kg m2, m/s2).
+    parameters : ndarray, shape (..., 3)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+
+    Returns
+    -------
+    ndarray of bool, shape (...)
+        True where stable (-).
+    """
+    p = leg.mass_kg * leg.com_m
+    own = np.array([leg.inertia_kgm2 + p * leg.com_m, 0.0, -p * leg.gravity_m_per_s2])
+    return (parameters + own > 0.0).all(axis=-1)
+
+
+def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Angle of a leg at rest at first, from the linearised motion driven by the belt.
+
+    With w = J theta' + B theta + p y_f' the belt's acceleration is not needed:
+
+        theta' = (w - B theta - p y_f') / J,   w' = -(K - k_g) theta
+
+    solved exactly for a belt velocity that runs straight between its samples.
+
+    Parameters
+    ----------
+    leg : Leg
+        m, r, I_l, g (kg, m, kg m2, m/s2).
+    parameters : ndarray, shape (d, 3)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    belt_velocity : ndarray, shape (n,)
+        y_f' (m/s).
+    rate_hz : float
+        Sampling rate (Hz).
+
+    Returns
+    -------
+    ndarray, shape (d, n)
+        theta (rad); NaN where the leg is not stable.
+    """
+    p = leg.mass_kg * leg.com_m
+    inertia, damping, stiffness = np.asarray(parameters, dtype=float).T
+    about_ankle = leg.inertia_kgm2 + p * leg.com_m + inertia
+    stable = is_stable(leg, np.asarray(parameters))
+    # states theta, w, input u and its change du over a sample: theta_k+1, w_k+1 = A x + b u + c du
+    block = np.zeros((stable.size, 4, 4))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        block[:, 0, :3] = np.stack([-damping, np.ones_like(damping), np.full_like(damping, -p)], axis=1)
+        block[:, 0, :3] /= about_ankle[:, None]
+    block[:, 1, 0] = p * leg.gravity_m_per_s2 - stiffness
+    block[:, 2, 3] = rate_hz
+    block[~stable] = 0.0
+    step = linalg.expm(block / rate_hz)
+    a, b, c = step[:, :2, :2], step[:, :2, 2], step[:, :2, 3]
+    trace, determinant = a[:, 0, 0] + a[:, 1, 1], np.linalg.det(a)
+    # the same as a recursion in theta alone: theta_k depends on u_k by c, on u_k-1 by b - c, through A
+    shifted = (a @ c[..., None])[..., 0] + b - c
+    numerator = np.stack(
+        [c[:, 0], shifted[:, 0] - trace * c[:, 0], (a @ shifted[..., None])[:, 0, 0] - trace * shifted[:, 0]],
+        axis=1,
+    )
+    numerator[:, 2] += determinant * c[:, 0]
+    theta = np.full((stable.size, belt_velocity.size), np.nan)
+    for k in np.flatnonzero(stable):
+        theta[k] = signal.lfilter(numerator[k], [1.0, -trace[k], determinant[k]], belt_velocity)
+    return theta
+
+
+def torque_vaf(
+    parameters: np.ndarray, gram: np.ndarray, noise_gram: np.ndarray, torque_noise: bool
+) -> np.ndarray:
+    """VAF of the torque over a whole trial, expected over the noise, from sums of products alone.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (..., 3)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    gram, noise_gram : ndarray, shape (4, 4)
+        Of signals and noise (`WindowedTrial`), products of rad/s2, rad/s, rad and Nm.
+    torque_noise : bool
+        Whether the torque that is to be predicted has its noise (-).
+
+    Returns
+    -------
+    ndarray, shape (...)
+        VAF (%), means not removed.
+    """
+    weights = np.concatenate([-parameters, np.ones((*parameters.shape[:-1], 1))], axis=-1)
+    total = gram + noise_gram
+    if not torque_noise:
+        total = total - np.diag([0.0, 0.0, 0.0, noise_gram[3, 3]])
+    residual = np.einsum("...i,ij,...j->...", weights, total, weights)
+    return 100.0 * (1.0 - residual / total[3, 3])
+
+
+def cross_validated_vaf(parameters: np.ndarray, others: Iterable[WindowedTrial]) -> np.ndarray:
+    """VAF of the noisy torque of other trials, predicted by given parameters from their noisy motion.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (..., 3)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad), for example of every draw.
+    others : iterable of WindowedTrial
+        Trials to predict, processed and with noise as that of the parameters (Nm, rad, s).
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Mean over the trials of the VAF over the whole trial (%), expected over their noise.
+
+    Raises
+    ------
+    InputError
+        If there is no other trial.
+    """
+    vafs = [torque_vaf(parameters, other.gram, other.noise_gram, True) for other in others]
+    if not vafs:
+        raise InputError("cross-validation: expected other trials, found none: simulate a second one")
+    return np.mean(vafs, axis=0)
+
+
+def clipped(vaf_percent: np.ndarray) -> np.ndarray:
+    """VAF (%) with 0 for what is negative or NaN, shape of ``vaf_percent``."""
+    return np.maximum(np.nan_to_num(vaf_percent, nan=0.0), 0.0)
+
+
+def angle_vafs(trial: SimulatedTrial, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """VAF of the simulated angle without noise, predicted from the belt by given parameters.
+
+    Parameters
+    ----------
+    trial : SimulatedTrial
+        Angle (rad) and belt velocity (m/s).
+    parameters : ndarray, shape (d, 3)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+
+    Returns
+    -------
+    in_windows, in_trial : ndarray, shape (d,)
+        Mean over the perturbations, and over the whole trial (%); NaN where the leg falls.
+    """
+    missed = predict_angle(trial.leg, parameters, trial.y_foot_d, trial.rate_hz)
+    missed -= trial.theta  # in place, as there are many samples
+    missed **= 2
+    power = trial.theta**2
+    in_windows = [1.0 - missed[:, a:b].sum(axis=1) / power[a:b].sum() for a, b in trial.windows]
+    return 100.0 * np.mean(in_windows, axis=0), 100.0 * (1.0 - missed.sum(axis=1) / power.sum())

@@ -1,0 +1,100 @@
+"""Rows of the noise study, and thesis Table 4-4 made of them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tepsipe.experiments.noise.monte_carlo import NoiseCell
+from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.mechanics.impedance_model import PARAMETERS
+
+
+@dataclass(frozen=True)
+class NoiseRow:
+    """What one quantity was over the draws of one cell.
+
+    Attributes
+    ----------
+    condition : str
+        Trial.
+    noise_on : {"none", "tau", "theta", "both"}
+        What has noise.
+    snr_db : float
+        Signal power over noise power (dB).
+    estimator : str
+        Name of the processing (`tepsipe.experiments.noise.monte_carlo.PROCESSINGS`).
+    quantity : str
+        I, B, K, or a measure of the fit.
+    mean, sd, bias : float or None
+        Over the draws (``unit``); the bias of I, B, K only.
+    n_draws : int
+        Number of draws (-).
+    unit : str
+        Unit of the quantity.
+    stiffness_Nm_per_rad : float
+        K of the simulated joint (Nm/rad).
+    without_noise : float or None
+        The same processing of the signals without noise (``unit``); I, B, K only.
+    apparent : float or None
+        What the printed equation of the foot makes of the joint (``unit``); I, B, K only.
+    """
+
+    condition: str
+    noise_on: str
+    snr_db: float
+    estimator: str
+    quantity: str
+    mean: float
+    sd: float
+    bias: float | None
+    n_draws: int
+    unit: str
+    stiffness_Nm_per_rad: float
+    without_noise: float | None
+    apparent: float | None
+
+
+MAY_BE_BLANK = ("bias", "without_noise", "apparent")
+NUMBERS = ("snr_db", "mean", "sd", "bias", "stiffness_Nm_per_rad", "without_noise", "apparent")
+
+
+def write_noise(path: str | Path, rows: Iterable[NoiseRow]) -> None:
+    """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
+    write_rows(path, NoiseRow, rows)
+
+
+def read_noise(path: str | Path) -> list[NoiseRow]:
+    """Read rows written by `write_noise` (units in the column ``unit``).
+
+    Raises
+    ------
+    InputError
+        If the columns are not those of `NoiseRow`, or a row is damaged.
+    """
+    return read_rows(path, NoiseRow, _row, "rows of the noise study")
+
+
+def _row(cells: dict[str, str]) -> NoiseRow:
+    blank = [name for name, text in cells.items() if not text and name not in MAY_BE_BLANK]
+    if blank:
+        raise ValueError(f"no {blank[0]}")
+    numbers = {name: float(cells[name]) if cells[name] else None for name in NUMBERS}
+    return NoiseRow(**{**cells, **numbers, "n_draws": int(cells["n_draws"])})
+
+
+def noise_rows(cells: Iterable[NoiseCell]) -> list[NoiseRow]:
+    """Rows of some cells (units in the column ``unit``)."""
+    rows = []
+    for cell in cells:
+        stiffness = float(cell.truth[2])
+        for row in cell.rows():
+            k = PARAMETERS.index(row["quantity"]) if row["quantity"] in PARAMETERS else None
+            rows.append(
+                NoiseRow(
+                    **row,
+                    stiffness_Nm_per_rad=stiffness,
+                    without_noise=None if k is None else float(cell.without_noise[k]),
+                    apparent=None if k is None else float(cell.apparent[k]),
+                )
+            )
+    return rows

@@ -1,0 +1,68 @@
+"""The noise study's trials: the dummy simulated without noise on recorded belt motions (thesis 2-1-3)."""
+
+import numpy as np
+
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.noise.trial import SimulatedTrial
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.perturbations import find_perturbations, rest_samples
+
+
+def simulate_trial(
+    trial: Trial, name: str, options: DummyOptions, foot: Foot, parameters: np.ndarray, step_s: float
+) -> SimulatedTrial:
+    """Simulate the dummy, which rests upright, on the belt motion of a recorded trial.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``belt_velocity`` (m/s).
+    name : str
+        Condition.
+    options : DummyOptions
+        How the belt motion is filtered and where perturbations and rest are (units in their names).
+    foot : Foot
+        The foot (kg, m).
+    parameters : ndarray, shape (3,)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    step_s : float
+        Step of the simulation (s).
+
+    Returns
+    -------
+    SimulatedTrial
+        Without noise (s, rad, m, N, Nm).
+
+    Raises
+    ------
+    InputError
+        If no perturbation is found or the dummy cannot be simulated.
+    """
+    velocity = butterworth_lowpass(
+        trial.values("belt_velocity"), trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order
+    )
+    velocity = velocity - np.median(velocity[rest_samples(trial.time, options.window)])
+    found = find_perturbations(velocity, trial.rate_hz, options.window, "belt velocity")
+    s = simulate_dummy(trial.time, velocity, options.leg, foot, Joint(*parameters), step_s, must_stand=True)
+    return SimulatedTrial(
+        name=name,
+        time=s.time,
+        theta=s.theta,
+        theta_d=s.theta_d,
+        theta_dd=s.theta_dd,
+        y_leg_dd=s.y_dd,
+        z_leg_dd=s.z_dd,
+        y_foot=s.foot_y,
+        y_foot_d=s.foot_y_d,
+        y_foot_dd=s.foot_y_dd,
+        f_y=s.f_y,
+        f_z=s.f_z,
+        m_x=s.m_x,
+        windows=np.array([[p.start, p.stop] for p in found]),
+        leg=options.leg,
+        foot=foot,
+        truth=np.asarray(parameters, dtype=float),
+    )

@@ -1,0 +1,106 @@
+"""A simulated trial of the ankle dummy, and the impedance that the thesis's foot equation makes of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot, Leg, foot_torque, foot_torque_as_printed
+
+TORQUES = ("foot-printed", "foot", *TORQUE_PATHWAYS)
+
+
+@dataclass(frozen=True)
+class SimulatedTrial:
+    """Signals of a simulated trial of the ankle dummy, without noise, on a regular clock.
+
+    Attributes
+    ----------
+    name : str
+        Condition.
+    time : ndarray, shape (n,)
+        Instants (s).
+    theta, theta_d, theta_dd : ndarray, shape (n,)
+        Leg angle from its rest (rad), rate (rad/s) and acceleration (rad/s2) of the joint's sensor.
+    y_leg_dd, z_leg_dd : ndarray, shape (n,)
+        Acceleration of the leg's centre of mass (m/s2).
+    y_foot, y_foot_d, y_foot_dd : ndarray, shape (n,)
+        Motion of the belt, the foot and the ankle from rest (m, m/s, m/s2).
+    f_y, f_z : ndarray, shape (n,)
+        Forces of the belt on the foot (N).
+    m_x : ndarray, shape (n,)
+        Moment of the belt on the foot about the ankle's place at rest, in the belt's surface (Nm).
+    windows : ndarray, shape (w, 2)
+        First sample of every perturbation and the first after it (samples).
+    leg, foot : Leg, Foot
+        Masses (kg), lengths (m), inertia (kg m2).
+    truth : ndarray, shape (3,)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad) of the simulated joint; estimators do not read it.
+    """
+
+    name: str
+    time: np.ndarray
+    theta: np.ndarray
+    theta_d: np.ndarray
+    theta_dd: np.ndarray
+    y_leg_dd: np.ndarray
+    z_leg_dd: np.ndarray
+    y_foot: np.ndarray
+    y_foot_d: np.ndarray
+    y_foot_dd: np.ndarray
+    f_y: np.ndarray
+    f_z: np.ndarray
+    m_x: np.ndarray
+    windows: np.ndarray
+    leg: Leg
+    foot: Foot
+    truth: np.ndarray
+
+    @property
+    def rate_hz(self) -> float:
+        """Sampling rate (Hz)."""
+        return float((self.time.size - 1) / (self.time[-1] - self.time[0]))
+
+    @property
+    def regressors(self) -> np.ndarray:
+        """Angular acceleration (rad/s2), rate (rad/s), angle (rad), shape (3, n)."""
+        return np.stack([self.theta_dd, self.theta_d, self.theta])
+
+    @property
+    def instruments(self) -> np.ndarray:
+        """Acceleration (m/s2), velocity (m/s), position (m) of the belt, shape (3, n)."""
+        return np.stack([self.y_foot_dd, self.y_foot_d, self.y_foot])
+
+    def torque(self, pathway: str) -> np.ndarray:
+        """Torque by one of the equations of `inverse_dynamics` (Nm), shape (n,)."""
+        if pathway == "foot-printed":
+            return foot_torque_as_printed(self.foot, self.leg, self.f_y, self.y_leg_dd)
+        if pathway == "foot":
+            return foot_torque(self.foot, self.f_y, self.f_z, self.m_x, self.y_foot, self.y_foot_dd)
+        motion = (self.theta, self.theta_dd, self.y_leg_dd, self.z_leg_dd)
+        return TORQUE_PATHWAYS[pathway](self.leg, *motion)
+
+
+def apparent_impedance(leg: Leg, foot: Foot, parameters: np.ndarray) -> np.ndarray:
+    """What a fit to the printed equation of the foot returns for a joint, without any noise.
+
+    tau* = -F_y l_f / 2 + F_Ay l_f / 2 has a = -(m_f l_f / 2 + m l_f), b = -l_f m r, c = d = 0.
+
+    Parameters
+    ----------
+    leg, foot : Leg, Foot
+        m, r, I_l, g and m_f, l_f (kg, m, kg m2, m/s2).
+    parameters : ndarray, shape (3,)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad) of the joint.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        I*, B*, K* (units as ``parameters``).
+    """
+    inertia, damping, stiffness = parameters
+    p = leg.mass_kg * leg.com_m
+    about_ankle = leg.inertia_kgm2 + p * leg.com_m + inertia
+    k_g = p * leg.gravity_m_per_s2
+    a = -foot.height_m * (0.5 * foot.mass_kg + leg.mass_kg)
+    b = -foot.height_m * p
+    return np.array([b, 0.0, 0.0]) - a / p * np.array([about_ankle, damping, stiffness - k_g])

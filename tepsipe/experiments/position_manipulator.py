@@ -1,0 +1,351 @@
+"""Joint impedance in a position-controlled manipulator: angle imposed, torque measured.
+
+    tau(t) = I theta'' + B theta' + K theta + offset
+
+fitted by linear regression on the first part of a trial and tested on the rest; beside it, on the same
+filtered torque, intrinsic stiffness and stretch reflex told apart (`parallel_cascade`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.identification.parallel_cascade import (
+    IntrinsicReflexFit,
+    IntrinsicReflexOptions,
+    fit_intrinsic_reflex,
+)
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged
+from tepsipe.statistics.bootstrap import bootstrap_blocks
+from tepsipe.statistics.goodness_of_fit import HeldOutVaf, judge_held_out
+from tepsipe.statistics.least_squares import LinearFit, least_squares_line
+
+PATHWAY = "impedance"
+ESTIMATOR = "regression"
+REFLEX_ESTIMATOR = "intrinsic-reflex"
+MUSCLE_ESTIMATOR = "intrinsic-reflex-muscle"
+MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
+
+
+@dataclass(frozen=True)
+class PositionManipulatorOptions:
+    """Choices of the analysis.
+
+    Attributes
+    ----------
+    lowpass_cutoff_hz, lowpass_order : float, int
+        Bidirectional Butterworth filter (Hz, -).
+    cut_s : float
+        Time cut at both ends (s).
+    training_fraction : float
+        First part of the record that is fitted (-).
+    averaged_bins : int
+        Raw frequencies averaged into one (-).
+    block_s : float
+        Length of the blocks that are bootstrapped (s).
+    bootstrap_draws : int
+        Bootstrap samples of an interval (-).
+    """
+
+    lowpass_cutoff_hz: float
+    lowpass_order: int
+    cut_s: float
+    training_fraction: float
+    averaged_bins: int
+    block_s: float
+    bootstrap_draws: int
+
+
+@dataclass(frozen=True)
+class PositionManipulatorAnalysis:
+    """What one trial gives.
+
+    Attributes
+    ----------
+    time, angle, torque, predicted : ndarray, shape (n,)
+        Filtered signals after both ends are cut (s, rad, Nm) and the torque predicted (Nm).
+    training : int
+        Number of samples that were fitted (samples).
+    fit : LinearFit
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad), offset (Nm).
+    bootstrap : ndarray, shape (draws, 4)
+        The same for bootstrapped blocks.
+    spectrum : SpectralEstimate
+        Impedance tau/theta and coherence of the unfiltered record (Hz, Nm/rad).
+    vaf : HeldOutVaf
+        How good the prediction is (%).
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    torque: np.ndarray
+    predicted: np.ndarray
+    training: int
+    fit: LinearFit
+    bootstrap: np.ndarray
+    spectrum: SpectralEstimate
+    vaf: HeldOutVaf
+
+
+def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, int, int]:
+    """Samples that are kept, how many of them are fitted, and the length of a block (samples)."""
+    rate = trial.rate_hz
+    cut = round(options.cut_s * rate)
+    kept = slice(cut, trial.time.size - cut)
+    size = trial.time[kept].size
+    block = round(options.block_s * rate)
+    training = int(options.training_fraction * size)
+    if training < 4 * block or size - training < block:
+        raise InputError(
+            f"expected at least 4 blocks of {options.block_s:g} s to fit and one to test, found "
+            f"{size / rate:.3g} s of record after cutting: shorten the blocks, cut less, or "
+            "record longer"
+        )
+    return kept, training, block
+
+
+def analyse_position_manipulator(
+    trial: Trial, options: PositionManipulatorOptions, rng: np.random.Generator
+) -> PositionManipulatorAnalysis:
+    """Spectral estimate, coherence, and I, B, K by regression with a held-out test.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``angle`` (rad) and ``torque`` (Nm).
+    options : PositionManipulatorOptions
+        Choices (units in their names).
+    rng : numpy.random.Generator
+        Draws blocks.
+
+    Returns
+    -------
+    PositionManipulatorAnalysis
+        Spectrum, fit and tests (rad, Nm, s).
+
+    Raises
+    ------
+    InputError
+        If the record is too short or the joint does not move.
+    """
+    rate = trial.rate_hz
+    kept, training, block = _parts(trial, options)
+
+    def lowpass(x: np.ndarray) -> np.ndarray:
+        return butterworth_lowpass(x, rate, options.lowpass_cutoff_hz, options.lowpass_order)
+
+    angle, torque = lowpass(trial.values("angle")), lowpass(trial.values("torque"))
+    rate_of_angle = derivative(trial.time, angle)
+    regressors = np.column_stack(
+        [derivative(trial.time, rate_of_angle), rate_of_angle, angle, np.ones_like(angle)]
+    )[kept]
+    angle, torque = angle[kept], torque[kept]
+    try:
+        fit = least_squares_line(regressors[:training], torque[:training])
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"expected a moving joint, found that {error}: check that the perturbation was applied"
+        ) from error
+    predicted = regressors @ fit.parameters
+    raw_angle = trial.values("angle")[kept]
+    raw_torque = trial.values("torque")[kept]
+    return PositionManipulatorAnalysis(
+        time=trial.time[kept],
+        angle=angle,
+        torque=torque,
+        predicted=predicted,
+        training=training,
+        fit=fit,
+        bootstrap=bootstrap_blocks(
+            regressors[:training], torque[:training], block, options.bootstrap_draws, rng
+        ),
+        spectrum=frequency_averaged(
+            raw_angle - raw_angle.mean(), raw_torque - raw_torque.mean(), rate, options.averaged_bins
+        ),
+        vaf=judge_held_out(torque, predicted, training),
+    )
+
+
+def analyse_intrinsic_reflex(
+    trial: Trial,
+    options: PositionManipulatorOptions,
+    reflex: IntrinsicReflexOptions,
+    rng: np.random.Generator,
+) -> IntrinsicReflexFit:
+    """Intrinsic stiffness and stretch reflex, fitted to and tested on the torque of the regression.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``angle`` (rad) and ``torque`` (Nm).
+    options : PositionManipulatorOptions
+        Filter, parts of the trial and blocks, as for `analyse_position_manipulator`.
+    reflex : IntrinsicReflexOptions
+        Choices of the fit (units in their names).
+    rng : numpy.random.Generator
+        Draws blocks.
+
+    Returns
+    -------
+    IntrinsicReflexFit
+        Both paths and the prediction (rad, Nm, s).
+
+    Raises
+    ------
+    InputError
+        If the record is too short or the joint does not move.
+    """
+    kept, training, block = _parts(trial, options)
+    return fit_intrinsic_reflex(
+        trial.values("angle"),
+        trial.values("torque"),
+        trial.rate_hz,
+        kept,
+        training,
+        lambda x: butterworth_lowpass(x, trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order),
+        reflex,
+        block,
+        options.bootstrap_draws,
+        rng,
+    )
+
+
+def position_manipulator_estimates(
+    experiment: str, condition: str, analysis: PositionManipulatorAnalysis
+) -> list[Estimate]:
+    """Tidy rows of one trial: I, B, K and VAF (%) of the fitted and the held-out part."""
+    names = (experiment, condition, PATHWAY, ESTIMATOR)
+    low, high = np.percentile(analysis.bootstrap, [2.5, 97.5], axis=0)
+    rows = [
+        Estimate(
+            *names,
+            quantity,
+            UNITS[quantity],
+            float(analysis.fit.parameters[k]),
+            float(analysis.bootstrap[:, k].std(ddof=1)),
+            float(low[k]),
+            float(high[k]),
+            float(analysis.fit.sem_as_printed[k]),
+        )
+        for k, quantity in enumerate(PARAMETERS)
+    ]
+    return rows + _vaf_rows(names, analysis.vaf)
+
+
+def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimate]:
+    return [
+        Estimate(*names, "VAF_training", "%", vaf.training),
+        Estimate(*names, "VAF_held_out", "%", vaf.held_out),
+        Estimate(*names, "VAF_held_out_any_offset", "%", vaf.held_out_any_offset),
+        Estimate(*names, "VAF_held_out_as_printed", "%", vaf.held_out_as_printed),
+    ]
+
+
+def intrinsic_reflex_estimates(experiment: str, condition: str, fit: IntrinsicReflexFit) -> list[Estimate]:
+    """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%); a second set by the muscle.
+
+    A structure without stiffening or reflex has no rows for their constants, but a gain of 0 Nms/rad.
+    """
+    names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
+
+    def drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray) -> Estimate:
+        low, high = np.percentile(draws, [2.5, 97.5])
+        return Estimate(
+            *names, quantity, unit, float(value), float(draws.std(ddof=1)), float(low), float(high)
+        )
+
+    rows = [
+        drawn(names, quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
+        for k, quantity in enumerate(PARAMETERS)
+    ]
+    if fit.structure.stiffening:
+        rows.append(drawn(names, "K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
+    if fit.muscle is None:
+        rows.append(Estimate(*names, "reflex_gain", "Nms/rad", 0.0))
+    else:
+        rows.append(drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap))
+        rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+    rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
+    rows.append(Estimate(*names, "VAF_cross_validated", "%", fit.vaf_cross_validated))
+    rows += _vaf_rows(names, fit.vaf)
+    if fit.muscle is not None:
+        muscle = fit.muscle
+        names = (experiment, condition, PATHWAY, MUSCLE_ESTIMATOR)
+        rows += [
+            drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k])
+            for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
+        ]
+        rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+        rows += _vaf_rows(names, muscle.vaf)
+    return rows
+
+
+def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: IntrinsicReflexFit) -> Result:
+    """Arrays and facts of one trial, those of both paths in the group ``reflex`` (units in the result)."""
+    spectrum = analysis.spectrum
+    model = 1.0 / admittance(analysis.fit.parameters[:3], spectrum.frequency_hz)
+    arrays = {
+        "time": analysis.time,
+        "angle": analysis.angle,
+        "torque": analysis.torque,
+        "predicted_torque": analysis.predicted,
+        "frequency": spectrum.frequency_hz,
+        "impedance": spectrum.response,
+        "impedance_model": model,
+        "coherence": spectrum.coherence,
+    }
+    units = {
+        "time": "s",
+        "angle": "rad",
+        "torque": "Nm",
+        "predicted_torque": "Nm",
+        "frequency": "Hz",
+        "impedance": "Nm/rad",
+        "impedance_model": "Nm/rad",
+        "coherence": "1",
+    }
+    facts = {
+        "training_s": float(analysis.time[analysis.training - 1] - analysis.time[0]),
+        "held_out_from_s": float(analysis.time[analysis.training]),
+        "vaf_held_out_percent": analysis.vaf.held_out,
+        "offset_Nm": float(analysis.fit.parameters[3]),
+    }
+    of_paths = _paths(fit)
+    arrays |= {f"reflex/{name}": values for name, (values, _) in of_paths.items()}
+    units |= {f"reflex/{name}": unit for name, (_, unit) in of_paths.items()}
+    facts["reflex"] = {
+        "vaf_held_out_percent": fit.vaf.held_out,
+        "direction": fit.structure.direction,
+        "stiffening": fit.structure.stiffening,
+        "delay_s": fit.structure.delay_s,
+        "delay_range_s": list(fit.delay_range_s),
+        "penalty": fit.structure.penalty,
+    }
+    return Result(arrays, units, facts)
+
+
+def _paths(fit: IntrinsicReflexFit) -> dict[str, tuple[np.ndarray, str]]:
+    """Arrays of both paths with their units."""
+    arrays = {
+        "predicted_torque": (fit.predicted, "Nm"),
+        "reflex_torque": (fit.reflex_torque, "Nm"),
+        "intrinsic_lag": (fit.intrinsic_time, "s"),
+        "intrinsic_response": (fit.intrinsic_response, "Nm/rad/s"),
+        "time": (fit.reflex_time, "s"),
+        "response": (fit.reflex_response, "Nm/rad"),
+        "response_low": (fit.reflex_low, "Nm/rad"),
+        "response_high": (fit.reflex_high, "Nm/rad"),
+        "delay": (fit.delays, "s"),
+        "delay_vaf": (fit.delay_vaf, "%"),
+    }
+    if fit.muscle is not None:
+        arrays["muscle_response"] = (fit.muscle.response, "Nm/rad")
+        arrays["muscle_predicted_torque"] = (fit.muscle.predicted, "Nm")
+    return arrays

@@ -1,0 +1,1 @@
+"""A person standing on the treadmill."""

@@ -1,0 +1,449 @@
+"""Responses of a standing person to the perturbations of a trial, and what had to be left out.
+
+Every response is cut around the instant at which the belt starts to move, and so are stretches of unperturbed
+standing of the same length. Each is taken relative to its own mean just before the onset: what sways slowly
+does not count as a response. A response that cannot be trusted is left out and named; nothing is averaged
+in silently.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.standing.joint_torque import StandingTrial
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.signals.emg import EmgOptions, channel_fault, clipped_perturbations, process_emg
+from tepsipe.signals.epochs import cut_responses, unperturbed_onsets
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.resampling import runs_of
+
+# signals that are cut, and their units; torques are beside them, one per pathway
+UNITS = {
+    "ankle": "rad",
+    "ankle_d": "rad/s",
+    "ankle_dd": "rad/s2",
+    "shank": "rad",
+    "thigh": "rad",
+    "knee": "rad",
+    "f_y": "N",
+    "belt_velocity": "m/s",
+}
+
+
+@dataclass(frozen=True)
+class ResponseOptions:
+    """Choices of the cutting.
+
+    Attributes
+    ----------
+    before_s, after_s : float
+        Window around an onset (s).
+    baseline_s : tuple of float
+        Part of it that is the zero of each response (s from the onset).
+    least_perturbations : int
+        Fewer usable perturbations leave the whole trial out (-).
+    max_gap_s : float
+        Longest time for which a marker may be hidden anywhere in a response (s).
+    lowpass_cutoff_hz, lowpass_order : float, int
+        Filter of the rectified electromyograms that drive the active torque: that of all signals (Hz, -).
+    emg : EmgOptions
+        Processing of the electromyograms.
+    mains_hz : float
+        Frequency of the mains, whose hum betrays a loose electrode (Hz).
+    """
+
+    before_s: float
+    after_s: float
+    baseline_s: tuple[float, float]
+    least_perturbations: int
+    max_gap_s: float
+    lowpass_cutoff_hz: float
+    lowpass_order: int
+    emg: EmgOptions
+    mains_hz: float
+
+
+@dataclass(frozen=True)
+class StandingResponses:
+    """Responses of one trial.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Time from the onset (s).
+    perturbed, unperturbed : dict of str to ndarray, shape (responses, n)
+        Signals of `UNITS` and ``torque/<pathway>`` (Nm) from their baseline; after perturbations, and in
+        unperturbed standing.
+    stretch : dict of str to ndarray, shape (responses, n)
+        Velocity of ankle and knee in the filter for stretches (rad/s).
+    muscles : tuple of str
+        Muscles with a usable channel.
+    drive, unperturbed_drive : ndarray, shape (responses, n, muscles)
+        Rectified electromyogram in the filter of all signals, from its baseline (uV).
+    envelope : ndarray, shape (responses, n, muscles)
+        Envelope of the electromyograms, thesis section 3-2 (uV).
+    emg_time : ndarray, shape (m,)
+        Time from the onset at the electromyograms' rate (s).
+    emg : ndarray, shape (responses, m, muscles)
+        Band-passed electromyograms (uV), not rectified.
+    usable, unperturbed_usable : ndarray of bool, shape (responses, muscles)
+        False where a channel was clipped (-).
+    onsets_s : ndarray, shape (responses,)
+        When they happened (s).
+    left_out : tuple of str
+        What is not among them, one sentence each.
+    """
+
+    time: np.ndarray
+    perturbed: dict[str, np.ndarray]
+    unperturbed: dict[str, np.ndarray]
+    stretch: dict[str, np.ndarray]
+    muscles: tuple[str, ...]
+    drive: np.ndarray
+    unperturbed_drive: np.ndarray
+    envelope: np.ndarray
+    emg_time: np.ndarray
+    emg: np.ndarray
+    usable: np.ndarray
+    unperturbed_usable: np.ndarray
+    onsets_s: np.ndarray
+    left_out: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of perturbations with a response (-)."""
+        return self.onsets_s.size
+
+
+def cut_standing_responses(
+    trial: Trial, standing: StandingTrial, name: str, options: ResponseOptions
+) -> StandingResponses:
+    """Responses to every perturbation that can be trusted.
+
+    Parameters
+    ----------
+    trial : Trial
+        Electromyograms (uV) and hidden markers.
+    standing : StandingTrial
+        Angles (rad), torque (Nm) and onsets (s).
+    name : str
+        Names the trial in messages.
+    options : ResponseOptions
+        Choices (units in their names).
+
+    Returns
+    -------
+    StandingResponses
+        Responses (rad, Nm, uV), none if the trial is not one of standing, and what was left out.
+
+    Raises
+    ------
+    InputError
+        If there is not enough unperturbed time beside the perturbations, or markers were hidden in all of it.
+    """
+    left_out = []
+    kept = np.zeros(standing.onsets_s.size, dtype=bool)
+    if standing.fault is not None:
+        left_out.append(f"{name}: left out as a whole: {standing.fault}")
+    else:
+        for k in range(kept.size):
+            fault = _perturbation_fault(trial, standing, k, options)
+            kept[k] = fault is None
+            if fault is not None:
+                left_out.append(f"{name}: perturbation at {standing.onsets_s[k]:.2f} s left out: {fault}")
+        if kept.sum() < options.least_perturbations:
+            left_out.append(
+                f"{name}: left out as a whole: expected at least {options.least_perturbations} usable "
+                f"perturbations, found {kept.sum()}: repeat the trial"
+            )
+            kept[:] = False
+    onsets = standing.onsets_s[kept]
+    window = options.before_s, options.after_s
+    quiet = _unperturbed(trial, standing, name, options)
+    rate = trial.rate_hz
+    signals = {key: getattr(standing, key) for key in UNITS}
+    signals |= {f"torque/{key}": x for key, x in standing.torque.items()}
+    table = np.column_stack(list(signals.values()))
+    start = float(standing.time[0])
+
+    def cut(x: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if not at.size:
+            time = cut_responses(x, rate, quiet, *window, start).time
+            return time, np.zeros((0, time.size, *x.shape[1:]))
+        responses = cut_responses(x, rate, at, *window, start)
+        return responses.time, responses.values
+
+    time, perturbed = cut(table, onsets)
+    _, unperturbed = cut(table, quiet)
+    stretch = {key: cut(x, onsets)[1] for key, x in standing.stretch_velocity.items()}
+    zero = (time >= options.baseline_s[0]) & (time <= options.baseline_s[1])
+    perturbed, unperturbed = _from_baseline(perturbed, zero), _from_baseline(unperturbed, zero)
+    channels = _channels(trial, name, options, onsets, quiet, standing.fault is None)
+    activity = _emg_responses(trial, channels, options, onsets, quiet, time, zero)
+    return StandingResponses(
+        time=time,
+        perturbed={key: perturbed[..., k] for k, key in enumerate(signals)},
+        unperturbed={key: unperturbed[..., k] for k, key in enumerate(signals)},
+        stretch=stretch,
+        muscles=channels.muscles,
+        **activity,
+        usable=channels.usable,
+        unperturbed_usable=channels.unperturbed_usable,
+        onsets_s=onsets,
+        left_out=(*left_out, *channels.left_out),
+    )
+
+
+def _unperturbed(trial: Trial, standing: StandingTrial, name: str, options: ResponseOptions) -> np.ndarray:
+    """Instants (s) of unperturbed standing with all markers in view, where every clock has a record."""
+    clocks = standing.time, trial.axes.get("emg_time", standing.time)
+    start, end = max(clock[0] for clock in clocks), min(clock[-1] for clock in clocks)
+    found = start + unperturbed_onsets(
+        float(end - start),
+        np.column_stack([standing.onsets_s, standing.ends_s]) - start,
+        _quiet_after(standing),
+        options.before_s,
+        options.after_s,
+        None,
+    )
+    seen = [_longest_hidden(trial, standing, at, options)[0] <= options.max_gap_s for at in found]
+    if not any(seen):
+        raise InputError(
+            f"{name}: expected unperturbed standing with every marker in view, found a hidden one in all "
+            f"{found.size} stretches of it: check what stood between markers and cameras"
+        )
+    return found[seen]
+
+
+def _longest_hidden(
+    trial: Trial, standing: StandingTrial, at: float, options: ResponseOptions
+) -> tuple[float, str]:
+    """Longest time (s) for which a marker was hidden in the window around an instant, and its name."""
+    inside = (standing.time >= at - options.before_s) & (standing.time <= at + options.after_s)
+    lengths = [
+        max((stop - start for start, stop in runs_of(hidden & inside)), default=0) / trial.rate_hz
+        for hidden in standing.hidden.T
+    ]
+    return max(zip(lengths, standing.labels, strict=True), key=lambda pair: pair[0])
+
+
+def _quiet_after(standing: StandingTrial) -> float:
+    """Time after the end of a perturbation that does not count as unperturbed (s)."""
+    step = standing.time[1] - standing.time[0]
+    last = np.flatnonzero(standing.unperturbed & (standing.time > standing.ends_s[-1]))
+    return float(standing.time[last[0]] - standing.ends_s[-1] + step) if last.size else np.inf
+
+
+def _from_baseline(responses: np.ndarray, zero: np.ndarray) -> np.ndarray:
+    """Responses, shape (r, n, c), less their own means over the baseline (same unit)."""
+    return responses - responses[:, zero].mean(axis=1, keepdims=True)
+
+
+def _perturbation_fault(
+    trial: Trial, standing: StandingTrial, k: int, options: ResponseOptions
+) -> str | None:
+    """Why a perturbation's response cannot be trusted, one sentence; None if it can."""
+    onset, end, time = standing.onsets_s[k], standing.ends_s[k], standing.time
+    if onset - options.before_s < time[0] or onset + options.after_s > time[-1]:
+        return (
+            f"expected the record from {options.before_s:g} s before to {options.after_s:g} s after it, "
+            "found it cut off: record longer before the first and after the last perturbation"
+        )
+    following = standing.onsets_s[k + 1] if k + 1 < standing.onsets_s.size else np.inf
+    if following - options.before_s < onset + options.after_s:
+        return (
+            f"expected {options.before_s + options.after_s:g} s to the next perturbation, found "
+            f"{following - onset:.2g} s: shorten the window of the responses in the configuration"
+        )
+    margin = 0.02
+    moving = (time >= onset - margin) & (time <= end + margin)
+    for label, hidden in zip(standing.labels, standing.hidden.T, strict=True):
+        if (hidden & moving).any():
+            return (
+                f"marker {label!r} was hidden while the belt moved, and nobody knows where it was: check "
+                "what stood between it and the cameras"
+            )
+    longest, label = _longest_hidden(trial, standing, onset, options)
+    if longest > options.max_gap_s:
+        return (
+            f"marker {label!r} was hidden for {longest:.2g} s of its response, where "
+            f"{options.max_gap_s:g} s can be filled: check what stood between it and the cameras"
+        )
+    return None
+
+
+@dataclass(frozen=True)
+class _Channels:
+    """Usable muscles, their columns in the recording, and which responses each may serve."""
+
+    muscles: tuple[str, ...]
+    columns: list[int]
+    usable: np.ndarray
+    unperturbed_usable: np.ndarray
+    left_out: list[str]
+
+
+def _channels(
+    trial: Trial, name: str, options: ResponseOptions, onsets: np.ndarray, quiet: np.ndarray, stood: bool
+) -> _Channels:
+    if "emg" not in trial.signals:
+        nobody = (np.zeros((at.size, 0), dtype=bool) for at in (onsets, quiet))
+        return _Channels((), [], *nobody, [f"{name}: no muscles: the trial has no file of electromyograms"])
+    muscles, columns, usable, unperturbed_usable, left_out = [], [], [], [], []
+    missing = trial.attributes["emg_missing"]
+    left_out += [
+        f"{name}: muscle {muscle} left out: its channel is not in the file of electromyograms, correct the "
+        "label in the configuration"
+        for muscle in missing.split(", ")
+        if muscle
+    ]
+    limits = np.asarray(trial.attributes["emg_limits_uV"])
+    rate = float(trial.attributes["emg_rate_hz"])
+    start = float(trial.axes["emg_time"][0])
+    for column, muscle in enumerate(trial.axes["muscle"].tolist() if stood else []):
+        raw = trial.values("emg")[:, column].astype(float)
+        fault = channel_fault(raw, limits[column], rate, options.mains_hz)
+        if fault is not None:
+            left_out.append(f"{name}: muscle {muscle} left out: {fault}")
+            continue
+        clipped, beside = (
+            clipped_perturbations(raw, limits[column], rate, at, options.before_s, options.after_s, start)
+            for at in (onsets, quiet)
+        )
+        left_out += [
+            f"{name}: perturbation at {onset:.2f} s left out for muscle {muscle}: the amplifier was "
+            "clipped, lower its gain or fasten the cables"
+            for onset in onsets[clipped]
+        ]
+        if clipped.all() and clipped.size:
+            left_out.append(
+                f"{name}: muscle {muscle} left out: clipped in every perturbation, lower its gain"
+            )
+            continue
+        if beside.all():
+            left_out.append(
+                f"{name}: muscle {muscle} left out: clipped in all unperturbed standing, lower its gain"
+            )
+            continue
+        muscles.append(muscle)
+        columns.append(column)
+        usable.append(~clipped)
+        unperturbed_usable.append(~beside)
+    stacked = [
+        np.array(rows, dtype=bool).reshape(len(muscles), at.size).T
+        for rows, at in ((usable, onsets), (unperturbed_usable, quiet))
+    ]
+    return _Channels(tuple(muscles), columns, *stacked, left_out)
+
+
+def _emg_responses(
+    trial: Trial,
+    channels: _Channels,
+    options: ResponseOptions,
+    onsets: np.ndarray,
+    quiet: np.ndarray,
+    time: np.ndarray,
+    zero: np.ndarray,
+) -> dict[str, np.ndarray]:
+    """Electromyograms of `StandingResponses`: its fields by name (uV, s)."""
+    grid_rate = (time.size - 1) / (time[-1] - time[0])
+    recorded = "emg" in trial.signals
+    rate = float(trial.attributes["emg_rate_hz"]) if recorded else grid_rate
+    start = float(trial.axes["emg_time"][0]) if recorded else 0.0
+    step = round(rate / grid_rate)
+    if abs(step * grid_rate - rate) > 1e-6 * rate:
+        raise InputError(
+            f"electromyograms: expected a rate that is a multiple of {grid_rate:g} Hz, found {rate:g} Hz: "
+            "export them at such a rate"
+        )
+    before, after = round(options.before_s * rate), round(options.after_s * rate)
+    emg_time = np.arange(-before, after + 1) / rate
+    muscles = len(channels.muscles)
+    if not muscles or not onsets.size:
+        return {
+            "drive": np.zeros((onsets.size, time.size, muscles)),
+            "unperturbed_drive": np.zeros((quiet.size, time.size, muscles)),
+            "envelope": np.zeros((onsets.size, time.size, muscles)),
+            "emg_time": emg_time,
+            "emg": np.zeros((onsets.size, emg_time.size, muscles)),
+        }
+    processed = process_emg(trial.values("emg")[:, channels.columns].astype(float), rate, options.emg)
+    smooth = butterworth_lowpass(processed.rectified, rate, options.lowpass_cutoff_hz, options.lowpass_order)
+
+    def cut(x: np.ndarray, at: np.ndarray) -> np.ndarray:
+        return cut_responses(x, rate, at, options.before_s, options.after_s, start).values
+
+    return {
+        "drive": _from_baseline(cut(smooth, onsets)[:, ::step], zero),
+        "unperturbed_drive": _from_baseline(cut(smooth, quiet)[:, ::step], zero),
+        "envelope": cut(processed.envelope, onsets)[:, ::step],
+        "emg_time": emg_time,
+        "emg": cut(processed.band_passed, onsets),
+    }
+
+
+def select_responses(responses: StandingResponses, kept: np.ndarray) -> StandingResponses:
+    """The responses at some of the perturbations, by truth values or numbers, shape (responses,) (-)."""
+    return replace(
+        responses,
+        perturbed={key: x[kept] for key, x in responses.perturbed.items()},
+        stretch={key: x[kept] for key, x in responses.stretch.items()},
+        drive=responses.drive[kept],
+        envelope=responses.envelope[kept],
+        emg=responses.emg[kept],
+        usable=responses.usable[kept],
+        onsets_s=responses.onsets_s[kept],
+    )
+
+
+# ---- to and from a result's file -------------------------------------------------------------------
+
+PLAIN = {
+    "time": "s",
+    "drive": "uV",
+    "unperturbed_drive": "uV",
+    "envelope": "uV",
+    "emg_time": "s",
+    "emg": "uV",
+    "usable": "1",
+    "unperturbed_usable": "1",
+    "onsets_s": "s",
+}
+GROUPS = ("perturbed", "unperturbed", "stretch")
+
+
+def responses_result(responses: StandingResponses) -> Result:
+    """Responses as arrays with their units, float32 where they are many."""
+    arrays = {key: _narrow(getattr(responses, key)) for key in PLAIN}
+    units = dict(PLAIN)
+    for group in GROUPS:
+        for key, x in getattr(responses, group).items():
+            arrays[f"{group}/{key}"] = _narrow(x)
+            units[f"{group}/{key}"] = _unit(group, key)
+    return Result(arrays, units, {"muscles": responses.muscles, "left_out": responses.left_out})
+
+
+def _narrow(x: np.ndarray) -> np.ndarray:
+    return x.astype(np.float32) if x.ndim > 1 and x.dtype == float else x
+
+
+def _unit(group: str, key: str) -> str:
+    if group == "stretch":
+        return "rad/s"
+    return UNITS.get(key, "Nm")
+
+
+def responses_of(result: Result) -> StandingResponses:
+    """The responses in a result of `responses_result` (units as there)."""
+    groups: dict[str, dict[str, np.ndarray]] = {group: {} for group in GROUPS}
+    for key, x in result.arrays.items():
+        group, _, name = key.partition("/")
+        if group in groups and name:
+            groups[group][name] = x.astype(float)
+    plain = {key: result.arrays[key] for key in PLAIN}
+    plain = {key: x if x.dtype == bool else x.astype(float) for key, x in plain.items()}
+    return StandingResponses(
+        **plain, **groups, muscles=tuple(result.facts["muscles"]), left_out=tuple(result.facts["left_out"])
+    )

@@ -1,0 +1,389 @@
+"""Impedance of a standing person's ankles from responses to perturbations: intrinsic and reflex parts.
+
+    tau(t) = I phi'' + B phi' + K phi + tau_active(t)
+
+on mean responses, from unperturbed standing. phi is the ankle's angle, tau the torque of both ankles.
+Before the first reflex can bring about force, and only then, tau_active is 0. Later the muscles contribute:
+
+    none       tau_active = 0: B and K then hold what reflexes do in the window
+    velocity   tau_active = h * [ G_+ [phi'(t - L)]_+  -  G_- [-phi'(t - L)]_+  +  P phi(t - D)
+                               +  Q phi'(t - D) ]
+    emg        tau_active = h * sum_m F_m e_m(t)
+
+with L the reflex's and D the balance's delay (s), G, P, Q gains, e_m rectified electromyogram (uV), F_m >=
+0 torque per drive (Nm/uV), with the sign of the muscle's action at the ankle, and h the force of a twitch,
+critically damped and of second order with time constant T (s) (Milner-Brown, Stein & Yemm 1973):
+
+    T^2 x'' + 2 T x' + x = u
+
+What is linear is solved for; L, D and T are taken from a grid. Uncertainty is that of whole responses:
+perturbed and unperturbed ones are both drawn with replacement, torque and angle of a response together.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal, stats
+from scipy.optimize import nnls
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.standing.epochs import StandingResponses
+from tepsipe.identification.parallel_cascade import delayed
+from tepsipe.io.estimates import Estimate
+
+ACTIVE = ("none", "velocity", "emg")
+# by so much a bidirectional low-pass of about 20 Hz lets a response begin before its onset (s)
+FILTER_WIDTH_S = 0.03
+
+
+@dataclass(frozen=True)
+class StandingEstimator:
+    """One way from responses to parameters.
+
+    Attributes
+    ----------
+    window_s : float
+        Fitted from the onset on (s).
+    inertia : bool
+        Whether I is estimated; the torque does not contain the inertia of the feet or of the body.
+    active : {"none", "velocity", "emg"}
+        How the muscles' delayed torque is described.
+    """
+
+    window_s: float
+    inertia: bool
+    active: str
+
+
+@dataclass(frozen=True)
+class ActiveOptions:
+    """What is tried for the muscles' torque.
+
+    Attributes
+    ----------
+    twitch_s, reflex_delay_s, balance_delay_s : tuple of float
+        T, L and D that are tried (s).
+    action : dict of str to float
+        Muscle -> 1 if it resists a body that tips forward, -1 if it resists the opposite (-); others do not
+        act at the ankle.
+    """
+
+    twitch_s: tuple[float, ...]
+    reflex_delay_s: tuple[float, ...]
+    balance_delay_s: tuple[float, ...]
+    action: dict[str, float]
+
+
+@dataclass(frozen=True)
+class StandingFit:
+    """Parameters of the ankles, from one trial or from several together.
+
+    Attributes
+    ----------
+    names : tuple of str
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad), then gains of the active torque.
+    parameters : ndarray, shape (1 + draws, p)
+        Of the responses themselves first, then of redrawn ones.
+    delays : dict of str to float
+        T, L, D that were chosen (s).
+    vaf : float
+        Of the mean responses in the window (%).
+    rotation_rad : float
+        Peak to peak of the ankle's mean response in the window, mean over trials (rad).
+    active_peak : float
+        Largest active torque in the window over the largest intrinsic torque there (-).
+    curves : list of dict of str to ndarray, shape (n,)
+        Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (Nm), ``ankle`` (rad).
+    responses : int
+        Number of responses (-).
+    """
+
+    names: tuple[str, ...]
+    parameters: np.ndarray
+    delays: dict[str, float]
+    vaf: float
+    rotation_rad: float
+    active_peak: float
+    curves: list[dict[str, np.ndarray]]
+    responses: int
+
+    def interval(self, name: str) -> tuple[float, float, float, float]:
+        """Value, standard error, and both ends of the 95 % interval of a parameter (its unit)."""
+        draws = self.parameters[:, self.names.index(name)]
+        # redrawn within each trial, n responses underestimate their own spread, and the tails beyond it
+        n, freedom = self.responses, self.responses - len(self.curves)
+        deviations = np.sqrt(n / freedom) * (draws[1:] - draws[0])
+        tails = stats.t.ppf(0.975, freedom) / stats.norm.ppf(0.975)
+        low, high = tails * np.percentile(deviations, [2.5, 97.5])
+        value = float(draws[0])
+        return value, float(deviations.std()), value + float(low), value + float(high)
+
+
+UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
+MOTION = {"I": "ankle_dd", "B": "ankle_d", "K": "ankle"}
+
+
+def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
+    """Force of muscles that start at rest: T^2 x'' + 2 T x' + x = u along the last axis (unit of ``u``).
+
+    Parameters
+    ----------
+    u : ndarray, shape (..., n)
+        Drive (any unit).
+    step_s, twitch_s : float
+        Sampling interval and T (s).
+
+    Returns
+    -------
+    ndarray, shape (..., n)
+        x (unit of ``u``), by the bilinear rule.
+    """
+    ratio = 2.0 * twitch_s / step_s
+    denominator = np.array([(1.0 + ratio) ** 2, 2.0 * (1.0 - ratio**2), (1.0 - ratio) ** 2])
+    return signal.lfilter(
+        np.array([1.0, 2.0, 1.0]) / denominator[0], denominator / denominator[0], u, axis=-1
+    )
+
+
+@dataclass(frozen=True)
+class _Means:
+    """Mean responses of one trial, from unperturbed standing, for each redrawing: shape (1 + draws, n)."""
+
+    time: np.ndarray
+    signals: dict[str, np.ndarray]
+    drive: dict[str, np.ndarray]
+
+
+def _means(
+    responses: StandingResponses, pathway: str, muscles: tuple[str, ...], draws: int, rng: np.random.Generator
+) -> _Means:
+    count = responses.count
+    quiet = next(iter(responses.unperturbed.values())).shape[0]
+    weights = np.vstack([np.ones(count), rng.multinomial(count, np.full(count, 1.0 / count), draws)])
+    beside = np.vstack([np.ones(quiet), rng.multinomial(quiet, np.full(quiet, 1.0 / quiet), draws)])
+
+    def parts(drawn: np.ndarray, usable: np.ndarray | float) -> np.ndarray:
+        counted = drawn * usable
+        # a redrawing without one usable response falls back on all of them
+        counted = np.where(counted.sum(axis=1, keepdims=True) > 0.0, counted, counted[:1])
+        return counted / counted.sum(axis=1, keepdims=True)
+
+    def mean(
+        perturbed: np.ndarray,
+        unperturbed: np.ndarray,
+        usable: np.ndarray | float = 1.0,
+        unperturbed_usable: np.ndarray | float = 1.0,
+    ) -> np.ndarray:
+        return parts(weights, usable) @ perturbed - parts(beside, unperturbed_usable) @ unperturbed
+
+    wanted = [*MOTION.values(), f"torque/{pathway}"]
+    return _Means(
+        responses.time,
+        {key: mean(responses.perturbed[key], responses.unperturbed[key]) for key in wanted},
+        {
+            muscle: mean(
+                responses.drive[..., k],
+                responses.unperturbed_drive[..., k],
+                responses.usable[:, k],
+                responses.unperturbed_usable[:, k],
+            )
+            for k, muscle in enumerate(responses.muscles)
+            if muscle in muscles
+        },
+    )
+
+
+def _active_columns(
+    means: _Means, active: str, delays: dict[str, float], options: ActiveOptions, muscles: tuple[str, ...]
+) -> list[np.ndarray]:
+    """Regressors of the active torque, each of shape (1 + draws, n)."""
+    if active == "none":
+        return []
+    step = float(means.time[1] - means.time[0])
+    # what comes before the onset, less the filter's width, is chance and no answer
+    answered = means.time >= -FILTER_WIDTH_S
+    if active == "emg":
+        drive = {muscle: means.drive[muscle] * answered for muscle in muscles}
+        return [options.action[muscle] * twitch(drive[muscle], step, delays["T"]) for muscle in muscles]
+    angle, velocity = (means.signals[key] * answered for key in ("ankle", "ankle_d"))
+
+    def late(x: np.ndarray, delay_s: float) -> np.ndarray:
+        return delayed(x.T, delay_s, 1.0 / step).T
+
+    stretch = late(velocity, delays["L"])
+    columns = [np.maximum(stretch, 0.0), np.minimum(stretch, 0.0)]
+    columns += [late(x, delays["D"]) for x in (angle, velocity)]
+    return [twitch(column, step, delays["T"]) for column in columns]
+
+
+def fit_standing(
+    trials: list[StandingResponses],
+    pathway: str,
+    estimator: StandingEstimator,
+    options: ActiveOptions,
+    draws: int,
+    rng: np.random.Generator,
+) -> StandingFit | str:
+    """Fit one trial's responses, or several trials' with the same parameters.
+
+    Parameters
+    ----------
+    trials : list of StandingResponses
+        Responses (rad, Nm, uV), each with at least two.
+    pathway : str
+        Torque that is fitted.
+    estimator : StandingEstimator
+        Window (s) and model.
+    options : ActiveOptions
+        Delays that are tried (s), and the muscles' actions.
+    draws : int
+        Redrawn sets of responses (-).
+    rng : numpy.random.Generator
+        Draws them, the same for every estimator that is given a generator in the same state.
+
+    Returns
+    -------
+    StandingFit or str
+        Parameters, or one sentence why this estimator cannot be used on these trials.
+
+    Raises
+    ------
+    InputError
+        If the model is unknown, or the window is longer than the responses.
+    """
+    if estimator.active not in ACTIVE:
+        raise InputError(
+            f"expected an active torque of {', '.join(ACTIVE)}, found {estimator.active!r}: correct it in "
+            "the configuration"
+        )
+    time = trials[0].time
+    if estimator.window_s > time[-1] + 1e-9:
+        raise InputError(
+            f"expected a window within the responses of {time[-1]:g} s, found {estimator.window_s:g} s: "
+            "shorten it or lengthen the responses in the configuration"
+        )
+    muscles: tuple[str, ...] = ()
+    if estimator.active == "emg":
+        shared = [set(responses.muscles) for responses in trials]
+        muscles = tuple(m for m in options.action if all(m in own for own in shared))
+        if not muscles:
+            return (
+                "expected a muscle that acts at the ankle and has a usable channel in every trial, found none"
+            )
+    means = [_means(responses, pathway, muscles, draws, rng) for responses in trials]
+    inside = (time >= -FILTER_WIDTH_S) & (time <= estimator.window_s)
+    linear = [name for name in MOTION if name != "I" or estimator.inertia]
+    torque = np.concatenate([m.signals[f"torque/{pathway}"][:, inside] for m in means], axis=1)
+
+    def regressors(delays: dict[str, float], rows: slice, kept: tuple[str, ...]) -> np.ndarray:
+        """Shape (rows, samples of all trials, p)."""
+        parts = []
+        for m in means:
+            part = _Means(
+                m.time,
+                {key: x[rows] for key, x in m.signals.items()},
+                {key: x[rows] for key, x in m.drive.items()},
+            )
+            columns = [part.signals[MOTION[name]] for name in linear]
+            columns += _active_columns(part, estimator.active, delays, options, kept)
+            parts.append(np.stack(columns, axis=-1)[:, inside])
+        return np.concatenate(parts, axis=1)
+
+    def error(delays: dict[str, float]) -> float:
+        j = regressors(delays, slice(0, 1), muscles)[0]
+        left = torque[0] - j @ _solve(j, torque[0], len(linear), estimator.active)
+        return float(left @ left)
+
+    delays = min(_grid(estimator.active, options), key=error)
+    if estimator.active == "emg":
+        first = _solve(regressors(delays, slice(0, 1), muscles)[0], torque[0], len(linear), "emg")
+        # gains at their bound of 0 stay there
+        muscles = tuple(m for m, gain in zip(muscles, first[len(linear) :], strict=True) if gain > 0.0)
+    j = regressors(delays, slice(None), muscles)
+    normal = np.einsum("dnp,dnq->dpq", j, j)
+    try:
+        parameters = np.linalg.solve(normal, np.einsum("dnp,dn->dp", j, torque)[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        return (
+            f"expected a window that determines I, B, K and the muscles' gains, found that "
+            f"{estimator.window_s:g} s does not: lengthen it"
+        )
+    predicted = j[0] @ parameters[0]
+    intrinsic = j[0][:, : len(linear)] @ parameters[0][: len(linear)]
+    ends = np.cumsum([inside.sum()] * len(means))[:-1]
+    parts = [np.split(x, ends) for x in (torque[0], intrinsic, predicted - intrinsic)]
+    angles = [m.signals["ankle"][0, inside] for m in means]
+    gains = {"none": (), "velocity": ("G_plus", "G_minus", "P", "Q"), "emg": tuple(f"F_{m}" for m in muscles)}
+    return StandingFit(
+        names=(*linear, *gains[estimator.active]),
+        parameters=parameters,
+        delays=delays,
+        vaf=100.0 * (1.0 - float(np.sum((torque[0] - predicted) ** 2) / np.sum(torque[0] ** 2))),
+        rotation_rad=float(np.mean([np.ptp(angle) for angle in angles])),
+        active_peak=float(np.abs(predicted - intrinsic).max() / np.abs(intrinsic).max()),
+        curves=[
+            {"time": time[inside], "torque": a, "intrinsic": b, "active": c, "ankle": angle}
+            for a, b, c, angle in zip(*parts, angles, strict=True)
+        ],
+        responses=sum(responses.count for responses in trials),
+    )
+
+
+def _solve(j: np.ndarray, torque: np.ndarray, linear: int, active: str) -> np.ndarray:
+    """Least squares; electromyograms cannot push the wrong way, so their gains are not negative."""
+    if active != "emg":
+        return np.linalg.lstsq(j, torque, rcond=None)[0]
+    # I, B and K may have any sign: each is the difference of two that may not
+    scale = np.linalg.norm(j, axis=0)
+    scale[scale == 0.0] = 1.0
+    scaled = j / scale
+    both = np.column_stack([scaled, -scaled[:, :linear]])
+    found = nnls(both, torque)[0]
+    solution = found[: j.shape[1]].copy()
+    solution[:linear] -= found[j.shape[1] :]
+    return solution / scale
+
+
+def _grid(active: str, options: ActiveOptions) -> list[dict[str, float]]:
+    if active == "none":
+        return [{}]
+    if active == "emg":
+        return [{"T": t} for t in options.twitch_s]
+    return [
+        {"T": t, "L": reflex, "D": balance}
+        for t in options.twitch_s
+        for reflex in options.reflex_delay_s
+        for balance in options.balance_delay_s
+    ]
+
+
+def standing_estimates(
+    condition: str, pathway: str, estimator: str, fit: StandingFit, toppling_stiffness: float
+) -> list[Estimate]:
+    """Tidy rows: I, B, K, K over m g h, rotation, VAF, and the chosen delays (units in the rows).
+
+    ``toppling_stiffness`` is m g h (Nm/rad).
+    """
+    about = ("pilot", condition, pathway, estimator)
+    n = fit.responses
+    rows = []
+
+    def row(quantity: str, unit: str, name: str, scale: float) -> Estimate:
+        value, error, low, high = (scale * x for x in fit.interval(name))
+        return Estimate(*about, quantity, unit, value, error, low, high, n_perturbations=n)
+
+    for name in fit.names:
+        if name in UNITS:
+            rows.append(row(name, UNITS[name], name, 1.0))
+        if name == "K":
+            rows.append(row("K_over_mgh", "1", name, 1.0 / toppling_stiffness))
+    plain = {
+        "rotation": ("rad", fit.rotation_rad),
+        "VAF_response": ("%", fit.vaf),
+    }
+    if fit.delays:
+        plain["active_torque_share"] = ("1", fit.active_peak)
+        names = {"T": "twitch_time", "L": "reflex_delay", "D": "balance_delay"}
+        plain |= {names[key]: ("s", value) for key, value in fit.delays.items()}
+    rows += [Estimate(*about, key, unit, float(v), n_perturbations=n) for key, (unit, v) in plain.items()]
+    return rows

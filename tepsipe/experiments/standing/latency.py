@@ -1,0 +1,172 @@
+"""Latency of each muscle's answer to its own stretch, on the responses of several trials together.
+
+A muscle is lengthened at the speed s = sum_j w_j phi_j', where w_j says how joint j lengthens it. Trials
+count where the perturbation lengthens the muscle first: where it shortens it first, the later stretch has
+no sharp beginning. Feet and legs are rigid, so all joints start to turn when the belt starts to move, and
+that instant is known to a fraction of a millisecond, better than the start of any angle. The latency is
+counted from there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.standing.epochs import StandingResponses
+from tepsipe.io.estimates import Estimate
+from tepsipe.signals.epochs import without_artefact
+from tepsipe.signals.onsets import DETECTORS, Onset, OnsetOptions, detect_onset
+
+# baseline before the searched time (s)
+BASELINE_S = 0.15
+
+
+@dataclass(frozen=True)
+class MuscleLatency:
+    """A muscle's answer to its stretch.
+
+    Attributes
+    ----------
+    muscle : str
+        Its name.
+    onsets : dict of str to Onset
+        Detector -> onset, counted from the start of the stretch, the belt's (s).
+    time : ndarray, shape (m,)
+        Time from the start of the stretch (s).
+    rectified : ndarray, shape (m,)
+        Mean rectified electromyogram (uV).
+    responses : int
+        Number of responses (-).
+    """
+
+    muscle: str
+    onsets: dict[str, Onset]
+    time: np.ndarray
+    rectified: np.ndarray
+    responses: int
+
+
+def lengthening_speed(responses: StandingResponses, lengthening: dict[str, float]) -> np.ndarray:
+    """Mean speed at which a muscle is lengthened after the perturbations of a trial.
+
+    Parameters
+    ----------
+    responses : StandingResponses
+        Responses of a trial (rad/s).
+    lengthening : dict of str to float
+        Joint, ankle or knee -> lengthening per angle (-).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        s (rad/s).
+
+    Raises
+    ------
+    InputError
+        If a joint is unknown.
+    """
+    unknown = [joint for joint in lengthening if joint not in responses.stretch]
+    if unknown:
+        raise InputError(
+            f"expected muscles that are stretched by {' or '.join(responses.stretch)}, found "
+            f"{unknown[0]!r}: correct it in the configuration"
+        )
+    return sum(weight * responses.stretch[joint].mean(axis=0) for joint, weight in lengthening.items())
+
+
+def muscle_latency(
+    trials: list[StandingResponses],
+    muscle: str,
+    lengthening: dict[str, float],
+    options: OnsetOptions,
+    rng: np.random.Generator,
+) -> MuscleLatency | str:
+    """Latency of one muscle over all trials in which it is stretched first, by every detector.
+
+    Parameters
+    ----------
+    trials : list of StandingResponses
+        Responses of the trials.
+    muscle : str
+        The muscle.
+    lengthening : dict of str to float
+        Joint -> lengthening per angle (-).
+    options : OnsetOptions
+        Choices (s); the detector is each in turn.
+    rng : numpy.random.Generator
+        Draws responses.
+
+    Returns
+    -------
+    MuscleLatency or str
+        Onsets (s), or one sentence why there are none.
+
+    Raises
+    ------
+    InputError
+        If the responses do not reach over baseline and searched time; as `lengthening_speed` and
+        `detect_onset`.
+    """
+    stretching = []
+    for responses in trials:
+        if muscle not in responses.muscles or not responses.count:
+            continue
+        speed = lengthening_speed(responses, lengthening)
+        # until the belt comes back
+        moved = np.abs(np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0)))
+        first = (responses.time >= 0.0) & (np.arange(moved.size) <= moved.argmax())
+        if speed[first].mean() > 0.0:
+            stretching.append(responses)
+    if not stretching:
+        return f"expected trials that stretch {muscle} first and have a usable channel for it, found none"
+    step = stretching[0].emg_time[1] - stretching[0].emg_time[0]
+    first = min(options.baseline_until_s, options.search_s[0]) - BASELINE_S
+    last = options.search_s[1] + 0.02
+    time = np.arange(round(first / step), round(last / step) + 1) * step
+    recorded = stretching[0].emg_time
+    if time[0] < recorded[0] - 1e-9 or time[-1] > recorded[-1] + 1e-9:
+        raise InputError(
+            f"latency of {muscle}: expected responses from {time[0]:g} s to {time[-1]:g} s from the onset, "
+            f"found {recorded[0]:g} s to {recorded[-1]:g} s: cut longer responses or search elsewhere"
+        )
+    pooled, sizes = [], []
+    for responses in stretching:
+        column = responses.muscles.index(muscle)
+        usable = responses.usable[:, column]
+        own = responses.emg[usable][..., column]
+        belt = responses.perturbed["belt_velocity"][usable]
+        sizes.append(np.take_along_axis(belt, np.abs(belt).argmax(axis=1)[:, None], axis=1)[:, 0])
+        pooled.append(CubicSpline(responses.emg_time, own, axis=1)(time))
+    emg = np.concatenate(pooled)
+    if emg.shape[0] < 5:
+        return f"expected at least 5 responses that stretch {muscle}, found {emg.shape[0]}"
+    # skin and cables move alike after every perturbation, in proportion to it
+    emg = without_artefact(emg, np.concatenate(sizes))
+    onsets = {
+        detector: detect_onset(time, emg, OnsetOptions(**{**vars(options), "detector": detector}), rng)
+        for detector in DETECTORS
+    }
+    return MuscleLatency(muscle, onsets, time, np.abs(emg).mean(axis=0), emg.shape[0])
+
+
+def latency_estimates(condition: str, latency: MuscleLatency) -> list[Estimate]:
+    """Tidy rows: latency (s) by every detector that found one."""
+    return [
+        Estimate(
+            "pilot",
+            condition,
+            "emg",
+            detector,
+            f"latency_{latency.muscle}",
+            "s",
+            onset.latency_s,
+            standard_error=onset.standard_error_s,
+            ci_low=onset.interval_s[0] if onset.interval_s else None,
+            ci_high=onset.interval_s[1] if onset.interval_s else None,
+            n_perturbations=latency.responses,
+        )
+        for detector, onset in latency.onsets.items()
+        if onset.latency_s is not None
+    ]

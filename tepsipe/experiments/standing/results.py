@@ -1,0 +1,283 @@
+"""What the trials of a standing person gave, one by one and together: fits, estimates and results' files.
+
+Every fit draws from a generator of its own, seeded by the study, the trial and the fit's name: another
+pathway or estimator changes nothing in those that are there.
+"""
+
+import zlib
+
+import numpy as np
+
+from tepsipe.experiments.standing.epochs import StandingResponses, responses_result
+from tepsipe.experiments.standing.impedance import (
+    ActiveOptions,
+    StandingEstimator,
+    StandingFit,
+    fit_standing,
+    standing_estimates,
+)
+from tepsipe.experiments.standing.joint_torque import StandingTrial
+from tepsipe.experiments.standing.latency import MuscleLatency, latency_estimates
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import Result
+from tepsipe.signals.epochs import ensemble
+
+# mean responses that are kept to show how the joints move together
+SHOWN = {"ankle": "rad", "knee": "rad", "shank": "rad", "thigh": "rad", "belt_velocity": "m/s"}
+PROCESSED = {
+    "time": "s",
+    "ankle": "rad",
+    "ankle_d": "rad/s",
+    "ankle_dd": "rad/s2",
+    "belt_velocity": "m/s",
+    "f_y": "N",
+    "y_cop": "m",
+    "onsets_s": "s",
+}
+
+Fits = dict[tuple[str, str], StandingFit]
+
+
+def generator(seed: int, *names: str) -> np.random.Generator:
+    """Generator of one fit, whatever others there are (seed and names without unit)."""
+    return np.random.default_rng([seed, zlib.crc32("/".join(names).encode())])
+
+
+def fit_all(
+    trials: list[StandingResponses],
+    name: str,
+    pathways: list[str],
+    estimators: dict[str, StandingEstimator],
+    options: ActiveOptions,
+    draws: int,
+    seed: int,
+) -> tuple[Fits, list[str]]:
+    """Every estimator on every pathway.
+
+    Parameters
+    ----------
+    trials : list of StandingResponses
+        Trials that share their parameters; those without responses do not count.
+    name : str
+        Of the trial or task: it seeds the redrawing, and names it in sentences.
+    pathways : list of str
+        Torques.
+    estimators : dict of str to StandingEstimator
+        Name -> estimator (s).
+    options : ActiveOptions
+        Delays that are tried (s).
+    draws, seed : int
+        Of the redrawn responses (-).
+
+    Returns
+    -------
+    fits : dict of (str, str) to StandingFit
+        (pathway, estimator) -> fit.
+    notes : list of str
+        One sentence per estimator that could not be used.
+
+    Raises
+    ------
+    InputError
+        As `fit_standing`.
+    """
+    usable = [responses for responses in trials if responses.count]
+    fits: Fits = {}
+    notes: list[str] = []
+    if not usable:
+        return fits, [f"{name}: expected a trial with usable responses, found none: repeat the trials"]
+    for key, estimator in estimators.items():
+        for pathway in pathways:
+            rng = generator(seed, name, pathway, key)
+            found = fit_standing(usable, pathway, estimator, options, draws, rng)
+            if isinstance(found, StandingFit):
+                fits[pathway, key] = found
+            elif pathway == pathways[0]:
+                notes.append(f"{name}: estimator {key} left out: {found}")
+    return fits, notes
+
+
+def fit_estimates(
+    name: str, fits: Fits, toppling_stiffness: float, latencies: list[MuscleLatency]
+) -> list[Estimate]:
+    """Tidy rows of a trial or task (units in them); ``toppling_stiffness`` is m g h (Nm/rad)."""
+    rows = []
+    for (pathway, estimator), fit in fits.items():
+        rows += standing_estimates(name, pathway, estimator, fit, toppling_stiffness)
+    for latency in latencies:
+        rows += latency_estimates(name, latency)
+    return rows
+
+
+def stiffness_by_window(
+    trials: list[StandingResponses],
+    pathway: str,
+    windows_s: list[float],
+    options: ActiveOptions,
+    draws: int,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """K from windows of several lengths, with the muscles' torque left out: later ones hold what reflexes do.
+
+    Parameters
+    ----------
+    trials : list of StandingResponses
+        Trials that share their parameters; those without responses do not count.
+    pathway : str
+        Torque that is fitted.
+    windows_s : list of float
+        Lengths from the onset (s).
+    options : ActiveOptions
+        As for `fit_standing`.
+    draws : int
+        Redrawn sets of responses (-).
+    rng : numpy.random.Generator
+        Draws them.
+
+    Returns
+    -------
+    ndarray, shape (windows, 4)
+        Window (s), K and both ends of its 95 % interval (Nm/rad); empty without a usable trial.
+    """
+    usable = [responses for responses in trials if responses.count]
+    rows = []
+    for window in windows_s if usable else []:
+        fit = fit_standing(usable, pathway, StandingEstimator(window, False, "none"), options, draws, rng)
+        value, _, low, high = fit.interval("K")
+        rows.append([window, value, low, high])
+    return np.array(rows).reshape(-1, 4)
+
+
+def over_sway(responses: StandingResponses, pathway: str) -> dict[str, float]:
+    """How far perturbations stand out of unperturbed standing (thesis section 4-2).
+
+    Parameters
+    ----------
+    responses : StandingResponses
+        Responses of a trial (rad/s, Nm).
+    pathway : str
+        Torque that is looked at.
+
+    Returns
+    -------
+    dict of str to float
+        ``angle_over_sway``, ``torque_over_sway``: median over responses of the largest rate of the ankle's
+        angle, and of the largest change of torque, within 0.3 s, over the standard deviation in unperturbed
+        standing (-).
+    """
+    near = (responses.time >= 0.0) & (responses.time <= 0.3)
+    signals = {"angle_over_sway": "ankle_d", "torque_over_sway": f"torque/{pathway}"}
+    return {
+        name: float(
+            np.median(np.abs(responses.perturbed[key][:, near]).max(axis=1))
+            / responses.unperturbed[key][:, near].std()
+        )
+        for name, key in signals.items()
+        if responses.count
+    }
+
+
+def trial_responses_result(standing: StandingTrial, responses: StandingResponses, torques: dict) -> Result:
+    """Responses and post-processed signals of one trial.
+
+    Parameters
+    ----------
+    standing : StandingTrial
+        Signals (rad, Nm, m, s).
+    responses : StandingResponses
+        Responses cut from them.
+    torques : dict of str to str
+        Role -> pathway, for the torques that Figure 4-13 shows: as_printed and recommended (no unit).
+
+    Returns
+    -------
+    Result
+        Arrays of `responses_result` and the group ``processed`` (in their units).
+    """
+    result = responses_result(responses)
+    arrays, units = dict(result.arrays), dict(result.units)
+    for key, unit in PROCESSED.items():
+        arrays[f"processed/{key}"] = getattr(standing, key).astype(np.float32 if key != "time" else float)
+        units[f"processed/{key}"] = unit
+    for role, pathway in torques.items():
+        arrays[f"processed/torque_{role}"] = standing.torque[pathway].astype(np.float32)
+        units[f"processed/torque_{role}"] = "Nm"
+    return Result(arrays, units, {**result.facts, "torques": torques, "fault": standing.fault})
+
+
+def pilot_result(
+    trials: list[StandingResponses],
+    fits: Fits,
+    recommended: str,
+    latencies: list[MuscleLatency],
+    facts: dict,
+    windows: np.ndarray | None = None,
+) -> Result:
+    """What the report and the figures need of a trial, or of the trials of a task.
+
+    Parameters
+    ----------
+    trials : list of StandingResponses
+        The trials; those without responses do not count.
+    fits : dict of (str, str) to StandingFit
+        (pathway, estimator) -> fit.
+    recommended : str
+        Pathway whose curves are kept.
+    latencies : list of MuscleLatency
+        Of the muscles that answered (s), for a task.
+    facts : dict
+        Further facts (units in the keys).
+    windows : ndarray, shape (windows, 4), optional
+        From `stiffness_by_window` (s, Nm/rad), for a task.
+
+    Returns
+    -------
+    Result
+        ``windows/K`` and ``windows/length``; ``K/<pathway>/<estimator>``: value and 95 % interval;
+        ``rotation/...`` of the ankle; ``mean/<signal>``: mean response per trial;
+        ``curve/<estimator>/<part>``: torque, intrinsic and active part per trial; ``latency/<muscle>/...``.
+    """
+    arrays: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+
+    def keep(name: str, values: np.ndarray, unit: str) -> None:
+        arrays[name], units[name] = np.asarray(values, dtype=float), unit
+
+    usable = [responses for responses in trials if responses.count]
+    if usable:
+        keep("mean/time", usable[0].time, "s")
+        for key, unit in SHOWN.items():
+            keep(f"mean/{key}", np.array([r.perturbed[key].mean(axis=0) for r in usable]), unit)
+    if len(usable) == 1:
+        for k, muscle in enumerate(usable[0].muscles):
+            activity = ensemble(usable[0].drive[usable[0].usable[:, k]][..., k])
+            keep(f"activity/{muscle}", np.array([activity.mean, activity.sd]), "uV")
+    for (pathway, estimator), fit in fits.items():
+        value, _, low, high = fit.interval("K")
+        keep(f"K/{pathway}/{estimator}", np.array([value, low, high]), "Nm/rad")
+        keep(f"rotation/{pathway}/{estimator}", np.array(fit.rotation_rad), "rad")
+        if pathway == recommended:
+            for part in ("torque", "intrinsic", "active", "ankle"):
+                unit = "rad" if part == "ankle" else "Nm"
+                keep(f"curve/{estimator}/{part}", np.array([c[part] for c in fit.curves]), unit)
+            keep(f"curve/{estimator}/time", fit.curves[0]["time"], "s")
+    if windows is not None:
+        keep("windows/length", windows[:, 0], "s")
+        keep("windows/K", windows[:, 1:], "Nm/rad")
+    for latency in latencies:
+        keep(f"latency/{latency.muscle}/time", latency.time, "s")
+        keep(f"latency/{latency.muscle}/rectified", latency.rectified, "uV")
+    told = {
+        latency.muscle: {
+            detector: {
+                "latency_s": onset.latency_s,
+                "standard_error_s": onset.standard_error_s,
+                "interval_s": onset.interval_s,
+                "reason": onset.reason,
+            }
+            for detector, onset in latency.onsets.items()
+        }
+        | {"responses": latency.responses}
+        for latency in latencies
+    }
+    return Result(arrays, units, {**facts, "latencies": told})

@@ -1,0 +1,155 @@
+r"""The weight experiment: what the belt's acceleration adds to the measured force (thesis section 3-1-2).
+
+Symbols: F_y measured force (N), y_w position of the weight (m), m_w its mass (kg).
+
+    ideal force         F_hat = m_w y_w''              (3-10)
+    added by the belt   Delta F = F_y - F_hat          (3-11), there with the opposite sign
+    empty belt          F_y0
+    estimated mass      m_hat = y_w'' \ F_y            (3-12)
+
+If the treadmill's dynamics did not depend on what it carries, Delta F would equal F_y0.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import Result
+from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
+from tepsipe.treadmill.recording import BeltRecording
+
+PATHWAY = "force"
+ESTIMATOR = "least-squares"
+
+
+@dataclass(frozen=True)
+class WeightAnalysis:
+    """What one trial with the weight, or with the empty belt, gives.
+
+    Attributes
+    ----------
+    recordings : dict of str to BeltRecording
+        Name of a filter -> fore-aft force with it (N).
+    masses : ndarray, shape (perturbations,)
+        m_hat of every perturbation (kg); empty for the empty belt.
+    interval : Interval or None
+        Of the mean of m_hat (kg).
+    marker_lag_s : float or None
+        Time by which the weight's markers lag behind the belt (s); None for the empty belt.
+    """
+
+    recordings: dict[str, BeltRecording]
+    masses: np.ndarray
+    interval: Interval | None
+    marker_lag_s: float | None = None
+
+
+def estimate_masses(recording: BeltRecording) -> np.ndarray:
+    """Thesis eq (3-12) for every perturbation, from the fore-aft force (N), shape (perturbations,) (kg)."""
+    acceleration = recording.segments(recording.carried) / recording.carried_kg
+    force = recording.segments(recording.load + recording.carried)
+    return np.sum(acceleration * force, axis=1) / np.sum(acceleration**2, axis=1)
+
+
+def analyse_weight(
+    recordings: dict[str, BeltRecording], draws: int, seed: int, marker_lag_s: float | None = None
+) -> WeightAnalysis:
+    """Mass of the weight, and what the belt adds to the force.
+
+    Parameters
+    ----------
+    recordings : dict of str to BeltRecording
+        Name of a filter -> fore-aft force (N); the first is the one that the mass is estimated with.
+    draws, seed : int
+        Bootstrap samples over perturbations, and seed of their generator (-).
+    marker_lag_s : float, optional
+        Time by which the weight's markers lag behind the belt (s), to be kept.
+
+    Returns
+    -------
+    WeightAnalysis
+        Masses and their interval (kg); none for an empty belt.
+    """
+    first = next(iter(recordings.values()))
+    if first.carried_kg == 0.0:
+        return WeightAnalysis(recordings, np.empty(0), None)
+    masses = estimate_masses(first)
+    interval = bootstrap_mean(masses[:, None], draws, np.random.default_rng(seed))
+    return WeightAnalysis(recordings, masses, interval, marker_lag_s)
+
+
+def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) -> list[Estimate]:
+    """Tidy rows of one trial: mass (kg), its spread over perturbations, and the largest added force (N)."""
+    names = (experiment, condition, PATHWAY, ESTIMATOR)
+    recording = next(iter(analysis.recordings.values()))
+    added = recording.segments(recording.load)
+    count = added.shape[0]
+    rows = []
+    if analysis.interval is not None:
+        interval = analysis.interval
+        rows = [
+            Estimate(
+                *names,
+                "mass",
+                "kg",
+                float(analysis.masses.mean()),
+                float(interval.standard_error[0]),
+                float(interval.low[0]),
+                float(interval.high[0]),
+                n_perturbations=count,
+            ),
+            Estimate(*names, "mass_sd", "kg", _spread(analysis.masses), n_perturbations=count),
+        ]
+    peak = float(np.abs(added.mean(axis=0)).max())
+    return [*rows, Estimate(*names, "added_force_peak", "N", peak, n_perturbations=count)]
+
+
+def _spread(x: np.ndarray) -> float:
+    return float(x.std(ddof=1)) if x.size > 1 else 0.0
+
+
+def weight_result(analysis: WeightAnalysis) -> Result:
+    """Arrays and facts of one trial, for figures and claims (units in the result)."""
+    arrays: dict[str, np.ndarray] = {"masses": analysis.masses}
+    units = {"masses": "kg"}
+    for name, recording in analysis.recordings.items():
+        for key, x, unit in (
+            ("added_force", recording.load, "N"),
+            ("carried_force", recording.carried, "N"),
+            ("belt_velocity", recording.velocity, "m/s"),
+            ("belt_acceleration", recording.acceleration, "m/s2"),
+        ):
+            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = recording.segments(x), unit
+    first = next(iter(analysis.recordings.values()))
+    facts = {
+        "filters": list(analysis.recordings),
+        "rate_hz": first.rate_hz,
+        "carried_kg": first.carried_kg,
+        "perturbations": len(first.onsets),
+        "marker_lag_s": analysis.marker_lag_s,
+    }
+    return Result(arrays, units, facts)
+
+
+def shapes(empty: dict[str, Result], weight: dict[str, Result], filter_name: str) -> tuple[list, list]:
+    """Correlation of the mean Fy0 and Delta Fy (-), and ratio of their sizes (-), condition by condition."""
+    alike, sizes = [], []
+    for condition in [c for c in weight if c in empty]:
+        f, d = (
+            results[condition].arrays[f"{filter_name}/added_force"].mean(axis=0)
+            for results in (empty, weight)
+        )
+        alike.append(float(f @ d / np.sqrt((f @ f) * (d @ d))))
+        sizes.append(float(np.sqrt((d @ d) / (f @ f))))
+    return alike, sizes
+
+
+def speed_at_peak(results: dict[str, Result], filter_name: str) -> list[float]:
+    """Belt speed where the mean added force is largest, over the largest belt speed (-), by condition."""
+    found = []
+    for result in results.values():
+        force = result.arrays[f"{filter_name}/added_force"].mean(axis=0)
+        speed = np.abs(result.arrays[f"{filter_name}/belt_velocity"].mean(axis=0))
+        found.append(float(speed[np.abs(force).argmax()] / speed.max()))
+    return found

@@ -1,0 +1,346 @@
+"""SIPE in the torque-controlled manipulator, from one trial to its parameters (thesis section 3-1-1)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from tepsipe.errors import InputError
+from tepsipe.identification.admittance_fit import (
+    AdmittanceFit,
+    Bounds,
+    StiffnessProfile,
+    fit_as_printed,
+    fit_from_many_starts,
+    fit_scaled,
+    profile_stiffness,
+)
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged, period_averaged
+from tepsipe.statistics.goodness_of_fit import vaf
+
+PATHWAY = "admittance"
+ESTIMATORS = ("spectral-fit", "spectral-fit-periods", "spectral-fit-modulus")
+
+
+@dataclass(frozen=True)
+class WristalyzerOptions:
+    """Choices of the thesis (section 3-1-1, Table 3-2) and of the tests of them.
+
+    Attributes
+    ----------
+    lowpass_cutoff_hz, lowpass_order : float, int
+        Bidirectional Butterworth filter (Hz, -).
+    cut_s : float
+        Time cut at both ends (s).
+    averaged_bins : int
+        Raw frequencies averaged into one (-).
+    fit_band_hz : (float, float)
+        Frequencies that are fitted (Hz).
+    perturbation_period_s : float or None
+        Period of the multisine (s); None if the perturbation is not periodic.
+    excited_band_hz : (float, float)
+        Frequencies in the perturbation (Hz).
+    bounds : Bounds
+        Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
+    random_starts : int
+        Number of random starting values (-).
+    tried_stiffness_Nm_per_rad : tuple of float
+        Starting values of K tried with either residual (Nm/rad).
+    profile_Nm_per_rad : (float, float, int)
+        Lowest and highest K of the profile (Nm/rad) and number of points (-).
+    """
+
+    lowpass_cutoff_hz: float
+    lowpass_order: int
+    cut_s: float
+    averaged_bins: int
+    fit_band_hz: tuple[float, float]
+    perturbation_period_s: float | None
+    excited_band_hz: tuple[float, float]
+    bounds: Bounds
+    random_starts: int
+    tried_stiffness_Nm_per_rad: tuple[float, ...]
+    profile_Nm_per_rad: tuple[float, float, int]
+
+
+@dataclass(frozen=True)
+class PreparedTrial:
+    """Filtered signals of a trial.
+
+    Attributes
+    ----------
+    torque, angle : ndarray, shape (n,)
+        Whole trial (Nm, rad).
+    kept : slice
+        What is left after both ends are cut (samples).
+    rate_hz : float
+        Sampling rate (Hz).
+    """
+
+    torque: np.ndarray
+    angle: np.ndarray
+    kept: slice
+    rate_hz: float
+
+    def prediction_vaf(self, parameters: np.ndarray) -> float:
+        """VAF (%) of the angle predicted from the torque alone, over the kept part (thesis eq 3-1).
+
+        ``parameters`` are I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        """
+        predicted = simulate_angle(parameters, self.torque, self.rate_hz)
+        return vaf(self.angle[self.kept], predicted[self.kept])
+
+
+def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:
+    """Filter torque and angle alike, and find what is left after cutting (Nm, rad, samples).
+
+    Raises
+    ------
+    InputError
+        If nothing is left.
+    """
+    rate = trial.rate_hz
+
+    def lowpass(x: np.ndarray) -> np.ndarray:
+        return butterworth_lowpass(x, rate, options.lowpass_cutoff_hz, options.lowpass_order)
+
+    cut = round(options.cut_s * rate)
+    if trial.time.size <= 2 * cut + rate:
+        raise InputError(
+            f"expected more than {2 * options.cut_s + 1:g} s of record, found "
+            f"{trial.time.size / rate:.3g} s: cut less at both ends, or record longer"
+        )
+    return PreparedTrial(
+        torque=lowpass(trial.values("torque")),
+        angle=lowpass(trial.values("angle")),
+        kept=slice(cut, trial.time.size - cut),
+        rate_hz=rate,
+    )
+
+
+@dataclass(frozen=True)
+class WristalyzerAnalysis:
+    """What one trial gives.
+
+    Attributes
+    ----------
+    prepared : PreparedTrial
+        Filtered signals (Nm, rad).
+    spectra : dict of str to SpectralEstimate
+        Estimator -> spectral estimate over all frequencies (Hz, rad/Nm).
+    tapered : SpectralEstimate
+        The averaged estimate of the tapered record, to look beyond the perturbation's band.
+    fits : dict of str to AdmittanceFit
+        Estimator -> fit.
+    profile : StiffnessProfile
+        Profile of K for the leakage-free estimate, or the averaged one without a period (Nm/rad).
+    many_starts : list of AdmittanceFit
+        Fits from random starting values.
+    tried : list of (float, AdmittanceFit, AdmittanceFit)
+        Starting K (Nm/rad), fit with smooth residuals, fit with the modulus.
+    """
+
+    prepared: PreparedTrial
+    spectra: dict[str, SpectralEstimate]
+    tapered: SpectralEstimate
+    fits: dict[str, AdmittanceFit]
+    profile: StiffnessProfile
+    many_starts: list[AdmittanceFit]
+    tried: list[tuple[float, AdmittanceFit, AdmittanceFit]]
+
+
+def analyse_wristalyzer(
+    trial: Trial, options: WristalyzerOptions, rng: np.random.Generator
+) -> WristalyzerAnalysis:
+    """Estimate the joint's admittance and fit I, B, K in the printed way and in two others.
+
+    ``spectral-fit`` averages raw spectra over neighbouring frequencies as the thesis does, and minimises
+    its criterion (3-6); ``spectral-fit-modulus`` does the same with the modulus of the log ratio as
+    residual, as (3-6) reads literally; ``spectral-fit-periods`` averages whole periods instead.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``torque`` (Nm) and ``angle`` (rad).
+    options : WristalyzerOptions
+        Choices (units in their names).
+    rng : numpy.random.Generator
+        Draws starting values.
+
+    Returns
+    -------
+    WristalyzerAnalysis
+        Spectra, fits and their tests.
+
+    Raises
+    ------
+    InputError
+        If the record is too short or holds no perturbation.
+    """
+    prepared = prepare(trial, options)
+    torque, angle = prepared.torque[prepared.kept], prepared.angle[prepared.kept]
+    if not np.ptp(torque) > 0.0 or not np.ptp(angle) > 0.0:
+        raise InputError(
+            "expected a torque perturbation and a moving joint, found a constant signal: check that "
+            "the perturbation was applied"
+        )
+    averaged = frequency_averaged(torque, angle, prepared.rate_hz, options.averaged_bins)
+    band, bounds = averaged.band(*options.fit_band_hz), options.bounds
+    spectra = {"spectral-fit": averaged, "spectral-fit-modulus": averaged}
+    fits = {
+        "spectral-fit": fit_scaled(band, bounds),
+        "spectral-fit-modulus": fit_as_printed(band, bounds),
+    }
+    best_band, best = band, fits["spectral-fit"]
+    if options.perturbation_period_s is not None:
+        periodic = period_averaged(
+            torque,
+            angle,
+            prepared.rate_hz,
+            options.perturbation_period_s,
+            options.excited_band_hz,
+        )
+        best_band = periodic.band(*options.fit_band_hz)
+        best = fit_scaled(best_band, bounds)
+        spectra["spectral-fit-periods"] = periodic
+        fits["spectral-fit-periods"] = best
+    tried = []
+    for stiffness in options.tried_stiffness_Nm_per_rad:
+        start = Bounds(np.array([*bounds.start[:2], stiffness]), bounds.lower, bounds.upper)
+        tried.append((stiffness, fit_scaled(band, start), fit_as_printed(band, start)))
+    low, high, points = options.profile_Nm_per_rad
+    return WristalyzerAnalysis(
+        prepared=prepared,
+        spectra=spectra,
+        tapered=frequency_averaged(torque, angle, prepared.rate_hz, options.averaged_bins, taper=True),
+        fits=fits,
+        profile=profile_stiffness(best_band, bounds, best, np.linspace(low, high, points)),
+        many_starts=fit_from_many_starts(band, bounds, options.random_starts, rng),
+        tried=tried,
+    )
+
+
+def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list[Estimate]:
+    """Tidy rows of one trial: I, B, K, VAF over the trial (%), and the fit's error (-)."""
+    rows = []
+    for estimator, fit in analysis.fits.items():
+        names = ("wristalyzer", condition, PATHWAY, estimator)
+        half = stats.t.ppf(0.975, fit.degrees_of_freedom) * fit.standard_error
+        for k, quantity in enumerate(PARAMETERS):
+            low, high = fit.parameters[k] - half[k], fit.parameters[k] + half[k]
+            if quantity == "K" and estimator == "spectral-fit-periods":
+                low, high = analysis.profile.interval
+            rows.append(
+                Estimate(
+                    *names,
+                    quantity,
+                    UNITS[quantity],
+                    float(fit.parameters[k]),
+                    float(fit.standard_error[k]),
+                    float(low),
+                    float(high),
+                    float(fit.sem_as_printed[k]),
+                )
+            )
+        rows.append(Estimate(*names, "error", "1", fit.cost))
+        rows.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters)))
+    return rows
+
+
+def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
+    """Arrays and facts of one trial, for figures and for cross-validation (units in the result)."""
+    arrays: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+
+    def keep(name: str, values, unit: str) -> None:
+        arrays[name], units[name] = np.asarray(values), unit
+
+    prepared, fit = analysis.prepared, analysis.fits["spectral-fit"]
+    keep("torque", prepared.torque, "Nm")
+    keep("angle", prepared.angle, "rad")
+    keep("predicted_angle", simulate_angle(fit.parameters, prepared.torque, prepared.rate_hz), "rad")
+    for estimator, spectrum in analysis.spectra.items():
+        keep(f"{estimator}/frequency", spectrum.frequency_hz, "Hz")
+        keep(f"{estimator}/response", spectrum.response, "rad/Nm")
+        keep(f"{estimator}/coherence", spectrum.coherence, "1")
+        keep(f"{estimator}/parameters", analysis.fits[estimator].parameters, "Nms2/rad, Nms/rad, Nm/rad")
+    keep("tapered/frequency", analysis.tapered.frequency_hz, "Hz")
+    keep("tapered/response", analysis.tapered.response, "rad/Nm")
+    keep("tapered/coherence", analysis.tapered.coherence, "1")
+    keep("profile/stiffness", analysis.profile.stiffness, "Nm/rad")
+    keep("profile/cost", analysis.profile.cost, "1")
+    keep("tried/stiffness", [k for k, _, _ in analysis.tried], "Nm/rad")
+    three = "Nms2/rad, Nms/rad, Nm/rad"
+    keep("tried/smooth", [smooth.parameters for _, smooth, _ in analysis.tried], three)
+    keep("tried/modulus", [modulus.parameters for _, _, modulus in analysis.tried], three)
+    keep("many_starts/start", [f.start for f in analysis.many_starts], three)
+    keep("many_starts/parameters", [f.parameters for f in analysis.many_starts], three)
+    spread = np.ptp([f.parameters[2] for f in analysis.many_starts if f.converged])
+    facts = {
+        "rate_hz": prepared.rate_hz,
+        "kept_samples": [prepared.kept.start, prepared.kept.stop],
+        "profile_limit": analysis.profile.limit,
+        "converged": {name: f.converged for name, f in analysis.fits.items()},
+        "at_bound": {name: f.at_bound for name, f in analysis.fits.items()},
+        "many_starts_converged": sum(f.converged for f in analysis.many_starts),
+        "many_starts_stiffness_spread_Nm_per_rad": float(spread),
+        "tried_modulus_converged": [m.converged for _, _, m in analysis.tried],
+        "tried_modulus_cost": [m.cost for _, _, m in analysis.tried],
+        "tried_smooth_cost": [s.cost for _, s, _ in analysis.tried],
+        "tried_modulus_vaf_percent": [prepared.prediction_vaf(m.parameters) for _, _, m in analysis.tried],
+    }
+    return Result(arrays, units, facts)
+
+
+def cross_validate_wristalyzer(results: dict[str, Result]) -> np.ndarray:
+    """Predict every trial's angle with every trial's parameters (thesis section 3 and Figure 4-3).
+
+    Parameters
+    ----------
+    results : dict of str to Result
+        Condition -> `wristalyzer_result`.
+
+    Returns
+    -------
+    ndarray, shape (conditions, conditions)
+        VAF (%), parameters of the row's condition, angle and torque of the column's.
+    """
+    prepared = {
+        name: PreparedTrial(
+            result.arrays["torque"],
+            result.arrays["angle"],
+            slice(*result.facts["kept_samples"]),
+            result.facts["rate_hz"],
+        )
+        for name, result in results.items()
+    }
+    return np.array(
+        [
+            [trial.prediction_vaf(result.arrays["spectral-fit/parameters"]) for trial in prepared.values()]
+            for result in results.values()
+        ]
+    )
+
+
+def cross_validation_estimates(conditions: list[str], matrix: np.ndarray) -> list[Estimate]:
+    """Mean VAF (%) of each condition's parameters on the other conditions."""
+    if len(conditions) < 2:
+        return []
+    others = ~np.eye(len(conditions), dtype=bool)
+    return [
+        Estimate(
+            "wristalyzer",
+            condition,
+            PATHWAY,
+            "spectral-fit",
+            "VAF_cross_validated",
+            "%",
+            float(matrix[k][others[k]].mean()),
+        )
+        for k, condition in enumerate(conditions)
+    ]

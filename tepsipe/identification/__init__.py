@@ -1,0 +1,1 @@
+"""Estimators of joint impedance: arrays in, parameters out."""

@@ -1,0 +1,287 @@
+"""Fit I, B, K to a spectral estimate of the joint's admittance (thesis eqs 3-5 and 3-6, Table 3-2).
+
+    e(f) = sqrt(Gamma(f) / f) |log( H_estimate(f) / H_model(f) )|,    minimise sum of e^2
+
+log is the complex logarithm, so e weighs gain and phase alike.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+from scipy.optimize import least_squares
+
+from tepsipe.mechanics.impedance_model import admittance
+from tepsipe.signals.spectra import SpectralEstimate
+from tepsipe.statistics.least_squares import sem_as_printed, standard_error
+
+# typical size of I, B, K for the scaled solver (Nms2/rad, Nms/rad, Nm/rad)
+TYPICAL = np.array([0.01, 0.1, 10.0])
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Starting values and bounds of the fit (thesis Table 3-2).
+
+    Attributes
+    ----------
+    start, lower, upper : ndarray, shape (3,)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    """
+
+    start: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+@dataclass(frozen=True)
+class AdmittanceFit:
+    """Fitted I, B, K.
+
+    Attributes
+    ----------
+    parameters, start : ndarray, shape (3,)
+        Estimate and starting values: I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    cost : float
+        Sum of e^2 (-); the thesis calls it error.
+    sem_as_printed, standard_error : ndarray, shape (3,)
+        Thesis eq (3-2) as printed, and the standard error (units of the parameters).
+    degrees_of_freedom : int
+        Number of residuals less three parameters (-).
+    converged : bool
+        Whether the solver met its tolerances (-).
+    at_bound : bool
+        Whether an estimate lies at one of its bounds (-).
+    """
+
+    parameters: np.ndarray
+    start: np.ndarray
+    cost: float
+    sem_as_printed: np.ndarray
+    standard_error: np.ndarray
+    degrees_of_freedom: int
+    converged: bool
+    at_bound: bool
+
+
+def residuals(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
+    """Weighted complex log ratio, real parts first, then imaginary parts.
+
+    Its sum of squares is the sum of e^2 of thesis eq (3-6), but unlike the modulus it is smooth where
+    the model meets the estimate.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (3,)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    estimate : SpectralEstimate
+        The n frequencies to fit (Hz, rad/Nm).
+
+    Returns
+    -------
+    ndarray, shape (2 n,)
+        Residuals (-).
+    """
+    weight = np.sqrt(estimate.coherence / estimate.frequency_hz)
+    ratio = np.log(estimate.response / admittance(parameters, estimate.frequency_hz))
+    return np.concatenate([weight * ratio.real, weight * ratio.imag])
+
+
+def residuals_as_printed(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
+    """e(f) of thesis eq (3-6): the modulus of the weighted complex log ratio.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (3,)
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    estimate : SpectralEstimate
+        The n frequencies to fit (Hz, rad/Nm).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        e (-), never negative.
+    """
+    weight = np.sqrt(estimate.coherence / estimate.frequency_hz)
+    ratio = np.log(estimate.response / admittance(parameters, estimate.frequency_hz))
+    return weight * np.abs(ratio)
+
+
+def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
+    """Fit with the modulus as residual, unscaled parameters and tolerances of 1e-6.
+
+    These are the defaults of the non-linear least-squares solver that was usual at the time. With
+    I = 0.001 and K = 10 in one unscaled vector, a step that matters for I is far below the
+    tolerance for K.
+
+    Parameters
+    ----------
+    estimate : SpectralEstimate
+        Frequencies to fit (Hz, rad/Nm).
+    bounds : Bounds
+        Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
+
+    Returns
+    -------
+    AdmittanceFit
+        Estimate and uncertainties.
+    """
+    return _fit(residuals_as_printed, estimate, bounds, bounds.start, 1.0, 1e-6)
+
+
+def fit_scaled(estimate: SpectralEstimate, bounds: Bounds, start: np.ndarray | None = None) -> AdmittanceFit:
+    """Fit with smooth residuals, scaled parameters and tight tolerances.
+
+    Parameters
+    ----------
+    estimate : SpectralEstimate
+        Frequencies to fit (Hz, rad/Nm).
+    bounds : Bounds
+        Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
+    start : ndarray, shape (3,), optional
+        Other starting values.
+
+    Returns
+    -------
+    AdmittanceFit
+        Estimate and uncertainties.
+    """
+    return _fit(residuals, estimate, bounds, bounds.start if start is None else start, TYPICAL, 1e-12)
+
+
+def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
+    solution = least_squares(
+        function,
+        start,
+        bounds=(bounds.lower, bounds.upper),
+        x_scale=scale,
+        xtol=tolerance,
+        ftol=tolerance,
+        gtol=tolerance,
+        max_nfev=400,
+        args=(estimate,),
+    )
+    scaled = solution.jac * TYPICAL
+    inverse = np.diag(np.linalg.pinv(scaled.T @ scaled)) * TYPICAL**2
+    distance = np.minimum(solution.x - bounds.lower, bounds.upper - solution.x)
+    return AdmittanceFit(
+        parameters=solution.x,
+        start=np.array(start, dtype=float),
+        cost=float(2.0 * solution.cost),
+        sem_as_printed=sem_as_printed(solution.fun, inverse),
+        standard_error=standard_error(solution.fun, inverse),
+        degrees_of_freedom=solution.fun.size - solution.x.size,
+        converged=bool(solution.success),
+        at_bound=bool((distance < 1e-6 * (bounds.upper - bounds.lower)).any()),
+    )
+
+
+def fit_from_many_starts(
+    estimate: SpectralEstimate, bounds: Bounds, count: int, rng: np.random.Generator
+) -> list[AdmittanceFit]:
+    """Repeat `fit_scaled` from the printed and from random starting values.
+
+    Parameters
+    ----------
+    estimate : SpectralEstimate
+        Frequencies to fit (Hz, rad/Nm).
+    bounds : Bounds
+        Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
+    count : int
+        Number of random starts (-): I and B log-uniform over 1e-4..1 and 0.01..10, K uniform between
+        its bounds.
+    rng : numpy.random.Generator
+        Draws them.
+
+    Returns
+    -------
+    list of AdmittanceFit, length count + 1
+        The first is the one from the printed starting values.
+    """
+    fits = [fit_scaled(estimate, bounds)]
+    for _ in range(count):
+        start = np.array(
+            [
+                10.0 ** rng.uniform(-4.0, 0.0),
+                10.0 ** rng.uniform(-1.99, 0.99),
+                rng.uniform(0.99 * bounds.lower[2], 0.99 * bounds.upper[2]),
+            ]
+        )
+        fits.append(fit_scaled(estimate, bounds, start))
+    return fits
+
+
+@dataclass(frozen=True)
+class StiffnessProfile:
+    """Cost as a function of K alone, I and B fitted anew for each K.
+
+    Attributes
+    ----------
+    stiffness : ndarray, shape (n,)
+        K (Nm/rad).
+    cost : ndarray, shape (n,)
+        Smallest sum of e^2 (-).
+    limit : float
+        Cost at the border of the 95 % interval (-).
+    interval : (float, float)
+        The interval (Nm/rad); an end is infinite if it lies outside the profile.
+    """
+
+    stiffness: np.ndarray
+    cost: np.ndarray
+    limit: float
+    interval: tuple[float, float]
+
+
+def profile_stiffness(
+    estimate: SpectralEstimate, bounds: Bounds, best: AdmittanceFit, stiffness: np.ndarray
+) -> StiffnessProfile:
+    """Profile likelihood of K, for white residuals of unknown variance.
+
+    Parameters
+    ----------
+    estimate : SpectralEstimate
+        Frequencies to fit (Hz, rad/Nm).
+    bounds : Bounds
+        Bounds of I and B (Nms2/rad, Nms/rad).
+    best : AdmittanceFit
+        The fit with K free.
+    stiffness : ndarray, shape (n,)
+        Values of K to hold (Nm/rad), increasing.
+
+    Returns
+    -------
+    StiffnessProfile
+        Costs (-) and the interval of K (Nm/rad) where
+        cost <= cost_best (1 + F_95(1, N - 3) / (N - 3)), N twice the number of frequencies.
+    """
+    cost = np.empty(stiffness.size)
+    centre = int(np.argmin(np.abs(stiffness - best.parameters[2])))
+    for direction in (range(centre, stiffness.size), range(centre - 1, -1, -1)):
+        start = np.clip(best.parameters[:2], bounds.lower[:2] + 1e-9, bounds.upper[:2] - 1e-9)
+        for k in direction:
+            solution = least_squares(
+                lambda p, held: residuals(np.array([p[0], p[1], held]), estimate),
+                start,
+                bounds=(bounds.lower[:2], bounds.upper[:2]),
+                x_scale=TYPICAL[:2],
+                args=(stiffness[k],),
+            )
+            cost[k], start = 2.0 * solution.cost, solution.x
+    freedom = 2 * estimate.frequency_hz.size - 3
+    limit = best.cost * (1.0 + stats.f.ppf(0.95, 1, freedom) / freedom)
+    return StiffnessProfile(stiffness, cost, float(limit), _interval(stiffness, cost, limit))
+
+
+def _interval(x: np.ndarray, cost: np.ndarray, limit: float) -> tuple[float, float]:
+    """Where the profile crosses the limit on either side of its minimum."""
+    lowest = int(np.argmin(cost))
+    ends = [-np.inf, np.inf]
+    for side, indices in enumerate((range(lowest, 0, -1), range(lowest, x.size - 1))):
+        step = -1 if side == 0 else 1
+        for k in indices:
+            if cost[k + step] > limit >= cost[k]:
+                part = (limit - cost[k]) / (cost[k + step] - cost[k])
+                ends[side] = float(x[k] + part * (x[k + step] - x[k]))
+                break
+    return ends[0], ends[1]

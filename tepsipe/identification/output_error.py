@@ -1,0 +1,274 @@
+"""Output error: the joint from the foot's motion and the leg's angle alone, over the whole trial.
+
+Equation of motion of the leg on a moving foot, no torque and no force plate in it (p = m r):
+
+    J theta'' = m g r sin(theta) - p y'' cos(theta) - B theta' - K (theta - theta_ref)
+
+About the angle at rest theta_0, with k_g = m g r, and with what is not linear on the right:
+
+    J phi'' + B phi' + (K - k_g) phi = u,    phi = theta - theta_0
+    u = -p y'' cos(theta) + k_g [sin(theta) - sin(theta_0) - (theta - theta_0)]
+
+The simulated angle is theta_0 + phi(t - delta). Its parameters x = (J, B, K, theta_0, delta) make the
+error of the simulated against the measured angle small; the joint's own inertia is
+I = J - I_l - m r^2. theta in the terms of second order is the measured one.
+
+y'' is that of the cubic spline through the foot's positions: between samples it runs straight, so that
+the simulation is exact for that spline.
+
+The foot's position is measured with noise. It enters u, and least squares are biased by it where
+perturbations are small. The belt's logged velocity v tells of the same motion with a noise of its own.
+So the error e(t) is made orthogonal not to its own sensitivities S = d phi / d x, but to instruments Z,
+the sensitivities of an angle that is simulated from v' instead of y'' with the least-squares parameters:
+
+    sum Z(t)' e(t) = 0,    step of x = (sum Z' S)^-1 sum Z' e
+
+Markers' noise and the drive's are independent, so the bias goes. A wrong scale, a delay or
+an offset of v changes Z only, and does no harm.
+
+Errors are correlated in time. With c_i the sum of Z' e over one interval, from the onset of a
+perturbation to the next, x_i = x + n (sum Z' S)^-1 c_i are n contributions whose mean is x; intervals of
+x come of drawing them with replacement, which is the bootstrap over intervals to first order. It takes
+intervals for independent: they must be longer than 2 J / B, for which the leg rings.
+
+Symbols: J inertia of the leg about the ankle and of the joint (kg m2), B (Nms/rad), K (Nm/rad), m, r, I_l,
+g as in `inverse_dynamics`; y position of the foot (m); theta leg angle, positive towards +y (rad);
+theta_ref angle at which the joint is not bent (rad); delta delay of the angle after the foot (s).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
+
+from tepsipe.errors import InputError
+from tepsipe.identification.window_regression import SegmentRegression, regress_segments
+from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque, simulate_angle
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.segment_kinematics import LegMotion
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.perturbations import Perturbation
+from tepsipe.signals.time_alignment import LONGEST_S
+from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.least_squares import LinearFit
+
+ESTIMATOR = "output-error"
+SOURCES = ("instruments", "markers", "belt")
+# smallest and largest angular frequency (rad/s) and damping ratio (-) that are searched
+_LOWEST_RAD_PER_S = 0.6
+_LARGEST_RATIO = 3.0
+# steps for which instruments follow the parameters (-); then they stay, and the equations have one solution
+_RENEWED = 2
+
+
+@dataclass(frozen=True)
+class OutputError:
+    """What the simulated angle tells about the joint.
+
+    Attributes
+    ----------
+    regression : SegmentRegression
+        I (Nms2/rad), B (Nms/rad), K (Nm/rad) as contributions of the intervals from onset to onset, whose
+        mean is the estimate; torque (Nm) and VAF (%) as of the pathway ``leg``, for comparison only.
+    angle, simulated : ndarray, shape (n,)
+        Measured and simulated theta (rad).
+    theta_rest_rad, delay_s : float
+        theta_0 (rad) and delta (s).
+    """
+
+    regression: SegmentRegression
+    angle: np.ndarray
+    simulated: np.ndarray
+    theta_rest_rad: float
+    delay_s: float
+
+    @property
+    def vaf_angle(self) -> float:
+        """VAF (%) of theta - theta_0 over the whole trial."""
+        return vaf(self.angle - self.theta_rest_rad, self.simulated - self.theta_rest_rad)
+
+
+def simulate_leg(
+    x: np.ndarray, leg: Leg, time: np.ndarray, theta: np.ndarray, y_dd: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Angle of the leg on a moving foot, and its sensitivities.
+
+    Parameters
+    ----------
+    x : ndarray, shape (5,)
+        J (kg m2), B (Nms/rad), K (Nm/rad), theta_0 (rad), delta (s).
+    leg : Leg
+        m, r, g (kg, m, m/s2).
+    time : ndarray, shape (n,)
+        Instants, evenly spaced (s).
+    theta : ndarray, shape (n,)
+        Measured angle, for the terms of second order (rad).
+    y_dd : ndarray, shape (n,)
+        Acceleration of the foot (m/s2), of the cubic spline through its positions.
+
+    Returns
+    -------
+    angle : ndarray, shape (n,)
+        theta (rad).
+    sensitivities : ndarray, shape (n, 5)
+        Derivatives of it with respect to ``x`` (rad over the units of ``x``).
+    """
+    p = leg.mass_kg * leg.com_m
+    toppling = p * leg.gravity_m_per_s2
+    inertia, damping, stiffness, rest, delay = x
+    rate = (time.size - 1) / (time[-1] - time[0])
+    motion = np.array([inertia, damping, stiffness - toppling])
+    beyond = np.sin(theta) - np.sin(rest) - (theta - rest)
+    phi = simulate_angle(motion, toppling * beyond - p * y_dd * np.cos(theta), rate)
+    phi_d = derivative(time, phi)
+    phi_dd = derivative(time, phi_d)
+    # the same equation, differentiated with respect to J, B and K
+    moved = [phi, *(simulate_angle(motion, -force, rate) for force in (phi_dd, phi_d, phi)), phi_d]
+    late = CubicSpline(time, np.column_stack(moved))(np.clip(time - delay, time[0], time[-1]))
+    return rest + late[:, 0], np.column_stack([late[:, 1:4], np.ones(time.size), -late[:, 4]])
+
+
+def fit_output_error(
+    motion: LegMotion,
+    foot_position: np.ndarray,
+    belt_velocity: np.ndarray,
+    leg: Leg,
+    perturbations: list[Perturbation],
+    at_rest: np.ndarray,
+    source: str = "instruments",
+) -> OutputError:
+    """Fit I, B, K, theta_0 and delta to the measured angle over the whole trial.
+
+    Parameters
+    ----------
+    motion : LegMotion
+        Motion of the leg (s, rad, m).
+    foot_position : ndarray, shape (n,)
+        Position of the foot along the belt (m), filtered like the leg's motion.
+    belt_velocity : ndarray, shape (n,)
+        Logged velocity of the belt (m/s), filtered like the leg's motion.
+    leg : Leg
+        Its mass (kg), centre of mass (m) and inertia (kg m2).
+    perturbations : list of Perturbation
+        Windows (samples): intervals begin with them, and VAFs of the torque are theirs.
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+    source : {"instruments", "markers", "belt"}
+        Foot's motion with the belt's as instruments, or one of the two alone by least squares.
+
+    Returns
+    -------
+    OutputError
+        Parameters and angles (units in it).
+
+    Raises
+    ------
+    InputError
+        If the foot or the belt does not move, or the angle does not determine the parameters.
+    """
+    time = motion.time
+    belt_position = CubicSpline(time, belt_velocity).antiderivative()(time)
+    moved = {
+        name: CubicSpline(time, position)(time, 2)
+        for name, position in (("markers", foot_position), ("belt", belt_position))
+    }
+    for name, acceleration in moved.items():
+        if not np.ptp(acceleration) > 0.0:
+            raise InputError(
+                f"expected {'a foot' if name == 'markers' else 'a belt'} that moves, found one that stands "
+                "still: check riding_labels in the configuration, and that the belt was perturbed"
+            )
+    used = moved["belt" if source == "belt" else "markers"]
+    other = moved["belt" if source == "instruments" else source]
+    x, low, high = _start(motion, leg, at_rest)
+    # the drive's velocity is less noisy in the leg's acceleration: the better place to start from
+    solution = least_squares(
+        lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[0] - motion.theta,
+        x,
+        jac=lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[1],
+        bounds=(low, high),
+        x_scale=[0.1 * x[0], x[1], 0.1 * x[2], 1e-3, 1e-3],
+    )
+    x = solution.x
+    for count in range(30):
+        angle, sensitivities = simulate_leg(x, leg, time, motion.theta, used)
+        if source != "instruments" or count < _RENEWED:
+            instruments = simulate_leg(x, leg, time, motion.theta, other)[1]
+        scale = np.linalg.norm(instruments, axis=0)
+        normal = (instruments / scale).T @ (sensitivities / scale)
+        if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e10:
+            raise _undetermined("sensitivities that depend on each other")
+        contributions = _by_interval((instruments / scale) * (motion.theta - angle)[:, None], perturbations)
+        steps = np.linalg.solve(normal, contributions.T).T / scale
+        step = steps.sum(axis=0)
+        x = x + step
+        if (x <= low).any() or (x >= high).any():
+            raise _undetermined("parameters that run to the end of what is searched")
+        if np.abs(step / [x[0], x[1], x[2], 1.0, 1e-2]).max() < 1e-8:
+            break
+    else:
+        raise _undetermined("no convergence")
+    angle = simulate_leg(x, leg, time, motion.theta, used)[0]
+    each = x + len(perturbations) * (steps - step / len(perturbations))
+    each[:, 0] -= leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
+    conditioning = float(np.linalg.cond(normal))
+    regression = _with_torque(each[:, :3], conditioning, motion, leg, perturbations, at_rest)
+    return OutputError(regression, motion.theta, angle, float(x[3]), float(x[4]))
+
+
+def _undetermined(found: str) -> InputError:
+    return InputError(
+        f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {found}: "
+        "check that the markers and the belt moved, and the geometry in the configuration"
+    )
+
+
+def _start(motion: LegMotion, leg: Leg, at_rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where the search for x begins, and its bounds: the leg swings at the angle's strongest frequency."""
+    time, rest = motion.time, float(motion.theta[at_rest].mean())
+    inertia = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
+    toppling = leg.mass_kg * leg.com_m * leg.gravity_m_per_s2
+    spectrum = np.abs(np.fft.rfft((motion.theta - rest) * np.hanning(time.size)))
+    omega = 2.0 * np.pi * np.fft.rfftfreq(time.size, (time[-1] - time[0]) / (time.size - 1))
+    spectrum[omega < _LOWEST_RAD_PER_S] = 0.0
+    fastest = omega[-1]
+    strongest = min(max(float(omega[int(np.argmax(spectrum))]), 2.0 * _LOWEST_RAD_PER_S), 0.5 * fastest)
+    x = [inertia, 0.1 * inertia * strongest, toppling + inertia * strongest**2, rest, 0.0]
+    low = [0.1 * inertia, 0.0, toppling + 0.1 * inertia * _LOWEST_RAD_PER_S**2, rest - 1.0, -LONGEST_S]
+    largest = [10.0 * inertia, _LARGEST_RATIO * 20.0 * inertia * fastest, 10.0 * inertia * fastest**2]
+    return np.array(x), np.array(low), np.array([*largest, rest + 1.0, LONGEST_S])
+
+
+def _by_interval(products: np.ndarray, perturbations: list[Perturbation]) -> np.ndarray:
+    """Sums over the intervals from onset to onset, shape (intervals, p); first and last reach the ends."""
+    starts = [0, *(p.start for p in perturbations[1:])]
+    return np.add.reduceat(products, starts, axis=0)
+
+
+def _with_torque(
+    each: np.ndarray,
+    conditioning: float,
+    motion: LegMotion,
+    leg: Leg,
+    perturbations: list[Perturbation],
+    at_rest: np.ndarray,
+) -> SegmentRegression:
+    """Contributions of the intervals in the place of regressions, and the torque that their mean predicts."""
+    found = regress_segments(motion, leg, perturbations, at_rest, "leg", "segment-regression")
+    theta_dd, theta_d, theta = found.regressors.T
+    predicted = impedance_torque(each.mean(axis=0), theta, theta_d, theta_dd)
+    unknown = np.full(3, np.nan)
+    fits = [
+        LinearFit(values, (found.torque - predicted)[p.start : p.stop], unknown, unknown, conditioning)
+        for values, p in zip(each, perturbations, strict=True)
+    ]
+    return SegmentRegression(
+        perturbations,
+        fits,
+        found.torque,
+        predicted,
+        found.regressors,
+        found.theta_rest_rad,
+        found.torque_rest_Nm,
+    )

@@ -1,0 +1,216 @@
+"""TEP-SIPE: I, B, K by linear regression over every perturbation (thesis section 3-1-2, eq 3-9).
+
+    tau(t) = I theta'' + B theta' + K (theta - theta_ref)      over the samples of one perturbation
+
+As printed, theta_ref is the angle at rest. But at rest the joint already carries the weight of a
+leg that does not stand quite upright, tau_rest = K (theta_rest - theta_ref), so the printed
+regression is biased as soon as theta_rest is not 0. The recommended regression refers angle *and*
+torque to rest: tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tepsipe.errors import InputError
+from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
+from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Leg
+from tepsipe.mechanics.segment_kinematics import LegMotion
+from tepsipe.signals.perturbations import Perturbation
+from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.least_squares import LinearFit, least_squares_line
+
+ESTIMATORS = ("segment-regression-printed", "segment-regression")
+
+
+@dataclass(frozen=True)
+class SegmentRegression:
+    """I, B, K of one trial.
+
+    Attributes
+    ----------
+    perturbations : list of Perturbation
+        The windows (samples).
+    fits : list of LinearFit
+        One per perturbation; parameters in the order I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+    torque, predicted : ndarray, shape (n,)
+        tau and its prediction from the mean parameters over the whole trial (Nm); the recommended
+        regression refers both to rest.
+    regressors : ndarray, shape (n, 3)
+        theta'' (rad/s2), theta' (rad/s), theta - theta_ref (rad).
+    theta_rest_rad, torque_rest_Nm : float
+        Angle (rad) and torque (Nm) at rest.
+    """
+
+    perturbations: list[Perturbation]
+    fits: list[LinearFit]
+    torque: np.ndarray
+    predicted: np.ndarray
+    regressors: np.ndarray
+    theta_rest_rad: float
+    torque_rest_Nm: float
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """I (Nms2/rad), B (Nms/rad), K (Nm/rad) of every perturbation, shape (perturbations, 3)."""
+        return np.array([fit.parameters for fit in self.fits])
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Mean of I (Nms2/rad), B (Nms/rad), K (Nm/rad) over the perturbations, shape (3,)."""
+        return self.parameters.mean(axis=0)
+
+    @property
+    def vaf_per_perturbation(self) -> np.ndarray:
+        """VAF (%) of every perturbation with its own parameters, shape (perturbations,)."""
+        return np.array(
+            [
+                vaf(self.torque[p.start : p.stop], self.torque[p.start : p.stop] - fit.residuals)
+                for p, fit in zip(self.perturbations, self.fits, strict=True)
+            ]
+        )
+
+    @property
+    def vaf_trial(self) -> float:
+        """VAF (%) of the whole trial with the mean parameters."""
+        return vaf(self.torque, self.predicted)
+
+
+def regress_segments(
+    motion: LegMotion,
+    leg: Leg,
+    perturbations: list[Perturbation],
+    at_rest: np.ndarray,
+    torque_pathway: str,
+    estimator: str,
+) -> SegmentRegression:
+    """Estimate I, B, K over every perturbation.
+
+    Parameters
+    ----------
+    motion : LegMotion
+        Motion of the leg (s, rad, m).
+    leg : Leg
+        Its mass (kg), centre of mass (m) and inertia (kg m2).
+    perturbations : list of Perturbation
+        Windows (samples).
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+    torque_pathway : {"leg", "leg-printed"}
+        How the torque is derived.
+    estimator : {"segment-regression-printed", "segment-regression"}
+        Whether the torque at rest is left in (as printed) or subtracted.
+
+    Returns
+    -------
+    SegmentRegression
+        Parameters, predictions and measures of fit (Nm, rad, s).
+
+    Raises
+    ------
+    KeyError
+        If the pathway is unknown.
+    InputError
+        If the estimator is unknown or a perturbation does not determine the parameters.
+    """
+    torque = TORQUE_PATHWAYS[torque_pathway](leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
+    return regress_torque(motion, torque, perturbations, at_rest, estimator)
+
+
+def regress_torque(
+    motion: LegMotion,
+    torque: np.ndarray,
+    perturbations: list[Perturbation],
+    at_rest: np.ndarray,
+    estimator: str,
+) -> SegmentRegression:
+    """Estimate I, B, K over every perturbation from a torque of any origin.
+
+    Parameters
+    ----------
+    motion : LegMotion
+        Motion of the leg (s, rad, m).
+    torque : ndarray, shape (n,)
+        Torque of the joint (Nm).
+    perturbations : list of Perturbation
+        Windows (samples).
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+    estimator : {"segment-regression-printed", "segment-regression"}
+        Whether the torque at rest is left in (as printed) or subtracted.
+
+    Returns
+    -------
+    SegmentRegression
+        Parameters, predictions and measures of fit (Nm, rad, s).
+
+    Raises
+    ------
+    InputError
+        If the estimator is unknown or a perturbation does not determine the parameters.
+    """
+    if estimator not in ESTIMATORS:
+        raise InputError(f"expected an estimator of {', '.join(ESTIMATORS)}, found {estimator!r}")
+    theta_rest = float(motion.theta[at_rest].mean())
+    torque_rest = float(torque[at_rest].mean())
+    if estimator == "segment-regression":
+        torque = torque - torque_rest
+    regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta - theta_rest])
+    fits = []
+    for p in perturbations:
+        try:
+            fits.append(least_squares_line(regressors[p.start : p.stop], torque[p.start : p.stop]))
+        except np.linalg.LinAlgError as error:
+            raise InputError(
+                f"expected a perturbation at {motion.time[p.start]:.2f} s that determines "
+                f"{', '.join(PARAMETERS)}, found {error}: check that the markers moved"
+            ) from error
+    mean = np.mean([fit.parameters for fit in fits], axis=0)
+    predicted = impedance_torque(mean, regressors[:, 2], regressors[:, 1], regressors[:, 0])
+    return SegmentRegression(perturbations, fits, torque, predicted, regressors, theta_rest, torque_rest)
+
+
+def damping_per_skew(
+    motion: LegMotion,
+    leg: Leg,
+    perturbations: list[Perturbation],
+    at_rest: np.ndarray,
+    torque_pathway: str,
+    estimator: str,
+    skew_s: float = 0.001,
+) -> float:
+    """How B moves when the leg's position is taken later than its angle.
+
+    Parameters
+    ----------
+    motion, leg, perturbations, at_rest, torque_pathway, estimator
+        As for `regress_segments`.
+    skew_s : float
+        Time by which the accelerations of the centre of mass are shifted either way (s).
+
+    Returns
+    -------
+    float
+        Change of B per time of skew (Nms/rad per s).
+
+    Raises
+    ------
+    InputError
+        As `regress_segments`.
+    """
+    instants = np.clip(motion.time[:, None] + [-skew_s, skew_s], motion.time[0], motion.time[-1])
+    y_dd = CubicSpline(motion.time, motion.y_dd)(instants)
+    z_dd = CubicSpline(motion.time, motion.z_dd)(instants)
+    damping = [
+        regress_segments(
+            replace(motion, y_dd=y_dd[:, k], z_dd=z_dd[:, k]),
+            leg,
+            perturbations,
+            at_rest,
+            torque_pathway,
+            estimator,
+        ).mean[1]
+        for k in (0, 1)
+    ]
+    return float((damping[1] - damping[0]) / (2.0 * skew_s))

@@ -1,0 +1,1 @@
+"""From the contents of raw files to a `Trial` on one clock."""

@@ -1,0 +1,280 @@
+"""From a table of an instrumented treadmill's load and belt velocity to one trial on a regular clock.
+
+Such a table is written sample by sample while the belt is accelerated, and its time stamps are often
+poorer than its samples: the load and the velocity were sampled by a regular clock, and the stamps say
+when a computer came round to writing them. Where the stamps show a regular clock, the samples are
+therefore kept as they are and the stamps are not. The trial's attributes say what was found.
+"""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from tepsipe.errors import InputError, quoted
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.signals.resampling import refuse_short, regular_time, repair_time_stamps
+
+# Late stamps come and go, a sample that is missing moves all stamps after it: a median over this
+# many stamps tells the two apart. One missing sample moves it by half a period at least.
+SMOOTHED_STAMPS = 51
+REGULAR_WITHIN_PERIODS = 0.4
+# more repeated stamps than this come from a file whose times have too few decimals
+REPEATED_STAMPS_AT_MOST = 0.1
+# a rate this close to one of three digits is taken for it
+ROUNDED_WITHIN = 1e-3
+
+KEPT, INTERPOLATED = "samples kept", "samples interpolated"
+
+# unit -> how headers write it; small letters, without spaces, dots, stars, carets, hyphens, underscores
+SPELLINGS = {
+    "s": "s sec secs second seconds",
+    "N": "n newton newtons",
+    "Nm": "nm newtonmetre newtonmetres newtonmeter newtonmeters",
+    "m/s": "m/s m/sec ms1 mps metres/second meters/second metrespersecond meterspersecond",
+}
+KNOWN_UNITS = " ".join(
+    (
+        *SPELLINGS.values(),
+        "ns us µs μs ms msec millisecond milliseconds min minutes h hr hrs hours",
+        "mn dan kn kilonewton kgf kp lb lbs lbf pound pounds n/kg",
+        "nmm ncm mnm knm kgm kgfm kpm ftlb ftlbf lbft lbfft inlb inlbf lbin lbfin nm/kg",
+        "mm/s cm/s km/s mm/sec cm/sec m/min m/h km/h kmh kph km/hr mph mi/h miles/h ft/s ft/min fpm fps in/s",
+        "rpm rad/s deg/s °/s hz khz rad deg ° degrees mm cm m km in ft m/s2 m/s² g kg mv μv v volt volts",
+        "count counts bit bits %",
+    )
+).split()
+
+
+@dataclass(frozen=True)
+class BeltTableOptions:
+    """How to ingest a table of load and belt velocity.
+
+    Attributes
+    ----------
+    load_unit : {"N", "Nm"}
+        Unit of the load: a force (N) or a moment (Nm).
+    max_gap_s : float
+        Longest step between samples (s).
+    shortest_s : float
+        Shortest recording that is used (s).
+    """
+
+    load_unit: str
+    max_gap_s: float
+    shortest_s: float
+
+
+@dataclass(frozen=True)
+class BeltClock:
+    """What a table's time stamps show; see `belt_clock`.
+
+    Attributes
+    ----------
+    regular : bool
+        Whether the samples were taken by a regular clock and none is missing.
+    recorded_rate_hz : float
+        Rate at which the samples were taken (Hz).
+    rate_hz : float
+        The same, rounded by `rounded_rate` (Hz).
+    largest_deviation_s : float
+        Largest distance of a stamp from a straight line through all of them (s).
+    """
+
+    regular: bool
+    recorded_rate_hz: float
+    rate_hz: float
+    largest_deviation_s: float
+
+
+def ingest_belt_table(
+    table: dict[str, np.ndarray],
+    columns: dict[str, str],
+    options: BeltTableOptions,
+    duration_s: float,
+    name: str,
+) -> Trial:
+    """Trial of an instrumented treadmill whose belt was accelerated with nothing, or a weight, on it.
+
+    If the stamps show a regular clock, the samples are kept one to one and the stamps are replaced by
+    that clock. If not, both signals are interpolated linearly between their stamps: noisy samples at
+    stamps that lie close together would make a spline swing.
+
+    Parameters
+    ----------
+    table : dict of ndarray, shape (n,)
+        ``time`` (s), ``load`` (in ``options.load_unit``), ``velocity`` of the belt (m/s); NaN in the
+        latter two where a sample is missing.
+    columns : dict of str to str
+        ``time``, ``load``, ``velocity`` -> name in the file's header, which may end with a unit.
+    options : BeltTableOptions
+        Unit, longest gap (s), shortest recording (s).
+    duration_s : float
+        Length of the trial by the protocol (s).
+    name : str
+        Names the source in messages.
+
+    Returns
+    -------
+    Trial
+        ``load`` (N or Nm) and ``belt_velocity`` (m/s), from time 0 on.
+
+    Raises
+    ------
+    InputError
+        If a header names another unit, time stamps cannot be repaired, a number is infinite, a gap is
+        too long, the recording ends early or is too short, or a signal never changes.
+    """
+    for key, unit in (("time", "s"), ("load", options.load_unit), ("velocity", "m/s")):
+        refuse_other_unit(columns[key], unit, name)
+    time, load, velocity = (table[key] for key in ("time", "load", "velocity"))
+    for key, values in (("load", load), ("velocity", velocity)):
+        _refuse_unusable(values, columns[key], name)
+    repaired = repair_time_stamps(time, options.max_gap_s, name)
+    present = np.flatnonzero(np.isfinite(load) & np.isfinite(velocity))
+    if not present.size:
+        raise InputError(
+            f"{name}: expected samples of {columns['load']!r} and {columns['velocity']!r} on the same lines, "
+            "found none: export the recording again"
+        )
+    within = slice(present[0], present[-1] + 1)
+    trimmed = time.size - (present[-1] + 1 - present[0])
+    time, load, velocity, keep = time[within], load[within], velocity[within], repaired.keep[within]
+    keep[0] = True
+    lasts_s = float(time[-1] - time[0])
+    refuse_short(lasts_s, duration_s, name)
+    if lasts_s < options.shortest_s:
+        raise InputError(
+            f"{name}: expected at least {options.shortest_s:g} s of belt motion, found {lasts_s:.2f} s: "
+            "record for longer, or allow shorter recordings in the configuration"
+        )
+    time = time - time[0]
+    repeats = np.diff(velocity[np.isfinite(velocity)]) == 0.0
+    clock = belt_clock(time)
+    if clock.regular:
+        instants = np.arange(time.size) / clock.recorded_rate_hz
+        grid = np.arange(time.size) / clock.rate_hz
+        wanted = instants
+        step = f"time stamps replaced by a regular clock at {clock.rate_hz:g} Hz"
+    else:
+        repeated = float(np.mean(~keep))
+        if repeated > REPEATED_STAMPS_AT_MOST:
+            raise InputError(
+                f"{name}: expected time stamps that tell samples apart, found {100.0 * repeated:.0f} % of "
+                f"{columns['time']!r} equal to the one before: export it with more decimals"
+            )
+        instants, load, velocity = time[keep], load[keep], velocity[keep]
+        wanted = grid = regular_time(0.0, instants[-1], clock.rate_hz)
+        step = f"interpolated linearly to a regular clock at {clock.rate_hz:g} Hz"
+    missing = ~(np.isfinite(load) & np.isfinite(velocity))
+    steps = (f"{int(missing.sum())} missing samples filled by straight lines", step)
+    signals = {}
+    for signal, values, key, unit, meaning in (
+        ("load", load, "load", options.load_unit, f"recorded as {columns['load']}"),
+        ("belt_velocity", velocity, "velocity", "m/s", f"recorded as {columns['velocity']}"),
+    ):
+        there = np.isfinite(values)
+        repair_time_stamps(instants[there], options.max_gap_s, f"{name}, samples with {columns[key]!r}")
+        filled = (
+            values if clock.regular and there.all() else np.interp(wanted, instants[there], values[there])
+        )
+        signals[signal] = Signal(filled, unit, ("time",), meaning, steps)
+    return Trial(
+        rate_hz=clock.rate_hz,
+        axes={"time": grid},
+        signals=signals,
+        attributes={
+            "clock": KEPT if clock.regular else INTERPOLATED,
+            "recorded_rate_hz": clock.recorded_rate_hz,
+            "largest_stamp_deviation_s": clock.largest_deviation_s,
+            "longest_step_s": repaired.longest_step_s,
+            "repeated_stamps": repaired.repeated,
+            "repeated_velocity_fraction": float(repeats.mean()) if repeats.size else 0.0,
+            "missing_samples": int(missing.sum()),
+            "samples_cut_at_ends": int(trimmed),
+        },
+    )
+
+
+def belt_clock(time: np.ndarray) -> BeltClock:
+    """Whether time stamps come from a regular clock, and its rate.
+
+    The clock is regular if the stamps, smoothed by a median over 51 of them, stay within 0.4 periods of
+    a straight line. Single stamps may be late by more, as when a zero step follows a double one. One
+    sample that is missing moves all stamps after it by a period, and some of them to more than that
+    distance from any line. The rate of an irregular clock is taken from the steps that are within half
+    of the median step, so that it is not lowered by missing samples.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Time stamps (s), not decreasing, at least two of them different.
+
+    Returns
+    -------
+    BeltClock
+        Verdict, rate (Hz) and largest deviation (s).
+    """
+    index = np.arange(time.size)
+    slope, start = np.polyfit(index, time, 1)
+    deviation = time - (start + slope * index)
+    smoothed = median_filter(deviation, size=min(SMOOTHED_STAMPS, time.size), mode="reflect")
+    regular = bool(np.abs(smoothed).max() <= REGULAR_WITHIN_PERIODS * slope)
+    period = slope
+    if not regular:
+        steps = np.diff(time)
+        typical = np.median(steps[steps > 0.0])
+        usual = np.abs(steps - typical) <= 0.5 * typical
+        period = steps[usual].mean()
+    rate = float(1.0 / period)
+    return BeltClock(regular, rate, rounded_rate(rate), float(np.abs(deviation).max()))
+
+
+def rounded_rate(rate_hz: float) -> float:
+    """A measured rate (Hz) without the instrument's drift, so that two recordings have the same.
+
+    Rounded to three significant digits where that changes it by 0.1 % at most (100.004 becomes 100), to
+    four where not.
+    """
+    rounded = float(f"{rate_hz:.3g}")
+    return rounded if abs(rounded - rate_hz) <= ROUNDED_WITHIN * rate_hz else float(f"{rate_hz:.4g}")
+
+
+def refuse_other_unit(column: str, unit: str, name: str) -> None:
+    """Compare the unit in brackets in a column's name with the one expected (s, N, Nm or m/s).
+
+    Brackets that hold no unit, or none at all, say nothing. ``N.m``, ``N*m``, ``N m`` and ``Nm`` are one
+    unit; so are ``m/s`` and ``m s^-1``.
+
+    Raises
+    ------
+    InputError
+        If the brackets hold another unit.
+    """
+    for found in re.findall(r"[(\[]([^()\[\]]*)[)\]]", column):
+        plain = re.sub(r"[\s.·⋅*^_-]", "", found).casefold()
+        if plain in KNOWN_UNITS and plain not in SPELLINGS[unit].split():
+            what = {"s": "time", "m/s": "belt velocity"}.get(unit, "load")
+            raise InputError(
+                f"{name}: expected the {what} in {unit}, found {quoted(found)} in the header "
+                f"{quoted(column)}: convert the column, or name another one or its unit"
+            )
+
+
+def _refuse_unusable(values: np.ndarray, column: str, name: str) -> None:
+    """Refuse a column that holds an infinite number, no number, or the same number throughout."""
+    infinite = np.flatnonzero(np.isinf(values))
+    if infinite.size:
+        raise InputError(
+            f"{name}: expected finite numbers in {column!r}, found {values[infinite[0]]:g} on line "
+            f"{infinite[0] + 2}: repair the file or export it again"
+        )
+    there = values[np.isfinite(values)]
+    if not there.size:
+        raise InputError(f"{name}: expected numbers in {column!r}, found none: export the recording again")
+    if np.ptp(there) == 0.0:
+        raise InputError(
+            f"{name}: expected {column!r} to change with the belt's motion, found {there[0]:g} throughout: "
+            "check that its channel was connected and that the right column is named"
+        )

@@ -1,0 +1,241 @@
+"""From a manipulator's own samples to one trial on one regular clock.
+
+Each function takes what the readers return, repairs and aligns it, and says in the trial's attributes
+what it did.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.signals.resampling import (
+    BAND_PER_RATE,
+    fill_gaps,
+    refuse_short,
+    regular_time,
+    repair_time_stamps,
+    resample,
+)
+
+RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
+
+
+@dataclass(frozen=True)
+class ManipulatorOptions:
+    """How to ingest a manipulator's recording.
+
+    Attributes
+    ----------
+    resample_rate_hz : float
+        Rate of the trial (Hz).
+    max_gap_s : float
+        Longest gap between samples of the log (s).
+    angle_unit : {"rad", "deg"}
+        Unit of the logged angle.
+    """
+
+    resample_rate_hz: float
+    max_gap_s: float
+    angle_unit: str
+
+
+def ingest_torque_manipulator(
+    log: dict[str, np.ndarray],
+    command: dict[str, np.ndarray],
+    options: ManipulatorOptions,
+    duration_s: float,
+    log_name: str,
+    command_name: str,
+) -> Trial:
+    """Trial of a torque-controlled manipulator: irregular angle log and regular torque command.
+
+    Parameters
+    ----------
+    log : dict of ndarray, shape (n,)
+        ``time`` (s), ``angle`` (in ``options.angle_unit``), ``trigger_time`` (s): 0 before the command
+        starts, then the stamp at which it did.
+    command : dict of ndarray, shape (m,)
+        ``time`` from the trigger (s), ``torque`` (Nm).
+    options : ManipulatorOptions
+        Rate (Hz), longest gap (s), unit.
+    duration_s : float
+        Length of the perturbation by the protocol (s).
+    log_name, command_name : str
+        Name the two sources in messages.
+
+    Returns
+    -------
+    Trial
+        ``torque`` (Nm) and ``angle`` (rad, from its mean before the trigger).
+
+    Raises
+    ------
+    InputError
+        If time stamps cannot be repaired, samples are missing, the trigger is, either file ends
+        early, or the angle's unit is evidently another one.
+    """
+    repaired = repair_time_stamps(log["time"], options.max_gap_s, log_name)
+    time, angle = log["time"][repaired.keep], log["angle"][repaired.keep]
+    present = np.isfinite(angle)
+    repair_time_stamps(time[present], options.max_gap_s, f"{log_name}, samples with an angle")
+    time, angle = time[present], RADIANS_PER_UNIT[options.angle_unit] * angle[present]
+    _refuse_degrees(angle, options.angle_unit, log_name)
+    triggered = log["trigger_time"][log["trigger_time"] > 0.0]
+    if not triggered.size:
+        raise InputError(
+            f"{log_name}: expected the stamp of the trigger, found only zeros: check that the command "
+            "was started while the log ran"
+        )
+    time = time - triggered[0]
+    lasts = command["time"][-1] + np.median(np.diff(command["time"]))
+    refuse_short(lasts, duration_s, command_name)
+    refuse_short(time[-1], duration_s, log_name)
+    repair_time_stamps(command["time"], options.max_gap_s, command_name)
+    if not np.isfinite(command["torque"]).all():
+        raise InputError(
+            f"{command_name}: expected a torque on every line, found a gap: export the command again"
+        )
+    before = angle[time < 0.0]
+    if time[0] > 0.0 or before.size < 10:
+        raise InputError(
+            f"{log_name}: expected at least 10 samples before the trigger, found {before.size}: start "
+            "the log earlier, they give the angle at rest"
+        )
+    rate = options.resample_rate_hz
+    grid = regular_time(max(0.0, command["time"][0]), min(time[-1], command["time"][-1]), rate)
+    torque = resample(command["time"], command["torque"], grid, BAND_PER_RATE * rate)
+    rest = float(before.mean())
+    return Trial(
+        rate_hz=rate,
+        axes={"time": grid},
+        signals={
+            "torque": Signal(
+                torque,
+                "Nm",
+                ("time",),
+                "commanded torque",
+                (f"band limited at {BAND_PER_RATE * rate:g} Hz", f"resampled at {rate:g} Hz"),
+            ),
+            "angle": Signal(
+                resample(time, angle, grid) - rest,
+                "rad",
+                ("time",),
+                "joint angle from rest",
+                (
+                    f"{repaired.repeated} repeated stamps dropped",
+                    "clock moved to the trigger",
+                    "mean before the trigger subtracted",
+                    f"resampled at {rate:g} Hz by a cubic spline",
+                ),
+            ),
+        },
+        attributes={
+            "repeated_stamps": repaired.repeated,
+            "longest_step_s": repaired.longest_step_s,
+            "rest_angle_rad": rest,
+        },
+    )
+
+
+@dataclass(frozen=True)
+class TableOptions:
+    """How to ingest a table of a position-controlled manipulator.
+
+    Attributes
+    ----------
+    resample_rate_hz : float
+        Rate of the trial (Hz).
+    max_gap_s : float
+        Longest gap between samples (s).
+    angle_unit : {"rad", "deg"}
+        Unit of the angle.
+    torque_sign : {1, -1}
+        +1 if the recorded torque resists a positive angle, -1 if resisting torque is negative.
+    """
+
+    resample_rate_hz: float
+    max_gap_s: float
+    angle_unit: str
+    torque_sign: int
+
+
+def ingest_position_manipulator(
+    table: dict[str, np.ndarray], options: TableOptions, duration_s: float, name: str
+) -> Trial:
+    """Trial of a position-controlled manipulator: angle imposed, torque measured.
+
+    Parameters
+    ----------
+    table : dict of ndarray, shape (n,)
+        ``time`` (s), ``angle`` (in ``options.angle_unit``), ``torque`` (Nm).
+    options : TableOptions
+        Rate (Hz), longest gap (s), unit and sign.
+    duration_s : float
+        Length of the trial by the protocol (s).
+    name : str
+        Names the source in messages.
+
+    Returns
+    -------
+    Trial
+        ``angle`` (rad) and ``torque`` (Nm, positive when it resists a positive angle).
+
+    Raises
+    ------
+    InputError
+        If time stamps cannot be repaired, a gap is too long, the table ends early, or the angle's
+        unit is evidently another one.
+    """
+    repaired = repair_time_stamps(table["time"], options.max_gap_s, name)
+    time = table["time"][repaired.keep]
+    time = time - time[0]
+    refuse_short(time[-1], duration_s, name)
+    recorded_hz = (time.size - 1) / (time[-1] - time[0])
+    columns = np.column_stack([table["angle"], table["torque"]])[repaired.keep]
+    columns, missing = fill_gaps(columns, recorded_hz, options.max_gap_s, name)
+    angle = RADIANS_PER_UNIT[options.angle_unit] * columns[:, 0]
+    _refuse_degrees(angle, options.angle_unit, name)
+    rate = options.resample_rate_hz
+    if rate > recorded_hz * 1.001:
+        raise InputError(
+            f"{name}: expected a recording at {rate:g} Hz or faster, found {recorded_hz:.4g} Hz: lower "
+            "the resampling rate in the configuration"
+        )
+    grid = regular_time(time[0], time[-1], rate)
+    band = BAND_PER_RATE * rate if rate < 0.99 * recorded_hz else None
+    steps = (
+        f"{repaired.repeated} repeated stamps dropped",
+        f"{int(missing.sum())} missing samples filled",
+        f"resampled from {recorded_hz:.4g} to {rate:g} Hz",
+    )
+    return Trial(
+        rate_hz=rate,
+        axes={"time": grid},
+        signals={
+            "angle": Signal(resample(time, angle, grid, band), "rad", ("time",), "joint angle", steps),
+            "torque": Signal(
+                options.torque_sign * resample(time, columns[:, 1], grid, band),
+                "Nm",
+                ("time",),
+                "joint torque that resists the angle",
+                steps,
+            ),
+        },
+        attributes={
+            "repeated_stamps": repaired.repeated,
+            "missing_samples": int(missing.sum()),
+            "recorded_rate_hz": recorded_hz,
+        },
+    )
+
+
+def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:
+    """A joint that seems to turn by more than half a revolution was logged in another unit."""
+    swing = float(np.ptp(angle))
+    if swing > np.pi:
+        raise InputError(
+            f"{name}: expected joint angles within half a revolution, found a swing of {swing:.3g} rad "
+            f"when read as {unit}: correct the angle's unit in the configuration"
+        )

@@ -1,0 +1,299 @@
+"""From the treadmill's log and the markers, if there are any, to one trial on one clock.
+
+Time 0 is the trigger. Everything is repaired, calibrated and aligned here, and the trial's attributes
+say what was done.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.io.readers.c3d import Markers, read_markers
+from tepsipe.io.readers.treadmill_log import (
+    CalibrationMatrix,
+    TreadmillLog,
+    read_calibration_matrix,
+    read_treadmill_log,
+)
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.signals.resampling import (
+    BAND_PER_RATE,
+    align_strobed,
+    bridge_gaps,
+    fill_gaps,
+    refuse_short,
+    regular_time,
+    resample,
+    rising_edge,
+)
+
+BELTS = ("left", "right")
+
+
+@dataclass(frozen=True)
+class TreadmillOptions:
+    """How to ingest a treadmill's recording.
+
+    Attributes
+    ----------
+    resample_rate_hz : float
+        Rate of the trial, that of the motion capture (Hz).
+    max_gap_s : float
+        Longest time for which a marker may be hidden (s).
+    strober_frequency_hz : float or None
+        Markers per second within a frame (Hz); None if all are sampled at once.
+    trigger_threshold_V : float
+        Voltage above which the trigger line is high (V).
+    """
+
+    resample_rate_hz: float
+    max_gap_s: float
+    strober_frequency_hz: float | None
+    trigger_threshold_V: float
+
+
+def ingest_treadmill_files(
+    files: dict[str, str],
+    marker_labels: list[str] | None,
+    options: TreadmillOptions,
+    duration_s: float,
+    bridge_long_gaps: bool = False,
+) -> Trial:
+    """Read a treadmill's files and make one trial of them; see `ingest_treadmill`.
+
+    Parameters
+    ----------
+    files : dict of str to str
+        Paths of ``log`` and ``calibration``, and of ``markers`` where there are any.
+    marker_labels : list of str or None
+        Markers in the order in which the strober samples them; None where there are none.
+    options : TreadmillOptions
+        Rates (Hz), longest gap (s), trigger (V).
+    duration_s : float
+        Length of the trial by the protocol (s).
+    bridge_long_gaps : bool
+        As `ingest_treadmill`.
+
+    Returns
+    -------
+    Trial
+        Forces (N), moments (Nm), belt (m/s) and, if there are any, markers (m).
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or as `ingest_treadmill`.
+    """
+    log, calibration = read_treadmill_log(files["log"]), read_calibration_matrix(files["calibration"])
+    markers = None if marker_labels is None else read_markers(files["markers"], marker_labels)
+    return ingest_treadmill(
+        log,
+        calibration,
+        markers,
+        options,
+        duration_s,
+        files["log"],
+        files["calibration"],
+        files.get("markers"),
+        bridge_long_gaps,
+    )
+
+
+def ingest_treadmill(
+    log: TreadmillLog,
+    calibration: CalibrationMatrix,
+    markers: Markers | None,
+    options: TreadmillOptions,
+    duration_s: float,
+    log_name: str,
+    calibration_name: str,
+    markers_name: str | None,
+    bridge_long_gaps: bool = False,
+) -> Trial:
+    """Trial on the instrumented treadmill: forces, belt and markers on the motion capture's clock.
+
+    Without markers the clock is the trigger's own: 0, 1 / rate, 2 / rate, ... up to the trial's end.
+
+    Parameters
+    ----------
+    log : TreadmillLog
+        Voltages (V), belt velocity (m/s) and trigger (V).
+    calibration : CalibrationMatrix
+        Forces and moments per voltage (N/V, Nm/V).
+    markers : Markers or None
+        Positions (m), NaN while hidden, in the order in which the strober samples them; None if nothing
+        on the belt carries markers.
+    options : TreadmillOptions
+        Rates (Hz), longest gap (s), trigger (V).
+    duration_s : float
+        Length of the trial by the protocol (s).
+    log_name, calibration_name, markers_name : str
+        Name the sources in messages; ``markers_name`` is None without markers.
+    bridge_long_gaps : bool
+        Bridge what is longer than ``options.max_gap_s`` by straight lines instead of raising: for an analysis
+        that leaves out what ``marker_hidden`` marks.
+
+    Returns
+    -------
+    Trial
+        ``force`` (N), ``moment`` (Nm), ``belt_velocity`` and ``belt_command`` (m/s), and with markers
+        ``marker_position`` (m, at common instants), ``marker_position_as_strobed`` (m, as sampled),
+        ``marker_hidden``.
+
+    Raises
+    ------
+    InputError
+        If channels do not match, the trigger does not rise, a marker is hidden too long, or one
+        recording ends before the other.
+    """
+    if calibration.channels != log.channels:
+        different = next(
+            ((a, b) for a, b in zip(calibration.channels, log.channels, strict=False) if a != b),
+            (len(calibration.channels), len(log.channels)),
+        )
+        raise InputError(
+            f"{calibration_name}: expected the channels of {log_name} in their order, found "
+            f"{different[0]!r} where the log has {different[1]!r}: use the matrix of this treadmill"
+        )
+    for name, values in (
+        ("transducers_V", log.voltages),
+        ("belt_velocity_m_per_s", log.belt_velocity),
+        ("command_m_per_s", log.command),
+        ("trigger_V", log.trigger),
+    ):
+        if not np.isfinite(values).all():
+            raise InputError(f"{log_name}: expected numbers in {name!r}, found NaN: export the log again")
+    if log.rate_hz < options.resample_rate_hz:
+        raise InputError(
+            f"{log_name}: expected a log at {options.resample_rate_hz:g} Hz or faster, found {log.rate_hz:g} "
+            "Hz: correct the variable 'sample_rate_hz'"
+        )
+    edge = rising_edge(log.trigger, options.trigger_threshold_V, log_name)
+    high_s = float((log.trigger >= options.trigger_threshold_V).sum()) / log.rate_hz
+    if markers is None:
+        refuse_short(high_s, duration_s, log_name)
+        grid = regular_time(0.0, min(high_s, duration_s), options.resample_rate_hz)
+        axes, positions, hidden = {}, {}, {}
+    else:
+        _refuse_other_recording(markers, options, high_s, log_name, markers_name)
+        refuse_short(high_s, duration_s, log_name)
+        refuse_short(markers.positions.shape[0] / markers.rate_hz, duration_s, markers_name)
+        grid, positions, hidden = _marker_signals(markers, options, markers_name, bridge_long_gaps)
+        axes = {"marker": np.array(markers.labels)}
+    # the trigger rose between the sample before the edge and the edge: half a sample on average
+    log_time = (np.arange(log.trigger.size) - edge + 0.5) / log.rate_hz
+    band = BAND_PER_RATE * options.resample_rate_hz
+    moved = (
+        "clock moved to the trigger",
+        f"band limited at {band:g} Hz",
+        f"resampled at {options.resample_rate_hz:g} Hz",
+    )
+
+    def wrench(kind: str) -> np.ndarray:
+        """Forces F (N) or moments M (Nm) of both belts, shape (n, belts, 3)."""
+        rows = [calibration.row(f"{kind}{axis}_{belt}") for belt in BELTS for axis in "xyz"]
+        calibrated = log.voltages @ np.array(rows).T
+        return resample(log_time, calibrated, grid, band).reshape(grid.size, len(BELTS), 3)
+
+    return Trial(
+        rate_hz=options.resample_rate_hz,
+        axes={
+            "time": grid,
+            "belt": np.array(BELTS),
+            **axes,
+            "axis": np.array(["x", "y", "z"]),
+        },
+        signals={
+            "force": Signal(
+                wrench("F").astype(np.float32),
+                "N",
+                ("time", "belt", "axis"),
+                "ground reaction forces",
+                ("calibration matrix applied", *moved),
+            ),
+            "moment": Signal(
+                wrench("M").astype(np.float32),
+                "Nm",
+                ("time", "belt", "axis"),
+                "ground reaction moments about the plate's origin",
+                ("calibration matrix applied", *moved),
+            ),
+            "belt_velocity": Signal(
+                resample(log_time, log.belt_velocity, grid, band),
+                "m/s",
+                ("time",),
+                "measured velocity of the belt",
+                moved,
+            ),
+            "belt_command": Signal(
+                resample(log_time, log.command, grid, band),
+                "m/s",
+                ("time",),
+                "commanded velocity of the belt",
+                moved,
+            ),
+            **positions,
+        },
+        attributes={**hidden, "trigger_sample": edge},
+    )
+
+
+def _refuse_other_recording(
+    markers: Markers, options: TreadmillOptions, high_s: float, log_name: str, markers_name: str | None
+) -> None:
+    """Compare the markers' rate and length with the options and with the time that the trigger was high."""
+    if abs(markers.rate_hz - options.resample_rate_hz) > 1e-6:
+        raise InputError(
+            f"{markers_name}: expected markers at {options.resample_rate_hz:g} Hz, found "
+            f"{markers.rate_hz:g} Hz: correct the resampling rate in the configuration"
+        )
+    frames_s = markers.positions.shape[0] / markers.rate_hz
+    if abs(high_s - frames_s) > 0.1:
+        raise InputError(
+            f"{markers_name}: expected markers for the {high_s:.2f} s that the trigger was high in "
+            f"{log_name}, found {frames_s:.2f} s: one of the two files is truncated or of another trial"
+        )
+
+
+def _marker_signals(
+    markers: Markers, options: TreadmillOptions, markers_name: str | None, bridge_long_gaps: bool
+) -> tuple[np.ndarray, dict[str, Signal], dict[str, int]]:
+    """Clock of the markers (s), their signals, and how many samples were filled."""
+    filled = np.empty_like(markers.positions)
+    hidden = np.empty(markers.positions.shape[:2], dtype=bool)
+    for k, label in enumerate(markers.labels):
+        what = f"{markers_name}, marker {label!r}"
+        positions = markers.positions[:, k]
+        long = np.zeros(positions.shape[0], dtype=bool)
+        if bridge_long_gaps:
+            positions, long = bridge_gaps(positions, markers.rate_hz, options.max_gap_s, what)
+        filled[:, k], short = fill_gaps(positions, markers.rate_hz, options.max_gap_s, what)
+        hidden[:, k] = long | short
+    if options.strober_frequency_hz is None:
+        grid, aligned = np.arange(1, filled.shape[0]) / markers.rate_hz, filled[1:]
+        instants = "all markers sampled at the frame's instant"
+    else:
+        grid, aligned = align_strobed(filled, markers.rate_hz, options.strober_frequency_hz)
+        instants = f"brought to common instants (strober {options.strober_frequency_hz:g} Hz)"
+    gaps = (f"gaps up to {options.max_gap_s:g} s filled by a cubic spline",)
+    if bridge_long_gaps:
+        gaps += ("longer gaps bridged by straight lines",)
+    signals = {
+        "marker_position": Signal(
+            aligned.astype(np.float32),
+            "m",
+            ("time", "marker", "axis"),
+            "marker positions",
+            (*gaps, instants),
+        ),
+        "marker_position_as_strobed": Signal(
+            filled[1:].astype(np.float32),
+            "m",
+            ("time", "marker", "axis"),
+            "marker positions, each at the instant its marker was sampled",
+            gaps,
+        ),
+        "marker_hidden": Signal(hidden[1:], "1", ("time", "marker"), "true where a position was filled"),
+    }
+    return grid, signals, {"hidden_samples": int(hidden.sum())}

@@ -1,0 +1,106 @@
+"""Delimited text with a header line: D-Flow logs, torque commands, plain tables of signals."""
+
+import difflib
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.text_file import read_text
+
+
+def read_text_table(
+    path: str | Path, columns: dict[str, str], delimiter: str, named_by: dict[str, str] | None = None
+) -> dict[str, np.ndarray]:
+    """Read named columns of a text file whose first line names them.
+
+    A last line that no line break ends may have been cut within its last number, so it is left out.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text file; a name that ends in ``.gz`` is decompressed.
+    columns : dict of str to str
+        Key under which a column is returned -> its name in the file's header.
+    delimiter : str
+        Character between columns.
+    named_by : dict of str to str, optional
+        Key -> where its column's name was given, for messages; by default the configuration.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        One array per key of ``columns``, in the file's units.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, empty, truncated or not text, a column is missing or there twice, or a
+        line has another number of fields than the header or a field that is not a number.
+    """
+    path = Path(path)
+    text = read_text(path, "a table of samples")
+    if not text.strip():
+        raise InputError(f"{path}: expected a header and samples, found an empty file: record again")
+    header, _, body = text.partition("\n")
+    names = [name.strip() for name in header.split(delimiter)]
+    for key, name in columns.items():
+        _refuse_other_names(path, name, (named_by or {}).get(key, "the configuration"), names)
+    lines = body.splitlines()
+    ended = body.endswith(("\n", "\r"))
+    while lines and not lines[-1].strip():
+        lines.pop()
+    if not lines:
+        raise InputError(f"{path}: expected samples under the header, found none: record again")
+    for number in (len(lines) - 1, *range(len(lines))):
+        if lines[number].count(delimiter) != len(names) - 1:
+            found = lines[number].count(delimiter) + 1
+            state = "the file is truncated" if number == len(lines) - 1 else "the line is damaged"
+            raise InputError(
+                f"{path}: expected {len(names)} fields on every line, found {found} on line "
+                f"{number + 2}: {state}, copy it again from the instrument"
+            )
+    if not ended and len(lines) > 1:
+        lines.pop()
+    wanted = [names.index(name) for name in columns.values()]
+    try:
+        values = np.loadtxt(lines, delimiter=delimiter, usecols=wanted, ndmin=2, comments=None)
+    except ValueError as error:
+        values = _numbers_one_by_one(path, lines, delimiter, wanted, names, error)
+    return {key: values[:, i] for i, key in enumerate(columns)}
+
+
+def _refuse_other_names(path, name, where, names) -> None:
+    """Refuse a header that does not hold a name that was given for a column, or holds it twice."""
+    if names.count(name) > 1:
+        raise InputError(
+            f"{path}: expected one column named {name!r}, found {names.count(name)}: rename one in the header"
+        )
+    if name not in names:
+        close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+        if len(names) == 1:
+            hint = (
+                "the columns stand apart by another delimiter than configured, correct the one or the other"
+            )
+        elif close:
+            hint = f"did you mean {close[0]!r}, to be corrected in {where}?"
+        else:
+            hint = f"name the file's columns in {where}"
+        raise InputError(f"{path}: expected a column named {name!r}, found {listed(names)}: {hint}")
+
+
+def _numbers_one_by_one(path, lines, delimiter, wanted, names, error) -> np.ndarray:
+    """Find the field that is not a number; an empty field is a missing sample (NaN)."""
+    values = np.empty((len(lines), len(wanted)))
+    for row, line in enumerate(lines):
+        fields = line.split(delimiter)
+        for column, index in enumerate(wanted):
+            field = fields[index].strip()
+            try:
+                values[row, column] = float(field) if field else np.nan
+            except ValueError:
+                raise InputError(
+                    f"{path}: expected a number, found {quoted(field)} in column {names[index]!r} on line "
+                    f"{row + 2}: repair the file or export it again"
+                ) from error
+    return values

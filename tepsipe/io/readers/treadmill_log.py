@@ -1,0 +1,211 @@
+"""The treadmill's MATLAB log and the calibration matrix of its force plate."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.text_file import read_text
+
+VARIABLES = {
+    "sample_rate_hz": "sampling rate",
+    "channel_names": "names of the transducer channels",
+    "transducers_V": "transducer voltages",
+    "belt_velocity_m_per_s": "measured belt velocity",
+    "command_m_per_s": "commanded belt velocity",
+    "trigger_V": "trigger line",
+}
+
+
+@dataclass(frozen=True)
+class TreadmillLog:
+    """One treadmill log as the instrument wrote it.
+
+    Attributes
+    ----------
+    rate_hz : float
+        Sampling rate (Hz).
+    channels : tuple of str
+        Names of the transducer channels.
+    voltages : ndarray, shape (n, channels)
+        Transducer voltages (V).
+    belt_velocity, command : ndarray, shape (n,)
+        Measured and commanded belt velocity (m/s).
+    trigger : ndarray, shape (n,)
+        Trigger line (V).
+    """
+
+    rate_hz: float
+    channels: tuple[str, ...]
+    voltages: np.ndarray
+    belt_velocity: np.ndarray
+    command: np.ndarray
+    trigger: np.ndarray
+
+
+@dataclass(frozen=True)
+class CalibrationMatrix:
+    """Forces and moments per transducer voltage (thesis section 2-1-2).
+
+    Attributes
+    ----------
+    components : tuple of str
+        For example ``Fy_right`` (N) and ``Mx_right`` (Nm).
+    channels : tuple of str
+        Names of the transducer channels.
+    matrix : ndarray, shape (components, channels)
+        N/V for forces, Nm/V for moments.
+    """
+
+    components: tuple[str, ...]
+    channels: tuple[str, ...]
+    matrix: np.ndarray
+
+    def row(self, component: str) -> np.ndarray:
+        """Row of one component, shape (channels,), in N/V or Nm/V."""
+        return self.matrix[self.components.index(component)]
+
+
+def read_treadmill_log(path: str | Path) -> TreadmillLog:
+    """Read a treadmill log.
+
+    Parameters
+    ----------
+    path : str or Path
+        MATLAB file with the variables listed in `VARIABLES` (units in their names).
+
+    Returns
+    -------
+    TreadmillLog
+        The log (Hz, V, m/s).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or not MATLAB's, a variable is missing, or lengths differ.
+    """
+    from scipy.io import loadmat
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(
+            f"{path}: expected a treadmill log, found no file: correct its path in the trial sheet"
+        )
+    try:
+        content = loadmat(path)
+    except Exception as error:  # scipy raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected a MATLAB file (version 7 or older), found one that cannot be read "
+            f"({type(error).__name__}): it is truncated or damaged, copy it again from the instrument"
+        ) from error
+    for name, meaning in VARIABLES.items():
+        if name not in content:
+            found = listed(key for key in content if not key.startswith("__"))
+            raise InputError(
+                f"{path}: expected the variable {name!r} ({meaning}), found {found}: export it again "
+                "with all variables"
+            )
+    voltages = _numbers(path, "transducers_V", content)
+    rate = _numbers(path, "sample_rate_hz", content)
+    if rate.size != 1 or not np.isfinite(rate).all() or not rate.item() > 0.0:
+        raise InputError(
+            f"{path}: expected one positive number in 'sample_rate_hz', found {quoted(rate.tolist())}: "
+            "export the log again"
+        )
+    channels = tuple(str(np.squeeze(name)) for name in np.ravel(content["channel_names"]))
+    lines = {
+        name: np.ravel(_numbers(path, name, content))
+        for name in ("belt_velocity_m_per_s", "command_m_per_s", "trigger_V")
+    }
+    if voltages.ndim != 2 or voltages.shape[1] != len(channels):
+        raise InputError(
+            f"{path}: expected one column of transducers_V for each of the {len(channels)} channel "
+            f"names, found the shape {voltages.shape}: export it again"
+        )
+    for name, line in lines.items():
+        if line.size != voltages.shape[0]:
+            raise InputError(
+                f"{path}: expected {voltages.shape[0]} samples in every variable, found {line.size} "
+                f"in {name!r}: the file is truncated or damaged, export it again"
+            )
+    return TreadmillLog(
+        rate_hz=float(rate.item()),
+        channels=channels,
+        voltages=voltages,
+        belt_velocity=lines["belt_velocity_m_per_s"],
+        command=lines["command_m_per_s"],
+        trigger=lines["trigger_V"],
+    )
+
+
+def _numbers(path: Path, name: str, content: dict) -> np.ndarray:
+    try:
+        return np.asarray(content[name], dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{path}: expected numbers in {name!r}, found something else: export the log again"
+        ) from None
+
+
+def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
+    """Read the calibration matrix of the force plate.
+
+    Parameters
+    ----------
+    path : str or Path
+        CSV with the columns component, unit (N/V or Nm/V) and one per transducer channel; 12 rows.
+
+    Returns
+    -------
+    CalibrationMatrix
+        Components, channels and the matrix (N/V, Nm/V).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated, holds something that is not a number, another unit, or
+        another number of components than 6 per belt.
+    """
+    path = Path(path)
+    lines = read_text(path, "a calibration matrix").splitlines()
+    rows = [line.split(",") for line in lines if line.strip()]
+    if not rows or [field.strip() for field in rows[0][:2]] != ["component", "unit"]:
+        found = quoted(",".join(rows[0][:2])) if rows else "an empty file"
+        raise InputError(
+            f"{path}: expected the header to start with component,unit, found {found}: export the "
+            "calibration matrix with its labels"
+        )
+    channels = tuple(field.strip() for field in rows[0][2:])
+    components = []
+    for number, row in enumerate(rows[1:], start=2):
+        name, expected = row[0].strip(), "N/V" if row[0].strip().startswith("F") else "Nm/V"
+        if len(row) != len(channels) + 2:
+            raise InputError(
+                f"{path}: expected {len(channels) + 2} fields on every line, found {len(row)} on "
+                f"line {number}: the file is truncated or damaged, copy it again"
+            )
+        if row[1].strip() != expected:
+            raise InputError(
+                f"{path}: expected the unit {expected} for {name}, found {quoted(row[1].strip())}: convert "
+                "the matrix or correct its label"
+            )
+        if name in components:
+            raise InputError(
+                f"{path}: expected every component once, found {name} again on line {number}: remove one"
+            )
+        components.append(name)
+    for belt in ("left", "right"):
+        for name in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"):
+            if f"{name}_{belt}" not in components:
+                raise InputError(
+                    f"{path}: expected 12 components, Fx to Mz of the left and the right belt, found "
+                    f"{len(components)} without {name}_{belt}: the file is truncated or misses a label"
+                )
+    try:
+        matrix = np.array([[float(field) for field in row[2:]] for row in rows[1:]])
+    except ValueError as error:
+        raise InputError(f"{path}: expected numbers, found {quoted(error)}: repair the file") from None
+    if not np.isfinite(matrix).all():
+        raise InputError(f"{path}: expected finite numbers, found NaN or infinity: repair the file")
+    return CalibrationMatrix(tuple(components), channels, matrix)

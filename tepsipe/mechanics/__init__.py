@@ -1,0 +1,1 @@
+"""Rigid-body mechanics of joint, leg, foot and standing person: arrays in, arrays out."""

@@ -1,0 +1,292 @@
+"""Statements of the thesis that can be checked, and what this run found (thesis chapter 4)."""
+
+import csv
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.forward.scores import ForwardScore
+from tepsipe.experiments.weight import shapes, speed_at_peak
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import Result
+from tepsipe.reporting.noise_table import TABLE_COLUMNS
+from tepsipe.reporting.thesis_tables import TableRow
+from tepsipe.treadmill.calibration import ModelScore
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What the claims are measured on.
+
+    Attributes
+    ----------
+    estimates : list of Estimate
+        All estimates (units in them).
+    fits : dict of str to dict of str to Result
+        Experiment -> condition -> fit.
+    as_printed : str
+        Pathway that reproduces the thesis.
+    scores : list of ModelScore
+        Of the treadmill's models (units in them).
+    forward : list of ForwardScore
+        Of the forward simulations (%).
+    table_4_4 : list of TableRow
+        Of the noise study (units in them).
+    """
+
+    estimates: list[Estimate]
+    fits: dict[str, dict[str, Result]]
+    as_printed: str
+    scores: list[ModelScore] = field(default_factory=list)
+    forward: list[ForwardScore] = field(default_factory=list)
+    table_4_4: list[TableRow] = field(default_factory=list)
+
+    def score(self, model: str, train: str, test: str, load: str, cutoff_hz: float) -> float:
+        """R2 (-) of a treadmill model.
+
+        Raises
+        ------
+        KeyError
+            If the study does not have it.
+        """
+        wanted = (model, train, test, load, cutoff_hz)
+        for s in self.scores:
+            if (s.model, s.train, s.test, s.load, s.cutoff_hz) == wanted:
+                return s.r2
+        raise KeyError(wanted)
+
+    def followed(self, parameter_set: str, quantity: str) -> list[float]:
+        """VAF over the trial (%) of a simulated quantity, condition by condition."""
+        wanted = (parameter_set, quantity)
+        return [s.vaf_trial for s in self.forward if (s.parameter_set, s.quantity) == wanted]
+
+    def noisy(self, estimator: str, quantity: str, noise_on: str) -> float:
+        """Cell of Table 4-4 for the first simulated stiffness (unit of the quantity).
+
+        Raises
+        ------
+        KeyError
+            If the study does not have it.
+        """
+        for row in self.table_4_4:
+            if (row.pathway, row.quantity) == (estimator, quantity):
+                return row.values[TABLE_COLUMNS.index(noise_on)]
+        raise KeyError(quantity)
+
+    def by_condition(self, experiment: str, quantity: str, pathway: str | None = None) -> dict:
+        """Condition -> value of a quantity (unit of the quantity), as printed.
+
+        Raises
+        ------
+        KeyError
+            If the study does not have the experiment.
+        """
+        if experiment not in self.fits:
+            raise KeyError(experiment)
+        wanted = {"wristalyzer": "admittance", "dummy": pathway or self.as_printed}.get(experiment, "force")
+        return {
+            e.condition: e.value
+            for e in self.estimates
+            if e.experiment == experiment
+            and e.quantity == quantity
+            and e.pathway == wanted
+            and e.estimator
+            in ("spectral-fit", "segment-regression-printed", "segment-regression", "least-squares")
+        }
+
+
+def _mean(values: dict) -> float:
+    return float(np.mean(list(values.values())))
+
+
+def _at(values: dict, *amplitudes: str) -> list[float]:
+    """Values of the conditions with one of the amplitudes (m/s), every 4 s."""
+    return [v for name, v in values.items() if name.split("-", 1)[-1] in amplitudes]
+
+
+def _ratio(values: dict) -> float:
+    return float(np.mean(_at(values, "0.5")) / np.mean(_at(values, "0.1")))
+
+
+def _unsettled(forward: list[ForwardScore]) -> float:
+    """Conditions in which a leg with TEP-SIPE parameters does not settle."""
+    if not forward:
+        raise KeyError("forward")
+    unsettled = {s.condition for s in forward if s.parameter_set == "tep" and s.state != "settles"}
+    return float(len(unsettled))
+
+
+def _least_step(values: dict) -> float:
+    """Smallest ratio between one amplitude and the next lower one, over both profiles."""
+    steps = []
+    for profile in ("sine", "minjerk"):
+        along = [values[f"{profile}-0.{k}"] for k in range(1, 6)]
+        steps += [b / a for a, b in pairwise(along)]
+    return min(steps)
+
+
+def _least_fact(findings: Findings, fact: str) -> float:
+    """Smallest of a fact (any unit) over the trials in which the person stood still."""
+    facts = [fit.facts[fact] for fit in findings.fits["pilot"].values() if fit.facts["responses"]]
+    return float(min(facts))
+
+
+def _shortest_latency(findings: Findings) -> float:
+    """Of all muscles in all tasks (s)."""
+    found = [e.value for e in findings.estimates if e.quantity.startswith("latency_")]
+    return min(e for e in found)
+
+
+def _spread(findings: Findings) -> dict:
+    return {
+        condition: float(fit.arrays[f"{findings.as_printed}/parameters"][:, 2].std(ddof=1))
+        for condition, fit in findings.fits["dummy"].items()
+    }
+
+
+MEASURES: dict[str, Callable[[Findings], float]] = {
+    "wristalyzer_inertia": lambda f: _mean(f.by_condition("wristalyzer", "I")),
+    "wristalyzer_damping": lambda f: _mean(f.by_condition("wristalyzer", "B")),
+    "wristalyzer_stiffness": lambda f: _mean(f.by_condition("wristalyzer", "K")),
+    "wristalyzer_stiffness_at_start": lambda f: float(
+        sum(abs(k - 10.0) < 5e-4 for k in f.by_condition("wristalyzer", "K").values())
+    ),
+    "wristalyzer_highest_vaf": lambda f: max(f.by_condition("wristalyzer", "VAF_trial").values()),
+    "wristalyzer_best_factor": lambda f: float(
+        max(f.by_condition("wristalyzer", "VAF_trial").items(), key=lambda item: item[1])[0]
+    ),
+    "wristalyzer_lowest_cross_validated": lambda f: min(
+        f.by_condition("wristalyzer", "VAF_cross_validated").values()
+    ),
+    "printed_inertia": lambda f: _mean(f.by_condition("dummy", "I")),
+    "printed_stiffness_low": lambda f: float(np.mean(_at(f.by_condition("dummy", "K"), "0.1", "0.2", "0.3"))),
+    "printed_damping": lambda f: _mean(f.by_condition("dummy", "B")),
+    "printed_stiffness_ratio": lambda f: _ratio(f.by_condition("dummy", "K")),
+    "printed_lowest_vaf_perturbation": lambda f: min(f.by_condition("dummy", "VAF_perturbation").values()),
+    "printed_lowest_vaf_trial": lambda f: min(f.by_condition("dummy", "VAF_trial").values()),
+    "printed_spread_ratio": lambda f: _ratio(_spread(f)),
+    "weight_mass_sine_low": lambda f: f.by_condition("weight", "mass")["sine-0.1"],
+    "weight_mass_sine_high": lambda f: f.by_condition("weight", "mass")["sine-0.5"],
+    "weight_mass_minjerk_low": lambda f: f.by_condition("weight", "mass")["minjerk-0.1"],
+    "weight_mass_minjerk_high": lambda f: f.by_condition("weight", "mass")["minjerk-0.5"],
+    "weight_mass_spread_ratio": lambda f: _ratio(f.by_condition("weight", "mass_sd")),
+    "weight_speed_at_peak": lambda f: min(speed_at_peak(f.fits["weight"], "20 Hz")),
+    "weight_least_step": lambda f: _least_step(f.by_condition("weight", "added_force_peak")),
+    "weight_growth": lambda f: _ratio(f.by_condition("weight", "added_force_peak")),
+    "weight_largest": lambda f: (
+        f.by_condition("weight", "added_force_peak")["minjerk-0.5"]
+        / f.by_condition("weight", "added_force_peak")["sine-0.5"]
+    ),
+    "weight_over_empty": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "20 Hz")[1]),
+    "weight_shape_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[0]),
+    "weight_size_at_10_hz": lambda f: min(shapes(f.fits["empty"], f.fits["weight"], "10 Hz")[1]),
+    "simulated_angle_gap": lambda f: (
+        min(f.followed("wristalyzer", "theta")) - max(f.followed("tep", "theta"))
+    ),
+    "simulated_torque_gap": lambda f: min(f.followed("tep", "tau")) - max(f.followed("wristalyzer", "tau")),
+    "simulated_growth": lambda f: _unsettled(f.forward),
+    "noise_free_stiffness": lambda f: f.noisy("recommended", "K", "none"),
+    "noise_inertia": lambda f: f.noisy("as-tabulated", "I", "tau"),
+    "noise_damping": lambda f: f.noisy("as-tabulated", "B", "tau"),
+    "noise_stiffness_angle": lambda f: f.noisy("as-tabulated", "K", "theta"),
+    "noise_stiffness_torque": lambda f: f.noisy("as-tabulated", "K", "tau"),
+    "noise_cross_validated": lambda f: f.noisy("as-tabulated", "VAF_cross_validated", "tau"),
+    "standing_angle_over_sway": lambda f: _least_fact(f, "angle_over_sway"),
+    "standing_torque_over_sway": lambda f: _least_fact(f, "torque_over_sway"),
+    "standing_shortest_latency": lambda f: 1e3 * _shortest_latency(f),
+    "second_order_r2": lambda f: f.score("mass-spring-damper", "empty", "weight", "Fy", 20.0),
+}
+
+
+def _vaf_grows_with_amplitude(quantity: str) -> Callable[[Findings], bool]:
+    """Noise of fixed size takes less of a larger signal."""
+
+    def check(f: Findings) -> bool:
+        values = f.by_condition("dummy", quantity)
+        return float(np.mean(_at(values, "0.5"))) > float(np.mean(_at(values, "0.1")))
+
+    return check
+
+
+def _stiffness_does_not_depend_on_start(f: Findings) -> bool:
+    return all(
+        fit.facts["many_starts_stiffness_spread_Nm_per_rad"] < 0.01 for fit in f.fits["wristalyzer"].values()
+    )
+
+
+# what must hold in this run for a claim that is not reproduced to count as explained
+EVIDENCE: dict[str, Callable[[Findings], bool]] = {
+    "wristalyzer_stiffness_at_start": _stiffness_does_not_depend_on_start,
+    "printed_lowest_vaf_perturbation": _vaf_grows_with_amplitude("VAF_perturbation"),
+    "printed_lowest_vaf_trial": _vaf_grows_with_amplitude("VAF_trial"),
+}
+COLUMNS = ("claim", "where", "unit", "reported", "reproduced", "tolerance", "verdict", "section")
+
+
+def check_claims(claims: list[dict], findings: Findings) -> list[dict]:
+    """Measure every claim whose experiment was run, and give a verdict.
+
+    Parameters
+    ----------
+    claims : list of dict
+        Keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
+        tolerance; the tolerance ``below`` asks for less than reported, ``above`` for more).
+    findings : Findings
+        What this run found.
+
+    Returns
+    -------
+    list of dict
+        Keys of `COLUMNS`: the verdict is ``reproduced`` within the tolerance, ``explained`` if not but
+        the run holds the evidence for the explanation, otherwise ``not reproduced``.
+
+    Raises
+    ------
+    InputError
+        If a measure is unknown.
+    """
+    rows = []
+    for claim in claims:
+        name = claim["measure"]
+        if name not in MEASURES:
+            close = difflib.get_close_matches(name, MEASURES, n=3, cutoff=0.0)
+            raise InputError(
+                f"expected a measure of tepsipe/reporting/claims.py, found {name!r}: "
+                f"did you mean {' or '.join(close)}?"
+            )
+        try:
+            value = MEASURES[name](findings)
+        except (ValueError, KeyError, ZeroDivisionError):
+            continue  # its experiment is not part of this study
+        if not np.isfinite(value):
+            continue  # its conditions are not part of this study
+        if claim["tolerance"] == "below":
+            holds = value < claim["reported"]
+        elif claim["tolerance"] == "above":
+            holds = value > claim["reported"]
+        else:
+            holds = abs(value - claim["reported"]) <= claim["tolerance"]
+        evidence = EVIDENCE.get(name, lambda _: False)
+        verdict = "reproduced" if holds else "explained" if evidence(findings) else "not reproduced"
+        rows.append({**claim, "reproduced": value, "verdict": verdict})
+    return [{column: row[column] for column in COLUMNS} for row in rows]
+
+
+def write_claims(path: str | Path, rows: list[dict]) -> None:
+    """Write claims as CSV (units in the column ``unit``)."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({k: f"{v:.10g}" if isinstance(v, float) else v for k, v in row.items()})
+
+
+def read_claims(path: str | Path) -> list[dict[str, str]]:
+    """Rows of `write_claims`, as text (units in the column ``unit``)."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))

@@ -1,0 +1,169 @@
+"""Figures of TEP-SIPE on the ankle dummy (thesis Figures 2-9, 3-3, 4-4)."""
+
+from itertools import cycle
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.reporting.figures.names import PROFILES, short_name
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, new_figure
+
+
+def _around(result: Result, index: int, before_s: float, after_s: float) -> tuple[slice, np.ndarray]:
+    """Samples around one perturbation, and their time from its onset (s)."""
+    time = result.arrays["time"]
+    rate = 1.0 / (time[1] - time[0])
+    start = int(result.arrays["windows"][index, 0])
+    shown = slice(max(0, start - round(before_s * rate)), start + round(after_s * rate))
+    return shown, time[shown] - time[start]
+
+
+def plot_perturbations(results: dict[str, Result]) -> Figure:
+    """Commanded and actual belt velocity of every condition, one perturbation each (ms, m/s)."""
+    groups = {
+        profile: [name for name in results if name.startswith(profile) and not name.endswith("s")]
+        for profile in PROFILES
+    }
+    groups = {profile: names for profile, names in groups.items() if names} or {"": list(results)}
+    figure, axes = new_figure(1, len(groups), 2.9, sharey=True, squeeze=False)
+    for axis, (profile, names) in zip(axes[0], groups.items(), strict=True):
+        for colour, name in zip(cycle(CYCLE), names, strict=False):
+            result = results[name]
+            shown, time = _around(result, 0, 0.06, 0.22)
+            axis.plot(1e3 * time, result.arrays["belt_velocity"][shown], color=colour, label=short_name(name))
+            axis.plot(
+                1e3 * time,
+                result.arrays["belt_command"][shown],
+                color=colour,
+                linewidth=0.7,
+                linestyle=":",
+            )
+        axis.set(xlabel="Time from the detected onset (ms)", title=PROFILES.get(profile, ""))
+        axis.legend(loc="upper right")
+    axes[0, 0].set_ylabel("Belt velocity (m/s)")
+    return figure
+
+
+def plot_window(result: Result, name: str, pathway: str) -> Figure:
+    """One perturbation and the window that is fitted: belt, angle and torque (s, m/s, rad, Nm)."""
+    figure, axes = new_figure(3, 1, 4.4, sharex=True)
+    index = len(result.arrays["windows"]) // 2
+    shown, time = _around(result, index, 0.3, 0.9)
+    start, stop = result.arrays["windows"][index]
+    length = result.arrays["time"][stop] - result.arrays["time"][start]
+    signals = (
+        (result.arrays["belt_velocity"], "Belt velocity (m/s)"),
+        (result.arrays[f"{pathway}/regressors"][:, 2], r"$\theta_A-\theta_{ref}$ (rad)"),
+        (result.arrays[f"{pathway}/torque"], r"$\tau_A$ (Nm)"),
+    )
+    for axis, (values, label) in zip(axes, signals, strict=True):
+        axis.axvspan(0.0, length, color=COLOURS["window"], label=f"window of {1e3 * length:.0f} ms")
+        axis.plot(time, values[shown], color=COLOURS["measured"], label=f"measured, {name}")
+        axis.set_ylabel(label)
+    axes[0].plot(
+        time,
+        result.arrays["belt_command"][shown],
+        color=COLOURS["command"],
+        linestyle=":",
+        label="command",
+    )
+    axes[0].legend(loc="upper right")
+    axes[2].set_xlabel("Time from the detected onset (s)")
+    figure.align_ylabels()
+    return figure
+
+
+def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
+    """I (Nms2/rad), B (Nms/rad), K (Nm/rad) of every perturbation as boxes, one per condition."""
+    figure, axes = new_figure(3, 1, 5.2, sharex=True)
+    labels = [short_name(name) for name in results]
+    for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
+        values = [result.arrays[f"{pathway}/parameters"][:, k] for result in results.values()]
+        mean = float(np.mean([v.mean() for v in values]))
+        axis.boxplot(
+            values,
+            tick_labels=labels,
+            widths=0.55,
+            medianprops={"color": COLOURS[quantity]},
+            boxprops={"linewidth": 0.8},
+            whiskerprops={"linewidth": 0.8},
+            flierprops={"marker": ".", "markersize": 4},
+        )
+        axis.axhline(
+            mean,
+            color=COLOURS["other"],
+            linewidth=0.8,
+            linestyle="--",
+            label=rf"$\overline{{{quantity}}}$ = {mean:.3g} {UNITS[quantity]}",
+        )
+        axis.set_ylabel(f"${quantity}$ ({UNITS[quantity]})")
+        axis.legend(loc="upper right")
+        axis.margins(y=0.2)
+    axes[2].set_xlabel("Perturbation profile and velocity amplitude")
+    figure.align_ylabels()
+    return figure
+
+
+def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: str = "inside") -> Figure:
+    """Mean I (Nms2/rad), B (Nms/rad), K (Nm/rad) of every pathway with 95 % intervals.
+
+    ``colours`` maps names of pathways to names of colours; ``legend`` is inside or outside of the axes.
+    """
+    figure, axes = new_figure(3, 1, 5.4, sharex=True)
+    x = np.arange(len(results))
+    shifts = np.linspace(-0.22, 0.22, len(colours))
+    for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
+        for shift, pathway in zip(shifts, colours, strict=True):
+            intervals = [result.arrays[f"{pathway}/mean_and_interval"] for result in results.values()]
+            value, low, high = np.array(intervals)[:, :, k].T
+            axis.errorbar(
+                x + shift,
+                value,
+                yerr=[value - low, high - value],
+                fmt="o",
+                markersize=3.2,
+                linewidth=0.9,
+                capsize=1.8,
+                color=COLOURS[colours[pathway]],
+                label=pathway,
+            )
+        axis.set_ylabel(f"${quantity}$ ({UNITS[quantity]})")
+    if legend == "outside":
+        handles, names = axes[0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncols=3)
+    else:
+        axes[0].legend(loc="center right", ncols=1)
+    axes[2].set_xticks(x, [short_name(name) for name in results])
+    axes[2].set_xlabel("Perturbation profile and velocity amplitude")
+    figure.align_ylabels()
+    return figure
+
+
+def plot_torque(result: Result, name: str, pathways: dict[str, str]) -> Figure:
+    """Torque of each pathway and its prediction during one perturbation (s, Nm).
+
+    ``pathways`` maps names of pathways to names of colours.
+    """
+    figure, axes = new_figure(1, len(pathways), 2.8, squeeze=False)
+    index = len(result.arrays["windows"]) // 2
+    shown, time = _around(result, index, 0.1, 0.4)
+    start, stop = result.arrays["windows"][index]
+    length = result.arrays["time"][stop] - result.arrays["time"][start]
+    for axis, (pathway, colour) in zip(axes[0], pathways.items(), strict=True):
+        axis.axvspan(0.0, length, color=COLOURS["window"], label="fitted window")
+        axis.plot(time, result.arrays[f"{pathway}/torque"][shown], color=COLOURS["measured"], label="torque")
+        axis.plot(
+            time,
+            result.arrays[f"{pathway}/predicted_torque"][shown],
+            color=COLOURS[colour],
+            linestyle="--",
+            label="prediction",
+        )
+        vaf = result.arrays[f"{pathway}/vaf_per_perturbation"][index]
+        axis.set(xlabel="Time from the onset (s)", title=f"{pathway}: VAF {vaf:.2f} % in the window")
+        axis.margins(y=0.25)
+        axis.legend(loc="lower right", title=name)
+    axes[0, 0].set_ylabel(r"Torque $\tau_A$ (Nm)")
+    return figure

@@ -1,0 +1,101 @@
+"""Figures of the noise study (thesis Figure 4-12)."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tepsipe.experiments.noise.rows import NoiseRow
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.figures.style import COLOURS, new_figure
+
+TARGETS = {"tau": r"noise on $\tau$", "theta": r"noise on $\theta$", "both": "noise on both"}
+PROCESSINGS = {
+    "as-printed": ("#c8371b", "o"),
+    "as-tabulated": ("#c28a0e", "s"),
+    "recommended-regression": ("#7fb2d9", "^"),
+    "recommended": ("#1668a8", "D"),
+}
+
+
+def plot_estimates(
+    rows: list[NoiseRow], conditions: list[str], snr_db: float, truth: tuple[float, float, float]
+) -> Figure:
+    """Mean and spread of I (Nms2/rad), B (Nms/rad), K (Nm/rad) over the draws at one SNR (dB)."""
+    figure, axes = new_figure(3, 3, 5.6, sharex=True, sharey="row")
+    x = np.arange(len(conditions))
+    shown = [name for name in PROCESSINGS if any(row.estimator == name for row in rows)]
+    for column, (target, title) in enumerate(TARGETS.items()):
+        axes[0, column].set_title(title)
+        for k, quantity in enumerate(PARAMETERS):
+            axis = axes[k, column]
+            axis.axhline(truth[k], color=COLOURS["measured"], linewidth=0.8, linestyle="--", label="true")
+            own = {
+                (row.estimator, row.condition): row
+                for row in rows
+                if (row.noise_on, row.snr_db, row.quantity) == (target, snr_db, quantity)
+                and row.stiffness_Nm_per_rad == truth[2]
+            }
+            some = next(iter(own.values()))
+            axis.axhline(
+                some.apparent,
+                color=COLOURS["as printed"],
+                linewidth=0.8,
+                linestyle=":",
+                label="apparent, from the printed equation alone",
+            )
+            for shift, name in zip(np.linspace(-0.24, 0.24, len(shown)), shown, strict=True):
+                colour, mark = PROCESSINGS[name]
+                cells = [own[name, condition] for condition in conditions]
+                axis.errorbar(
+                    x + shift,
+                    [cell.mean for cell in cells],
+                    yerr=[cell.sd for cell in cells],
+                    fmt=mark,
+                    markersize=3.2,
+                    capsize=1.6,
+                    linewidth=0.8,
+                    color=colour,
+                    label=name,
+                )
+            if column == 0:
+                axis.set_ylabel(f"${quantity}$ ({UNITS[quantity]})")
+    for axis in axes[2]:
+        axis.set_xticks(x, [short_name(name) for name in conditions])
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize=7.8)
+    figure.align_ylabels()
+    return figure
+
+
+def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figure:
+    """Root mean square error of I, B, K over the draws, relative to the truth, against the SNR (%, dB)."""
+    figure, axes = new_figure(3, 3, 5.6, sharex=True, sharey=True)
+    shown = [name for name in PROCESSINGS if any(row.estimator == name for row in rows)]
+    for column, (target, title) in enumerate(TARGETS.items()):
+        axes[0, column].set_title(title)
+        for k, quantity in enumerate(PARAMETERS):
+            axis = axes[k, column]
+            axis.axhspan(1e-3, 10.0, color="#e7f3ea", zorder=0)
+            for name in shown:
+                errors: dict[float, list[float]] = {}
+                for row in rows:
+                    wanted = (row.noise_on, row.quantity, row.estimator, row.stiffness_Nm_per_rad)
+                    if wanted == (target, quantity, name, truth[2]):
+                        error = 100.0 * np.hypot(row.mean - truth[k], row.sd) / truth[k]
+                        errors.setdefault(row.snr_db, []).append(error)
+                levels = sorted(errors)
+                low, middle, high = (
+                    [float(f(errors[level])) for level in levels] for f in (np.min, np.median, np.max)
+                )
+                colour, mark = PROCESSINGS[name]
+                axis.fill_between(levels, low, high, color=colour, alpha=0.15, linewidth=0.0)
+                axis.semilogy(levels, middle, color=colour, marker=mark, markersize=2.6, label=name)
+            axis.set_ylim(3e-2, 1e4)
+            if column == 0:
+                axis.set_ylabel(f"error of ${quantity}$ (%)")
+    for axis in axes[2]:
+        axis.set_xlabel("SNR (dB)")
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    handles.append(axes[0, 0].fill_between([], [], [], color="#e7f3ea"))
+    figure.legend(handles, [*names, "within 10 %"], loc="outside lower center", ncols=5, fontsize=7.8)
+    return figure

@@ -1,0 +1,128 @@
+"""Figures of the forward simulations (thesis Figures 4-7 to 4-11 and Appendix B)."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tepsipe.experiments.forward.scores import ForwardScore
+from tepsipe.io.result import Result
+from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
+from tepsipe.reporting.figures.style import COLOURS, new_figure
+
+LINES = {"wristalyzer": ("#c8371b", "-."), "tep": ("#2f8f4e", "--"), "corrected": ("#1668a8", ":")}
+QUANTITIES = {
+    "theta": r"angle $\theta_A$",
+    "tau": r"torque $\tau_A$ as printed",
+    "tau_consistent": r"torque $\tau_A$, consistent",
+}
+
+
+def _around(result: Result, seconds: float) -> slice:
+    """From shortly before the middle perturbation on (s)."""
+    start = int(result.arrays["windows"][len(result.arrays["windows"]) // 2, 0])
+    rate = 1.0 / float(result.arrays["time"][1] - result.arrays["time"][0])
+    return slice(max(0, start - round(0.2 * rate)), start + round(seconds * rate))
+
+
+def _label(result: Result, name: str) -> str:
+    i, b, k = result.arrays[f"{name}/parameters"]
+    state = result.facts["states"][name]
+    return f"{PARAMETER_SETS[name]}: I {i:.3f}, B {b:.3f}, K {k:.2f}" + (
+        "" if state == "settles" else f" ({state})"
+    )
+
+
+def _draw(axis, result: Result, signal: str, measured: str, part: slice, label: bool = False) -> None:
+    time = result.arrays["time"][part]
+    axis.plot(
+        time, result.arrays[measured][part], color=COLOURS["measured"], label="measured" if label else None
+    )
+    for name in result.facts["parameter_sets"]:
+        colour, line = LINES[name]
+        axis.plot(
+            time,
+            result.arrays[f"{name}/{signal}"][part],
+            color=colour,
+            linestyle=line,
+            linewidth=1.0,
+            label=_label(result, name) if label else None,
+        )
+    axis.margins(x=0.0)
+
+
+def plot_angles(result: Result) -> Figure:
+    """Measured and simulated angle over the trial and after one perturbation (s, rad)."""
+    figure, axes = new_figure(1, 2, 3.3, width_ratios=[1.3, 1.0], sharey=True)
+    _draw(axes[0], result, "theta", "theta", slice(None, None, 4))
+    _draw(axes[1], result, "theta", "theta", _around(result, 3.6), label=True)
+    axes[0].set(xlabel="Time (s)", ylabel=r"Angle $\theta_A$ from rest (rad)")
+    axes[1].set(xlabel="Time (s)")
+    figure.legend(loc="outside lower center", ncols=2, fontsize=7.8)
+    return figure
+
+
+def plot_torques(result: Result) -> Figure:
+    """Torque by inverse dynamics, as printed and consistent, and simulated torque (s, Nm)."""
+    figure, axes = new_figure(1, 2, 3.3)
+    part = _around(result, 0.6)
+    for axis, quantity, title in zip(
+        axes, ("tau", "tau_consistent"), ("inverse dynamics as printed", "consistent"), strict=True
+    ):
+        _draw(axis, result, "tau", quantity, part, label=axis is axes[0])
+        axis.set(title=title, xlabel="Time (s)", ylabel=r"Torque $\tau_A$ (Nm)")
+    figure.legend(loc="outside lower center", ncols=2, fontsize=7.8)
+    return figure
+
+
+def plot_scores(scores: list[ForwardScore], conditions: list[str], key: str) -> Figure:
+    """VAF of angle and torque for every parameter set and condition (%)."""
+    figure, axes = new_figure(len(QUANTITIES), 1, 4.8, sharex=True)
+    x = np.arange(len(conditions))
+    shifts = np.linspace(-0.26, 0.26, len(PARAMETER_SETS))
+    for axis, (quantity, title) in zip(axes, QUANTITIES.items(), strict=True):
+        for shift, (name, label) in zip(shifts, PARAMETER_SETS.items(), strict=True):
+            colour, _ = LINES[name]
+            by_condition = {
+                s.condition: getattr(s, key)
+                for s in scores
+                if s.parameter_set == name and s.quantity == quantity
+            }
+            values = np.array([by_condition[condition] for condition in conditions])
+            axis.bar(x + shift, np.maximum(values, 0.0), 0.24, color=colour, label=label)
+            below = values < 0.0
+            axis.plot((x + shift)[below], np.full(below.sum(), 3.0), "v", color=colour, markersize=4)
+        axis.set(ylabel="VAF (%)", title=title, ylim=(0.0, 105.0))
+        axis.grid(axis="x", visible=False)
+    axes[-1].set_xticks(x, [short_name(name) for name in conditions])
+    handles, labels = axes[0].get_legend_handles_labels()
+    handles.append(axes[0].plot([], [], "v", color=COLOURS["other"], markersize=4)[0])
+    figure.legend(handles, [*labels, "below 0 %"], loc="outside lower center", ncols=4, fontsize=7.8)
+    return figure
+
+
+def _all(results: dict[str, Result], signal: str, measured: str, seconds: float, label: str) -> Figure:
+    rows = -(-len(results) // 3)
+    figure, axes = new_figure(rows, 3, 1.75 * rows + 0.6, squeeze=False)
+    for axis, (name, result) in zip(axes.flat, results.items(), strict=False):
+        _draw(axis, result, signal, measured, _around(result, seconds), label=axis is axes[0, 0])
+        axis.set_title(short_name(name), fontsize=8.5)
+    for axis in axes.flat[len(results) :]:
+        axis.set_visible(False)
+    for axis in axes[:, 0]:
+        axis.set_ylabel(label)
+    for axis in axes[-1]:
+        axis.set_xlabel("Time (s)")
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    figure.legend(
+        handles, [n.split(":")[0] for n in names], loc="outside lower center", ncols=4, fontsize=7.8
+    )
+    return figure
+
+
+def plot_all_angles(results: dict[str, Result]) -> Figure:
+    """Measured and simulated angle after one perturbation of every condition (s, rad)."""
+    return _all(results, "theta", "theta", 3.6, r"$\theta_A$ (rad)")
+
+
+def plot_all_torques(results: dict[str, Result]) -> Figure:
+    """Torque as printed and simulated torque during one perturbation of every condition (s, Nm)."""
+    return _all(results, "tau", "tau", 0.5, r"$\tau_A$ (Nm)")

@@ -1,0 +1,283 @@
+"""Figures of a person standing on the treadmill (thesis Figures 4-13 and 4-14, and the step after them)."""
+
+import numpy as np
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from tepsipe.io.result import Result
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, new_figure
+
+TASK_COLOURS = ("#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b")
+DETECTOR_STYLES = {"threshold": ":", "teager-kaiser": "--", "changepoint": "-"}
+MARKS = "os^Dv<>"
+
+
+def _task_colours(tasks: list[str]) -> dict[str, str]:
+    return {task: TASK_COLOURS[k % len(TASK_COLOURS)] for k, task in enumerate(tasks)}
+
+
+def _nothing(figure: Figure, sentence: str) -> Figure:
+    """A figure that says why it shows nothing."""
+    figure.text(0.5, 0.5, sentence, ha="center", va="center", wrap=True)
+    return figure
+
+
+def plot_processed(result: Result) -> Figure:
+    """Ankle angle, velocity, acceleration and torque of a whole trial: Figure 4-13 (s, rad, Nm)."""
+    figure, axes = new_figure(4, 1, 4.9, sharex=True)
+    arrays = result.arrays
+    time = arrays["processed/time"]
+    rows = (
+        ("ankle", r"$\theta_A$ (rad)"),
+        ("ankle_d", r"$\dot{\theta}_A$ (rad/s)"),
+        ("ankle_dd", r"$\ddot{\theta}_A$ (rad/s$^2$)"),
+    )
+    for axis, (key, label) in zip(axes, rows, strict=False):
+        axis.plot(time, arrays[f"processed/{key}"], color=COLOURS["measured"], linewidth=0.6, rasterized=True)
+        axis.set(ylabel=label)
+    for role, colour, label in (
+        ("as_printed", COLOURS["as printed"], "eq (3-14) as printed"),
+        ("recommended", COLOURS["recommended"], "derived consistently"),
+    ):
+        torque = arrays[f"processed/torque_{role}"]
+        axes[3].plot(time, torque, color=colour, linewidth=0.6, label=label, rasterized=True)
+    axes[3].set(ylabel=r"$\tau_A$ (Nm)", xlabel="Time (s)")
+    axes[3].legend(loc="lower center", bbox_to_anchor=(0.5, 0.97), ncols=2)
+    for axis in axes:
+        axis.margins(x=0.0)
+    figure.align_ylabels()
+    return figure
+
+
+def plot_activity(result: Result) -> Figure:
+    """Electromyograms after every perturbation, and the force of the belt: Figure 4-14 (ms, uV, N)."""
+    muscles, arrays = result.facts["muscles"], result.arrays
+    responses = arrays["envelope"].shape[0]
+    if not responses:
+        return _nothing(new_figure()[0], result.facts["left_out"][0])
+    height_in = 0.7 + 0.8 * (len(muscles) + 1)
+    figure, axes = new_figure(len(muscles) + 1, 1, height_in, sharex=True, squeeze=False)
+    axes = axes[:, 0]
+    time = 1e3 * arrays["time"]
+    shown = (time >= -100.0) & (time <= 600.0)
+    rows = [(arrays["envelope"][:, shown, k], f"{m} (\N{MICRO SIGN}V)") for k, m in enumerate(muscles)]
+    rows.append((arrays["perturbed/f_y"][:, shown], r"$F_y$ (N)"))
+    for axis, (values, label) in zip(axes, rows, strict=True):
+        axis.plot(time[shown], values.T, color=COLOURS["other"], linewidth=0.5)
+        axis.plot(time[shown], values.mean(axis=0), color=COLOURS["recommended"], linewidth=1.4)
+        axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6)
+        axis.set(ylabel=label)
+        axis.margins(x=0.0)
+    axes[0].plot([], [], color=COLOURS["other"], linewidth=0.5, label=f"each of {responses} perturbations")
+    axes[0].plot([], [], color=COLOURS["recommended"], linewidth=1.4, label="mean")
+    axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 0.97), ncols=2)
+    axes[-1].set(xlabel="Time from the onset of the perturbation (ms)")
+    figure.align_ylabels()
+    return figure
+
+
+def plot_ensembles(trials: dict[str, Result], groups: dict[str, list[str]], muscles: list[str]) -> Figure:
+    """Rectified electromyograms, mean and standard deviation over the perturbations of each trial (ms, uV).
+
+    ``groups`` holds the conditions of every column, by its title; ``muscles`` are the rows.
+    """
+    figure, axes = new_figure(
+        len(muscles), len(groups), 1.0 + 0.95 * len(muscles), sharex=True, sharey="row", squeeze=False
+    )
+    for column, (title, conditions) in enumerate(groups.items()):
+        axes[0, column].set(title=title)
+        axes[-1, column].set(xlabel="Time from the onset (ms)")
+        for k, condition in enumerate(conditions):
+            shade = 0.3 + 0.7 * (k + 1) / len(conditions)
+            colour = tuple(1.0 - shade * (1.0 - part) for part in to_rgb(CYCLE[column % len(CYCLE)]))
+            arrays = trials[condition].arrays
+            for row, muscle in enumerate(muscles):
+                if f"activity/{muscle}" not in arrays:
+                    continue
+                time = 1e3 * arrays["mean/time"]
+                shown = (time >= -50.0) & (time <= 400.0)
+                mean, sd = arrays[f"activity/{muscle}"][:, shown]
+                axis = axes[row, column]
+                axis.plot(time[shown], mean, color=colour, linewidth=0.9)
+                if k == len(conditions) - 1:
+                    axis.fill_between(
+                        time[shown], mean - sd, mean + sd, color=colour, alpha=0.2, linewidth=0.0
+                    )
+    for row, muscle in enumerate(muscles):
+        axes[row, 0].set(ylabel=f"{muscle} (\N{MICRO SIGN}V)")
+        for axis in axes[row]:
+            axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6)
+            axis.margins(x=0.0)
+    figure.align_ylabels()
+    return figure
+
+
+def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
+    """Mean rectified electromyograms from the start of the stretch, and where muscles answer (ms, uV)."""
+    told = {task: result.facts["latencies"] for task, result in results.items()}
+    order = next(iter(results.values())).facts["muscles"]
+    muscles = [muscle for muscle in order if any(muscle in found for found in told.values())]
+    if not muscles:
+        return _nothing(new_figure()[0], "no muscle answers in any task")
+    figure, axes = new_figure(
+        len(muscles), len(results), 1.0 + 0.9 * len(muscles), sharex=True, squeeze=False
+    )
+    for column, (task, result) in enumerate(results.items()):
+        for row, muscle in enumerate(muscles):
+            axis = axes[row, column]
+            if muscle not in told[task]:
+                axis.text(0.5, 0.5, "left out", ha="center", va="center", transform=axis.transAxes)
+                continue
+            time = 1e3 * result.arrays[f"latency/{muscle}/time"]
+            shown = (time >= -50.0) & (time <= 120.0)
+            rectified = result.arrays[f"latency/{muscle}/rectified"]
+            axis.plot(time[shown], rectified[shown], color=COLOURS["measured"], linewidth=0.9)
+            for name, style in DETECTOR_STYLES.items():
+                found = told[task][muscle][name]
+                if found["latency_s"] is not None:
+                    axis.axvline(
+                        1e3 * found["latency_s"], color=COLOURS["model"], linestyle=style, linewidth=1.0
+                    )
+            chosen = told[task][muscle][detector]
+            if chosen["interval_s"]:
+                axis.axvspan(*(1e3 * np.array(chosen["interval_s"])), color=COLOURS["window"], linewidth=0.0)
+            axis.set_ylim(bottom=0.0)
+            axis.margins(x=0.0)
+            if column == 0:
+                axis.set(ylabel=f"{muscle} (\N{MICRO SIGN}V)")
+        axes[0, column].set(title=task)
+        axes[-1, column].set(xlabel="Time from the start of the stretch (ms)")
+    handles = [
+        axes[0, 0].plot([], [], style, color=COLOURS["model"], linewidth=1.0, label=name)[0]
+        for name, style in DETECTOR_STYLES.items()
+    ]
+    handles.append(axes[0, 0].fill([], [], color=COLOURS["window"], label=f"95 % interval, {detector}")[0])
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    figure.align_ylabels()
+    return figure
+
+
+def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figure:
+    """Mean torque after perturbations, and its intrinsic and active parts (ms, Nm)."""
+    there = [
+        name
+        for name in estimators
+        if all(f"curve/{name}/torque" in result.arrays for result in results.values())
+    ]
+    if not there:
+        return _nothing(new_figure()[0], "no estimator of the active torque could be used in every task")
+    figure, axes = new_figure(len(there), len(results), 0.9 + 2.3 * len(there), sharex="row", squeeze=False)
+    for row, name in enumerate(there):
+        for column, (task, result) in enumerate(results.items()):
+            axis, arrays = axes[row, column], result.arrays
+            # the trial whose torque moves most shows the parts best
+            k = int(np.ptp(arrays[f"curve/{name}/torque"], axis=1).argmax())
+            time = 1e3 * arrays[f"curve/{name}/time"]
+            torque, intrinsic, active = (
+                arrays[f"curve/{name}/{part}"][k] for part in ("torque", "intrinsic", "active")
+            )
+            axis.plot(time, torque, color=COLOURS["measured"], linewidth=1.6, label="measured")
+            axis.plot(time, intrinsic + active, color=COLOURS["model"], label="model")
+            axis.plot(time, intrinsic, "--", color=COLOURS["recommended"], label="intrinsic part")
+            axis.plot(time, active, "--", color=COLOURS["compensated"], label="active part")
+            axis.set(title=f"{task}, {name}")
+            axis.margins(x=0.0)
+            if column == 0:
+                axis.set(ylabel=r"$\tau_A$ from unperturbed standing (Nm)")
+            axis.set(xlabel="Time from the onset (ms)")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    return figure
+
+
+def plot_stiffness(
+    trials: dict[str, Result],
+    tasks: dict[str, Result],
+    task_of: dict[str, str],
+    pathway: str,
+    estimators: list[str],
+) -> Figure:
+    """Stiffness of the ankles against how far they turned, with 95 % intervals (mrad, Nm/rad)."""
+    figure, axes = new_figure(1, len(estimators), 3.4, sharey=True, squeeze=False)
+    colours = _task_colours(list(tasks))
+    toppling = next(iter(tasks.values())).facts["toppling_stiffness_Nm_per_rad"]
+    for axis, estimator in zip(axes[0], estimators, strict=True):
+        key = f"K/{pathway}/{estimator}"
+        for condition, result in trials.items():
+            if key not in result.arrays:
+                continue
+            value, low, high = result.arrays[key]
+            rotation = 1e3 * float(result.arrays[f"rotation/{pathway}/{estimator}"])
+            error = [[max(0.0, value - low)], [max(0.0, high - value)]]
+            axis.errorbar(
+                rotation,
+                value,
+                error,
+                fmt="o",
+                color=colours[task_of[condition]],
+                markersize=3.5,
+                linewidth=0.9,
+            )
+        for task, result in tasks.items():
+            if key in result.arrays:
+                value, low, high = result.arrays[key]
+                axis.axhspan(low, high, color=colours[task], alpha=0.16, linewidth=0.0)
+                axis.axhline(value, color=colours[task], linewidth=0.9)
+        axis.axhline(toppling, color=COLOURS["measured"], linewidth=0.8, linestyle="--")
+        axis.set(title=estimator, xlabel="Rotation of the ankle (mrad)")
+        axis.set_ylim(bottom=0.0)
+    axes[0, 0].set(ylabel="$K$ (Nm/rad)")
+    handles = [
+        axes[0, 0].plot([], [], "o-", color=colour, markersize=3.5, label=task)[0]
+        for task, colour in colours.items()
+    ]
+    handles.append(
+        axes[0, 0].plot([], [], "--", color=COLOURS["measured"], linewidth=0.8, label="$m g h$")[0]
+    )
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    return figure
+
+
+def plot_windows(results: dict[str, Result], window_s: float) -> Figure:
+    """Stiffness of the ankles against the length of the window, muscles left out (ms, Nm/rad)."""
+    figure, axis = new_figure(height_in=3.0)
+    for (task, result), colour in zip(results.items(), _task_colours(list(results)).values(), strict=True):
+        length = 1e3 * result.arrays["windows/length"]
+        if not length.size:
+            continue
+        value, low, high = result.arrays["windows/K"].T
+        axis.fill_between(length, low, high, color=colour, alpha=0.2, linewidth=0.0)
+        axis.plot(length, value, "o-", color=colour, markersize=3.5, label=task)
+    axis.axvline(1e3 * window_s, color=COLOURS["other"], linestyle="--", label="window that is used")
+    axis.axhline(0.0, color=COLOURS["measured"], linewidth=0.5)
+    axis.set(xlabel="Length of the window from the onset (ms)", ylabel="$K$ (Nm/rad)")
+    axis.legend(loc="upper right")
+    return figure
+
+
+def plot_joints(results: dict[str, Result]) -> Figure:
+    """How shank, thigh and knee turn after a perturbation: one rigid body would turn as one (ms, mrad)."""
+    shown = {task: result for task, result in results.items() if "mean/time" in result.arrays}
+    if not shown:
+        return _nothing(new_figure()[0], "no trial has usable responses")
+    figure, axes = new_figure(1, len(shown), 3.0, sharey=True, squeeze=False)
+    for axis, (task, result) in zip(axes[0], shown.items(), strict=True):
+        arrays = result.arrays
+        time = 1e3 * arrays["mean/time"]
+        inside = (time >= -50.0) & (time <= 400.0)
+        k = int(np.ptp(arrays["mean/shank"], axis=1).argmax())
+        for colour, (segment, label) in zip(
+            CYCLE, (("shank", "shank"), ("thigh", "thigh"), ("knee", "knee")), strict=False
+        ):
+            axis.plot(
+                time[inside],
+                1e3 * arrays[f"mean/{segment}"][k][inside],
+                color=colour,
+                label=label,
+                linewidth=1.2,
+            )
+        axis.set(title=task, xlabel="Time from the onset (ms)")
+        axis.margins(x=0.0)
+    axes[0, 0].set(ylabel="Mean rotation (mrad)")
+    axes[0, 0].legend(loc="upper right")
+    return figure

@@ -1,0 +1,195 @@
+"""Figures of the Wristalyzer experiment (thesis Figures 2-4, 3-1, 4-1, 4-2, 4-3)."""
+
+from itertools import cycle
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import admittance
+from tepsipe.reporting.figures.style import COLOURS, new_figure
+
+LOWEST_HZ = 0.5
+
+
+def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figure:
+    """Segment of the torque perturbation with the lowest and the highest scale factor (s, Nm)."""
+    figure, axes = new_figure(height_in=2.6)
+    names = sorted(results, key=lambda name: results[name].arrays["torque"].std())
+    shown = {names[-1]: ("--", COLOURS["model"]), names[0]: ("-", COLOURS["measured"])}
+    for name, (line, colour) in shown.items():
+        facts = results[name].facts
+        start = facts["kept_samples"][0]
+        torque = results[name].arrays["torque"]
+        count = min(round(seconds * facts["rate_hz"]), torque.size - start)
+        time = (start + np.arange(count)) / facts["rate_hz"]
+        axes.plot(time, torque[start : start + count], line, color=colour, label=f"scale factor {name}")
+    axes.set(xlabel="Time from the trigger (s)", ylabel=r"Torque $\tau_P$ (Nm)")
+    axes.margins(y=0.2)
+    axes.legend(loc="upper right", ncols=2)
+    return figure
+
+
+def _gain_phase_coherence(axes, frequency, response, coherence, **keywords) -> None:
+    axes[0].loglog(frequency, np.abs(response), **keywords)
+    # from -270 to 90 degrees: the joint's phase runs from 0 to -180
+    axes[1].semilogx(frequency, (np.degrees(np.angle(response)) - 90.0) % 360.0 - 270.0, **keywords)
+    if coherence is not None:
+        axes[2].semilogx(frequency, coherence, **keywords)
+
+
+def _label_frequency_axes(axes, limits: tuple[float, float]) -> None:
+    axes[0].set_ylabel("Gain (rad/Nm)")
+    axes[1].set_ylabel("Phase (degrees)")
+    axes[2].set(ylabel="Coherence (-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)", xlim=limits)
+    wanted = (0.5, 1, 2, 3, 4, 5, 7, 9) if limits[1] < 15.0 else (0.5, 1, 2, 5, 10, 20, 50)
+    ticks = [tick for tick in wanted if limits[0] <= tick <= limits[1]]
+    axes[2].set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes[2].minorticks_off()
+    axes[0].yaxis.set_minor_formatter("")
+    axes[0].figure.align_ylabels()
+
+
+def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
+    """Spectral estimate, phase and coherence far beyond the fitted band (Hz, rad/Nm, degrees)."""
+    figure, axes = new_figure(3, 1, 4.6, sharex=True)
+    choices = (
+        ("spectral-fit", COLOURS["other"], f"estimate, scale factor {name}"),
+        ("tapered", COLOURS["measured"], "the same, ends tapered"),
+    )
+    for estimate, colour, label in choices:
+        frequency = result.arrays[f"{estimate}/frequency"]
+        shown = (frequency >= LOWEST_HZ) & (frequency <= 50.0)
+        coherence = result.arrays[f"{estimate}/coherence"][shown]
+        response = result.arrays[f"{estimate}/response"][shown]
+        _gain_phase_coherence(
+            axes,
+            frequency[shown],
+            np.where(coherence > 0.2, response, np.nan),
+            coherence,
+            color=colour,
+            label=label,
+        )
+    for axis in axes:
+        axis.axvspan(*band_hz, color=COLOURS["window"], zorder=0, label="fitted band")
+    _label_frequency_axes(axes, (LOWEST_HZ, 50.0))
+    gain = np.abs(result.arrays["spectral-fit/response"])
+    excited = (frequency >= band_hz[0]) & (frequency <= 2.0 * band_hz[1])
+    axes[0].set_ylim(0.05 * gain[excited].min(), 5.0 * gain[excited].max())
+    axes[0].legend(loc="lower left")
+    return figure
+
+
+def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
+    """Spectral estimate beside the fitted model in the fitted band (Hz, rad/Nm, degrees)."""
+    figure, axes = new_figure(3, 1, 4.6, sharex=True)
+    frequency = result.arrays["spectral-fit/frequency"]
+    shown = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    _gain_phase_coherence(
+        axes,
+        frequency[shown],
+        result.arrays["spectral-fit/response"][shown],
+        result.arrays["spectral-fit/coherence"][shown],
+        color=COLOURS["measured"],
+        label=f"estimate, scale factor {name}",
+    )
+    fine = np.geomspace(*band_hz, 300)
+    model = admittance(result.arrays["spectral-fit/parameters"], fine)
+    _gain_phase_coherence(axes, fine, model, None, color=COLOURS["model"], linestyle="--", label="model")
+    _label_frequency_axes(axes, band_hz)
+    axes[0].legend(loc="lower left")
+    return figure
+
+
+def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: float = 10.0) -> Figure:
+    """Measured and predicted angle (s, rad)."""
+    figure, axes = new_figure(height_in=2.8)
+    rate, (start, stop) = result.facts["rate_hz"], result.facts["kept_samples"]
+    middle = (start + stop) // 2
+    count = min(round(seconds * rate), stop - middle)
+    time = (middle + np.arange(count)) / rate
+    shown = slice(middle, middle + count)
+    axes.plot(time, result.arrays["angle"][shown], color=COLOURS["measured"], label="measured")
+    axes.plot(
+        time,
+        result.arrays["predicted_angle"][shown],
+        color=COLOURS["model"],
+        linestyle="--",
+        label=f"predicted, VAF {vaf_percent:.0f} %",
+    )
+    axes.set(xlabel="Time from the trigger (s)", ylabel=r"Angle $\theta_A$ (rad)")
+    axes.margins(y=0.18)
+    axes.legend(loc="upper right", ncols=2, title=f"scale factor {name}")
+    return figure
+
+
+def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> Figure:
+    """Where the fit ends for other starting values of K, and the profile of K (Nm/rad, -)."""
+    figure, axes = new_figure(1, 3, 2.8)
+    markers = dict(zip(results, cycle("os^vD<>P*X"), strict=False))
+    for name, result in results.items():
+        start = result.arrays["tried/stiffness"]
+        for axis, column in ((axes[0], 2), (axes[1], 1)):
+            axis.plot(
+                start,
+                result.arrays["tried/modulus"][:, column],
+                color=COLOURS["as printed"],
+                marker=markers[name],
+                markersize=3.5,
+                linewidth=0.6,
+                label="modulus as residual",
+            )
+            axis.plot(
+                start,
+                result.arrays["tried/smooth"][:, column],
+                color=COLOURS["recommended"],
+                marker=markers[name],
+                markersize=3.5,
+                linewidth=0.6,
+                label="complex residual",
+            )
+        profile = result.arrays["profile/cost"] / result.facts["profile_limit"]
+        axes[2].plot(result.arrays["profile/stiffness"], profile, label=name, linewidth=0.9)
+    for axis, ylabel in ((axes[0], "Fitted $K$ (Nm/rad)"), (axes[1], "Fitted $B$ (Nms/rad)")):
+        axis.axvline(start_stiffness, color=COLOURS["other"], linewidth=0.7, linestyle=":")
+        axis.set(xlabel="Starting $K$ (Nm/rad)", ylabel=ylabel)
+    handles, names = axes[0].get_legend_handles_labels()
+    axes[0].legend(handles[:2], names[:2], loc="upper left", fontsize=7.5)
+    axes[0].margins(y=0.3)
+    axes[2].axhline(1.0, color=COLOURS["other"], linewidth=0.7, linestyle=":")
+    axes[2].set(xlabel="Held $K$ (Nm/rad)", ylabel="Cost / limit of 95 % interval", ylim=(0.85, 2.6))
+    shown = [
+        result.arrays["profile/stiffness"][
+            result.arrays["profile/cost"] < 2.6 * result.facts["profile_limit"]
+        ]
+        for result in results.values()
+    ]
+    low, high = min(map(np.min, shown)), max(map(np.max, shown))
+    axes[2].set_xlim(low, high + 0.45 * (high - low))  # room for the legend
+    axes[2].legend(title="factor", fontsize=7, title_fontsize=7.5, loc="upper right", handlelength=1.2)
+    return figure
+
+
+def plot_averaging(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
+    """Averaging over neighbouring frequencies against averaging over periods (Hz, rad/Nm)."""
+    figure, axes = new_figure(3, 1, 4.6, sharex=True)
+    choices = [("spectral-fit", "neighbouring frequencies", COLOURS["as printed"])]
+    if "spectral-fit-periods/frequency" in result.arrays:
+        choices.append(("spectral-fit-periods", "whole periods", COLOURS["recommended"]))
+    for estimator, label, colour in choices:
+        frequency = result.arrays[f"{estimator}/frequency"]
+        shown = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+        _gain_phase_coherence(
+            axes,
+            frequency[shown],
+            result.arrays[f"{estimator}/response"][shown],
+            result.arrays[f"{estimator}/coherence"][shown],
+            color=colour,
+            marker="o",
+            markersize=2.0,
+            linewidth=0.7,
+            label=f"averaged over {label}",
+        )
+    _label_frequency_axes(axes, band_hz)
+    axes[0].legend(loc="lower left", title=f"scale factor {name}")
+    return figure

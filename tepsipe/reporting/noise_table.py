@@ -1,0 +1,67 @@
+"""Thesis Table 4-4, made of the rows of the noise study."""
+
+import numpy as np
+
+from tepsipe.experiments.noise.rows import NoiseRow
+from tepsipe.reporting.thesis_tables import TableRow
+
+TABLE_4_4 = (
+    "I",
+    "B",
+    "K",
+    "SEM_I",
+    "SEM_B",
+    "SEM_K",
+    "VAF_perturbation",
+    "VAF_trial",
+    "VAF_cross_validated",
+    "VAF_theta_perturbation",
+    "VAF_theta_trial",
+)
+TABLE_COLUMNS = ("none", "tau", "theta", "both")
+
+
+def table_4_4(
+    rows: list[NoiseRow], reported: dict[str, dict[str, float]], conditions: list[str], snr_db: float
+) -> list[TableRow]:
+    """Thesis Table 4-4: means over conditions, once for every processing and simulated stiffness.
+
+    Parameters
+    ----------
+    rows : list of NoiseRow
+        All rows (units in them).
+    reported : dict
+        Quantity -> noise target -> what the thesis printed (unit of the quantity).
+    conditions : list of str
+        Trials that are averaged.
+    snr_db : float
+        Signal power over noise power of the table (dB); signals without noise go in, too.
+
+    Returns
+    -------
+    list of TableRow
+        One per processing, stiffness and quantity, with the columns of TABLE_COLUMNS.
+    """
+    found: dict[tuple, list[NoiseRow]] = {}
+    for row in rows:
+        if row.condition in conditions and (row.noise_on == "none" or row.snr_db == snr_db):
+            key = (row.estimator, row.stiffness_Nm_per_rad, row.quantity, row.noise_on)
+            found.setdefault(key, []).append(row)
+    laid_out = []
+    for estimator, stiffness in dict.fromkeys((e, k) for e, k, _, _ in found):
+        for quantity in TABLE_4_4:
+            cells = [found.get((estimator, stiffness, quantity, target)) for target in TABLE_COLUMNS]
+            if not any(cells):
+                continue
+            unit = next(group[0].unit for group in cells if group)
+            laid_out.append(
+                TableRow(
+                    estimator,
+                    f"K = {stiffness:g} Nm/rad",
+                    quantity,
+                    "as printed" if quantity.startswith("SEM") else unit,
+                    [None if group is None else float(np.mean([r.mean for r in group])) for group in cells],
+                    [reported.get(quantity, {}).get(target) for target in TABLE_COLUMNS],
+                )
+            )
+    return laid_out

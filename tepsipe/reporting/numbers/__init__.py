@@ -1,0 +1,1 @@
+"""The numbers of the report as text, one module per chapter."""

@@ -1,0 +1,226 @@
+"""Numbers of the chapter on the ankle dummy."""
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.experiments.dummy.specification_curve import FILTERED, NONE, RECOMMENDED, Specification
+from tepsipe.identification.output_error import ESTIMATOR
+from tepsipe.identification.window_regression import ESTIMATORS
+from tepsipe.io.result import Result
+from tepsipe.reporting.numbers.format import number, percent, span
+
+
+def dummy_data(
+    fits: dict[str, Result],
+    estimates: pd.DataFrame,
+    choices: dict,
+    recovery: pd.DataFrame | None,
+    amplitudes: dict[str, float | None],
+) -> dict:
+    """Numbers of the ankle dummy's chapter as text.
+
+    Parameters
+    ----------
+    fits : dict of str to Result
+        Condition -> fit.
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+    choices : dict
+        Section ``dummy`` of the configuration (units in the keys).
+    recovery : DataFrame or None
+        Estimates beside the truth, where there is one.
+    amplitudes : dict of str to float or None
+        Condition -> velocity amplitude (m/s), None where the trial sheet has none.
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    own = estimates[estimates.experiment == "dummy"]
+    printed, recommended = choices["as_printed"], choices["recommended"]
+
+    def values(quantity: str, pathway: str) -> pd.Series:
+        chosen = own[(own.quantity == quantity) & (own.pathway == pathway)]
+        return chosen.set_index("condition").value
+
+    def amplitude(condition: str) -> float:
+        return math.nan if amplitudes[condition] is None else amplitudes[condition]
+
+    geometry = choices["geometry"]
+    leg_mgr = geometry["leg_mass_kg"] * geometry["gravity_m_per_s2"] * geometry["leg_com_m"]
+    conditions = list(fits)
+    smallest = min(conditions, key=lambda c: (amplitude(c), c))
+    largest = max(conditions, key=lambda c: (amplitude(c), c))
+    clear = [c for c in conditions if amplitude(c) >= 0.3] or conditions
+    slope = 1e-3 * float(
+        np.mean([fit.facts["damping_per_skew_Nms_per_rad_per_s"][printed] for fit in fits.values()])
+    )
+    stiffness = own[(own.quantity == "K") & (own.pathway == printed)]
+    data = {
+        "sem_stiffness": span(stiffness.sem_as_printed, 2),
+        "error_stiffness": span(stiffness.standard_error, 2),
+        "printed": printed,
+        "recommended": recommended,
+        "two_leg_inertia": number(2.0 * geometry["leg_inertia_kgm2"]),
+        "two_mgr": number(2.0 * leg_mgr),
+        "printed_inertia": span(values("I", printed)),
+        "printed_stiffness": span(values("K", printed)),
+        "printed_mean_inertia": number(values("I", printed).mean()),
+        "printed_mean_stiffness": number(values("K", printed)[clear].mean()),
+        "recommended_mean_inertia": number(float(values("I", recommended)[clear].mean()), 2),
+        "recommended_mean_stiffness": number(float(values("K", recommended)[clear].mean())),
+        "recommended_mean_damping": number(values("B", recommended)[clear].mean()),
+        "shift_inertia": number(float((values("I", printed) - values("I", recommended))[clear].mean())),
+        "shift_stiffness": number(float((values("K", recommended) - values("K", printed))[clear].mean())),
+        "clear_from": number(min(map(amplitude, clear)), 1),
+        "smallest": smallest,
+        "largest": largest,
+        "vaf_printed_smallest": percent(values("VAF_perturbation", printed)[smallest], 2),
+        "vaf_recommended_smallest": percent(values("VAF_perturbation", recommended)[smallest]),
+        "vaf_printed_largest": percent(values("VAF_perturbation", printed)[largest], 2),
+        "vaf_recommended_largest": percent(values("VAF_perturbation", recommended)[largest]),
+        "vaf_trial_printed": f"{percent(values('VAF_trial', printed).min())} to "
+        f"{percent(values('VAF_trial', printed).max())}",
+        "window_ms": number(1e3 * float(np.mean([fit.facts["mean_window_s"] for fit in fits.values()]))),
+        "marker_noise_mm": number(
+            1e3 * float(np.mean([fit.facts["marker_noise_m"] for fit in fits.values()])), 2
+        ),
+        "misfit_mm": number(1e3 * max(fit.facts["misfit_m"] for fit in fits.values()), 2),
+        "perturbations": span([len(fit.arrays["windows"]) for fit in fits.values()], 2),
+        "damping_per_ms": number(slope, 2),
+        "skew_ms": number(abs(values("B", printed).mean() / slope), 2),
+        "strober": None,
+        "recovery": None,
+        "output_error": None,
+    }
+    by_simulation = [name for name, c in choices["pathways"].items() if c["estimator"] == ESTIMATOR]
+    if by_simulation:
+        data["output_error"] = _output_error_data(by_simulation[0], fits, own, recovery)
+    strober = choices["ingest"]["strober_frequency_hz"]
+    strobed = [
+        name
+        for name, pathway in choices["pathways"].items()
+        if pathway["marker_instants"] == "as-strobed"
+        and pathway["torque"] == choices["pathways"][printed]["torque"]
+    ]
+    if strobed and strober:
+        markers = len(choices["files"]["marker_labels"])
+        data["strober"] = {
+            "pathway": strobed[0],
+            "frequency": number(strober, 4),
+            "spread_ms": number(1e3 * (markers - 1) / strober, 2),
+            "damping": number(values("B", strobed[0])[clear].mean()),
+            "damping_aligned": number(values("B", printed)[clear].mean()),
+        }
+    if recovery is not None:
+        rows = recovery[
+            (recovery.experiment == "dummy")
+            & (recovery.pathway == recommended)
+            & recovery.condition.isin(clear)
+        ]
+        by = rows.groupby("quantity")
+        covered = (rows.covered.astype(str).str.lower() == "true").mean()
+        data["recovery"] = {
+            "truth": {q: number(g.truth.iloc[0]) for q, g in by},
+            "worst_stiffness": percent(100.0 * by.get_group("K").relative_error.abs().max()),
+            "worst_damping": percent(100.0 * by.get_group("B").relative_error.abs().max(), 0),
+            "covered": percent(100.0 * covered, 0),
+            "count": str(len(clear)),
+        }
+    return data
+
+
+def _output_error_data(
+    pathway: str, fits: dict[str, Result], own: pd.DataFrame, recovery: pd.DataFrame | None
+) -> dict:
+    """Numbers of the output error as text."""
+    rows = own[own.pathway == pathway]
+    delays = [1e3 * fit.facts["output_error_delay_s"][pathway] for fit in fits.values()]
+    data = {
+        "pathway": pathway,
+        "stiffness": span(rows[rows.quantity == "K"].value, 4),
+        "damping": span(rows[rows.quantity == "B"].value),
+        "inertia": number(1e3 * float(rows[rows.quantity == "I"].value.abs().max()), 1),
+        "error_stiffness": span(rows[rows.quantity == "K"].standard_error, 1),
+        "vaf_angle": f"{percent(rows[rows.quantity == 'VAF_theta_trial'].value.min())} to "
+        f"{percent(rows[rows.quantity == 'VAF_theta_trial'].value.max(), 2)}",
+        "delay_ms": number(max(map(abs, delays)), 1),
+        "recovery": None,
+    }
+    if recovery is not None:
+        known = recovery[(recovery.experiment == "dummy") & (recovery.pathway == pathway)]
+        by = known.groupby("quantity")
+        covered = known.covered.astype(str).str.lower() == "true"
+        data["recovery"] = {
+            "worst_stiffness": percent(100.0 * by.get_group("K").relative_error.abs().max()),
+            "worst_damping": percent(100.0 * by.get_group("B").relative_error.abs().max()),
+            "covered": str(int(covered.sum())),
+            "total": str(len(known)),
+        }
+    return data
+
+
+def specification_data(rows: list[Specification]) -> dict:
+    """Numbers of the specification curve as text.
+
+    Parameters
+    ----------
+    rows : list of Specification
+        Of one trial (units in their names).
+
+    Returns
+    -------
+    dict
+        Text; ``recommended`` is None where none of them is the recommended one.
+    """
+    stiffness = np.array([row.K_Nm_per_rad for row in rows])
+    role = np.array([row.role for row in rows])
+    torque = np.array([row.torque for row in rows])
+    estimator = np.array([row.estimator for row in rows])
+    filtered = np.array([row.filtered for row in rows])
+    damping = np.array([row.B_Nms_per_rad for row in rows])
+    alike = filtered == FILTERED[0]
+    vaf = np.array([row.VAF_percent for row in rows])
+    sound = (torque == "leg") & alike & (estimator == "segment-regression")
+    printed = (torque == "leg-printed") & alike
+    data = {
+        "condition": rows[0].condition,
+        "count": str(len(rows)),
+        "stiffness": span(stiffness, 2),
+        "quarters": f"{number(np.percentile(stiffness, 25), 2)} to {number(np.percentile(stiffness, 75), 2)}",
+        "sound": span(stiffness[sound]),
+        "sound_count": str(int(sound.sum())),
+        "leg_printed": span(stiffness[printed]),
+        "leg_printed_count": str(int(printed.sum())),
+        "output_error": span(stiffness[estimator == ESTIMATOR]),
+        "damping": [
+            {"filtered": name, "values": span(damping[(torque == "leg") & (filtered == name)], 2)}
+            for name in (*FILTERED, NONE)
+        ],
+        "foot_rest_in": span(stiffness[(torque == "foot") & (estimator == ESTIMATORS[0])], 2),
+        "foot_rest_out": span(stiffness[(torque == "foot") & (estimator == ESTIMATORS[1])], 2),
+        "recommended": None,
+    }
+    chosen = stiffness[role == RECOMMENDED]
+    if chosen.size:
+        near = np.abs(stiffness / chosen[0] - 1.0) < 0.05
+        high = vaf > 99.0
+        data["recommended"] = {
+            "stiffness": number(float(chosen[0])),
+            "near": percent(100.0 * near.mean(), 0),
+            "near_leg": percent(100.0 * near[torque == "leg"].mean(), 0),
+            "near_filtered": [
+                {
+                    "filtered": name,
+                    "near": percent(100.0 * near[(torque == "leg") & (filtered == name)].mean(), 0),
+                }
+                for name in (*FILTERED, NONE)
+            ],
+            "near_others": percent(100.0 * near[(torque != "leg") & (torque != "none")].mean(), 0),
+            "high_vaf": str(int(high.sum())),
+            "high_vaf_far": str(int((high & ~near).sum())),
+        }
+    return data

@@ -1,0 +1,58 @@
+"""Numbers as text: signs, digits, ranges."""
+
+import math
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+MINUS = "\N{MINUS SIGN}"
+
+
+def number(value: float | int | None, digits: int = 3) -> str:
+    """A number (any unit) as text with ``digits`` significant digits; a dash for None."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "\N{EN DASH}"
+    if math.isinf(value):
+        return "∞" if value > 0 else f"{MINUS}∞"
+    if value != 0.0 and not 1e-3 <= abs(value) < 1e5:
+        mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+        text = f"{mantissa}·10{str(int(exponent)).translate(SUPERSCRIPTS)}"
+    elif value == 0.0:
+        text = "0"
+    elif isinstance(value, int):
+        text = str(value)
+    else:
+        decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+        text = f"{value:.{decimals}f}"
+    return text.replace("-", MINUS)
+
+
+def percent(value: float, decimals: int = 1) -> str:
+    """A percentage (%) as text."""
+    return f"{value:.{decimals}f}".replace("-", MINUS)
+
+
+def span(values, digits: int = 3) -> str:
+    """Lowest to highest of some numbers (any unit) as text."""
+    low, high = number(min(values), digits), number(max(values), digits)
+    return low if low == high else f"{low} to {high}"
+
+
+def span_of_decimals(values, decimals: int) -> str:
+    """Lowest to highest of some numbers (any unit) as text, with so many decimals."""
+    low, high = (f"{x:.{decimals}f}".replace("-", MINUS) for x in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
+
+
+def _cell(quantity: str, value: float | None) -> str:
+    if value is None:
+        return number(None)
+    if quantity.startswith("VAF"):
+        return percent(value, 2 if value > 99.0 else 1)
+    if quantity in ("I", "B"):
+        return f"{value:.4f}".replace("-", MINUS)
+    if quantity == "K":
+        return f"{value:.3f}".replace("-", MINUS)
+    return number(value, 2)
+
+
+def _printed(value: float | None) -> str:
+    return number(None) if value is None else f"{value:g}".replace("-", MINUS)

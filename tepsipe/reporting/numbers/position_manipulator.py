@@ -1,0 +1,118 @@
+"""Every number that the report's chapter on the position-controlled manipulator prints."""
+
+import math
+
+import pandas as pd
+
+from tepsipe.experiments.position_manipulator import ESTIMATOR, MUSCLE_ESTIMATOR, REFLEX_ESTIMATOR
+from tepsipe.io.result import Result
+from tepsipe.reporting.numbers.format import number, percent, span
+
+MODELS = {
+    ESTIMATOR: "Inertia, damping and stiffness alone",
+    REFLEX_ESTIMATOR: "Intrinsic and reflex impulse responses",
+    MUSCLE_ESTIMATOR: "The same, the reflex through a muscle of second order",
+}
+# what a table of the report leaves out: it says nothing new there
+LEFT_OUT = {
+    REFLEX_ESTIMATOR: ("VAF_held_out_as_printed",),
+    MUSCLE_ESTIMATOR: ("VAF_held_out_as_printed", "reflex_delay"),
+}
+LABELS = {
+    "K_growth": "growth of K with the angle",
+    "reflex_gain": "gain of the reflex",
+    "reflex_delay": "delay of the reflex",
+    "reflex_share": "part of the torque's variance from the reflex",
+    "reflex_frequency": "natural frequency of the muscle",
+    "reflex_damping": "damping ratio of the muscle",
+    "VAF_training": "VAF of the fitted part",
+    "VAF_cross_validated": "VAF of the fitted part, cross-validated",
+    "VAF_held_out": "VAF of the held-out part",
+    "VAF_held_out_any_offset": "VAF of the held-out part, offset left free",
+    "VAF_held_out_as_printed": "VAF of the held-out part, mean left in",
+}
+
+
+def ankle_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
+    """Numbers of the position-controlled manipulator's chapter as text.
+
+    Parameters
+    ----------
+    fits : dict of str to Result
+        Condition -> fit.
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    own = estimates[estimates.experiment == "ankle"]
+
+    def values(estimator: str, quantity: str) -> pd.Series:
+        return own[(own.estimator == estimator) & (own.quantity == quantity)].value
+
+    return {
+        "columns": list(fits),
+        "models": [
+            {"name": name, "rows": _rows(own[own.estimator == estimator], list(fits), estimator)}
+            for estimator, name in MODELS.items()
+            if (own.estimator == estimator).any()
+        ],
+        "held_out": span(values(ESTIMATOR, "VAF_held_out")),
+        "held_out_reflex": span(values(REFLEX_ESTIMATOR, "VAF_held_out")),
+        "any_offset": span(values(ESTIMATOR, "VAF_held_out_any_offset")),
+        "any_offset_reflex": span(values(REFLEX_ESTIMATOR, "VAF_held_out_any_offset")),
+        "stiffness": span(values(ESTIMATOR, "K")),
+        "stiffness_intrinsic": span(values(REFLEX_ESTIMATOR, "K")),
+        "training": span([fit.facts["training_s"] for fit in fits.values()]),
+        "reflexes": [_reflex(condition, fit, own) for condition, fit in fits.items()],
+    }
+
+
+def _rows(rows: pd.DataFrame, conditions: list[str], estimator: str) -> list[dict]:
+    """One row of text per quantity, in the order of the estimates; a dash where a trial has none."""
+    found = []
+    for quantity, group in rows.groupby("quantity", sort=False):
+        if quantity in LEFT_OUT.get(estimator, ()):
+            continue
+        by = group.set_index("condition")
+        found.append(
+            {
+                "label": LABELS.get(quantity, quantity),
+                "unit": "" if by.unit.iloc[0] == "1" else by.unit.iloc[0],
+                "values": [_cell(quantity, by.loc[c]) if c in by.index else number(None) for c in conditions],
+            }
+        )
+    last = [row for row in found if row["label"].startswith("VAF")]
+    return [row for row in found if row not in last] + last
+
+
+def _cell(quantity: str, row: pd.Series) -> str:
+    """A value with its standard error (unit of the row)."""
+    if quantity.startswith("VAF"):
+        return percent(row.value)
+    if math.isnan(row.standard_error):
+        return number(row.value, 2 if quantity.startswith("reflex") else 3)
+    return f"{number(row.value)} ± {number(row.standard_error)}"
+
+
+def _reflex(condition: str, fit: Result, own: pd.DataFrame) -> dict:
+    """What cross-validation chose for one trial, and the gain with its interval."""
+    rows = own[(own.estimator == REFLEX_ESTIMATOR) & (own.condition == condition)].set_index("quantity")
+    facts = fit.facts["reflex"]
+    gain = rows.loc["reflex_gain"]
+    return {
+        "condition": condition,
+        "there": facts["direction"] != 0,
+        "rising": facts["direction"] > 0,
+        "stiffening": facts["stiffening"],
+        "growth": number(rows.value.get("K_growth")),
+        "gain": number(gain.value),
+        "gain_low": number(gain.ci_low),
+        "gain_high": number(gain.ci_high),
+        "delay": number(1e3 * facts["delay_s"], 2),
+        "delays": span([1e3 * delay for delay in facts["delay_range_s"]], 2),
+        "share": percent(rows.value["reflex_share"]),
+    }

@@ -1,0 +1,93 @@
+"""Numbers of the report's chapter about simulations, taken from the run and formatted once."""
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.reporting.figures.names import PARAMETER_SETS
+from tepsipe.reporting.numbers.format import number, percent, span_of_decimals
+
+
+def forward_data(forward: pd.DataFrame, step_s: float) -> dict:
+    """Numbers of the forward simulations as text.
+
+    Parameters
+    ----------
+    forward : DataFrame
+        Rows of ``forward.csv`` (%).
+    step_s : float
+        Step of the simulation (s).
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+
+    def vafs(name: str, quantity: str, key: str) -> str:
+        own = forward[(forward.parameter_set == name) & (forward.quantity == quantity)][key]
+        low, high = (percent(x, 0) if x > -1000.0 else "< \N{MINUS SIGN}1000" for x in (own.min(), own.max()))
+        return low if low == high else f"{low} to {high}"
+
+    rows = [
+        {
+            "name": label,
+            **{
+                f"{quantity}_{key}": vafs(name, quantity, f"vaf_{key}")
+                for quantity in ("theta", "tau", "tau_consistent")
+                for key in ("perturbation", "trial")
+            },
+        }
+        for name, label in PARAMETER_SETS.items()
+        if name in set(forward.parameter_set)
+    ]
+    states = forward.drop_duplicates(["condition", "parameter_set"])
+    unsettled = states[states.state != "settles"]
+    return {
+        "rows": rows,
+        "step_ms": number(1e3 * step_s, 2),
+        "conditions": str(forward.condition.nunique()),
+        "unsettled": [
+            f"{row.condition} with the {PARAMETER_SETS[row.parameter_set]} parameters ({row.state})"
+            for row in unsettled.itertuples()
+        ],
+    }
+
+
+def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
+    """Numbers of the noise study as text.
+
+    Parameters
+    ----------
+    noise : DataFrame
+        Rows of ``noise.csv`` (units in the column ``unit``).
+    choices : dict
+        Section ``noise`` of the configuration (units in the keys).
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    level, joint = choices["table_snr_db"], choices["joint"]
+    stiffness = joint["stiffness_Nm_per_rad"][0]
+    truth = [joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"], stiffness]
+    at = noise[(noise.snr_db == level) & noise.quantity.isin(("I", "B", "K"))]
+    at = at[at.stiffness_Nm_per_rad == stiffness]
+    rows = []
+    for estimator in choices["table_estimators"]:
+        for noise_on in ("tau", "theta", "both"):
+            own = at[(at.estimator == estimator) & (at.noise_on == noise_on)]
+            cells = {"estimator": estimator, "noise_on": noise_on}
+            for k, quantity in enumerate(("I", "B", "K")):
+                values = own[own.quantity == quantity]["mean"]
+                cells[quantity] = span_of_decimals(values, (4, 4, 2)[k])
+                cells[f"{quantity}_off"] = percent(100.0 * float(np.abs(values / truth[k] - 1.0).max()), 0)
+            rows.append(cells)
+    return {
+        "rows": rows,
+        "level": f"{level:g}",
+        "draws": str(choices["draws"]),
+        "truth": [number(x) for x in truth],
+        "apparent": [number(float(at[at.quantity == q].apparent.iloc[0])) for q in ("I", "B", "K")],
+        "cells": str(len(noise.drop_duplicates(["condition", "noise_on", "snr_db", "estimator"]))),
+    }

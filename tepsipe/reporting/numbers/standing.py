@@ -1,0 +1,262 @@
+"""Every number that the report's chapter on the standing person prints."""
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.io.result import Result
+from tepsipe.reporting.numbers.format import number, percent, span
+from tepsipe.signals.onsets import DETECTORS
+
+
+def pilot_data(
+    fits: dict[str, Result],
+    task_fits: dict[str, Result],
+    estimates: pd.DataFrame,
+    choices: dict,
+    recovery: pd.DataFrame | None,
+) -> dict:
+    """Numbers of the standing person's chapter as text.
+
+    Parameters
+    ----------
+    fits, task_fits : dict of str to Result
+        Condition -> what its trial gave; task -> what its trials gave together.
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+    choices : dict
+        Section ``pilot`` of the configuration (units in the keys).
+    recovery : DataFrame or None
+        Estimates beside the truth, where there is one.
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    own = estimates[estimates.experiment == "pilot"]
+    pathway, estimator = choices["recommended"]["pathway"], choices["recommended"]["estimator"]
+    facts = [fit.facts for fit in fits.values()]
+    stood = [f for f in facts if f["responses"]]
+    toppling = facts[0]["toppling_stiffness_Nm_per_rad"]
+    truth = None if recovery is None else recovery[recovery.experiment == "pilot"]
+    return {
+        "trials": str(len(fits)),
+        "stood": str(len(stood)),
+        "perturbations": str(sum(f["perturbations"] for f in facts)),
+        "responses": str(sum(f["responses"] for f in facts)),
+        "mass": f"{choices['person']['mass_kg']:g}",
+        "stature": f"{choices['person']['stature_m']:g}",
+        "mgh": number(toppling),
+        "angle_over_sway": span([f["angle_over_sway"] for f in stood], 2) if stood else number(None),
+        "torque_over_sway": span([f["torque_over_sway"] for f in stood], 2) if stood else number(None),
+        "left_out": [s for fit in (*fits.values(), *task_fits.values()) for s in fit.facts["left_out"]],
+        "tasks": list(task_fits),
+        "recommended": {"pathway": pathway, "estimator": estimator},
+        "reflex_free_ms": f"{1e3 * choices['estimators'][estimator]['window_s']:g}",
+        "estimators": _blocks(own, task_fits, "estimator", list(choices["estimators"]), "pathway", pathway),
+        "pathways": _blocks(own, task_fits, "pathway", list(choices["pathways"]), "estimator", estimator),
+        "by_trial": _by_trial(own, list(fits), pathway, estimator),
+        "window_spread": _window_spread(task_fits, choices["estimators"][estimator]["window_s"]),
+        "latencies": _latencies(task_fits, choices["latency"]["detector"], truth),
+        "joints": _joints(task_fits),
+        "single_joint": _single_joint(own, list(task_fits), choices, estimator, toppling),
+        "apart": _apart(own, list(task_fits), pathway, estimator),
+        "recovery": None if truth is None or truth.empty else _recovery(truth, task_fits, choices),
+    }
+
+
+def _rows(own: pd.DataFrame, condition: str, pathway: str, estimator: str) -> pd.DataFrame:
+    chosen = (own.condition == condition) & (own.pathway == pathway) & (own.estimator == estimator)
+    return own[chosen].set_index("quantity")
+
+
+def _with_interval(rows: pd.DataFrame, quantity: str, digits: int = 3) -> str:
+    if quantity not in rows.index:
+        return number(None)
+    r = rows.loc[quantity]
+    return f"{number(r.value, digits)} ({number(r.ci_low, digits)} to {number(r.ci_high, digits)})"
+
+
+def _plain(rows: pd.DataFrame, quantity: str, scale: float = 1.0, digits: int = 3) -> str:
+    return number(scale * rows.loc[quantity].value, digits) if quantity in rows.index else number(None)
+
+
+def _blocks(own, tasks, what: str, names: list[str], fixed: str, chosen: str) -> list[dict]:
+    """Rows of a table: every estimator on one pathway, or every pathway by one estimator, for each task."""
+    blocks = []
+    for task in tasks:
+        for name in names:
+            rows = _rows(own, task, **{what: name, fixed: chosen})
+            if rows.empty:
+                continue
+            blocks.append(
+                {
+                    "task": task,
+                    "name": name,
+                    "stiffness": _with_interval(rows, "K"),
+                    "damping": _with_interval(rows, "B"),
+                    "over_mgh": _plain(rows, "K_over_mgh", digits=2),
+                    "rotation": _plain(rows, "rotation", 180.0 / math.pi, 2),
+                    "vaf": percent(rows.loc["VAF_response"].value),
+                }
+            )
+    return blocks
+
+
+def _window_spread(task_fits: dict[str, Result], window_s: float) -> str:
+    """How far K from windows within 20 ms of the one that is used lies from its own, at most (%)."""
+    worst = []
+    for fit in task_fits.values():
+        length = fit.arrays["windows/length"]
+        near = np.abs(length - window_s) <= 0.0201
+        if not near.any():
+            continue
+        value = fit.arrays["windows/K"][:, 0]
+        own = value[np.abs(length - window_s).argmin()]
+        worst.append(100.0 * float(np.abs(value[near] / own - 1.0).max()))
+    return percent(max(worst), 0) if worst else number(None)
+
+
+def _by_trial(own: pd.DataFrame, conditions: list[str], pathway: str, estimator: str) -> list[dict]:
+    rows = []
+    for condition in conditions:
+        found = _rows(own, condition, pathway, estimator)
+        if found.empty:
+            rows.append({"condition": condition, "stiffness": "left out", "rotation": "", "count": ""})
+            continue
+        rows.append(
+            {
+                "condition": condition,
+                "stiffness": _with_interval(found, "K"),
+                "over_mgh": _plain(found, "K_over_mgh", digits=2),
+                "rotation": _plain(found, "rotation", 180.0 / math.pi, 2),
+                "count": str(int(found.loc["K"].n_perturbations)),
+            }
+        )
+    return rows
+
+
+def _latencies(task_fits: dict[str, Result], shown: str, truth: pd.DataFrame | None) -> list[dict]:
+    """One row per muscle and task: latency by every detector (ms)."""
+    rows = []
+    for task, fit in task_fits.items():
+        for muscle in fit.facts["muscles"]:
+            if muscle not in fit.facts["latencies"]:
+                continue
+            found = fit.facts["latencies"][muscle]
+            cells = []
+            for detector in DETECTORS:
+                onset = found[detector]
+                text = number(None)
+                if onset["latency_s"] is not None:
+                    text = f"{1e3 * onset['latency_s']:.1f}"
+                    if detector == shown and onset["interval_s"]:
+                        low, high = (1e3 * x for x in onset["interval_s"])
+                        text += f" ({low:.1f} to {high:.1f})"
+                cells.append(text)
+            true = number(None)
+            if truth is not None:
+                known = truth[truth.quantity == f"latency_{muscle}"].truth
+                true = number(1e3 * float(known.iloc[0]), 2) if len(known) else number(None)
+            rows.append(
+                {
+                    "task": task,
+                    "muscle": muscle,
+                    "cells": cells,
+                    "count": str(found["responses"]),
+                    "truth": true,
+                }
+            )
+    return rows
+
+
+def _joints(task_fits: dict[str, Result]) -> list[dict]:
+    """How far segments turn within 0.3 s of an onset, means over trials (degrees)."""
+    rows = []
+    for task, fit in task_fits.items():
+        if "mean/time" not in fit.arrays:
+            continue
+        near = (fit.arrays["mean/time"] >= 0.0) & (fit.arrays["mean/time"] <= 0.3)
+        turned = {
+            key: float(np.degrees(np.ptp(fit.arrays[f"mean/{key}"][:, near], axis=1).mean()))
+            for key in ("shank", "thigh", "knee")
+        }
+        rows.append(
+            {"task": task, **{key: number(value, 2) for key, value in turned.items()}}
+            | {"knee_over_shank": percent(100.0 * turned["knee"] / turned["shank"], 0)}
+        )
+    return rows
+
+
+def _single_joint(own, tasks: list[str], choices: dict, estimator: str, toppling: float) -> str | None:
+    """Stiffness that the body as one inverted pendulum would have, in units of m g h."""
+    names = [name for name, pathway in choices["pathways"].items() if pathway["torque"] == "single-joint"]
+    found = [_rows(own, task, names[0], estimator) for task in tasks] if names else []
+    values = [rows.loc["K"].value / toppling for rows in found if "K" in rows.index]
+    return span(values, 2) if values else None
+
+
+def _apart(own: pd.DataFrame, tasks: list[str], pathway: str, estimator: str) -> dict | None:
+    """Difference of the stiffness between two tasks (Nm/rad), and in standard errors."""
+    found = {task: _rows(own, task, pathway, estimator) for task in tasks}
+    found = {task: rows.loc["K"] for task, rows in found.items() if "K" in rows.index}
+    if len(found) != 2:
+        return None
+    (first, a), (second, b) = found.items()
+    error = math.hypot(a.standard_error, b.standard_error)
+    return {
+        "tasks": [first, second],
+        "difference": number(abs(b.value - a.value)),
+        "errors": number(abs(b.value - a.value) / error, 2),
+        "ratio": number(max(a.value, b.value) / min(a.value, b.value), 2),
+    }
+
+
+def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) -> dict:
+    """How near estimates come to the truth: worst errors and how many intervals hold it."""
+    pathway, estimator = choices["recommended"]["pathway"], choices["recommended"]["estimator"]
+    pooled = truth.condition.isin(list(task_fits))
+
+    def rows(quantity: str, estimator: str, which) -> pd.DataFrame:
+        return truth[
+            (truth.quantity == quantity) & (truth.pathway == pathway) & (truth.estimator == estimator) & which
+        ]
+
+    def errors(found: pd.DataFrame) -> str:
+        return percent(100.0 * found.relative_error.abs().max()) if len(found) else number(None)
+
+    def covered(found: pd.DataFrame) -> str:
+        count = int((found.covered.astype(str).str.lower() == "true").sum())
+        return f"{count} of {len(found)}"
+
+    active = [n for n, choice in choices["estimators"].items() if choice["active"] != "none"]
+    latencies = truth[
+        truth.quantity.str.startswith("latency_") & (truth.estimator == choices["latency"]["detector"])
+    ]
+    late = 1e3 * (latencies.value - latencies.truth)
+    trials = rows("K", estimator, ~pooled)
+    return {
+        "truth": {
+            task: {q: number(float(g.truth.iloc[0])) for q, g in of_task.groupby("quantity")}
+            for task in task_fits
+            if len(of_task := truth[(truth.condition == task) & truth.quantity.isin(["K", "B"])])
+        },
+        "stiffness": errors(rows("K", estimator, pooled)),
+        "damping": errors(rows("B", estimator, pooled)),
+        "covered": covered(rows("K", estimator, pooled)),
+        "trials_stiffness": errors(trials),
+        "trials_covered": covered(trials),
+        "active": [
+            {
+                "name": name,
+                "stiffness": errors(rows("K", name, pooled)),
+                "covered": covered(rows("K", name, pooled)),
+            }
+            for name in active
+        ],
+        "latency": f"{late.abs().max():.1f}" if len(late) else number(None),
+        "latency_mean": f"{late.mean():.1f}".replace("-", "\N{MINUS SIGN}") if len(late) else number(None),
+        "latency_covered": covered(latencies),
+    }

@@ -1,0 +1,267 @@
+"""Numbers of the report's chapters about the treadmill, taken from the run and formatted once."""
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.experiments.weight import shapes, speed_at_peak
+from tepsipe.io.result import Result
+from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.numbers.format import number, percent, span, span_of_decimals
+from tepsipe.treadmill.calibration import ModelScore
+from tepsipe.treadmill.registry import MODEL_MEANINGS
+
+CLEAR_FROM_M_PER_S = 0.3
+
+
+def scores_data(scores: list[ModelScore], shown_hz: float) -> list[dict]:
+    """Rows of a table of models at one cutoff (Hz), as text (unit of the load in the rows)."""
+    return [
+        {
+            "model": s.model + ("" if s.converged else " *"),
+            "train": s.train,
+            "test": s.test,
+            "r2": number(s.r2, 3) if s.r2 > -10.0 else "< \N{MINUS SIGN}10",
+            "before": number(s.rms_before, 3),
+            "after": number(s.rms_after, 3),
+            "order": str(s.order),
+            "limit": number(s.r2_limit, 3),
+        }
+        for s in scores
+        if s.cutoff_hz == shown_hz
+    ]
+
+
+def weight_data(
+    fits: dict[str, dict[str, Result]],
+    plate: Result,
+    scores: list[ModelScore],
+    estimates: pd.DataFrame,
+    choices: dict,
+) -> dict:
+    """Numbers of the weight's chapter as text.
+
+    Parameters
+    ----------
+    fits : dict of str to dict of str to Result
+        Experiments weight and empty: condition -> fit.
+    plate : Result
+        Mean measured and predicted responses.
+    scores : list of ModelScore
+        Of the force plate's models (units in them).
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+    choices : dict
+        Section ``weight`` of the configuration (units in the keys).
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    weight, empty = fits["weight"], fits["empty"]
+    fine, coarse = (f"{choices['analysis']['cutoffs_hz'][k]:g} Hz" for k in (0, -1))
+    fine_hz = float(choices["analysis"]["cutoffs_hz"][0])
+    own = estimates[estimates.experiment == "weight"]
+    masses = own[own.quantity == "mass"].set_index("condition").value
+    spread = own[own.quantity == "mass_sd"].set_index("condition").value
+    alike, sizes = {}, {}
+    for name in (fine, coarse):
+        alike[name], sizes[name] = shapes(empty, weight, name)
+
+    lags = [result.facts["marker_lag_s"] for result in weight.values()]
+
+    def peaks(results: dict[str, Result], name: str) -> list[float]:
+        return [float(np.abs(r.arrays[f"{name}/added_force"].mean(axis=0)).max()) for r in results.values()]
+
+    def best(model: str, train: str, test: str, load: str) -> str:
+        found = [
+            s.r2
+            for s in scores
+            if (s.model, s.train, s.test, s.load, s.cutoff_hz) == (model, train, test, load, fine_hz)
+        ]
+        return number(found[0], 3) if found else number(None)
+
+    def linear(train: str, test: str) -> str:
+        found = [
+            s.r2
+            for s in scores
+            if (s.train, s.test, s.load, s.cutoff_hz) == (train, test, "Fy", fine_hz)
+            and s.model not in ("loaded-frame", "mean-subtraction")
+        ]
+        return span(found, 2) if found else number(None)
+
+    frame = plate.facts["loaded_frame"]
+    data = {
+        "mass": number(choices["weight"]["mass_kg"]),
+        "masses": [
+            {"condition": short_name(c), "mass": f"{masses[c]:.2f}", "spread": f"{spread[c]:.2f}"}
+            for c in masses.index
+        ],
+        "mass_span": f"{masses.min():.2f} to {masses.max():.2f}",
+        "lag_ms": span([1e3 * abs(x) for x in lags], 2),
+        "lag_sense": "behind" if min(lags) > 0.0 else "ahead of" if max(lags) < 0.0 else "beside",
+        "peak_empty": span(peaks(empty, fine), 2),
+        "peak_weight": span(peaks(weight, fine), 2),
+        "peak_belt": span(peaks(weight, "belt"), 2),
+        "speed_at_peak": span([100.0 * x for x in speed_at_peak(weight, fine)], 3),
+        "fine": fine,
+        "coarse": coarse,
+        "alike_fine": span(alike[fine], 2),
+        "alike_coarse": span(alike[coarse], 2),
+        "size_fine": span(sizes[fine], 2),
+        "size_coarse": span(sizes[coarse], 2),
+        "subtraction": best("mean-subtraction", "empty, all", "weight", "Fy"),
+        "linear_own": linear("weight", "weight"),
+        "linear_other": linear("empty", "weight"),
+        "frame_force": best("loaded-frame", "empty+weight", "weight", "Fy"),
+        "frame_force_empty": best("loaded-frame", "empty+weight", "empty", "Fy"),
+        "frame_moment": best("loaded-frame", "empty+weight", "weight", "Mx"),
+        "force_scores": scores_data([s for s in scores if s.load == "Fy"], fine_hz),
+        "frame": None,
+    }
+    if frame is not None:
+        mass = choices["weight"]["mass_kg"]
+        data["frame"] = {
+            "empty_hz": number(frame["empty_hz"]),
+            "loaded_hz": number(frame["loaded_hz"]),
+            "lag_ms": number(1e3 * frame["lag_s"], 2),
+            "viscous": number(frame["motion"][1], 2),
+            "friction_empty": number(frame["motion"][2], 2),
+            "friction_loaded": number(frame["motion"][2] + mass * frame["motion"][3], 2),
+            "speed": number(frame["friction_speed_m_per_s"], 2),
+            "share": percent(100.0 * frame["mount_share"], 1),
+            "time_ms": number(1e3 * frame["mount_time_s"], 2),
+        }
+    return data
+
+
+def foot_data(
+    estimates: pd.DataFrame, choices: dict, recovery: pd.DataFrame | None, amplitudes: dict[str, float | None]
+) -> dict:
+    """Numbers of the foot's side as text.
+
+    Parameters
+    ----------
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+    choices : dict
+        Section ``dummy`` of the configuration (units in the keys).
+    recovery : DataFrame or None
+        Estimates beside the truth, where there is one.
+    amplitudes : dict of str to float or None
+        Condition -> velocity amplitude (m/s), None where the trial sheet has none.
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    clear = [c for c, a in amplitudes.items() if a is not None and a >= CLEAR_FROM_M_PER_S] or list(
+        amplitudes
+    )
+    own = estimates[(estimates.experiment == "dummy") & estimates.condition.isin(clear)]
+    rows = []
+    for pathway in (choices["recommended"], *choices["foot"]["pathways"]):
+        values = own[own.pathway == pathway].groupby("quantity").value
+        row = {"pathway": pathway}
+        for quantity in ("I", "B", "K", "VAF_perturbation"):
+            row[quantity] = span_of_decimals(
+                values.get_group(quantity), {"I": 4, "B": 3, "K": 2}.get(quantity, 1)
+            )
+        row["worst"] = number(None)
+        if recovery is not None:
+            found = recovery[
+                (recovery.experiment == "dummy")
+                & (recovery.pathway == pathway)
+                & (recovery.quantity == "K")
+                & recovery.condition.isin(clear)
+            ]
+            row["worst"] = percent(100.0 * found.relative_error.abs().max(), 0)
+        rows.append(row)
+    return {"rows": rows, "count": str(len(clear)), "clear_from": number(CLEAR_FROM_M_PER_S, 1)}
+
+
+def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, roles: dict[str, str]) -> dict:
+    """Numbers of a recorded treadmill's chapter as text.
+
+    Parameters
+    ----------
+    result : Result
+        What the calibration kept for figures (units in it).
+    scores : list of ModelScore
+        One per model, test and cutoff (units in them).
+    choices : dict
+        Section ``treadmill`` of the configuration (units in the keys).
+    roles : dict of str to str
+        Recording -> calibrate or validate.
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    facts, shown_hz = result.facts, float(choices["analysis"]["shown_cutoff_hz"])
+    highest = max(s.cutoff_hz for s in scores)
+    tests = facts["recordings"]
+    at = {(s.model, s.test, s.cutoff_hz): s for s in scores}
+    rows = []
+    for model in facts["models"]:
+        cells = [at[model, test, shown_hz] for test in tests]
+        rows.append(
+            {
+                "model": model,
+                "name": model + ("" if all(s.converged for s in cells) else " *"),
+                "meaning": MODEL_MEANINGS[model],
+                "order": str(cells[0].order),
+                "cells": [
+                    {
+                        "r2": number(s.r2, 3),
+                        "after": number(s.rms_after, 4),
+                        "less": percent(100.0 * (1.0 - s.rms_after / s.rms_before), 1),
+                        "highest": number(at[model, s.test, highest].r2, 3),
+                    }
+                    for s in cells
+                ],
+            }
+        )
+    tracked = "ripple-tracking" in facts["models"]
+    linear = [at[m, tests[0], shown_hz].r2 for m in facts["models"] if m != "ripple-tracking"]
+    gain = None
+    if {"fir", "fir-causal"} <= set(facts["models"]):
+        gain = at["fir", tests[0], highest].r2 - at["fir-causal", tests[0], highest].r2
+    orders = result.arrays.get("ripple/tracked_orders", np.empty(0))
+    return {
+        "rows": rows,
+        "tests": [
+            {
+                "name": test,
+                "before": number(at[facts["models"][0], test, shown_hz].rms_before, 4),
+                "limit": number(at[facts["models"][0], test, shown_hz].r2_limit, 3),
+                "limit_highest": number(at[facts["models"][0], test, highest].r2_limit, 3),
+            }
+            for test in tests
+        ],
+        "unit": facts["unit"],
+        "cutoff": f"{shown_hz:g}",
+        "highest": f"{highest:g}",
+        "orders": [number(x, 4) for x in np.sort(orders)],
+        "train": scores[0].train,
+        "best_linear": number(max(linear), 3) if linear else None,
+        "ripple": number(at["ripple-tracking", tests[0], shown_hz].r2, 3) if tracked else None,
+        "memory": number(choices["models"]["ripple"]["memory_s"], 3),
+        "lead_ms": number(1e3 * choices["models"]["fir_lead_s"], 3),
+        "gain_by_lead": number(gain, 2) if gain is not None and gain > 0.0 else None,
+        "recordings": [
+            {
+                "name": name,
+                "role": roles[name],
+                "rate": number(done["recorded_rate_hz"], 5),
+                "clock": done["clock"],
+                "deviation_ms": number(1e3 * done["largest_stamp_deviation_s"], 2),
+                "repeated_stamps": str(done["repeated_stamps"]),
+                "repeated_velocity": percent(100.0 * done["repeated_velocity_fraction"], 0),
+                "missing": str(done["missing_samples"]),
+            }
+            for name, done in facts["ingested"].items()
+        ],
+    }

@@ -1,0 +1,96 @@
+"""Numbers of the chapter on the Wristalyzer."""
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.io.result import Result
+from tepsipe.reporting.numbers.format import _cell, number, percent, span
+
+
+def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: dict, best: str) -> dict:
+    """Numbers of the Wristalyzer's chapter as text.
+
+    Parameters
+    ----------
+    fits : dict of str to Result
+        Condition -> fit.
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+    choices : dict
+        Section ``wristalyzer`` of the configuration (units in the keys).
+    best : str
+        Condition shown in the figures.
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    own = estimates[estimates.experiment == "wristalyzer"]
+
+    def values(quantity: str, estimator: str = "spectral-fit") -> pd.Series:
+        chosen = own[(own.quantity == quantity) & (own.estimator == estimator)]
+        return chosen.set_index("condition").value
+
+    band = choices["analysis"]["fit_band_hz"]
+    arrays = fits[best].arrays
+    frequency = arrays["spectral-fit/frequency"]
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    coherence = arrays["spectral-fit/coherence"][inside]
+    lowest = int(np.argmin(coherence))
+    inertia, stiffness = values("I")[best], values("K")[best]
+    facts = [fit.facts for fit in fits.values()]
+    own_facts = fits[best].facts
+    tried = []
+    for k, start in enumerate(arrays["tried/stiffness"]):
+        smooth, modulus = arrays["tried/smooth"][k], arrays["tried/modulus"][k]
+        cost_ratio = own_facts["tried_modulus_cost"][k] / own_facts["tried_smooth_cost"][k]
+        tried.append(
+            {
+                "start": f"{start:g}",
+                "smooth": [_cell("B", smooth[1]), _cell("K", smooth[2])],
+                "modulus": [_cell("B", modulus[1]), _cell("K", modulus[2])],
+                "cost": number(cost_ratio),
+                "vaf": percent(own_facts["tried_modulus_vaf_percent"][k]),
+                "converged": own_facts["tried_modulus_converged"][k],
+            }
+        )
+    data = {
+        "best": best,
+        "vaf": span(values("VAF_trial"), 3),
+        "vaf_modulus": span(values("VAF_trial", "spectral-fit-modulus"), 3),
+        "inertia": span(values("I")),
+        "damping": span(values("B")),
+        "stiffness": span(values("K")),
+        "damping_modulus": span(values("B", "spectral-fit-modulus")),
+        "coherence": number(float(coherence[lowest])),
+        "coherence_at": number(float(frequency[inside][lowest]), 2),
+        "natural_frequency": number(math.sqrt(stiffness / inertia) / 2.0 / math.pi, 2),
+        "starts": str(len(fits[best].arrays["many_starts/start"])),
+        "starts_converged": str(min(f["many_starts_converged"] for f in facts)),
+        "starts_spread": number(max(f["many_starts_stiffness_spread_Nm_per_rad"] for f in facts), 2),
+        "modulus_converged": str(sum(f["converged"]["spectral-fit-modulus"] for f in facts)),
+        "trials": str(len(facts)),
+        "tried": tried,
+        "bins": str(choices["analysis"]["averaged_bins"]),
+        "cross_validated": span(values("VAF_cross_validated"), 3) if len(fits) > 1 else number(None),
+        "periodic": None,
+    }
+    periodic = own[own.estimator == "spectral-fit-periods"]
+    if len(periodic):
+        stiffness_rows = periodic[periodic.quantity == "K"]
+        data["periodic"] = {
+            "period": number(choices["analysis"]["perturbation_period_s"], 3),
+            "damping": span(values("B", "spectral-fit-periods")),
+            "stiffness": span(values("K", "spectral-fit-periods")),
+            "shift_damping": percent(
+                100.0 * float((values("B") / values("B", "spectral-fit-periods") - 1.0).abs().max())
+            ),
+            "intervals": [
+                {"condition": r.condition, "low": number(r.ci_low), "high": number(r.ci_high)}
+                for r in stiffness_rows.itertuples()
+            ],
+        }
+    return data

@@ -1,0 +1,135 @@
+"""Where truth meets estimate: the only part of the library that is given the laboratory's constants."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+from tepsipe.io.estimates import Estimate
+
+COLUMNS = (
+    "experiment",
+    "condition",
+    "pathway",
+    "estimator",
+    "quantity",
+    "unit",
+    "truth",
+    "value",
+    "relative_error",
+    "covered",
+)
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """One estimate beside the truth.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        The estimate (its ``unit``).
+    truth : float
+        The laboratory's constant (same unit).
+    """
+
+    estimate: Estimate
+    truth: float
+
+    @property
+    def relative_error(self) -> float | None:
+        """(value - truth) / truth (-); None where the truth is 0."""
+        return None if self.truth == 0.0 else (self.estimate.value - self.truth) / self.truth
+
+    @property
+    def covered(self) -> bool | None:
+        """Whether the 95 % interval holds the truth (-); None without an interval."""
+        low, high = self.estimate.ci_low, self.estimate.ci_high
+        return None if low is None or high is None else low <= self.truth <= high
+
+
+def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
+    """Experiment -> I (Nms2/rad), B (Nms/rad), K (Nm/rad) for small movements, mass (kg) or latency (s).
+
+    Of the standing person, experiment and task: pilot/relax, pilot/stiff. K and B are the intrinsic ones of
+    the ankles; a muscle's latency is the same in every task.
+
+    ``truth`` is the laboratory's configuration. The dummy's rubber has no inertia of its own, so the
+    inertia *at the joint* is 0 on the treadmill; in the manipulator the foot turns with the handle.
+    """
+    manipulator = truth["wristalyzer"]["manipulator"]
+    in_manipulator, on_belt = truth["wristalyzer"]["rubber"], truth["dummy"]["rubber"]
+    return {
+        "wristalyzer": {
+            "I": manipulator["inertia_kgm2"],
+            "B": in_manipulator["damping_Nms_per_rad"],
+            "K": in_manipulator["stiffness_Nm_per_rad"],
+        },
+        "dummy": {
+            "I": 0.0,
+            "B": on_belt["damping_Nms_per_rad"],
+            "K": on_belt["stiffness_Nm_per_rad"],
+        },
+        "weight": {"mass": truth["weight"]["mass_kg"]},
+    } | {f"pilot/{task}": _of_person(truth["pilot"], task) for task in truth["pilot"]["tasks"]}
+
+
+def _of_person(pilot: dict, task: str) -> dict[str, float]:
+    told = pilot["tasks"][task]
+    latencies = {f"latency_{name}": muscle["latency_s"] for name, muscle in pilot["muscles"].items()}
+    return {
+        "I": 0.0,
+        "B": told["damping_Nms_per_rad"][0],
+        "K": told["stiffness_Nm_per_rad"][0],
+        **latencies,
+    }
+
+
+def compare_with_truth(
+    estimates: list[Estimate], truth: dict, made: dict[str, list[str]], tasks: dict[str, str]
+) -> list[Recovery]:
+    """Set every estimate of I, B, K, mass or latency of a made trial beside the truth.
+
+    Parameters
+    ----------
+    estimates : list of Estimate
+        All estimates (units in them).
+    truth : dict
+        The laboratory's configuration (units in its keys).
+    made : dict of str to list of str
+        Experiment -> conditions that the laboratory made.
+    tasks : dict of str to str
+        Condition of the standing person -> task; a task of which all trials are made counts as a condition.
+
+    Returns
+    -------
+    list of Recovery
+        In the order of the estimates.
+    """
+    parameters = true_parameters(truth)
+    rows = []
+    for e in estimates:
+        if e.experiment == "pilot":
+            known = parameters.get(f"pilot/{tasks.get(e.condition)}", {})
+        else:
+            known = parameters.get(e.experiment, {}) if e.condition in made.get(e.experiment, []) else {}
+        if e.quantity in known:
+            rows.append(Recovery(e, known[e.quantity]))
+    return rows
+
+
+def write_recovery(path: str | Path, rows: list[Recovery]) -> None:
+    """Write as CSV; empty cells where there is no relative error or no interval (units in ``unit``)."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for row in rows:
+            e, error, covered = row.estimate, row.relative_error, row.covered
+            writer.writerow(
+                [
+                    *(e.experiment, e.condition, e.pathway, e.estimator, e.quantity, e.unit),
+                    f"{row.truth:.10g}",
+                    f"{e.value:.10g}",
+                    "" if error is None else f"{error:.10g}",
+                    "" if covered is None else str(covered).lower(),
+                ]
+            )

@@ -1,0 +1,137 @@
+"""The thesis's tables of estimates, each cell beside what the thesis printed (Tables 4-1 to 4-3)."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+from tepsipe.errors import InputError
+from tepsipe.io.estimates import Estimate
+
+# SEM_x is the thesis's "standard error of the mean" as printed, SE_x the standard error as it should be
+PARAMETER_ROWS = ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "SE_I", "SE_B", "SE_K"]
+ROWS = {
+    "table_4_1": [*PARAMETER_ROWS, "error", "VAF_trial", "VAF_cross_validated"],
+    "table_4_2": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
+    "table_4_3": [*PARAMETER_ROWS, "VAF_perturbation", "VAF_trial"],
+}
+EXPERIMENT = {"table_4_1": "wristalyzer", "table_4_2": "dummy", "table_4_3": "dummy"}
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """One row of a thesis table.
+
+    Attributes
+    ----------
+    pathway, estimator, quantity, unit : str
+        What the row holds.
+    values : list of float or None
+        One per condition (``unit``).
+    reported : list of float or None
+        What the thesis printed (``unit``); None where it printed nothing.
+    """
+
+    pathway: str
+    estimator: str
+    quantity: str
+    unit: str
+    values: list[float | None]
+    reported: list[float | None]
+
+
+def lay_out_table(
+    table: str,
+    estimates: list[Estimate],
+    reported: dict[str, dict[str, float]],
+    conditions: list[str],
+    blocks: list[tuple[str, str | None]],
+) -> list[TableRow]:
+    """Lay estimates out as the thesis does, once for every pathway.
+
+    Parameters
+    ----------
+    table : {"table_4_1", "table_4_2", "table_4_3"}
+        Which table.
+    estimates : list of Estimate
+        All estimates (units in them).
+    reported : dict
+        Quantity -> condition -> what the thesis printed (unit of the quantity); empty if nothing.
+    conditions : list of str
+        Columns.
+    blocks : list of (pathway, estimator or None)
+        One block of rows for each; None takes the estimator that the pathway has.
+
+    Returns
+    -------
+    list of TableRow
+        Rows in the thesis's order, block by block.
+
+    Raises
+    ------
+    InputError
+        If an estimate is missing.
+    """
+    rows = []
+    for pathway, wanted in dict.fromkeys(blocks):
+        found = {
+            (e.quantity, e.condition): e
+            for e in estimates
+            if e.experiment == EXPERIMENT[table] and e.pathway == pathway and wanted in (None, e.estimator)
+        }
+        if not found:
+            continue
+        estimator = next(iter(found.values())).estimator
+        for name in ROWS[table]:
+            prefix, _, quantity = name.rpartition("_") if name.startswith("SE") else ("", "", name)
+            unit = next((e.unit for (q, _), e in found.items() if q == quantity), None)
+            if unit is None:
+                continue
+            values = []
+            for condition in conditions:
+                estimate = found.get((quantity, condition))
+                if estimate is None:
+                    raise InputError(
+                        f"expected an estimate of {quantity} for {condition} by {pathway}, found none: "
+                        "make the estimates again"
+                    )
+                values.append(
+                    {
+                        "": estimate.value,
+                        "SEM": estimate.sem_as_printed,
+                        "SE": estimate.standard_error,
+                    }[prefix]
+                )
+            printed = [reported.get(name, {}).get(condition) for condition in conditions]
+            unit = "as printed" if prefix == "SEM" else unit
+            rows.append(TableRow(pathway, estimator, name, unit, values, printed))
+    return rows
+
+
+def write_table(path: str | Path, rows: list[TableRow], conditions: list[str]) -> None:
+    """Write as CSV: for each condition a column of values and one named ``<condition>_reported``.
+
+    Units stand in the column ``unit``.
+    """
+
+    def cell(value: float | None) -> str:
+        return "" if value is None else f"{value:.10g}"
+
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        columns = [name for c in conditions for name in (c, f"{c}_reported")]
+        writer.writerow(["pathway", "estimator", "quantity", "unit", *columns])
+        for row in rows:
+            cells = [cell(x) for pair in zip(row.values, row.reported, strict=True) for x in pair]
+            writer.writerow([row.pathway, row.estimator, row.quantity, row.unit, *cells])
+
+
+def read_table(path: str | Path) -> tuple[list[str], list[TableRow]]:
+    """Conditions and rows of a table written by `write_table` (units in the rows)."""
+    with open(path, newline="", encoding="utf-8") as file:
+        header, *lines = list(csv.reader(file))
+    conditions = header[4::2]
+    rows = []
+    for line in lines:
+        numbers = [float(x) if x else None for x in line[4:]]
+        rows.append(TableRow(*line[:4], numbers[::2], numbers[1::2]))
+    return conditions, rows

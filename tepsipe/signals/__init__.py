@@ -1,0 +1,1 @@
+"""Signals as arrays: filters, resampling, spectra, perturbations, electromyograms."""

@@ -1,0 +1,262 @@
+"""Electromyograms from the amplifier to their envelope, and faulty channels (thesis section 3-2).
+
+Symbols: x raw, b band-passed, r rectified, e envelope (all uV).
+
+    b = band-pass(x),   r = |b|,   e = low-pass(r)
+
+Each filter is a fourth-order bidirectional Butterworth, its order counted as in `tepsipe.signals.filters`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage, signal
+
+from tepsipe.errors import InputError
+from tepsipe.signals.filters import butterworth_bandpass, butterworth_lowpass, notch
+
+# ---- what `channel_fault` calls a fault: a relaxed muscle shows 1 to 3 uV, the amplifier 0.5 to 1 uV
+# band in which a channel is judged (Hz), and the length of the windows of which it takes the median (s)
+JUDGED_BAND_HZ = (20.0, 450.0)
+JUDGED_WINDOW_S = 1.0
+# samples count as clipped in runs of so many (-), this close to a limit as a part of the range (-): three
+# steps of 16 bits. One sample does not: many programs write a channel's largest value as its limit ...
+CLIPPED_RUN = 3
+LIMIT_TOLERANCE = 5e-5
+# (a channel that never leaves a limit is flat, not clipped, where the limits are so close together (uV))
+CLOSE_LIMITS_UV = 10.0
+# ... or where the channel stays exactly at its own largest or smallest value for this long (s)
+HELD_S = 0.010
+# more than this part of all samples clipped (-): ten short artefacts in a minute stay below it
+CLIPPED_SHARE = 0.01
+# below this root mean square (uV) a window is flat: half of what an amplifier with joined inputs shows
+FLAT_UV = 0.25
+# more than this part of the windows flat (-)
+FLAT_SHARE = 0.05
+# hum of more than this root mean square (uV) that is more than this part of the channel's power (-)
+HUM_UV = 10.0
+HUM_SHARE = 0.8
+# hum is what lies this close to the mains frequency and its harmonics (Hz)
+HUM_WIDTH_HZ = 2.0
+# root mean square (uV) that no muscle reaches at the skin for half of a trial
+NOISE_UV = 1500.0
+
+
+@dataclass(frozen=True)
+class EmgOptions:
+    """Choices of the processing; as they stand, those that the thesis printed.
+
+    Attributes
+    ----------
+    band_hz : tuple of float
+        Edges of the band-pass (Hz).
+    band_order : int
+        Its order, both passes together at each edge (-).
+    envelope_cutoff_hz : float
+        Cutoff of the low-pass of the rectified signal (Hz).
+    envelope_order : int
+        Its order, both passes together (-).
+    mains_hz : float or None
+        Remove this frequency and its harmonics below the band's upper edge (Hz); None removes none.
+    notch_width_hz : float
+        Width of each notch (Hz). It rings for about 1 / width before and after a burst.
+    """
+
+    band_hz: tuple[float, float] = (20.0, 300.0)
+    band_order: int = 4
+    envelope_cutoff_hz: float = 6.0
+    envelope_order: int = 4
+    mains_hz: float | None = None
+    notch_width_hz: float = 2.0
+
+
+@dataclass(frozen=True)
+class ProcessedEmg:
+    """The three stages of thesis section 3-2.
+
+    Attributes
+    ----------
+    band_passed, rectified, envelope : ndarray, shape (n,) or (n, muscles)
+        b, r and e (uV). The 6 Hz envelope is smeared over more than 60 ms to either side.
+    """
+
+    band_passed: np.ndarray
+    rectified: np.ndarray
+    envelope: np.ndarray
+
+
+def process_emg(raw: np.ndarray, rate_hz: float, options: EmgOptions) -> ProcessedEmg:
+    """Band-pass, rectify and smooth electromyograms, thesis section 3-2.
+
+    Parameters
+    ----------
+    raw : ndarray, shape (n,) or (n, muscles)
+        x (uV), without NaN.
+    rate_hz : float
+        Sampling rate (Hz).
+    options : EmgOptions
+        Choices (units in their names).
+
+    Returns
+    -------
+    ProcessedEmg
+        b, r and e (uV).
+
+    Raises
+    ------
+    InputError
+        If a filter does not fit the rate, or the signals are too short or hold a NaN.
+    """
+    x = np.asarray(raw, dtype=float)
+    if options.mains_hz is not None:
+        for frequency in _harmonics(options.mains_hz, options.band_hz[1]):
+            x = notch(x, rate_hz, frequency, options.notch_width_hz)
+    band_passed = butterworth_bandpass(x, rate_hz, options.band_hz, options.band_order)
+    rectified = np.abs(band_passed)
+    envelope = butterworth_lowpass(rectified, rate_hz, options.envelope_cutoff_hz, options.envelope_order)
+    return ProcessedEmg(band_passed, rectified, envelope)
+
+
+def channel_fault(raw: np.ndarray, limits: np.ndarray, rate_hz: float, mains_hz: float = 50.0) -> str | None:
+    """Say what makes a whole channel useless: NaN, clipping, a dead input, hum or noise.
+
+    The thresholds are the constants at the head of this module. Offset and slow drift do not
+    count, and levels are medians over windows of one second, so that bursts and artefacts do not either.
+
+    Parameters
+    ----------
+    raw : ndarray, shape (n,)
+        x (uV), as recorded.
+    limits : ndarray, shape (2,)
+        Lowest and highest value that the recorder can hold (uV).
+    rate_hz, mains_hz : float
+        Sampling rate and mains frequency (Hz).
+
+    Returns
+    -------
+    str or None
+        One sentence, without the channel's name (no unit), or None for a channel without fault.
+
+    Raises
+    ------
+    InputError
+        If the channel is shorter than one window.
+    """
+    x = np.asarray(raw, dtype=float)
+    window = round(JUDGED_WINDOW_S * rate_hz)
+    if x.size < window:
+        raise InputError(
+            f"channel to judge: expected at least {JUDGED_WINDOW_S:g} s, found {x.size / rate_hz:.3g} s: "
+            "record longer"
+        )
+    bad = np.flatnonzero(~np.isfinite(x))
+    if bad.size:
+        return (
+            f"expected a number in every sample, found none in {bad.size}, the first at "
+            f"{bad[0] / rate_hz:.3f} s: export the channel again"
+        )
+    at_limits, held = _at_limits(x, limits), _held(x, rate_hz)
+    if at_limits.mean() > CLIPPED_SHARE:
+        return (
+            f"expected at most {100 * CLIPPED_SHARE:g} % of the samples at the recorder's limits "
+            f"({limits[0]:.4g} and {limits[1]:.4g} uV), found {100 * at_limits.mean():.3g} %: the amplifier "
+            "was saturated, reconnect the electrodes or lower the gain"
+        )
+    total, hum = _levels(x, rate_hz, mains_hz, window)
+    flat = float((total < FLAT_UV).mean())
+    if flat > FLAT_SHARE:
+        return (
+            f"expected at least {FLAT_UV:g} uV of signal and noise, found less in {100 * flat:.3g} % of the "
+            "time: the channel is flat, check that its electrodes and the amplifier's input were connected"
+        )
+    if held.mean() > CLIPPED_SHARE:
+        return (
+            f"expected extremes that pass, found {100 * held.mean():.3g} % of the samples held at "
+            f"{x.min():.4g} or {x.max():.4g} uV: the amplifier was saturated, reconnect the electrodes or "
+            "lower the gain"
+        )
+    level, hum_level = float(np.median(total)), float(np.median(hum))
+    share = float(np.median((hum / total) ** 2))
+    if hum_level > HUM_UV and share > HUM_SHARE:
+        return (
+            f"expected at most {100 * HUM_SHARE:g} % of the power from the mains at {mains_hz:g} Hz, found "
+            f"{100 * share:.3g} % ({hum_level:.3g} uV): an electrode was disconnected, reconnect it"
+        )
+    if level > NOISE_UV:
+        return (
+            f"expected at most {NOISE_UV:g} uV as the median root mean square, found {level:.4g} uV, more "
+            "than a muscle makes: check the channel's unit and its electrodes"
+        )
+    return None
+
+
+def clipped_perturbations(
+    raw: np.ndarray,
+    limits: np.ndarray,
+    rate_hz: float,
+    onsets_s: np.ndarray,
+    before_s: float,
+    after_s: float,
+    start_s: float = 0.0,
+) -> np.ndarray:
+    """Tell in which perturbations a channel was clipped, if only for three samples.
+
+    Parameters
+    ----------
+    raw : ndarray, shape (n,)
+        x (uV), as recorded.
+    limits : ndarray, shape (2,)
+        Lowest and highest value that the recorder can hold (uV).
+    rate_hz : float
+        Sampling rate (Hz).
+    onsets_s : ndarray, shape (events,)
+        Instants of the perturbations (s).
+    before_s, after_s : float
+        Window around each of them (s).
+    start_s : float
+        Instant of the first sample (s).
+
+    Returns
+    -------
+    ndarray of bool, shape (events,)
+        True where samples of the window are clipped (-).
+    """
+    x = np.asarray(raw, dtype=float)
+    at = start_s + np.flatnonzero(_at_limits(x, limits) | _held(x, rate_hz)) / rate_hz
+    onsets = np.asarray(onsets_s, dtype=float)[:, None]
+    return ((at >= onsets - before_s) & (at <= onsets + after_s)).any(axis=1)
+
+
+def _at_limits(x: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """Samples at the recorder's limits, shape (n,)."""
+    low, high = limits
+    if high - low < CLOSE_LIMITS_UV:
+        return np.zeros(x.size, dtype=bool)
+    tolerance = LIMIT_TOLERANCE * (high - low)
+    run = np.ones(CLIPPED_RUN, dtype=bool)
+    at_low, at_high = x <= low + tolerance, x >= high - tolerance
+    return ndimage.binary_opening(at_low, run) | ndimage.binary_opening(at_high, run)
+
+
+def _held(x: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Samples of long runs at the channel's own extremes, shape (n,): an amplifier saturates first."""
+    run = np.ones(max(2, round(HELD_S * rate_hz)), dtype=bool)
+    return ndimage.binary_opening(x == x.max(), run) | ndimage.binary_opening(x == x.min(), run)
+
+
+def _levels(x: np.ndarray, rate_hz: float, mains_hz: float, window: int) -> tuple[np.ndarray, np.ndarray]:
+    """Root mean square of everything and of the hum in the judged band (uV), each of shape (windows,)."""
+    frequency, _, density = signal.spectrogram(
+        x, rate_hz, window="hann", nperseg=window, noverlap=0, detrend="constant"
+    )
+    power = density * (frequency[1] - frequency[0])
+    low, high = JUDGED_BAND_HZ
+    judged = (frequency >= low) & (frequency <= min(high, 0.45 * rate_hz))
+    mains = np.array(_harmonics(mains_hz, 0.5 * rate_hz))
+    near = np.abs(frequency[:, None] - mains).min(axis=1, initial=np.inf) <= HUM_WIDTH_HZ
+    return np.sqrt(power[judged].sum(axis=0)), np.sqrt(power[judged & near].sum(axis=0))
+
+
+def _harmonics(mains_hz: float, below_hz: float) -> list[float]:
+    """The mains frequency and its multiples below a frequency (Hz)."""
+    return [k * mains_hz for k in range(1, int(np.ceil(below_hz / mains_hz)))]

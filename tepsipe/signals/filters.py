@@ -1,0 +1,191 @@
+"""Bidirectional filters (thesis section 3-1: fourth-order Butterworth, forwards and backwards).
+
+The order counts both passes, and at each edge of a band by itself: a fourth-order bidirectional
+band-pass is a second-order high-pass and a second-order low-pass, each applied twice.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from tepsipe.errors import InputError
+
+
+def butterworth_lowpass(
+    x: np.ndarray, rate_hz: float, cutoff_hz: float, order: int = 4, axis: int = 0
+) -> np.ndarray:
+    """Filter with a Butterworth low-pass run forwards and backwards (no phase shift).
+
+    ``order`` counts both passes, as the thesis and most of the field do: a fourth-order
+    bidirectional filter is a second-order one applied twice, and its gain at the cutoff is 1/2.
+
+    Parameters
+    ----------
+    x : ndarray, shape (..., n, ...)
+        Signal (any unit) sampled along ``axis``.
+    rate_hz, cutoff_hz : float
+        Sampling rate and cutoff frequency (Hz).
+    order : int
+        Order of the two passes together (-), even.
+    axis : int
+        Time axis (-).
+
+    Returns
+    -------
+    ndarray, shape of ``x``
+        Filtered signal (unit of ``x``).
+
+    Raises
+    ------
+    InputError
+        If the cutoff does not lie between 0 and half the rate, the order is odd, the signal is too
+        short to be padded, or it holds a NaN.
+    """
+    if not 0.0 < cutoff_hz < 0.5 * rate_hz:
+        raise InputError(
+            f"low-pass cutoff must lie between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
+            f"found {cutoff_hz:g} Hz: change the cutoff in the configuration"
+        )
+    _refuse_odd(order)
+    sections = signal.butter(order // 2, cutoff_hz, fs=rate_hz, output="sos")
+    return _both_ways(sections, x, rate_hz, cutoff_hz, axis)
+
+
+def butterworth_bandpass(
+    x: np.ndarray, rate_hz: float, band_hz: tuple[float, float], order: int = 4, axis: int = 0
+) -> np.ndarray:
+    """Filter with a Butterworth band-pass run forwards and backwards (no phase shift).
+
+    ``order`` counts both passes at one edge. The band-pass falls off at each edge as the low-pass
+    of the same order does; its gain at both edges is 1/2.
+
+    Parameters
+    ----------
+    x : ndarray, shape (..., n, ...)
+        Signal (any unit) sampled along ``axis``.
+    rate_hz : float
+        Sampling rate (Hz).
+    band_hz : tuple of float
+        Lower and upper edge (Hz).
+    order : int
+        Order of the two passes together at each edge (-), even.
+    axis : int
+        Time axis (-).
+
+    Returns
+    -------
+    ndarray, shape of ``x``
+        Filtered signal (unit of ``x``).
+
+    Raises
+    ------
+    InputError
+        If the edges do not rise between 0 and half the rate, the order is odd, the signal is too
+        short to be padded, or it holds a NaN.
+    """
+    low, high = band_hz
+    if not 0.0 < low < high < 0.5 * rate_hz:
+        raise InputError(
+            "edges of a band-pass must rise between 0 and half the sampling rate "
+            f"({0.5 * rate_hz:g} Hz), found {low:g} Hz and {high:g} Hz: change the band in the configuration"
+        )
+    _refuse_odd(order)
+    sections = signal.butter(order // 2, (low, high), btype="bandpass", fs=rate_hz, output="sos")
+    return _both_ways(sections, x, rate_hz, low, axis)
+
+
+def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, axis: int = 0) -> np.ndarray:
+    """Remove one frequency by a second-order notch run forwards and backwards (no phase shift).
+
+    A notch rings for about 1 / width before and after whatever is not steady, so a burst leaks
+    into the time before it.
+
+    Parameters
+    ----------
+    x : ndarray, shape (..., n, ...)
+        Signal (any unit) sampled along ``axis``.
+    rate_hz, frequency_hz, width_hz : float
+        Sampling rate, frequency that is removed, and width of the notch (Hz), at whose edges the
+        gain is 1/2.
+    axis : int
+        Time axis (-).
+
+    Returns
+    -------
+    ndarray, shape of ``x``
+        Filtered signal (unit of ``x``).
+
+    Raises
+    ------
+    InputError
+        If the notch does not lie between 0 and half the rate, the signal is too short to be
+        padded, or it holds a NaN.
+    """
+    if not 0.0 < 0.5 * width_hz < frequency_hz < 0.5 * (rate_hz - width_hz):
+        raise InputError(
+            f"notch must lie between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), found "
+            f"{frequency_hz:g} Hz with a width of {width_hz:g} Hz: change it in the configuration"
+        )
+    sections = signal.tf2sos(*signal.iirnotch(frequency_hz, frequency_hz / width_hz, fs=rate_hz))
+    return _both_ways(sections, x, rate_hz, width_hz, axis)
+
+
+def _refuse_odd(order: int) -> None:
+    """Refuse an order that two equal passes cannot have."""
+    if order < 2 or order % 2:
+        raise InputError(
+            f"order of a bidirectional filter must be even (two equal passes), found {order}: "
+            "change the order in the configuration"
+        )
+
+
+def _both_ways(
+    sections: np.ndarray, x: np.ndarray, rate_hz: float, slowest_hz: float, axis: int
+) -> np.ndarray:
+    """Run a filter forwards and backwards; its memory is about one period of ``slowest_hz``."""
+    x = np.asarray(x, dtype=float)
+    if x.shape[axis] < 2:
+        raise InputError(f"signal to filter: expected samples, found {x.shape[axis]}: record longer")
+    if not np.isfinite(x).all():
+        raise InputError("signal to filter holds NaN or infinite samples: fill or cut them first")
+    # the default padding is a few samples only
+    padding = min(x.shape[axis] - 1, int(np.ceil(2.0 * rate_hz / slowest_hz)))
+    return signal.sosfiltfilt(sections, x, axis=axis, padlen=padding)
+
+
+@dataclass(frozen=True)
+class Lowpass:
+    """Butterworth low-pass that all signals of a recording pass alike.
+
+    Attributes
+    ----------
+    cutoff_hz : float
+        Cutoff frequency (Hz).
+    order : int
+        Order; of both passes together where it is bidirectional (-).
+    bidirectional : bool
+        Forwards and backwards, without phase shift, or forwards only, as it runs in real time.
+    """
+
+    cutoff_hz: float
+    order: int
+    bidirectional: bool
+
+    def __call__(self, x: np.ndarray, rate_hz: float) -> np.ndarray:
+        """Filter ``x``, shape (n,) or (n, c), sampled at ``rate_hz`` (Hz); unit of ``x``.
+
+        Raises
+        ------
+        InputError
+            If the cutoff does not lie between 0 and half the rate.
+        """
+        if self.bidirectional:
+            return butterworth_lowpass(x, rate_hz, self.cutoff_hz, self.order)
+        if not 0.0 < self.cutoff_hz < 0.5 * rate_hz:
+            raise InputError(
+                f"expected a low-pass cutoff below half the sampling rate ({0.5 * rate_hz:g} Hz), found "
+                f"{self.cutoff_hz:g} Hz: change the cutoffs in the configuration"
+            )
+        sections = signal.butter(self.order, self.cutoff_hz, fs=rate_hz, output="sos")
+        return signal.sosfilt(sections, x, axis=0)

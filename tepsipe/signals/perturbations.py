@@ -1,0 +1,180 @@
+"""Find the perturbations in the recorded belt motion, not in the command (thesis Figure 3-3)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+
+
+@dataclass(frozen=True)
+class Perturbation:
+    """Where one perturbation lies in a trial.
+
+    Attributes
+    ----------
+    start, stop : int
+        First sample in which the belt moves, and the first after it stands still again (samples).
+    peak_m_per_s : float
+        Largest belt speed in between (m/s).
+    """
+
+    start: int
+    stop: int
+    peak_m_per_s: float
+
+
+def detect_perturbations(
+    velocity: np.ndarray,
+    rate_hz: float,
+    rest_before_s: float,
+    rest_after_s: float,
+    threshold_fraction: float,
+    signal_to_noise: float,
+    merge_s: float,
+    what: str,
+) -> list[Perturbation]:
+    """Detect perturbations as runs of belt speed above a threshold.
+
+    The threshold is a fraction of the perturbations' own size, so the window holds the same part of
+    every pulse, whatever its amplitude; noise is measured while the belt is at rest.
+
+    Parameters
+    ----------
+    velocity : ndarray, shape (n,)
+        Belt velocity (m/s).
+    rate_hz : float
+        Sampling rate (Hz).
+    rest_before_s, rest_after_s : float
+        Unperturbed time at the trial's start and end (s).
+    threshold_fraction : float
+        Threshold as a part of the median peak speed (-).
+    signal_to_noise : float
+        The threshold must exceed the noise at rest this many times (-).
+    merge_s : float
+        Runs closer than this belong to one perturbation (s): between its lobes the belt reverses.
+    what : str
+        Names the trial in messages.
+
+    Returns
+    -------
+    list of Perturbation
+        In order of time (samples, m/s).
+
+    Raises
+    ------
+    InputError
+        If nothing stands out of the noise, or a perturbation lies in the time of rest.
+    """
+    at_rest = velocity[: round(rest_before_s * rate_hz)]
+    offset = float(np.median(at_rest))
+    speed = np.abs(velocity - offset)
+    # from the median: a perturbation that is wrongly taken for rest does not pass for noise
+    noise = 1.4826 * float(np.median(np.abs(at_rest - offset)))
+    runs = _runs(speed > max(signal_to_noise * noise, 0.25 * speed.max()), round(merge_s * rate_hz))
+    peak = float(np.median([speed[a:b].max() for a, b in runs])) if runs else 0.0
+    threshold = threshold_fraction * peak
+    if peak == 0.0 or threshold < signal_to_noise * noise:
+        raise InputError(
+            f"{what}: expected perturbations whose {100 * threshold_fraction:g} % exceed "
+            f"{signal_to_noise:g} times the noise at rest ({1e3 * noise:.2g} mm/s), found a peak belt "
+            f"speed of {1e3 * speed.max():.2g} mm/s: check that the belt was perturbed, and the "
+            "thresholds in the configuration"
+        )
+    found = []
+    for a, b in runs:
+        if speed[a:b].max() < 0.5 * peak:
+            continue
+        start, stop = a, b
+        margin = max(1, round(merge_s * rate_hz))
+        while start > 0 and (speed[max(0, start - margin) : start] > threshold).any():
+            start -= 1
+        while stop < speed.size and (speed[stop : stop + margin] > threshold).any():
+            stop += 1
+        found.append(Perturbation(int(start), int(stop), float(speed[start:stop].max())))
+    last_rest = velocity.size - round(rest_after_s * rate_hz)
+    for place, length_s, moved in (
+        ("first", rest_before_s, [p.start for p in found if p.start < at_rest.size]),
+        ("last", rest_after_s, [p.start for p in found if p.stop > last_rest]),
+    ):
+        if moved:
+            raise InputError(
+                f"{what}: expected the belt at rest during the {place} {length_s:g} s, found a "
+                f"perturbation at {moved[0] / rate_hz:.3f} s: correct the time of rest in the configuration"
+            )
+    return found
+
+
+def _runs(active: np.ndarray, merge: int) -> list[tuple[int, int]]:
+    """Start and stop of the runs of True, runs closer than ``merge`` samples joined."""
+    edges = np.diff(np.concatenate([[0], active.astype(int), [0]]))
+    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    runs: list[tuple[int, int]] = []
+    for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
+        if runs and start - runs[-1][1] < merge:
+            runs[-1] = (runs[-1][0], stop)
+        else:
+            runs.append((start, stop))
+    return runs
+
+
+@dataclass(frozen=True)
+class WindowOptions:
+    """Where to look for perturbations and rest.
+
+    Attributes
+    ----------
+    rest_before_s, rest_after_s : float
+        Unperturbed time at the trial's start and end (s).
+    rest_margin_s : float
+        Part of it that is left out next to perturbations and to the trial's ends (s).
+    threshold_fraction : float
+        Threshold as a part of the perturbations' peak speed (-).
+    signal_to_noise : float
+        The threshold must exceed the noise at rest this many times (-).
+    merge_s : float
+        Runs closer than this belong to one perturbation (s).
+    """
+
+    rest_before_s: float
+    rest_after_s: float
+    rest_margin_s: float
+    threshold_fraction: float
+    signal_to_noise: float
+    merge_s: float
+
+
+def rest_samples(time: np.ndarray, options: WindowOptions) -> np.ndarray:
+    """True for the samples of the first and last rest, shape (n,), from instants in s.
+
+    Raises
+    ------
+    InputError
+        If the trial holds no rest.
+    """
+    margin = options.rest_margin_s
+    first = (time >= time[0] + margin) & (time <= options.rest_before_s - margin)
+    last = (time >= time[-1] - options.rest_after_s + margin) & (time <= time[-1] - margin)
+    if not first.any() or not last.any():
+        raise InputError(
+            f"expected {options.rest_before_s:g} s of rest at the trial's start and "
+            f"{options.rest_after_s:g} s at its end, found a trial of {time[-1] - time[0]:.3g} s: "
+            "correct the times of rest in the configuration"
+        )
+    return first | last
+
+
+def find_perturbations(
+    belt_velocity: np.ndarray, rate_hz: float, options: WindowOptions, what: str
+) -> list[Perturbation]:
+    """Perturbations in the filtered belt velocity (m/s); see `detect_perturbations`, which also raises."""
+    return detect_perturbations(
+        belt_velocity,
+        rate_hz,
+        options.rest_before_s - options.rest_margin_s,
+        options.rest_after_s - options.rest_margin_s,
+        options.threshold_fraction,
+        options.signal_to_noise,
+        options.merge_s,
+        what,
+    )

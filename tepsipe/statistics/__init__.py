@@ -1,0 +1,1 @@
+"""Least squares, bootstrap and goodness of fit."""

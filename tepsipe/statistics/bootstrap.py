@@ -1,0 +1,93 @@
+"""Bootstrap of means over perturbations, and of least squares over blocks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+def bootstrap_blocks(
+    regressors: np.ndarray,
+    y: np.ndarray,
+    block: int,
+    draws: int,
+    rng: np.random.Generator,
+    penalty: np.ndarray | float = 0.0,
+) -> np.ndarray:
+    """Least-squares solutions for blocks drawn with replacement, from the blocks' normal equations.
+
+    Parameters
+    ----------
+    regressors : ndarray, shape (n, p)
+        Regressors, one column per parameter (any units).
+    y : ndarray, shape (n,)
+        Signal to explain (any unit).
+    block, draws : int
+        Length of a block (samples) and number of draws (-).
+    rng : numpy.random.Generator
+        Draws the blocks.
+    penalty : ndarray, shape (p, p), or 0
+        Added to the normal equations of all samples (unit of the regressors, squared).
+
+    Returns
+    -------
+    ndarray, shape (draws, p)
+        Solutions (units of y over units of the columns).
+    """
+    blocks = y.size // block
+    scale = np.linalg.norm(regressors, axis=0)
+    j = (regressors / scale)[: blocks * block].reshape(blocks, block, -1)
+    normal = np.einsum("bni,bnj->bij", j, j)
+    right = np.einsum("bni,bn->bi", j, y[: blocks * block].reshape(blocks, block))
+    drawn = rng.integers(0, blocks, (draws, blocks))
+    times = np.array([np.bincount(draw, minlength=blocks) for draw in drawn], dtype=float)
+    added = penalty / np.outer(scale, scale)
+    solutions = np.linalg.solve(np.tensordot(times, normal, 1) + added, (times @ right)[..., None])
+    return solutions[..., 0] / scale
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Uncertainty of a mean over perturbations.
+
+    Attributes
+    ----------
+    standard_error : ndarray, shape (p,)
+        Of each parameter's mean (unit of the parameter).
+    low, high : ndarray, shape (p,)
+        Ends of the 95 % interval (unit of the parameter).
+    """
+
+    standard_error: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+def bootstrap_mean(values: np.ndarray, draws: int, rng: np.random.Generator) -> Interval:
+    """Bootstrap over perturbations: honest where residuals within one are correlated.
+
+    Whole perturbations are drawn with replacement; deviations of the drawn means are widened by
+    sqrt(n / (n - 1)), because n perturbations underestimate their own spread by that.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, p)
+        Estimates of n perturbations (any units).
+    draws : int
+        Number of bootstrap samples (-).
+    rng : numpy.random.Generator
+        Draws the perturbations.
+
+    Returns
+    -------
+    Interval
+        Standard errors and 95 % interval (units of ``values``); infinite for a single perturbation.
+    """
+    n = values.shape[0]
+    if n < 2:
+        unknown = np.full(values.shape[1], np.inf)
+        return Interval(unknown, -unknown, unknown)
+    drawn = values[rng.integers(0, n, (draws, n))].mean(axis=1)
+    mean = values.mean(axis=0)
+    deviations = np.sqrt(n / (n - 1.0)) * (drawn - mean)
+    low, high = np.percentile(deviations, [2.5, 97.5], axis=0)
+    return Interval(deviations.std(axis=0), mean + low, mean + high)

@@ -1,0 +1,304 @@
+"""Calibrate treadmill models on some trials and judge them on others: the rows of the models' table."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.io.result import Result
+from tepsipe.treadmill.coherence_limit import coherence_limit
+from tepsipe.treadmill.loaded_frame import LoadedFrame
+from tepsipe.treadmill.recording import BeltRecording, check_recordings
+from tepsipe.treadmill.registry import FamilyOptions, FittedModel, fit_model, judge
+from tepsipe.treadmill.ripple import RippleTracker, spectrum_over_distance
+
+
+@dataclass(frozen=True)
+class ModelScore:
+    """One model, fitted on some recordings and judged on others.
+
+    Attributes
+    ----------
+    model : str
+        Name in the family.
+    train, test : str
+        The recordings that it was fitted to, and judged on.
+    cutoff_hz : float
+        Cutoff of the low-pass that all signals passed (Hz).
+    r2 : float
+        Part of the load's variance that is predicted (-).
+    rms_before, rms_after : float
+        Root mean square of the load, and of what the model leaves of it (``unit``).
+    order : int
+        Number of poles, taps, lines or conditions: the size of the model (-).
+    r2_limit : float
+        The most that a linear model of the belt's acceleration could reach on these recordings (-).
+    load, unit : str
+        The load, and its unit.
+    converged : bool
+        Whether the search for the model ended by itself; true where nothing is searched.
+    """
+
+    model: str
+    train: str
+    test: str
+    cutoff_hz: float
+    r2: float
+    rms_before: float
+    rms_after: float
+    order: int
+    r2_limit: float
+    load: str
+    unit: str
+    converged: bool = True
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """One model to fit (names, no unit).
+
+    Attributes
+    ----------
+    model : str
+        Name in the family.
+    train : str
+        Name of the group of recordings to fit it to.
+    tests : tuple of str
+        Names of the groups to judge it on.
+    """
+
+    model: str
+    train: str
+    tests: tuple[str, ...]
+
+
+def calibrate(
+    plan: list[Calibration],
+    training: dict[str, list[BeltRecording]],
+    testing: dict[str, list[BeltRecording]],
+    load: str,
+    options: FamilyOptions,
+) -> tuple[list[ModelScore], list[FittedModel]]:
+    """Fit every model of a plan and judge it.
+
+    Parameters
+    ----------
+    plan : list of Calibration
+        Which models, on what.
+    training, testing : dict of str to list of BeltRecording
+        Groups of recordings, all filtered alike. No recording should be in both.
+    load : str
+        Name of the load.
+    options : FamilyOptions
+        Choices (units in their names).
+
+    Returns
+    -------
+    scores : list of ModelScore
+        One per model and test (unit of the load).
+    models : list of FittedModel
+        One per entry of the plan.
+
+    Raises
+    ------
+    InputError
+        If recordings cannot calibrate or test a model.
+    """
+    scores, models = [], []
+    for recordings in testing.values():
+        check_recordings(recordings, options.shortest_s)
+    limits = {name: coherence_limit(group, options.spectral_segment_s) for name, group in testing.items()}
+    for entry in plan:
+        fitted = fit_model(entry.model, training[entry.train], options)
+        models.append(fitted)
+        for test in entry.tests:
+            found = judge(fitted, testing[test])
+            scores.append(
+                ModelScore(
+                    entry.model,
+                    entry.train,
+                    test,
+                    testing[test][0].lowpass.cutoff_hz,
+                    found.r2,
+                    found.rms_before,
+                    found.rms_after,
+                    fitted.model.order,
+                    limits[test],
+                    load,
+                    fitted.unit,
+                    getattr(fitted.model, "converged", True),
+                )
+            )
+    return scores, models
+
+
+def write_scores(path: str | Path, scores: Iterable[ModelScore]) -> None:
+    """Write scores as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
+    write_rows(path, ModelScore, scores)
+
+
+def read_scores(path: str | Path) -> list[ModelScore]:
+    """Read scores written by `write_scores` (units in the column ``unit``).
+
+    Raises
+    ------
+    InputError
+        If the columns are not those of `ModelScore`, or a row is damaged.
+    """
+    return read_rows(path, ModelScore, _score, "scores of models")
+
+
+def _score(cells: dict[str, str]) -> ModelScore:
+    kinds = {field.name: field.type for field in fields(ModelScore)} | {"converged": "true".__eq__}
+    return ModelScore(**{key: kinds[key](value) for key, value in cells.items()})
+
+
+# ---- which models on which trials ----------------------------------------------------------------
+
+ALL_EMPTY = "empty, all"
+BOTH = "empty+weight"
+
+
+def plate_groups(
+    recordings: list[tuple[str, str, BeltRecording]],
+) -> tuple[dict[str, list[BeltRecording]], dict[str, list[BeltRecording]]]:
+    """Group recordings of the empty belt and of the weight (units as in the recordings).
+
+    Parameters
+    ----------
+    recordings : list of (experiment, role, BeltRecording)
+        Experiment empty or weight, role calibrate or validate.
+
+    Returns
+    -------
+    training, testing : dict of str to list of BeltRecording
+        Training by experiment, both experiments together, and all trials of the empty belt, whose mean is
+        subtracted condition by condition; testing by experiment.
+    """
+    training: dict[str, list[BeltRecording]] = {}
+    testing: dict[str, list[BeltRecording]] = {}
+    for experiment, role, recording in recordings:
+        if experiment == "empty":
+            training.setdefault(ALL_EMPTY, []).append(recording)
+        if role == "calibrate":
+            training.setdefault(experiment, []).append(recording)
+            training.setdefault(BOTH, []).append(recording)
+        else:
+            testing.setdefault(experiment, []).append(recording)
+    return training, testing
+
+
+def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
+    """Which models to fit to the empty belt, to the weight, or to both, and what to judge them on.
+
+    The mean of the empty belt is subtracted from the weight's trials only, and the loaded frame needs both.
+    Every other model is fitted to either experiment and judged on each (names, no unit).
+    """
+    plan = []
+    for model in family:
+        if model == "mean-subtraction":
+            plan.append(Calibration(model, ALL_EMPTY, tuple(t for t in tests if t == "weight")))
+        elif model == "loaded-frame":
+            plan.append(Calibration(model, BOTH, tuple(tests)))
+        else:
+            plan += [Calibration(model, train, tuple(tests)) for train in ("empty", "weight")]
+    return plan
+
+
+def table_plan(family: list[str], train: str, tests: list[str]) -> list[Calibration]:
+    """Every model, fitted to all calibration trials and judged on the others (names, no unit)."""
+    return [Calibration(model, train, tuple(tests)) for model in family]
+
+
+# ---- what figures show ---------------------------------------------------------------------------
+
+
+def mean_responses(models: list[FittedModel], recordings: list[BeltRecording]) -> Result:
+    """Measured and predicted load, mean over the perturbations of each recording (unit of the load)."""
+    arrays: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+    for r in recordings:
+        shown = {"measured": r.load} | {m.name: m.predict(r) for m in models}
+        for key, x in shown.items():
+            name = f"{r.condition}/{key}"
+            arrays[name], units[name] = r.segments(x).mean(axis=0), r.unit
+    heaviest = max(r.carried_kg for r in recordings)
+    facts = {
+        "conditions": [r.condition for r in recordings],
+        "models": [m.name for m in models],
+        "rate_hz": recordings[0].rate_hz,
+        "cutoff_hz": recordings[0].lowpass.cutoff_hz,
+        "loaded_frame": next(
+            (_frame_facts(m.model, heaviest) for m in models if m.name == "loaded-frame"), None
+        ),
+    }
+    return Result(arrays, units, facts)
+
+
+def _frame_facts(frame: LoadedFrame, load_kg: float) -> dict:
+    return {
+        "empty_hz": frame.resonance_hz(0.0),
+        "loaded_hz": frame.resonance_hz(load_kg),
+        "motion": frame.motion.tolist(),
+        "lag_s": frame.lag_s,
+        "friction_speed_m_per_s": frame.friction_speed_m_per_s,
+        "mount_share": frame.mount_share,
+        "mount_time_s": frame.mount_time_s,
+    }
+
+
+def table_result(
+    models: list[FittedModel], recordings: list[BeltRecording], ingested: dict, most_samples: int = 3000
+) -> Result:
+    """Measured load and its predictions on every test recording, and the lines over distance.
+
+    Parameters
+    ----------
+    models : list of FittedModel
+        What to show, by name.
+    recordings : list of BeltRecording
+        Tests, filtered as the models ask.
+    ingested : dict
+        Recording -> what was done when it was ingested (units in the keys), to be kept.
+    most_samples : int
+        Largest number of samples shown of a recording, from its middle (samples).
+
+    Returns
+    -------
+    Result
+        Per recording time (s), measured and predicted load (unit of the load).
+    """
+    arrays: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+    for r in recordings:
+        start = max(0, (r.load.size - most_samples) // 2)
+        part = slice(start, start + most_samples)
+        shown = {"time": np.arange(r.load.size) / r.rate_hz, "belt_velocity": r.velocity, "measured": r.load}
+        shown |= {m.name: m.predict(r) for m in models}
+        for key, x in shown.items():
+            name = f"{r.name}/{key}"
+            arrays[name] = x[part]
+            units[name] = {"time": "s", "belt_velocity": "m/s"}.get(key, r.unit)
+    first = recordings[0]
+    tracker = next((m.model for m in models if isinstance(m.model, RippleTracker)), None)
+    if tracker is not None:
+        for key, predicted in (
+            ("untracked", tracker.base.predict(first)),
+            ("tracked", tracker.predict(first)),
+        ):
+            spectrum = spectrum_over_distance(first, first.load - predicted)
+            if spectrum is not None:
+                arrays["ripple/order"], units["ripple/order"] = spectrum.order_per_m, "1/m"
+                arrays[f"ripple/{key}"], units[f"ripple/{key}"] = np.sqrt(spectrum.power), first.unit
+        arrays["ripple/tracked_orders"], units["ripple/tracked_orders"] = tracker.orders_per_m, "1/m"
+    facts = {
+        "recordings": [r.name for r in recordings],
+        "models": [m.name for m in models],
+        "ingested": ingested,
+        "unit": first.unit,
+        "cutoff_hz": first.lowpass.cutoff_hz,
+        "rate_hz": first.rate_hz,
+    }
+    return Result(arrays, units, facts)

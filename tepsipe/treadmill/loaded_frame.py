@@ -1,0 +1,191 @@
+"""A physical model: the treadmill's frame carries what stands on the belt, and the belt rubs on its deck.
+
+    measured = R_M S [ true + m a + c w + (f_0 + f_1 M) w / sqrt(v_0^2 + w^2) ],      w = v + T a
+    R_M(s) = 1 / (1 + d s + (e_0 + e_1 M) s^2),     S(s) = 1 - k t s / (1 + t s)
+
+Symbols: M mass on the belt (kg); v, a velocity (m/s) and acceleration (m/s2) of the belt under the load,
+w velocity of the belt where it rubs, which runs ahead by the time T as the belt stretches.
+
+- R_M: the frame on its stiff supports is a resonator, whose frequency falls with the mass it carries: e_0 +
+  e_1 M is moved mass over stiffness.
+- S: what bridges the gap between the deck and the floor takes the share k of a quick force and lets go of it
+  within the time t. A static calibration does not see it.
+- Forces in phase with acceleration come from moving parts, m; those in phase with velocity from friction,
+  which has a viscous part c, and one that is full only above some speed v_0 and grows with the mass, f.
+
+A moment about the belt's axis of symmetry knows neither friction nor S; of the model there remains
+measured = R_M [true + m a + c v], which shows the frame most clearly. So the moment is fitted first, and the
+force with the frame that the moment showed. Unlike the other models this one needs more than one mass to be
+fitted, and it can be turned round: the true load follows from the measured one.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.fft import next_fast_len
+from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
+
+from tepsipe.errors import InputError
+from tepsipe.treadmill.recording import BeltRecording
+
+STIFF_HZ = 50.0
+
+
+@dataclass(frozen=True)
+class LoadedFrame:
+    """The model's constants.
+
+    Attributes
+    ----------
+    frame : ndarray, shape (3,)
+        d (s), e_0 (s2), e_1 (s2/kg).
+    motion : ndarray, shape (4,)
+        m (unit of the load over m/s2), c (over m/s), f_0 (unit of the load), f_1 (over kg).
+    lag_s, friction_speed_m_per_s : float
+        T (s), v_0 (m/s).
+    mount_share, mount_time_s : float
+        k (-), t (s).
+    rate_hz : float
+        Sampling rate of the calibration (Hz).
+    converged : bool
+        Whether the search for it ended by itself, and away from its bounds.
+    """
+
+    frame: np.ndarray
+    motion: np.ndarray
+    lag_s: float
+    friction_speed_m_per_s: float
+    mount_share: float
+    mount_time_s: float
+    rate_hz: float
+    converged: bool = True
+
+    @property
+    def order(self) -> int:
+        """Order of the frame's answer, 2 (-)."""
+        return 2
+
+    def resonance_hz(self, carried_kg: float) -> float:
+        """Natural frequency of the frame (Hz) with a mass on the belt (kg)."""
+        slowness = self.frame[1] + self.frame[2] * carried_kg
+        return float(1.0 / (2.0 * np.pi * np.sqrt(slowness))) if slowness > 0.0 else float("inf")
+
+    def added(self, recording: BeltRecording) -> np.ndarray:
+        """Load that the belt's motion adds before the frame answers (unit of the load), shape (n,)."""
+        return _motion(recording, self.lag_s, self.friction_speed_m_per_s) @ self.motion
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """L (unit of the load), shape (n,), from the belt's motion and the known load carried."""
+        answer = self._answer(recording.carried_kg)
+        return (
+            _filtered(recording.carried + self.added(recording), recording.rate_hz, answer)
+            - recording.carried
+        )
+
+    def compensate(self, recording: BeltRecording) -> np.ndarray:
+        """Measured load without the frame's answer and the belt's load, less what is known to be carried.
+
+        Shape (n,), unit of the load.
+        """
+        answer = self._answer(recording.carried_kg)
+        measured = recording.load + recording.carried
+        before = _filtered(measured, recording.rate_hz, lambda s: 1.0 / answer(s))
+        return before - self.added(recording) - recording.carried
+
+    def _answer(self, carried_kg: float):
+        def response(s: np.ndarray) -> np.ndarray:
+            frame = _frame_response(s, self.frame, carried_kg)
+            return frame * _mount_response(s, self.mount_share, self.mount_time_s)
+
+        return response
+
+
+def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None = None) -> LoadedFrame:
+    """Fit all recordings together. What is linear is solved for, the rest is searched.
+
+    Parameters
+    ----------
+    recordings : list of BeltRecording
+        Calibration, with at least two different masses on the belt.
+    frame : ndarray, shape (3,), optional
+        d (s), e_0 (s2), e_1 (s2/kg), as the moment showed them: friction and mounts are searched.
+        Without it the frame is searched, friction is viscous only, and there are no mounts.
+
+    Returns
+    -------
+    LoadedFrame
+        Constants that minimise the squared error of the measured load.
+
+    Raises
+    ------
+    InputError
+        If all recordings carry the same mass.
+    """
+    masses = sorted({r.carried_kg for r in recordings})
+    if len(masses) < 2:
+        raise InputError(
+            f"{recordings[0].name}: expected recordings with at least two different masses on the belt, "
+            f"found only {masses[0]:g} kg: calibrate with the empty belt and with a weight"
+        )
+    target = np.concatenate([(r.load + r.carried)[r.judged] for r in recordings])
+    stiff = 1.0 / (2.0 * np.pi * STIFF_HZ) ** 2
+
+    def model(x: np.ndarray, motion: np.ndarray) -> LoadedFrame:
+        rate = recordings[0].rate_hz
+        if frame is None:
+            shape = np.array([1e-3 * x[0], stiff * x[1], stiff * x[2] / masses[-1]])
+            return LoadedFrame(shape, motion, 0.0, 1.0, 0.0, 1.0, rate)
+        return LoadedFrame(frame, motion, 1e-3 * x[0], x[1], x[2], x[3], rate)
+
+    def solve(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        trial = model(x, np.zeros(4))
+        rows, rest = [], []
+        for r in recordings:
+            moved = _motion(r, trial.lag_s, trial.friction_speed_m_per_s)
+            inputs = np.column_stack([moved[:, : 2 if frame is None else 4], r.carried])
+            answers = _filtered(inputs, r.rate_hz, trial._answer(r.carried_kg))[r.judged]
+            rows.append(answers[:, :-1])
+            rest.append(answers[:, -1])
+        stacked, left = np.concatenate(rows), target - np.concatenate(rest)
+        scale = np.maximum(np.linalg.norm(stacked, axis=0), 1e-300)
+        solution = np.linalg.lstsq(stacked / scale, left, rcond=1e-10)[0] / scale
+        return np.concatenate([solution, np.zeros(4 - solution.size)]), left - stacked @ solution
+
+    if frame is None:  # ms, and parts of the slowness of a stiff frame
+        start, low, high = [0.5, 1.0, 0.1], [0.0, 0.0, 0.0], [np.inf, np.inf, np.inf]
+    else:  # ms, m/s, share, s
+        start, low, high = [1.0, 0.2, 0.02, 0.05], [-20.0, 0.01, -0.5, 0.005], [20.0, 5.0, 0.9, 2.0]
+    found = least_squares(
+        lambda x: solve(x)[1], start, bounds=(low, high), diff_step=1e-3, x_scale=np.maximum(start, 0.02)
+    )
+    converged = bool(found.success and not found.active_mask.any())
+    return replace(model(found.x, solve(found.x)[0]), converged=converged)
+
+
+def _motion(recording: BeltRecording, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
+    """Columns a, w, w / sqrt(v_0^2 + w^2), and the last times M."""
+    raw = recording.raw_velocity
+    raw_acceleration = CubicSpline(np.arange(raw.size) / recording.rate_hz, raw).derivative()
+    w = raw + lag_s * raw_acceleration(np.arange(raw.size) / recording.rate_hz)
+    # friction is not linear: it is computed from unfiltered motion, and filtered like the measured load
+    rubbing = recording.through_lowpass(w / np.hypot(friction_speed_m_per_s, w))
+    sliding = recording.velocity + lag_s * recording.acceleration
+    return np.column_stack([recording.acceleration, sliding, rubbing, recording.carried_kg * rubbing])
+
+
+def _frame_response(s: np.ndarray, frame: np.ndarray, carried_kg: float) -> np.ndarray:
+    return 1.0 / (1.0 + frame[0] * s + (frame[1] + frame[2] * carried_kg) * s**2)
+
+
+def _mount_response(s: np.ndarray, share: float, time_s: float) -> np.ndarray:
+    return 1.0 - share * time_s * s / (1.0 + time_s * s)
+
+
+def _filtered(x: np.ndarray, rate_hz: float, response) -> np.ndarray:
+    """``x``, shape (n,) or (n, c), through a response given over s; it begins and ends at rest."""
+    columns = x.reshape(x.shape[0], -1)
+    padded = next_fast_len(x.shape[0] + round(rate_hz), real=True)
+    s = 2j * np.pi * np.fft.rfftfreq(padded, 1.0 / rate_hz)[:, None]
+    out = np.fft.irfft(response(s) * np.fft.rfft(columns, padded, axis=0), padded, axis=0)
+    return out[: x.shape[0]].reshape(x.shape)

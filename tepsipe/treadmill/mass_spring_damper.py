@@ -1,0 +1,110 @@
+"""The simplest models: subtract what the empty belt showed, and a mass, a damper and a spring."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from tepsipe.errors import InputError, listed
+from tepsipe.treadmill.recording import BeltRecording
+
+
+@dataclass(frozen=True)
+class MeanSubtraction:
+    """Mean load of every perturbation of the empty belt, by condition (thesis section 3-1-2, eq 3-11).
+
+    Attributes
+    ----------
+    templates : dict of str to ndarray, shape (w,)
+        Condition -> mean load from the perturbation's onset on (unit of the load).
+    rate_hz : float
+        Sampling rate for which it holds (Hz).
+    """
+
+    templates: dict[str, np.ndarray]
+    rate_hz: float
+
+    @property
+    def order(self) -> int:
+        """Number of conditions that can be subtracted (-)."""
+        return len(self.templates)
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """L (unit of the load), shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the empty belt was not recorded in the recording's condition.
+        """
+        if recording.condition not in self.templates:
+            raise InputError(
+                f"{recording.name}: expected a recording of the empty belt in condition "
+                f"{recording.condition!r}, found {listed(self.templates)}: record it, or use another model"
+            )
+        template = self.templates[recording.condition]
+        predicted = np.zeros(recording.load.size)
+        for onset in recording.onsets:
+            stop = min(onset + template.size, predicted.size)
+            predicted[onset:stop] = template[: stop - onset]
+        return predicted
+
+
+def fit_mean_subtraction(recordings: list[BeltRecording]) -> MeanSubtraction:
+    """Mean load over the perturbations of every condition (unit of the load).
+
+    Raises
+    ------
+    InputError
+        If a recording has no perturbations that could be averaged.
+    """
+    by_condition: dict[str, list[np.ndarray]] = {}
+    for r in recordings:
+        if not r.onsets:
+            raise InputError(
+                f"{r.name}: expected separate perturbations to average, found a belt that is perturbed "
+                "continuously: use another model"
+            )
+        by_condition.setdefault(r.condition, []).append(r.segments(r.load))
+    templates = {condition: np.concatenate(parts).mean(axis=0) for condition, parts in by_condition.items()}
+    return MeanSubtraction(templates, recordings[0].rate_hz)
+
+
+@dataclass(frozen=True)
+class MassSpringDamper:
+    """L = m a + c (v - mean v) + k (y - trend y) + d: a simple second-order model (thesis chapter 5).
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (4,)
+        m, c, k, d (unit of the load over m/s2, m/s, m, 1).
+    rate_hz : float
+        Sampling rate of the calibration (Hz).
+    """
+
+    coefficients: np.ndarray
+    rate_hz: float
+
+    @property
+    def order(self) -> int:
+        """2 (-)."""
+        return 2
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """L (unit of the load), shape (n,)."""
+        return _motion(recording) @ self.coefficients
+
+
+def fit_mass_spring_damper(recordings: list[BeltRecording]) -> MassSpringDamper:
+    """Least squares over all judged samples (unit of the load)."""
+    rows = np.concatenate([_motion(r)[r.judged] for r in recordings])
+    load = np.concatenate([r.load[r.judged] for r in recordings])
+    scale = np.linalg.norm(rows, axis=0)
+    solution = np.linalg.lstsq(rows / scale, load, rcond=1e-10)[0] / scale
+    return MassSpringDamper(solution, recordings[0].rate_hz)
+
+
+def _motion(recording: BeltRecording) -> np.ndarray:
+    v = recording.velocity - recording.velocity.mean()
+    y = recording.through_lowpass(signal.detrend(recording.position))
+    return np.column_stack([recording.acceleration, v, y, np.ones_like(v)])

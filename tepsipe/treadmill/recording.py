@@ -1,0 +1,183 @@
+"""What the treadmill models are fitted to: one load and the motion of the belt, on one clock.
+
+Symbols: v belt velocity (m/s), a belt acceleration (m/s2), L load that the belt's motion adds (N or Nm).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.signals.filters import Lowpass
+
+
+@dataclass(frozen=True)
+class BeltRecording:
+    """One recording of an accelerating belt. All signals have passed the same filters.
+
+    Attributes
+    ----------
+    name : str
+        Names the recording in messages.
+    condition : str
+        Name of the belt's motion: recordings of one condition have the same perturbations.
+    rate_hz : float
+        Sampling rate (Hz).
+    velocity, acceleration : ndarray, shape (n,)
+        Motion of the belt, v (m/s) and a (m/s2).
+    raw_velocity : ndarray, shape (n,)
+        Velocity of the belt before the filter (m/s): what depends on it non-linearly, friction and where the
+        rollers stand, must be computed first and filtered then.
+    load : ndarray, shape (n,)
+        Measured load less that of what is carried (``unit``): what the treadmill adds.
+    carried : ndarray, shape (n,)
+        Load of what is carried, known from its own motion (``unit``); zero for an empty belt.
+    carried_kg : float
+        Mass on the belt (kg).
+    unit : str
+        Unit of the load, N or Nm.
+    judged : ndarray of bool, shape (n,)
+        Samples that are fitted and judged (-).
+    onsets : tuple of int
+        First samples of the perturbations; empty if the belt is perturbed continuously (samples).
+    lowpass : Lowpass or None
+        The filter that the signals have passed.
+    """
+
+    name: str
+    condition: str
+    rate_hz: float
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    raw_velocity: np.ndarray
+    load: np.ndarray
+    carried: np.ndarray
+    carried_kg: float
+    unit: str
+    judged: np.ndarray
+    onsets: tuple[int, ...] = ()
+    lowpass: Lowpass | None = None
+
+    @property
+    def position(self) -> np.ndarray:
+        """Distance that the belt has travelled since the recording's start (m), shape (n,), not filtered."""
+        v = self.raw_velocity
+        return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1])) / self.rate_hz])
+
+    def through_lowpass(self, x: np.ndarray) -> np.ndarray:
+        """``x``, shape (n,) or (n, c), filtered like the recording's signals (unit of ``x``)."""
+        return x if self.lowpass is None else self.lowpass(x, self.rate_hz)
+
+    def segments(self, x: np.ndarray) -> np.ndarray:
+        """Judged samples of ``x`` by perturbation, shape (perturbations, w) (unit of ``x``)."""
+        length = int(np.argmin(np.append(self.judged[self.onsets[0] :], False)))
+        length = min([length, *np.diff(self.onsets).tolist()])
+        return np.array([x[start : start + length] for start in self.onsets if start + length <= x.size])
+
+    def filtered(self, lowpass: Lowpass) -> "BeltRecording":
+        """The same recording with every signal filtered alike (units unchanged).
+
+        The raw velocity stays as it is.
+
+        Raises
+        ------
+        InputError
+            If the cutoff does not suit the rate.
+        """
+        columns = np.column_stack([self.velocity, self.acceleration, self.load, self.carried])
+        start = columns[0] * [1.0, 0.0, 0.0, 0.0]
+        velocity, acceleration, load, carried = (lowpass(columns - start, self.rate_hz) + start).T
+        return replace(
+            self,
+            velocity=velocity,
+            acceleration=acceleration,
+            load=load,
+            carried=carried,
+            lowpass=lowpass,
+        )
+
+
+def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None:
+    """Refuse recordings that cannot calibrate a model, in one sentence.
+
+    Parameters
+    ----------
+    recordings : list of BeltRecording
+        What is to be fitted or judged together.
+    shortest_s : float
+        Least time of all judged samples together (s).
+
+    Raises
+    ------
+    InputError
+        If there is none, a sample is missing, rates or units differ, a belt moves at constant velocity, a
+        load never changes, or there are too few samples.
+    """
+    if not recordings:
+        raise InputError(
+            "expected at least one recording to calibrate the treadmill, found none: give a trial the role "
+            "'calibrate' in the trial sheet"
+        )
+    first = recordings[0]
+    seconds = sum(recording.judged.sum() / recording.rate_hz for recording in recordings)
+    if seconds < shortest_s:
+        raise InputError(
+            f"{first.name}: expected at least {shortest_s:g} s to calibrate or to judge with, found "
+            f"{seconds:.3g} s: record longer"
+        )
+    for recording in recordings:
+        if abs(recording.rate_hz - first.rate_hz) > 1e-6 * first.rate_hz:
+            raise InputError(
+                f"{recording.name}: expected {first.rate_hz:g} Hz, the rate of {first.name}, found "
+                f"{recording.rate_hz:g} Hz: resample one of the two recordings"
+            )
+        if recording.unit != first.unit:
+            raise InputError(
+                f"{recording.name}: expected the load in {first.unit}, as in {first.name}, found "
+                f"{recording.unit}: correct the unit"
+            )
+        judged = recording.judged
+        for what in ("velocity", "acceleration", "load", "carried"):
+            if not np.isfinite(getattr(recording, what)).all():
+                raise InputError(
+                    f"{recording.name}: expected numbers for {what}, found NaN or infinite samples: fill or "
+                    "cut them first"
+                )
+        for what, x, unit in (
+            ("a belt that is accelerated", recording.velocity, "m/s"),
+            ("a load that changes", recording.load, recording.unit),
+        ):
+            if np.ptp(x[judged]) <= 1e-9 * max(1.0, np.abs(x[judged]).max()):
+                raise InputError(
+                    f"{recording.name}: expected {what}, found the constant value "
+                    f"{x[judged][0]:.4g} {unit}: check the column, or that the belt was perturbed"
+                )
+
+
+@dataclass(frozen=True)
+class Score:
+    """How well a model predicts what the treadmill adds to the load.
+
+    Attributes
+    ----------
+    r2 : float
+        1 - sum (L - L_model)^2 / sum (L - mean L)^2 (-), as Hnat & van den Bogert (2014) compute it.
+    rms_before, rms_after : float
+        Root mean square of L, and of L - L_model (unit of the load).
+    """
+
+    r2: float
+    rms_before: float
+    rms_after: float
+
+
+def score(recordings: list[BeltRecording], predictions: list[np.ndarray]) -> Score:
+    """Judge predictions (unit of the load), each of shape (n,), over all judged samples."""
+    load = np.concatenate([r.load[r.judged] for r in recordings])
+    left = load - np.concatenate([p[r.judged] for r, p in zip(recordings, predictions, strict=True)])
+    total = float(np.sum((load - load.mean()) ** 2))
+    return Score(
+        1.0 - float(left @ left) / total,
+        float(np.sqrt(np.mean(load**2))),
+        float(np.sqrt(np.mean(left**2))),
+    )

@@ -1,0 +1,300 @@
+"""The family of treadmill models: fit them, judge them, keep them, and apply them."""
+
+import json
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.impulse_response import ImpulseResponse, fit_finite_response, fit_spectral
+from tepsipe.treadmill.loaded_frame import LoadedFrame, fit_loaded_frame
+from tepsipe.treadmill.mass_spring_damper import (
+    MassSpringDamper,
+    MeanSubtraction,
+    fit_mass_spring_damper,
+    fit_mean_subtraction,
+)
+from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
+from tepsipe.treadmill.ripple import RippleOptions, RippleTracker, fit_ripple_tracker
+from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_output_error, fit_published
+
+MODEL_MEANINGS = {
+    "mean-subtraction": "mean over the perturbations of the empty belt, subtracted condition by condition",
+    "mass-spring-damper": "mass, damper and spring on the belt's motion",
+    "published": "discrete second-order model, as published",
+    "output-error": "discrete model of chosen order, output error",
+    "fir-causal": "finite impulse response, past acceleration only",
+    "fir": "finite impulse response with a short look ahead",
+    "spectral": "spectral estimate H1, non-causal",
+    "loaded-frame": "frame, friction and mounts, which depend on the load",
+    "ripple-tracking": "fir, and the ripple of the rollers tracked",
+}
+FORMAT = "tepsipe treadmill models 1"
+FAMILY = tuple(MODEL_MEANINGS)
+KINDS = (
+    MeanSubtraction,
+    MassSpringDamper,
+    DiscreteTransfer,
+    ImpulseResponse,
+    LoadedFrame,
+    RippleTracker,
+)
+
+
+@dataclass(frozen=True)
+class FamilyOptions:
+    """How the models are fitted.
+
+    Attributes
+    ----------
+    published_evaluations : int
+        Evaluations after which the published search ends (-).
+    output_error_order : int
+        Order of the output-error model (-).
+    fir_lead_s, fir_lag_s : float
+        Reach of the finite impulse responses into future and past (s); fir-causal has no lead.
+    spectral_segment_s : float
+        Length of the segments of spectral estimates (s).
+    ripple : RippleOptions
+        How ripple is found and tracked, on top of the model "fir".
+    shortest_s : float
+        Least time to calibrate with (s).
+    frame : ndarray, shape (3,), optional
+        The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), where another load has shown it.
+    """
+
+    published_evaluations: int
+    output_error_order: int
+    fir_lead_s: float
+    fir_lag_s: float
+    spectral_segment_s: float
+    ripple: RippleOptions
+    shortest_s: float
+    frame: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """A treadmill model with what is needed to apply it.
+
+    Attributes
+    ----------
+    name : str
+        Name in the family.
+    model : one of KINDS
+        Its constants.
+    unit : str
+        Unit of the load that it predicts, N or Nm.
+    lowpass : Lowpass or None
+        Filter that the calibration's signals had passed; apply it to what is to be predicted.
+    trained_on : tuple of str
+        Names of the calibration recordings.
+    """
+
+    name: str
+    model: object
+    unit: str
+    lowpass: Lowpass | None
+    trained_on: tuple[str, ...]
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """Load that the treadmill adds (unit of the load), shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the recording's rate or unit is not the calibration's.
+        """
+        self._check(recording)
+        return self.model.predict(recording)
+
+    def compensate(self, recording: BeltRecording) -> np.ndarray:
+        """The measured load without what the treadmill adds (unit of the load), shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the recording's rate or unit is not the calibration's.
+        """
+        self._check(recording)
+        if isinstance(self.model, LoadedFrame):
+            return self.model.compensate(recording)
+        return recording.load - self.model.predict(recording)
+
+    def _check(self, recording: BeltRecording) -> None:
+        rate = self.model.rate_hz
+        if abs(recording.rate_hz - rate) > 1e-6 * rate:
+            raise InputError(
+                f"{recording.name}: expected {rate:g} Hz, the rate at which the model {self.name!r} was "
+                f"calibrated, found {recording.rate_hz:g} Hz: resample the recording"
+            )
+        if recording.unit != self.unit:
+            raise InputError(
+                f"{recording.name}: expected a load in {self.unit}, as the model {self.name!r} was "
+                f"calibrated with, found {recording.unit}: use the model of this load"
+            )
+        if recording.lowpass != self.lowpass:
+            raise InputError(
+                f"{recording.name}: expected signals filtered as in the calibration of {self.name!r} "
+                f"({self.lowpass}), found {recording.lowpass}: filter them alike"
+            )
+
+
+def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions) -> FittedModel:
+    """Fit one model of the family.
+
+    Parameters
+    ----------
+    name : str
+        One of FAMILY.
+    recordings : list of BeltRecording
+        Calibration.
+    options : FamilyOptions
+        Choices (units in their names).
+
+    Returns
+    -------
+    FittedModel
+        Ready to apply and to keep.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown or the recordings cannot calibrate the model.
+    """
+    check_recordings(recordings, options.shortest_s)
+    fits = {
+        "mean-subtraction": lambda: fit_mean_subtraction(recordings),
+        "mass-spring-damper": lambda: fit_mass_spring_damper(recordings),
+        "published": lambda: fit_published(recordings, options.published_evaluations),
+        "output-error": lambda: fit_output_error(recordings, options.output_error_order),
+        "fir-causal": lambda: fit_finite_response(recordings, 0.0, options.fir_lag_s),
+        "fir": lambda: fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
+        "spectral": lambda: fit_spectral(recordings, options.spectral_segment_s),
+        "loaded-frame": lambda: fit_loaded_frame(recordings, options.frame),
+        "ripple-tracking": lambda: fit_ripple_tracker(
+            recordings,
+            fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
+            options.ripple,
+        ),
+    }
+    if name not in fits:
+        raise InputError(f"expected a treadmill model of {', '.join(FAMILY)}, found {name!r}: correct it")
+    first = recordings[0]
+    return FittedModel(name, fits[name](), first.unit, first.lowpass, tuple(r.name for r in recordings))
+
+
+def judge(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:
+    """Predict recordings that the model has not seen, and judge the prediction (unit of the load).
+
+    Raises
+    ------
+    InputError
+        If rates or units differ, or the load evidently has another sign or unit than the calibration's.
+    """
+    predictions = [fitted.predict(r) for r in recordings]
+    base = getattr(fitted.model, "base", None)  # tracked ripple follows any load
+    for r, predicted in zip(recordings, predictions, strict=True):
+        refuse_other_scale(r, predicted if base is None else base.predict(r), fitted)
+    return score(recordings, predictions)
+
+
+def refuse_other_scale(recording: BeltRecording, predicted: np.ndarray, fitted: FittedModel) -> None:
+    """Compare the sizes of measured and predicted load (unit of the load), shape (n,).
+
+    Raises
+    ------
+    InputError
+        If the measured load follows the prediction with the opposite sign, or is 20 times larger or smaller.
+    """
+    load, model = (x[recording.judged] - x[recording.judged].mean() for x in (recording.load, predicted))
+    power = float(np.sqrt((load @ load) * (model @ model)))
+    if power == 0.0:
+        return
+    correlation = float(load @ model) / power
+    gain = float(np.linalg.norm(load) / np.linalg.norm(model))
+    trained = ", ".join(fitted.trained_on[:3])
+    if correlation < -0.5:
+        raise InputError(
+            f"{recording.name}: expected the load to follow the belt as in {trained}, found it with the "
+            f"opposite sign (correlation {correlation:.2f}): turn the sign of one of the load columns"
+        )
+    if abs(correlation) > 0.5 and not 0.05 < gain < 20.0:
+        raise InputError(
+            f"{recording.name}: expected a load of the size that {trained} predict, found one "
+            f"{gain:.3g} times as large: its column is probably not in {recording.unit}"
+        )
+
+
+# ---- keeping models ------------------------------------------------------------------------------
+
+
+def save_models(path: str | Path, models: list[FittedModel]) -> None:
+    """Write models as JSON; numbers keep every digit (units as in the models' classes)."""
+    content = {"format": FORMAT, "models": [_plain(m) for m in models]}
+    Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+def load_models(path: str | Path) -> dict[str, FittedModel]:
+    """Name -> model, from a file written by `save_models` (units as in the models' classes).
+
+    Raises
+    ------
+    InputError
+        If the file is missing or is not such a file.
+    """
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        if content["format"] != FORMAT:
+            raise ValueError(f"its format is {content['format']!r}")
+        models = [_revived(entry) for entry in content["models"]]
+        if not all(isinstance(model, FittedModel) for model in models):
+            raise ValueError("it holds something else than models")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"{path}: expected a file of treadmill models, found one that cannot be read ({error}): fit the "
+            "models again"
+        ) from error
+    return {m.name: m for m in models}
+
+
+def _plain(x):
+    """Dataclasses, arrays and tuples as what JSON holds; the class's name goes along."""
+    if type(x) in (*KINDS, FittedModel, Lowpass):
+        return {"kind": type(x).__name__} | {f.name: _plain(getattr(x, f.name)) for f in fields(x)}
+    if isinstance(x, np.ndarray):
+        return {"kind": "array", "values": x.tolist()}
+    if isinstance(x, tuple):
+        return list(x)
+    if isinstance(x, dict):
+        return {"kind": "dict", "values": {key: _plain(value) for key, value in x.items()}}
+    return x
+
+
+def _revived(x):
+    if isinstance(x, list):
+        return tuple(x)
+    if not isinstance(x, dict):
+        return x
+    kind = x["kind"]
+    if kind == "array":
+        return np.array(x["values"], dtype=float)
+    if kind == "dict":
+        return {key: _revived(value) for key, value in x["values"].items()}
+    known = {c.__name__: c for c in (*KINDS, FittedModel, Lowpass)}
+    return known[kind](**{key: _revived(value) for key, value in x.items() if key != "kind"})
+
+
+def pick(models: dict[str, FittedModel], name: str) -> FittedModel:
+    """One model by its name (no unit).
+
+    Raises
+    ------
+    InputError
+        If there is none of this name.
+    """
+    if name not in models:
+        raise InputError(f"expected a treadmill model named {name!r}, found {listed(models)}: fit it first")
+    return models[name]

@@ -1,0 +1,201 @@
+"""Ripple at the orders of the rollers: lines that stand still over travelled distance, not over time.
+
+    L(k) = L_model(k) + sum_i [ p_i cos(2 pi n_i x(k)) + q_i sin(2 pi n_i x(k)) ]
+
+Symbols: x distance travelled by the belt (m), n_i order (cycles per metre), p_i, q_i amplitudes. Orders
+are found on the calibration trials, as narrow lines in the spectrum of what a model leaves, taken
+over distance. Amplitude and phase are tracked on the trial itself, from past samples only: a ridge
+regression that forgets with the memory T, and whose ridge is the amplitude met in the calibration.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from tepsipe.treadmill.recording import BeltRecording
+
+BLOCK_S = 0.1
+MEDIAN_LINES = 101
+SHORTEST_M = 10.0
+
+
+@dataclass(frozen=True)
+class RippleOptions:
+    """How ripple is found and tracked.
+
+    Attributes
+    ----------
+    most_orders : int
+        Largest number of orders (-).
+    line_to_floor : float
+        Height of a line over the spectrum around it, as power (-).
+    memory_s : float
+        T (s). Short memories follow faster, but also take signals near the ripple for ripple.
+    """
+
+    most_orders: int
+    line_to_floor: float
+    memory_s: float
+
+
+@dataclass(frozen=True)
+class RippleTracker:
+    """A model and the ripple that is tracked on top of it.
+
+    Attributes
+    ----------
+    base : model
+        Model of the load due to acceleration.
+    orders_per_m : ndarray, shape (m,)
+        n_i (1/m).
+    amplitudes : ndarray, shape (m,)
+        Amplitudes met in the calibration (unit of the load).
+    noise : float
+        Standard deviation of what is left there (unit of the load).
+    memory_s : float
+        T (s).
+    rate_hz : float
+        Sampling rate for which it holds (Hz).
+    """
+
+    base: object
+    orders_per_m: np.ndarray
+    amplitudes: np.ndarray
+    noise: float
+    memory_s: float
+    rate_hz: float
+
+    @property
+    def order(self) -> int:
+        """Number of tracked orders (-)."""
+        return self.orders_per_m.size
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """L (unit of the load), shape (n,); its ripple comes from the measured load before each block."""
+        predicted = self.base.predict(recording)
+        if not self.order:
+            return predicted
+        return predicted + self._track(recording, recording.load - predicted)
+
+    def _track(self, recording: BeltRecording, left: np.ndarray) -> np.ndarray:
+        phi = _waves(recording, self.orders_per_m)
+        block = max(1, round(BLOCK_S * self.rate_hz))
+        blocks = -(-left.size // block)
+        pad = blocks * block - left.size
+        phi = np.pad(phi, ((0, pad), (0, 0))).reshape(blocks, block, -1)
+        y = np.pad(left, (0, pad)).reshape(blocks, block)
+        forget = np.exp(-block / (self.memory_s * self.rate_hz))
+        normal = np.einsum("kbi,kbj->kij", phi, phi)
+        right = np.einsum("kbi,kb->ki", phi, y)
+        ridge = np.diag(self.noise**2 / np.repeat(self.amplitudes**2, 2))
+        known_normal, known_right = np.zeros_like(normal), np.zeros_like(right)
+        for k in range(1, blocks):
+            known_normal[k] = forget * (known_normal[k - 1] + normal[k - 1])
+            known_right[k] = forget * (known_right[k - 1] + right[k - 1])
+        amplitudes = np.linalg.solve(known_normal + ridge, known_right[..., None])
+        return (phi @ amplitudes).reshape(-1)[: left.size]
+
+
+def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOptions) -> RippleTracker:
+    """Find the orders that a model leaves.
+
+    Parameters
+    ----------
+    recordings : list of BeltRecording
+        Calibration.
+    base : model
+        Fitted model of the load due to acceleration.
+    options : RippleOptions
+        What counts as a line (-) and how long it is remembered (s).
+
+    Returns
+    -------
+    RippleTracker
+        Strongest lines first; without orders where none stands out or the belt does not travel.
+    """
+    rate = recordings[0].rate_hz
+    leftover = [r.load - base.predict(r) for r in recordings]
+    lines: list[tuple[float, float]] = []
+    for r, left in zip(recordings, leftover, strict=True):
+        lines += _lines(r, left, options.line_to_floor)
+    orders: list[float] = []
+    for _, order in sorted(lines, reverse=True):
+        if all(abs(order - other) > 0.03 for other in orders) and len(orders) < options.most_orders:
+            orders.append(order)
+    found = np.array(orders)
+    noise = float(np.sqrt(np.mean(_judged(recordings, leftover) ** 2)))
+    # phases differ between recordings: amplitudes are averaged, not waves
+    amplitudes = [
+        np.linalg.lstsq(_waves(r, found)[r.judged], left[r.judged], rcond=1e-9)[0].reshape(-1, 2)
+        for r, left in zip(recordings, leftover, strict=True)
+    ]
+    typical = np.mean([np.hypot(*parts.T) for parts in amplitudes], axis=0)
+    return RippleTracker(base, found, typical, noise, options.memory_s, rate)
+
+
+def _judged(recordings: list[BeltRecording], signals: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate([x[r.judged] for r, x in zip(recordings, signals, strict=True)])
+
+
+def _waves(recording: BeltRecording, orders_per_m: np.ndarray) -> np.ndarray:
+    """Waves cos and sin of every order over travelled distance, filtered like the load, shape (n, 2 m)."""
+    phase = 2.0 * np.pi * np.outer(recording.position, orders_per_m)
+    waves = np.stack([np.cos(phase), np.sin(phase)], axis=2).reshape(phase.shape[0], -1)
+    return recording.through_lowpass(waves)
+
+
+@dataclass(frozen=True)
+class DistanceSpectrum:
+    """Spectrum of a load over travelled distance.
+
+    Attributes
+    ----------
+    order_per_m : ndarray, shape (k,)
+        Cycles per metre (1/m).
+    power : ndarray, shape (k,)
+        Squared amplitude of a sine of that order (unit of the load, squared).
+    floor : ndarray, shape (k,)
+        Running median of the power.
+    """
+
+    order_per_m: np.ndarray
+    power: np.ndarray
+    floor: np.ndarray
+
+
+def spectrum_over_distance(recording: BeltRecording, load: np.ndarray) -> DistanceSpectrum | None:
+    """Spectrum of ``load`` (unit of the load), shape (n,), over distance; None if the belt hardly travels."""
+    inside = np.flatnonzero(recording.judged)
+    part = slice(inside[0], inside[-1] + 1)
+    x, y = recording.position[part], load[part]
+    travelled = np.maximum.accumulate(x)
+    forwards = np.concatenate([[True], np.diff(travelled) > 0.0])
+    samples = int(forwards.sum())
+    if travelled[-1] - travelled[0] < SHORTEST_M or samples < 4 * MEDIAN_LINES:
+        return None
+    step = (travelled[-1] - travelled[0]) / samples
+    grid = travelled[0] + step * np.arange(samples)
+    over_distance = np.interp(grid, travelled[forwards], y[forwards])
+    tapered = (over_distance - over_distance.mean()) * np.hanning(samples)
+    power = (4.0 / samples * np.abs(np.fft.rfft(tapered))) ** 2
+    return DistanceSpectrum(
+        np.fft.rfftfreq(samples, step), power, median_filter(power, MEDIAN_LINES, mode="reflect")
+    )
+
+
+def _lines(recording: BeltRecording, left: np.ndarray, line_to_floor: float) -> list[tuple[float, float]]:
+    """(power, order in 1/m) of the narrow lines in the spectrum of ``left`` over distance."""
+    spectrum = spectrum_over_distance(recording, left)
+    if spectrum is None:
+        return []
+    power = spectrum.power
+    peak = np.concatenate([[False], (power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:]), [False]])
+    wanted = np.flatnonzero(peak & (power > line_to_floor * spectrum.floor))
+    return [(float(power[k]), _between(spectrum.order_per_m, power, k)) for k in wanted]
+
+
+def _between(order: np.ndarray, power: np.ndarray, k: int) -> float:
+    """Order of a line between two frequencies of the spectrum: parabola through its logarithm."""
+    left, middle, right = np.log(power[k - 1 : k + 2])
+    return float(order[k] + 0.5 * (left - right) / (left - 2.0 * middle + right) * (order[1] - order[0]))

@@ -1,0 +1,175 @@
+"""Discrete transfer functions from belt acceleration to load, fitted to their output error.
+
+    L(k) + f_1 L(k-1) + ... + f_n L(k-n) = b_0 a(k) + b_1 a(k-1) + ... + b_n a(k-n)
+
+The published model of a treadmill's pitch moment is of this kind with n = 2 (Hnat & van den Bogert
+2014, J. Biomech. 47, 3758-3761).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+from scipy.optimize import least_squares
+
+from tepsipe.errors import InputError
+from tepsipe.treadmill.recording import BeltRecording
+
+PUBLISHED_START = 0.001
+PUBLISHED_BOUND = 10.0
+
+
+@dataclass(frozen=True)
+class DiscreteTransfer:
+    """Transfer function from a (m/s2) to L.
+
+    Attributes
+    ----------
+    numerator : ndarray, shape (n + 1,)
+        b_0 ... b_n (unit of the load over m/s2).
+    denominator : ndarray, shape (n + 1,)
+        1, f_1 ... f_n (-).
+    rate_hz : float
+        Sampling rate for which it holds (Hz).
+    converged : bool
+        Whether the search for it ended by itself.
+    """
+
+    numerator: np.ndarray
+    denominator: np.ndarray
+    rate_hz: float
+    converged: bool = True
+
+    @property
+    def order(self) -> int:
+        """Number of poles, n (-)."""
+        return self.denominator.size - 1
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """L (unit of the load), shape (n,)."""
+        return signal.lfilter(self.numerator, self.denominator, recording.acceleration)
+
+
+def fit_published(recordings: list[BeltRecording], most_evaluations: int) -> DiscreteTransfer:
+    """The published procedure: five coefficients from 0.001, bounded by +-10, output error minimised.
+
+    Parameters
+    ----------
+    recordings : list of BeltRecording
+        Calibration.
+    most_evaluations : int
+        Evaluations of the model after which the search ends (-).
+
+    Returns
+    -------
+    DiscreteTransfer
+        Of order 2.
+    """
+
+    def coefficients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return x[2:], np.concatenate([[1.0], x[:2]])
+
+    def error(x: np.ndarray) -> np.ndarray:
+        b, f = coefficients(x)
+        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.judged] for r in recordings]
+        return np.clip(np.nan_to_num(np.concatenate(left), nan=1e6), -1e6, 1e6)
+
+    found = least_squares(
+        error,
+        np.full(5, PUBLISHED_START),
+        bounds=(-PUBLISHED_BOUND, PUBLISHED_BOUND),
+        max_nfev=most_evaluations,
+    )
+    return DiscreteTransfer(*coefficients(found.x), recordings[0].rate_hz, bool(found.success))
+
+
+def fit_output_error(
+    recordings: list[BeltRecording], order: int, most_evaluations: int = 60
+) -> DiscreteTransfer:
+    """Output-error model of any order, by Gauss-Newton from the Steiglitz-McBride solution.
+
+    Parameters
+    ----------
+    recordings : list of BeltRecording
+        Calibration.
+    order : int
+        n (-).
+    most_evaluations : int
+        Evaluations of the model after which the search ends (-).
+
+    Returns
+    -------
+    DiscreteTransfer
+        Stable.
+
+    Raises
+    ------
+    InputError
+        If no stable model of this order is found.
+    """
+    start = _steiglitz_mcbride(recordings, order)
+    scale = np.maximum(np.abs(start), 1e-3 * np.abs(start).max())
+
+    def split(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return x[: order + 1], np.concatenate([[1.0], x[order + 1 :]])
+
+    def error(z: np.ndarray) -> np.ndarray:
+        b, f = split(z * scale)
+        if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
+            return np.concatenate([np.full(int(r.judged.sum()), 1e6) for r in recordings])
+        return np.concatenate([(signal.lfilter(b, f, r.acceleration) - r.load)[r.judged] for r in recordings])
+
+    def jacobian(z: np.ndarray) -> np.ndarray:
+        b, f = split(z * scale)
+        blocks = []
+        for r in recordings:
+            by_input = signal.lfilter([1.0], f, r.acceleration)
+            by_output = -signal.lfilter([1.0], f, signal.lfilter(b, f, r.acceleration))
+            columns = [_delayed(by_input, k) for k in range(order + 1)]
+            columns += [_delayed(by_output, k) for k in range(1, order + 1)]
+            blocks.append(np.column_stack(columns)[r.judged])
+        return np.concatenate(blocks) * scale
+
+    found = least_squares(error, start / scale, jac=jacobian, ftol=1e-6, max_nfev=most_evaluations)
+    b, f = split(found.x * scale)
+    if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
+        raise InputError(
+            f"{recordings[0].name}: expected a stable output-error model of order {order}, found none: "
+            "choose a lower order in the configuration"
+        )
+    return DiscreteTransfer(b, f, recordings[0].rate_hz, bool(found.success))
+
+
+def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int = 8) -> np.ndarray:
+    """b_0 ... b_n, f_1 ... f_n: least squares on signals filtered by the last denominator, repeated."""
+    f = np.concatenate([[1.0], np.zeros(order)])
+    best = None
+    for _ in range(rounds):
+        rows, right = [], []
+        for r in recordings:
+            a, load = (signal.lfilter([1.0], f, x) for x in (r.acceleration, r.load))
+            columns = [_delayed(a, k) for k in range(order + 1)]
+            columns += [-_delayed(load, k) for k in range(1, order + 1)]
+            rows.append(np.column_stack(columns)[r.judged])
+            right.append(load[r.judged])
+        x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-10)[0]
+        f = _stabilised(np.concatenate([[1.0], x[order + 1 :]]))
+        b = x[: order + 1]
+        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.judged] for r in recordings]
+        cost = sum(float(e @ e) for e in left)
+        if best is None or cost < best[0]:
+            best = (cost, np.concatenate([b, f[1:]]))
+    return best[1]
+
+
+def _stabilised(f: np.ndarray) -> np.ndarray:
+    """Denominator with its poles moved inside the unit circle."""
+    poles = np.roots(f)
+    size = np.abs(poles)
+    poles = np.where(size > 1.0, poles / np.maximum(size, 1.0) ** 2, poles)
+    return np.real(np.poly(np.where(np.abs(poles) > 0.995, 0.995 * poles / np.abs(poles), poles)))
+
+
+def _delayed(x: np.ndarray, samples: int) -> np.ndarray:
+    """``x`` later by some samples, zeros before its start."""
+    return x if samples == 0 else np.concatenate([np.zeros(samples), x[:-samples]])
