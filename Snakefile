@@ -33,11 +33,11 @@ include: "workflow/rules/simulation.smk"
 # sections 3-1-3 and 4-1-3: sensitivity to measurement noise
 include: "workflow/rules/noise.smk"
 # sections 2-2, 3-2 and 4-2: a person standing on the treadmill
-include: "workflow/rules/pilot.smk"
+include: "workflow/rules/standing.smk"
 # a treadmill of your own
-include: "workflow/rules/treadmill.smk"
+include: "workflow/rules/belt.smk"
 # a human joint in a position-controlled manipulator
-include: "workflow/rules/ankle.smk"
+include: "workflow/rules/position_manipulator.smk"
 # tables across experiments, and where truth meets estimate
 include: "workflow/rules/tables.smk"
 # the PDF and the HTML report

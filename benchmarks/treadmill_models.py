@@ -28,12 +28,12 @@ from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.recording import BeltRecording
-from tepsipe.treadmill.registry import FamilyOptions, fit_model, judge
+from tepsipe.treadmill.registry import FamilyOptions, evaluate, fit_model
 from tepsipe.treadmill.ripple import RippleOptions
 from tepsipe.treadmill.trial_recordings import table_recording
 
 COLUMNS = {"time": "Timestamp (s)", "load": "Pitch Moment (Nm)", "velocity": "Belt Velocity (m/s)"}
-REFERENCE = "published"
+REFERENCE = "hnat2014"
 MODELS = (REFERENCE, "fir", "ripple-tracking")
 CUTOFFS_HZ = (6, 20)
 REPETITIONS = 9
@@ -75,7 +75,7 @@ def source(arguments: list[str], settings: dict) -> BeltRecording:
 def main() -> None:
     """Print times (ms) and their ratios to the published model's."""
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    settings = config["treadmill"]
+    settings = config["belt"]
     models = {key: value for key, value in settings["models"].items() if key != "family"}
     options = FamilyOptions(**models | {"ripple": RippleOptions(**models["ripple"])})
     recording = source(sys.argv[1:], settings)
@@ -83,7 +83,7 @@ def main() -> None:
     print(f"{'cutoff (Hz)':>11}  {'model':<16}{'fit (ms)':>9}{'times ' + REFERENCE:>17}{'R2 (-)':>9}")
     for cutoff in CUTOFFS_HZ:
         analysis = settings["analysis"]
-        lowpass = Lowpass(cutoff, analysis["lowpass_order"], analysis["bidirectional"])
+        lowpass = Lowpass(cutoff, analysis["lowpass_order"], analysis["zero_lag"])
         filtered = [recording.filtered(lowpass)]
         times: dict[str, list[float]] = {name: [] for name in MODELS}
         fitted = {name: fit_model(name, filtered, options) for name in MODELS}  # the first is not timed
@@ -95,7 +95,7 @@ def main() -> None:
         reference = np.array(times[REFERENCE])
         for name in MODELS:
             ratio = float(np.median(np.array(times[name]) / reference))
-            r2 = judge(fitted[name], filtered).r2
+            r2 = evaluate(fitted[name], filtered).r2
             print(f"{cutoff:>11}  {name:<16}{1e3 * np.median(times[name]):>9.1f}{ratio:>17.2f}{r2:>9.3f}")
 
 

@@ -12,7 +12,7 @@ from tepsipe.treadmill.ripple import RippleOptions
 RATE_HZ = 100.0
 RIPPLE = RippleOptions(most_orders=12, line_to_floor=30.0, memory_s=20.0)
 OPTIONS = FamilyOptions(
-    published_evaluations=200,
+    hnat2014_evaluations=200,
     output_error_order=2,
     fir_lead_s=0.05,
     fir_lag_s=0.2,
@@ -23,7 +23,7 @@ OPTIONS = FamilyOptions(
 
 
 def belt_recording(velocity, acceleration, load, rate_hz=RATE_HZ, **changes):
-    """A recording that is judged everywhere, of an empty belt (m/s, m/s2, Nm)."""
+    """A recording that is evaluated everywhere, of an empty belt (m/s, m/s2, Nm)."""
     base = BeltRecording(
         name="trial 1",
         condition="random",
@@ -35,7 +35,7 @@ def belt_recording(velocity, acceleration, load, rate_hz=RATE_HZ, **changes):
         carried=np.zeros(load.size),
         carried_kg=0.0,
         unit="Nm",
-        judged=np.ones(load.size, dtype=bool),
+        evaluated=np.ones(load.size, dtype=bool),
     )
     return replace(base, **changes)
 
@@ -63,12 +63,12 @@ def swaying_belt(load, rng, seconds=60.0, **changes):
     return belt_recording(v, a, load(x, v, a), **changes)
 
 
-def pulsed_judged(samples, onsets, length):
+def pulsed_evaluated(samples, onsets, length):
     """True for ``length`` samples from every onset on."""
-    judged = np.zeros(samples, dtype=bool)
+    evaluated = np.zeros(samples, dtype=bool)
     for onset in onsets:
-        judged[onset : onset + length] = True
-    return judged
+        evaluated[onset : onset + length] = True
+    return evaluated
 
 
 def framed(force, rate_hz, damping_s, slowness_s2, share=0.0, mount_s=1.0):

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.segment_kinematics import LegMotion
+from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.spectra import SpectralEstimate
 
 # thesis Table 2-2
@@ -37,7 +37,7 @@ class Swing:
     belt_position: np.ndarray
     belt_velocity: np.ndarray
     belt_acceleration: np.ndarray
-    motion: LegMotion
+    motion: SegmentMotion
     torque: np.ndarray
 
 
@@ -85,14 +85,14 @@ def swing(joint, onsets_s=(2.0, 4.0, 6.0), peak_m_per_s=0.3, duration_s=10.0, le
     th, w = solution.y
     w_rate = angular_acceleration(time, th, w)
     position, velocity, acceleration = belt_pulses(time, onsets_s, peak_m_per_s)
-    motion = LegMotion(
+    motion = SegmentMotion(
         time=time,
         theta=th,
         theta_d=w,
         theta_dd=w_rate,
         y_dd=acceleration + r * (np.cos(th) * w_rate - np.sin(th) * w**2),
         z_dd=-r * (np.sin(th) * w_rate + np.cos(th) * w**2),
-        misfit_m=0.0,
+        marker_residual_rms_m=0.0,
     )
     torque = joint.inertia * w_rate + joint.damping * w + joint.stiffness * (th - neutral)
     return Swing(time, position, velocity, acceleration, motion, torque)
@@ -143,9 +143,9 @@ def scaled_leg(leg, factor):
     return replace(leg, mass_kg=factor * leg.mass_kg, inertia_kgm2=factor * leg.inertia_kgm2)
 
 
-def bend_at_rest(moment, toppling):
-    """Bending (rad) at which a joint of a given moment (Nm) carries a toppling moment (Nm)."""
-    return brentq(lambda phi: moment(phi) - toppling, -1.0, 1.0, xtol=1e-14)
+def bend_at_rest(moment, critical_stiffness):
+    """Bending (rad) at which a joint of a given moment (Nm) carries a critical_stiffness moment (Nm)."""
+    return brentq(lambda phi: moment(phi) - critical_stiffness, -1.0, 1.0, xtol=1e-14)
 
 
 def assert_one_sentence(error, *names):

@@ -12,11 +12,11 @@ import numpy as np
 from emg_builders import EMG_RATE_HZ, emg, ramp_burst
 from scipy.integrate import solve_ivp
 
-from tepsipe.experiments.standing.epochs import ResponseOptions, StandingResponses
+from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs
 from tepsipe.experiments.standing.joint_torque import Person, StanceLimits, StandingOptions
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.anthropometry import both_feet, standing_body
-from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
@@ -50,7 +50,7 @@ PERSON = Person(
     foot_com_m=FOOT_COM_M,
     ankle_height_m=Z_A,
     **{
-        segment: LegMarkers(tuple(places), np.array(list(places.values())))
+        segment: SegmentMarkers(tuple(places), np.array(list(places.values())))
         for segment, places in LAYOUT.items()
     },
 )
@@ -65,7 +65,7 @@ OPTIONS = StandingOptions(
         foot_shift_m=0.03, foot_lift_m=0.02, other_belt=0.05, unloading=0.3, unloading_s=0.1, lean_rad=0.2
     ),
 )
-CUTTING = ResponseOptions(
+CUTTING = EpochOptions(
     before_s=0.3,
     after_s=1.0,
     baseline_s=(-0.1, -0.02),
@@ -113,8 +113,8 @@ class Stance:
         """Of a pendulum on a moving belt whose ankles bear its weight at rest (rad/s2)."""
         m, h = PERSON.body.mass_kg, PERSON.body.com_m
         resisted = m * G * h * np.sin(LEAN_RAD) + self.stiffness * (th - LEAN_RAD) + self.damping * w
-        toppling = m * G * h * np.sin(th) - m * h * self.belt(time)[2] * np.cos(th)
-        return (toppling - resisted) / (PERSON.body.inertia_kgm2 + m * h**2)
+        moment = m * G * h * np.sin(th) - m * h * self.belt(time)[2] * np.cos(th)
+        return (moment - resisted) / (PERSON.body.inertia_kgm2 + m * h**2)
 
 
 USUAL = Stance()
@@ -305,7 +305,7 @@ def responses_with(torque, drive=None, sizes=SIZES, start_s=0.0, beside=0.0, noi
     muscles = tuple(drive or ())
     drives = np.array([drive[muscle] for muscle in muscles]).reshape(-1, RESPONSE_TIME.size).T
     emg_time = np.arange(-300, 1001) / EMG_RATE_HZ
-    return StandingResponses(
+    return StandingEpochs(
         time=RESPONSE_TIME,
         perturbed=perturbed,
         unperturbed=unperturbed,

@@ -352,7 +352,7 @@ def test_table_is_read_ingested_and_stored(delimiter, encoding, written, tmp_pat
     path = written(delimiter, encoding=encoding)
     table = read_text_table(path, COLUMNS, delimiter, NAMED_BY)
     trial = ingest(table)
-    write_trial(tmp_path / "t.h5", trial, "treadmill", "slow-1", {"log": path}, vars(OPTIONS))
+    write_trial(tmp_path / "t.h5", trial, "belt", "slow-1", {"log": path}, vars(OPTIONS))
     again = read_trial(tmp_path / "t.h5")
     assert again.attributes["clock"] == KEPT
     assert again.values("load") == pytest.approx(load_at(regular()), abs=1e-6)

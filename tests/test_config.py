@@ -52,13 +52,13 @@ def test_shipped_configuration_refers_to_what_is_there(config, root):
     assert len(trials) == 53
     assert ("wristalyzer", config["wristalyzer"]["best_condition"]) in trials
     assert ("dummy", config["dummy"]["example_condition"]) in trials
-    assert ("pilot", config["pilot"]["example_condition"]) in trials
+    assert ("standing", config["standing"]["example_condition"]) in trials
 
 
 def test_shipped_person_does_all_of_the_protocol(config, root):
     # thesis Figure 2-14: two tasks, two profiles, four amplitudes, every 4 to 8 s for 65 s
     trials = read_trial_sheet(root / config["study"]["trial_sheet"], ".")
-    rows = [row for row in trials.values() if row.experiment == "pilot"]
+    rows = [row for row in trials.values() if row.experiment == "standing"]
     assert len({(row.task, row.profile, row.amplitude) for row in rows}) == len(rows) == 16
     assert {row.amplitude for row in rows} == {0.2, 0.3, 0.4, 0.5}
     assert {(row.interval_s, row.longest_interval_s, row.duration_s) for row in rows} == {(4.0, 8.0, 65.0)}
@@ -71,7 +71,7 @@ def test_shipped_study_of_recordings_is_a_valid_override(config, root):
     check_config(both, "human-ankle")
     trials = read_trial_sheet(root / both["study"]["trial_sheet"], "folder")
     assert {row.source for row in trials.values()} == {"recorded"}
-    assert trials["ankle", "trial1"].files == {"log": "folder/ankle_trial1.csv.gz"}
+    assert trials["position_manipulator", "trial1"].files == {"log": "folder/ankle_trial1.csv.gz"}
 
 
 def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
@@ -84,8 +84,8 @@ def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
         ("slow-1", "calibrate"),
         ("slow-2", "validate"),
     ]
-    assert trials["treadmill", "slow-1"].files == {"log": "folder/RandomSlowSpeed1.txt"}
-    assert trials["treadmill", "slow-1"].columns == {
+    assert trials["belt", "slow-1"].files == {"log": "folder/RandomSlowSpeed1.txt"}
+    assert trials["belt", "slow-1"].columns == {
         "time": "Timestamp (s)",
         "load": "Pitch Moment (Nm)",
         "velocity": "Belt Velocity (m/s)",
@@ -152,8 +152,8 @@ UNKNOWN_KEYS = [
         "estimator",
     ),
     (
-        {"ankle": {"random_starts": 20}},
-        "ankle.random_starts",
+        {"position_manipulator": {"random_starts": 20}},
+        "position_manipulator.random_starts",
         "wristalyzer.analysis.random_starts",
     ),
 ]
@@ -169,16 +169,18 @@ def test_unknown_key_is_named_with_the_one_that_was_meant(changes, key, meant, r
 
 
 def test_unknown_key_of_sections_that_share_their_keys_is_shown_in_each(refused):
-    text = refused({"ankle": {"strober_frequency_hz": 250}})
+    text = refused({"position_manipulator": {"marker_sampling_hz": 250}})
     for section in ("dummy", "weight", "empty"):
-        assert f"'{section}.ingest.strober_frequency_hz'" in text
+        assert f"'{section}.ingest.marker_sampling_hz'" in text
 
 
 def test_unknown_key_like_no_other_is_shown_beside_those_that_are_known(refused):
     assert "known here: name, title" in refused({"study": {"xyzzy": 1}})
 
 
-@pytest.mark.parametrize("path", [("study", "seed"), ("dummy", "analysis", "merge_s"), ("ankle",)])
+@pytest.mark.parametrize(
+    "path", [("study", "seed"), ("dummy", "analysis", "merge_s"), ("position_manipulator",)]
+)
 def test_missing_key_is_named(path, config, root):
     *parents, last = path
     section = config
@@ -202,21 +204,21 @@ WRONG_VALUES = [
     ({"wristalyzer": {"analysis": {"fit_band_hz": [1.0]}}}, "fit_band_hz", "at least 2 items"),
     ({"wristalyzer": {"analysis": {"fit_band_hz": 9.0}}}, "fit_band_hz", "array"),
     ({"wristalyzer": {"files": {"angle_unit": "degrees"}}}, "angle_unit", "'rad', 'deg'"),
-    ({"ankle": {"files": {"torque_sign": 0}}}, "torque_sign", "one of 1, -1"),
-    ({"treadmill": {"files": {"load_unit": "kNm"}}}, "treadmill.files.load_unit", "one of 'Nm', 'N'"),
-    ({"treadmill": {"files": {"delimiter": ";"}}}, "treadmill.files.delimiter", "'comma', 'tab'"),
-    ({"treadmill": {"ingest": {"shortest_s": 0}}}, "treadmill.ingest.shortest_s", "above 0"),
-    ({"dummy": {"pathways": {"leg": {"torque": "foot"}}}}, "leg.torque", "'leg', 'leg-printed'"),
+    ({"position_manipulator": {"files": {"torque_sign": 0}}}, "torque_sign", "one of 1, -1"),
+    ({"belt": {"files": {"load_unit": "kNm"}}}, "belt.files.load_unit", "one of 'Nm', 'N'"),
+    ({"belt": {"files": {"delimiter": ";"}}}, "belt.files.delimiter", "'comma', 'tab'"),
+    ({"belt": {"ingest": {"shortest_s": 0}}}, "belt.ingest.shortest_s", "above 0"),
+    ({"dummy": {"pathways": {"leg": {"torque": "foot"}}}}, "leg.torque", "'leg', 'leg-thesis'"),
     ({"dummy": None}, "dummy", "object"),
-    ({"pilot": {"belt": "both"}}, "pilot.belt", "'left', 'right'"),
-    ({"pilot": {"muscles": {"TA": {"ankle_action": 2}}}}, "TA.ankle_action", "one of -1, 0, 1"),
-    ({"pilot": {"muscles": {"TA": {"lengthened_by": {"ankle": "1"}}}}}, "lengthened_by.ankle", "number"),
-    ({"pilot": {"pathways": {"ankle": {"torque": "leg"}}}}, "ankle.torque", "'single-joint'"),
-    ({"pilot": {"estimators": {"long": {"active": "reflex"}}}}, "long.active", "'velocity', 'emg'"),
-    ({"pilot": {"analysis": {"bootstrap_draws": 50}}}, "bootstrap_draws", "at least 100"),
-    ({"pilot": {"analysis": {"baseline_s": [-0.1, 0.1]}}}, "baseline_s", "a number of at most 0"),
-    ({"pilot": {"active": {"twitch_s": []}}}, "twitch_s", "at least 1"),
-    ({"pilot": {"latency": {"detector": "eye"}}}, "latency.detector", "'changepoint'"),
+    ({"standing": {"belt": "both"}}, "standing.belt", "'left', 'right'"),
+    ({"standing": {"muscles": {"TA": {"ankle_action": 2}}}}, "TA.ankle_action", "one of -1, 0, 1"),
+    ({"standing": {"muscles": {"TA": {"lengthened_by": {"ankle": "1"}}}}}, "lengthened_by.ankle", "number"),
+    ({"standing": {"pathways": {"ankle": {"torque": "leg"}}}}, "ankle.torque", "'single-joint'"),
+    ({"standing": {"estimators": {"long": {"active": "reflex"}}}}, "long.active", "'velocity', 'emg'"),
+    ({"standing": {"analysis": {"bootstrap_draws": 50}}}, "bootstrap_draws", "at least 100"),
+    ({"standing": {"analysis": {"baseline_s": [-0.1, 0.1]}}}, "baseline_s", "a number of at most 0"),
+    ({"standing": {"active": {"twitch_s": []}}}, "twitch_s", "at least 1"),
+    ({"standing": {"latency": {"detector": "eye"}}}, "latency.detector", "'changepoint'"),
 ]
 
 
@@ -238,14 +240,14 @@ def test_number_that_is_not_finite_is_refused(value, refused):
 
 MISFITS = [
     (
-        {"dummy": {"pathways": {"leg-output-error": {"torque": "leg-printed"}}}},
-        ["dummy.pathways.leg-output-error", "leg-printed", "output-error"],
+        {"dummy": {"pathways": {"leg-output-error": {"torque": "leg-thesis"}}}},
+        ["dummy.pathways.leg-output-error", "leg-thesis", "output-error"],
     ),
     ({"dummy": {"recommended": "leg-output-error"}}, ["dummy.recommended", "leg-output-error"]),
-    ({"dummy": {"foot": {"riding_labels": ["foot1", "heel"]}}}, ["riding_labels", "'heel'"]),
+    ({"dummy": {"foot": {"belt_fixed_labels": ["foot1", "heel"]}}}, ["belt_fixed_labels", "'heel'"]),
     ({"dummy": {"specification": {"other_cutoff_hz": 20.0}}}, ["other_cutoff_hz", "20"]),
     ({"dummy": {"specification": {"other_cutoff_hz": 200.0}}}, ["other_cutoff_hz", "125"]),
-    ({"dummy": {"as_printed": "leg-printd"}}, ["dummy.as_printed", "did you mean 'leg-printed'?"]),
+    ({"dummy": {"as_printed": "leg-thsis"}}, ["dummy.as_printed", "did you mean 'leg-thesis'?"]),
     ({"dummy": {"recommended": "foot"}}, ["dummy.recommended", "'foot'"]),
     ({"dummy": {"files": {"marker_labels": ["ankle", "leg1"]}}}, ["leg_markers", "'leg2'"]),
     ({"wristalyzer": {"analysis": {"fit_band_hz": [9.0, 1.0]}}}, ["fit_band_hz", "low to high"]),
@@ -258,74 +260,77 @@ MISFITS = [
         ["tried_stiffness_Nm_per_rad", "found 20.0"],
     ),
     (
-        {"ankle": {"analysis": {"lowpass_cutoff_hz": 125.0}}},
-        ["ankle.analysis.lowpass_cutoff_hz", "125 Hz"],
+        {"position_manipulator": {"analysis": {"lowpass_cutoff_hz": 125.0}}},
+        ["position_manipulator.analysis.lowpass_cutoff_hz", "125 Hz"],
     ),
     (
-        {"ankle": {"analysis": {"intrinsic_reflex": {"expected_delay_s": 0.1}}}},
-        ["intrinsic_reflex.expected_delay_s", "[0.03, 0.06]", "found 0.1"],
+        {"position_manipulator": {"analysis": {"parallel_cascade": {"expected_delay_s": 0.1}}}},
+        ["parallel_cascade.expected_delay_s", "[0.03, 0.06]", "found 0.1"],
     ),
     (
-        {"ankle": {"analysis": {"intrinsic_reflex": {"reflex_delays_s": [0.06, 0.03]}}}},
+        {"position_manipulator": {"analysis": {"parallel_cascade": {"reflex_delays_s": [0.06, 0.03]}}}},
         ["from short to long", "[0.06, 0.03]"],
     ),
     (
-        {"ankle": {"analysis": {"intrinsic_reflex": {"reflex_knot_s": 0.4}}}},
-        ["intrinsic_reflex.reflex_knot_s", "found 0.4 s"],
+        {"position_manipulator": {"analysis": {"parallel_cascade": {"reflex_knot_s": 0.4}}}},
+        ["parallel_cascade.reflex_knot_s", "found 0.4 s"],
     ),
-    ({"pilot": {"as_printed": "foot"}}, ["pilot.as_printed", "pilot.pathways", "'foot'"]),
+    ({"standing": {"as_printed": "foot"}}, ["standing.as_printed", "standing.pathways", "'foot'"]),
     (
-        {"pilot": {"recommended": {"pathway": "ankel"}}},
-        ["pilot.recommended.pathway", "pilot.pathways", "ankle-compensated", "'ankel'"],
-    ),
-    (
-        {"pilot": {"recommended": {"estimator": "ankle"}}},
-        ["pilot.recommended.estimator", "pilot.estimators", "reflex-free", "'ankle'"],
+        {"standing": {"recommended": {"pathway": "ankel"}}},
+        ["standing.recommended.pathway", "standing.pathways", "ankle-compensated", "'ankel'"],
     ),
     (
-        {"pilot": {"pathways": {"ankle": {"treadmill_model": "firr"}}}},
-        ["pilot.pathways.ankle.treadmill_model", "weight.models.family", "'firr'"],
+        {"standing": {"recommended": {"estimator": "ankle"}}},
+        ["standing.recommended.estimator", "standing.estimators", "pre-reflex-window", "'ankle'"],
     ),
     (
-        {"pilot": {"files": {"marker_labels": ["foot1", "foot2", "ankle", "shank1", "shank2"]}}},
-        ["pilot.person.thigh_markers", "pilot.files.marker_labels", "'thigh1'"],
+        {"standing": {"pathways": {"ankle": {"treadmill_model": "firr"}}}},
+        ["standing.pathways.ankle.treadmill_model", "weight.models.family", "'firr'"],
     ),
     (
-        {"pilot": {"estimators": {"long": {"window_s": 1.2}}}},
-        ["pilot.estimators.long.window_s", "pilot.analysis.after_s (1 s)", "found 1.2 s"],
+        {"standing": {"files": {"marker_labels": ["foot1", "foot2", "ankle", "shank1", "shank2"]}}},
+        ["standing.person.thigh_markers", "standing.files.marker_labels", "'thigh1'"],
     ),
     (
-        {"pilot": {"analysis": {"after_s": 0.4}}},
-        ["pilot.estimators.emg-driven.window_s", "(0.4 s)", "found 0.5 s"],
+        {"standing": {"estimators": {"long": {"window_s": 1.2}}}},
+        ["standing.estimators.long.window_s", "standing.analysis.after_s (1 s)", "found 1.2 s"],
     ),
     (
-        {"pilot": {"analysis": {"baseline_s": [-0.4, -0.02]}}},
-        ["pilot.analysis.baseline_s", "between -0.3 and 0", "[-0.4, -0.02]"],
+        {"standing": {"analysis": {"after_s": 0.4}}},
+        ["standing.estimators.emg-driven.window_s", "(0.4 s)", "found 0.5 s"],
     ),
     (
-        {"pilot": {"analysis": {"baseline_s": [-0.02, -0.1]}}},
-        ["pilot.analysis.baseline_s from low to high", "[-0.02, -0.1]"],
+        {"standing": {"analysis": {"baseline_s": [-0.4, -0.02]}}},
+        ["standing.analysis.baseline_s", "between -0.3 and 0", "[-0.4, -0.02]"],
     ),
     (
-        {"pilot": {"latency": {"search_s": [0.02, 1.1]}}},
-        ["pilot.latency.search_s", "between 0 and 1", "[0.02, 1.1]"],
+        {"standing": {"analysis": {"baseline_s": [-0.02, -0.1]}}},
+        ["standing.analysis.baseline_s from low to high", "[-0.02, -0.1]"],
     ),
     (
-        {"pilot": {"latency": {"baseline_until_s": 0.03}}},
-        ["pilot.latency.search_s", "between 0.03 and 1", "[0.02, 0.12]"],
+        {"standing": {"latency": {"search_s": [0.02, 1.1]}}},
+        ["standing.latency.search_s", "between 0 and 1", "[0.02, 1.1]"],
     ),
     (
-        {"pilot": {"analysis": {"tried_windows_s": [0.05, 1.5, 0.1]}}},
-        ["pilot.analysis.tried_windows_s", "pilot.analysis.after_s (1 s)", "found 1.5 s"],
-    ),
-    ({"pilot": {"emg": {"band_hz": [300.0, 20.0]}}}, ["pilot.emg.band_hz from low to high", "[300.0, 20.0]"]),
-    (
-        {"pilot": {"analysis": {"stretch_cutoff_hz": 125.0}}},
-        ["pilot.analysis.stretch_cutoff_hz", "125 Hz"],
+        {"standing": {"latency": {"baseline_until_s": 0.03}}},
+        ["standing.latency.search_s", "between 0.03 and 1", "[0.02, 0.12]"],
     ),
     (
-        {"pilot": {"analysis": {"lowpass_cutoff_hz": 130.0}}},
-        ["pilot.analysis.lowpass_cutoff_hz", "125 Hz"],
+        {"standing": {"analysis": {"tried_windows_s": [0.05, 1.5, 0.1]}}},
+        ["standing.analysis.tried_windows_s", "standing.analysis.after_s (1 s)", "found 1.5 s"],
+    ),
+    (
+        {"standing": {"emg": {"band_hz": [300.0, 20.0]}}},
+        ["standing.emg.band_hz from low to high", "[300.0, 20.0]"],
+    ),
+    (
+        {"standing": {"analysis": {"stretch_cutoff_hz": 125.0}}},
+        ["standing.analysis.stretch_cutoff_hz", "125 Hz"],
+    ),
+    (
+        {"standing": {"analysis": {"lowpass_cutoff_hz": 130.0}}},
+        ["standing.analysis.lowpass_cutoff_hz", "125 Hz"],
     ),
 ]
 
@@ -499,7 +504,7 @@ MISTAKES = [
     (GOOD, {"duration_s": "inf"}, ["'inf'", "duration_s"]),
     (GOOD, {"duration_s": "0,5"}, ["'0,5'", "duration_s"]),
     (GOOD, {"log": "log.mat"}, ["'log.mat'", "recorded"]),
-    (GOOD, {"experiment": "ankle", "profile": "-"}, ["ankle", "recorded"]),
+    (GOOD, {"experiment": "position_manipulator", "profile": "-"}, ["position_manipulator", "recorded"]),
     (RECORDED, {"markers": "-"}, ["markers", "dummy/sine-0.3"]),
     (RECORDED, {"calibration": "-"}, ["calibration"]),
     (RECORDED, {"calibration": ""}, ["calibration"]),
@@ -548,7 +553,7 @@ ALL_COLUMNS = COLUMNS + OPTIONAL_COLUMNS
 NO_EXTRAS = dict.fromkeys(OPTIONAL_COLUMNS, "-")
 CALIBRATE = (
     dict.fromkeys(ALL_COLUMNS, "-")
-    | {"experiment": "treadmill", "condition": "slow-1", "source": "recorded", "duration_s": "349"}
+    | {"experiment": "belt", "condition": "slow-1", "source": "recorded", "duration_s": "349"}
     | {"log": "slow1.txt", "role": "calibrate"}
     | {"time_column": "Time (s)", "load_column": "My (Nm)", "velocity_column": "Belt (m/s)"}
 )
@@ -559,12 +564,12 @@ def test_roles_and_columns_are_read(sheet):
     path = sheet(CALIBRATE, VALIDATE, GOOD | NO_EXTRAS, columns=ALL_COLUMNS)
     trials = read_trial_sheet(path, "/data")
     assert [row.role for row in trials.values()] == ["calibrate", "validate", None]
-    assert trials["treadmill", "slow-2"].columns == {
+    assert trials["belt", "slow-2"].columns == {
         "time": "Time (s)",
         "load": "My (Nm)",
         "velocity": "Belt (m/s)",
     }
-    assert trials["treadmill", "slow-2"].files == {"log": "/data/slow2.txt"}
+    assert trials["belt", "slow-2"].files == {"log": "/data/slow2.txt"}
     assert trials["dummy", "sine-0.3"].columns == {}
 
 
@@ -575,14 +580,14 @@ def test_sheet_of_other_experiments_needs_no_optional_column(sheet):
 
 ROLE_MISTAKES = [
     (VALIDATE, {"role": "calibrat"}, ["'calibrat'", "did you mean 'calibrate'?"]),
-    (VALIDATE, {"role": "-"}, ["role", "treadmill/slow-2", "'-'"]),
-    (VALIDATE, {"role": ""}, ["role", "treadmill/slow-2"]),
-    (VALIDATE, {"time_column": "-"}, ["time_column", "treadmill/slow-2"]),
+    (VALIDATE, {"role": "-"}, ["role", "belt/slow-2", "'-'"]),
+    (VALIDATE, {"role": ""}, ["role", "belt/slow-2"]),
+    (VALIDATE, {"time_column": "-"}, ["time_column", "belt/slow-2"]),
     (VALIDATE, {"load_column": ""}, ["load_column"]),
     (VALIDATE, {"velocity_column": "-"}, ["velocity_column"]),
     (VALIDATE, {"velocity_column": "My (Nm)"}, ["load_column and velocity_column", "'My (Nm)'"]),
-    (VALIDATE, {"log": "-"}, ["log file", "treadmill/slow-2"]),
-    (VALIDATE, {"source": "virtual_lab", "log": "-"}, ["treadmill", "recorded"]),
+    (VALIDATE, {"log": "-"}, ["log file", "belt/slow-2"]),
+    (VALIDATE, {"source": "virtual_lab", "log": "-"}, ["belt", "recorded"]),
     (GOOD | NO_EXTRAS, {"role": "calibrate"}, ["role", "dummy", "'calibrate'"]),
     (GOOD | NO_EXTRAS, {"load_column": "My (Nm)"}, ["load_column", "dummy", "'My (Nm)'"]),
 ]
@@ -616,12 +621,12 @@ def test_misspelt_optional_column_is_named_with_the_one_that_was_meant(sheet):
 def test_treadmill_without_trials_of_a_role_is_refused(role, sheet):
     rows = [row | {"role": {"calibrate": "validate"}.get(role, "calibrate")} for row in (CALIBRATE, VALIDATE)]
     text = refuse_sheet(sheet(*rows, columns=ALL_COLUMNS))
-    assert f"trial of treadmill with the role {role}, found none" in text
+    assert f"trial of belt with the role {role}, found none" in text
 
 
 def test_validation_on_the_recording_that_calibrated_is_refused(sheet):
     text = refuse_sheet(sheet(VALIDATE | {"log": "slow1.txt"}, CALIBRATE, columns=ALL_COLUMNS))
-    assert "treadmill/slow-2" in text
+    assert "belt/slow-2" in text
     assert "slow1.txt" in text
 
 
@@ -683,13 +688,13 @@ def test_role_that_the_empty_or_loaded_plate_lacks_is_named(empty, weight, said,
 
 STANDING = (
     dict.fromkeys(ALL_COLUMNS, "-")
-    | {"experiment": "pilot", "condition": "relax-pos-0.4", "source": "virtual_lab", "profile": "sine"}
+    | {"experiment": "standing", "condition": "relax-pos-0.4", "source": "virtual_lab", "profile": "sine"}
     | {"amplitude": "0.4", "interval_s": "4-8", "duration_s": "65", "task": "relax"}
 )
 RECORDED_STANDING = (
     RECORDED
     | NO_EXTRAS
-    | {"experiment": "pilot", "condition": "own", "emg": "porti.edf", "task": "eyes-closed"}
+    | {"experiment": "standing", "condition": "own", "emg": "porti.edf", "task": "eyes-closed"}
 )
 
 
@@ -712,7 +717,7 @@ def test_task_interval_and_electromyograms_are_read(sheet):
 @pytest.mark.parametrize("interval", ["3.5-3.5", "0.5-12", "4.0-8.0"])
 def test_interval_from_short_to_long_is_read(interval, sheet):
     path = sheet(STANDING | {"interval_s": interval}, columns=ALL_COLUMNS)
-    row = read_trial_sheet(path, ".")["pilot", "relax-pos-0.4"]
+    row = read_trial_sheet(path, ".")["standing", "relax-pos-0.4"]
     assert [row.interval_s, row.longest_interval_s] == [float(part) for part in interval.split("-")]
 
 
@@ -728,13 +733,13 @@ STANDING_MISTAKES = [
     (STANDING, {"interval_s": "-"}, ["interval_s"]),
     (GOOD | NO_EXTRAS, {"interval_s": "4-8"}, ["interval_s", "'4-8'"]),
     (STANDING, {"profile": "minjerk"}, ["sine, negative-sine", "'minjerk'"]),
-    (STANDING, {"task": "-"}, ["task of relax or stiff", "pilot/relax-pos-0.4", "'-'"]),
+    (STANDING, {"task": "-"}, ["task of relax or stiff", "standing/relax-pos-0.4", "'-'"]),
     (STANDING, {"task": ""}, ["task of relax or stiff", "what the person was told"]),
     (STANDING, {"task": "relaxed"}, ["task of relax or stiff", "'relaxed'"]),
     (STANDING, {"emg": "emg.edf"}, ["'emg.edf'", "recorded"]),
     (RECORDED_STANDING, {"task": "eyes closed"}, ["letters, digits, dots and hyphens", "'eyes closed'"]),
-    (RECORDED_STANDING, {"task": "-"}, ["letters, digits, dots and hyphens", "pilot/own"]),
-    (RECORDED_STANDING, {"markers": "-"}, ["markers file", "pilot/own"]),
+    (RECORDED_STANDING, {"task": "-"}, ["letters, digits, dots and hyphens", "standing/own"]),
+    (RECORDED_STANDING, {"markers": "-"}, ["markers file", "standing/own"]),
     (GOOD | NO_EXTRAS, {"task": "relax"}, ["task", "dummy", "'relax'"]),
 ]
 
@@ -776,9 +781,9 @@ def test_a_standing_person_may_have_no_electromyograms(sheet):
 def test_models_of_a_treadmill_that_was_never_measured_are_refused_in_one_sentence(config):
     with pytest.raises(InputError) as caught:
         check_plate_models(config, "my-study")
-    names = ("pilot.pathways.ankle-compensated", "'loaded-frame'", "weight and empty", "null")
+    names = ("standing.pathways.ankle-compensated", "'loaded-frame'", "weight and empty", "null")
     assert_one_sentence(caught.value, "my-study", *names)
-    for pathway in config["pilot"]["pathways"].values():
+    for pathway in config["standing"]["pathways"].values():
         pathway["treadmill_model"] = None
     check_plate_models(config, "my-study")
 
@@ -789,22 +794,22 @@ def test_models_of_a_treadmill_that_was_never_measured_are_refused_in_one_senten
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"treadmill": {"chosen": "fir-quick"}}, "expected treadmill.chosen to name one of"),
-        ({"treadmill": {"models": {"family": ["loaded-frame"]}, "chosen": "loaded-frame"}}, "'loaded-frame'"),
+        ({"belt": {"chosen": "fir-quick"}}, "expected belt.chosen to name one of"),
+        ({"belt": {"models": {"family": ["loaded-frame"]}, "chosen": "loaded-frame"}}, "'loaded-frame'"),
         ({"weight": {"models": {"family": ["fir", "loaded-frame", "ripple-tracking"]}}}, "'ripple-tracking'"),
         ({"weight": {"models": {"family": ["fir"]}}}, "dummy.foot.pathways.foot-compensated-short"),
         (
             {"weight": {"analysis": {"cutoffs_hz": [20.0, 125.0]}}},
             "expected weight.analysis.cutoffs_hz below",
         ),
-        ({"treadmill": {"analysis": {"bidirectional": True, "lowpass_order": 3}}}, "expected an even"),
+        ({"belt": {"analysis": {"zero_lag": True, "lowpass_order": 3}}}, "expected an even"),
     ],
 )
 def test_models_that_cannot_be_fitted_are_refused_before_the_run(changes, said, refused):
     assert said in refused(changes)
 
 
-@pytest.mark.parametrize("carried", ["dummy", "pilot"])
+@pytest.mark.parametrize("carried", ["dummy", "standing"])
 @pytest.mark.parametrize(
     ("section", "changes", "said"),
     [
@@ -827,8 +832,8 @@ def test_what_is_carried_and_the_weight_must_be_processed_alike(carried, section
     ("carried", "changes", "key"),
     [
         ("dummy", {"dummy": {"foot": {"belt": "left"}}}, "dummy.foot.belt"),
-        ("pilot", {"pilot": {"belt": "left"}}, "pilot.belt"),
-        ("pilot", {"weight": {"belt": "left"}}, "pilot.belt"),
+        ("standing", {"standing": {"belt": "left"}}, "standing.belt"),
+        ("standing", {"weight": {"belt": "left"}}, "standing.belt"),
     ],
 )
 def test_what_is_carried_must_stand_on_the_belt_of_the_weight(carried, changes, key, config):

@@ -11,7 +11,7 @@ from workflow.support.reach import reached_by
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
 # what several scripts import: the start of every job, and options from the configuration
-SHARED = {"job.py", "dummy_choices.py", "model_choices.py", "pilot_choices.py"}
+SHARED = {"job.py", "dummy_choices.py", "model_choices.py", "standing_choices.py"}
 SCRIPTS = sorted((ROOT / "workflow/scripts").glob("*.py"))
 RULE_FILES = sorted((ROOT / "workflow/rules").glob("*.smk"))
 LABORATORY = "tepsipe.virtual_lab"
@@ -331,7 +331,7 @@ MAY_KNOW_THE_TRUTH = {
     "make_dummy_trial",
     "make_weight_trial",
     "make_empty_trial",
-    "make_pilot_trial",
+    "make_standing_trial",
     "compare_with_truth",
     "record_provenance",
 }

@@ -268,7 +268,7 @@ def test_table_is_refused_where(why, table):
 # ---- the treadmill -----------------------------------------------------------------------------
 
 TREADMILL = TreadmillOptions(
-    resample_rate_hz=250.0, max_gap_s=0.1, strober_frequency_hz=2500.0, trigger_threshold_V=2.5
+    resample_rate_hz=250.0, max_gap_s=0.1, marker_sampling_hz=2500.0, trigger_threshold_V=2.5
 )
 CHANNELS = ("z1", "z2", "y")
 
@@ -320,14 +320,14 @@ def test_treadmill_signals_and_markers_come_out_on_one_clock(recordings):
     for k in range(8):
         aligned = trial.values("marker_position")[inside, k, 1]
         assert aligned == pytest.approx(0.05 * np.sin(6.0 * time), abs=1e-6)
-    last = trial.values("marker_position_as_strobed")[inside, 7, 1]
+    last = trial.values("marker_position_as_sampled")[inside, 7, 1]
     assert last == pytest.approx(0.05 * np.sin(6.0 * (time + 7.0 / 2500.0)), abs=1e-6)
 
 
 def test_markers_sampled_at_once_are_left_where_they_are(recordings):
-    trial = ingest_all(*recordings, options=replace(TREADMILL, strober_frequency_hz=None))
-    as_strobed = trial.values("marker_position_as_strobed")
-    assert (trial.values("marker_position") == as_strobed).all()
+    trial = ingest_all(*recordings, options=replace(TREADMILL, marker_sampling_hz=None))
+    as_sampled = trial.values("marker_position_as_sampled")
+    assert (trial.values("marker_position") == as_sampled).all()
 
 
 def test_hidden_marker_is_filled_and_marked(recordings):
@@ -358,7 +358,7 @@ def test_marker_hidden_too_long_is_bridged_and_marked_where_that_is_asked_for(re
     assert np.flatnonzero(hidden[:, 4]).tolist() == [*range(299, 325), *range(499, 509)]
     assert hidden.sum() == trial.attributes["hidden_samples"] == 36
     # strobed 1.6 ms after the frame, the straight line is told at the frame
-    path = trial.values("marker_position_as_strobed")[298:326, 4, 1]
+    path = trial.values("marker_position_as_sampled")[298:326, 4, 1]
     assert np.diff(path) == pytest.approx(np.full(27, (path[-1] - path[0]) / 27.0), abs=1e-7)
     processing = trial.signals["marker_position"].processing
     assert "longer gaps bridged by straight lines" in processing
@@ -534,12 +534,12 @@ def test_electromyograms_keep_their_own_clock_counted_from_the_trigger(recording
 
 def test_trial_file_tells_the_rate_of_each_clock(recordings, tmp_path):
     trial = with_emg(ingest_all(*recordings), recorded_emg(), 2.5, 4.0, "emg.edf")
-    write_trial(tmp_path / "pilot.h5", trial, "pilot", "relax-pos-0.4", {}, {})
-    with h5py.File(tmp_path / "pilot.h5") as file:
+    write_trial(tmp_path / "standing.h5", trial, "standing", "relax-pos-0.4", {}, {})
+    with h5py.File(tmp_path / "standing.h5") as file:
         assert file["emg"].attrs["rate_hz"] == pytest.approx(1000.0)
         assert file["force"].attrs["rate_hz"] == 250.0
         assert file["emg_time"].attrs["units"] == "s"
-    read = read_trial(tmp_path / "pilot.h5")
+    read = read_trial(tmp_path / "standing.h5")
     assert (read.values("emg") == trial.values("emg")).all()
     assert (read.axes["emg_time"] == trial.axes["emg_time"]).all()
     assert read.attributes["emg_missing"] == "BF, RF"

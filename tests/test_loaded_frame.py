@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_builders import OPTIONS, belt_recording, framed, pulsed_judged
+from belt_builders import OPTIONS, belt_recording, framed, pulsed_evaluated
 from builders import assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.loaded_frame import fit_loaded_frame
-from tepsipe.treadmill.registry import fit_model, judge
+from tepsipe.treadmill.registry import evaluate, fit_model
 
 RATE_HZ, DENSE = 250.0, 40  # samples per second, and steps of the integration per sample
 DENSE_TIME = np.arange(round(6.0 * RATE_HZ * DENSE)) / (RATE_HZ * DENSE)
@@ -104,7 +104,7 @@ def test_frame_of_the_moment_and_friction_of_the_force_predict_another_mass_and_
     frame = fit_model("loaded-frame", moments, options).model.frame
     fitted = fit_model("loaded-frame", forces, replace(options, frame=frame))
     unseen = force_trial(10.0, 0.3)
-    assert judge(fitted, [unseen]).r2 > 0.9995
+    assert evaluate(fitted, [unseen]).r2 > 0.9995
     # a model that knows the belt's acceleration only does not know what is carried
     # what is taken out is the frame's answer to the true load, not the predicted load alone
     assert np.array_equal(fitted.compensate(unseen), fitted.model.compensate(unseen))
@@ -164,8 +164,8 @@ def test_force_in_another_unit_gives_the_same_frame_and_scaled_constants(forces,
 
 
 def test_only_judged_samples_are_fitted(forces):
-    judged = pulsed_judged(TIME.size, [round(RATE_HZ * t) for t in PULSES_S], 100)
-    dirty = [replace(r, judged=judged, load=np.where(judged, r.load, 1e3)) for r in forces]
+    evaluated = pulsed_evaluated(TIME.size, [round(RATE_HZ * t) for t in PULSES_S], 100)
+    dirty = [replace(r, evaluated=evaluated, load=np.where(evaluated, r.load, 1e3)) for r in forces]
     model = fit_loaded_frame(dirty, FRAME)
     assert model.motion == pytest.approx([PARTS_KG, VISCOUS_NS_PER_M, COULOMB_N, COULOMB_N_PER_KG], rel=0.01)
 

@@ -184,7 +184,7 @@ def test_apparent_impedance_is_linear_in_the_joint():
 
 
 def test_unequal_filters_bias_and_equal_ones_do_not(sine):
-    unequal = Processing("leg", "segment-regression", "noisy")
+    unequal = Processing("leg", "windowed-least-squares", "noisy")
 
     def limit(noise_on):  # of ever less noise
         return draws_of(sine, unequal, noise_on, 200.0, 1)[0][0]

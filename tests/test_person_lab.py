@@ -26,14 +26,14 @@ from tepsipe.virtual_lab.person import (
     PersonMotion,
     PersonTruth,
     TaskTruth,
+    critical_stiffness,
     move_person,
     person_marker_paths,
     segments,
-    toppling_stiffness,
     wander,
 )
-from tepsipe.virtual_lab.pilot_trial import INTEGRATION_RATE_HZ, make_pilot_trial
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.standing_trial import INTEGRATION_RATE_HZ, make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import schedule_at_random
 
 RATE_HZ = 1000.0
@@ -320,12 +320,12 @@ def test_inertia_of_the_upper_body_by_parallel_axes():
     assert body.inertia_kgm2 == pytest.approx(about_hips - mass * com**2, rel=1e-10)
 
 
-def test_toppling_stiffness_is_weight_times_height_above_the_ankles():
+def test_critical_stiffness_is_weight_times_height_above_the_ankles():
     """About 560 Nm/rad: 62 kg at 0.93 m, that is 0.55 to 0.57 of the stature for the whole body."""
     upright = centres(np.zeros(4))[0]
     above = G * bodies()[1:] @ (upright[1:, 1] - 0.08)
-    assert toppling_stiffness(PERSON) == pytest.approx(above, rel=1e-12)
-    assert 500.0 < toppling_stiffness(PERSON) < 600.0
+    assert critical_stiffness(PERSON) == pytest.approx(above, rel=1e-12)
+    assert 500.0 < critical_stiffness(PERSON) < 600.0
     height = bodies() @ upright[:, 1] / bodies().sum()
     assert 0.55 < height / 1.75 < 0.57
 
@@ -486,9 +486,11 @@ def test_free_joints_oscillate_at_their_natural_frequency():
     centre = centres(np.array([0.0, *PERSON.stance_rad]))[0][1:] - [0.0, 0.08]
     own = sum(segment.inertia_kgm2 for segment in segments(PERSON))
     about_ankles = own + bodies()[1:] @ (centre**2).sum(axis=1)
-    toppling = G * bodies()[1:] @ centre[:, 1]
+    critical_stiffness = G * bodies()[1:] @ centre[:, 1]
     assert 0.0 < np.abs(swinging).max() < 0.02
-    assert frequency == pytest.approx(math.sqrt((1100.0 - toppling) / about_ankles) / 2.0 / math.pi, rel=3e-3)
+    assert frequency == pytest.approx(
+        math.sqrt((1100.0 - critical_stiffness) / about_ankles) / 2.0 / math.pi, rel=3e-3
+    )
 
 
 def test_body_lags_behind_a_belt_that_starts_forwards(released):
@@ -675,14 +677,14 @@ def test_wander_has_the_size_and_the_memory_asked_for():
 
 
 def shipped(truth, task, command, seconds, seed=1, factor=1.0, stiffness=None, drive=None, **nerves):
-    """Motion of the shipped person at the pilot's rate, or a multiple of it."""
-    pilot = truth["pilot"]
-    told = TaskTruth(**pilot["tasks"][task])
+    """Motion of the shipped person at the standing's rate, or a multiple of it."""
+    standing = truth["standing"]
+    told = TaskTruth(**standing["tasks"][task])
     return move_person(
-        PersonTruth(**pilot["person"]),
-        {name: MuscleTruth(**pilot["muscles"][name]) for name in MUSCLES},
+        PersonTruth(**standing["person"]),
+        {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES},
         told if stiffness is None else replace(told, stiffness_Nm_per_rad=stiffness),
-        NervesTruth(**(pilot["nerves"] | nerves)),
+        NervesTruth(**(standing["nerves"] | nerves)),
         DriveTruth(**(truth["treadmill"]["drive"] | (drive or {}))),
         command,
         seconds,
@@ -692,7 +694,7 @@ def shipped(truth, task, command, seconds, seed=1, factor=1.0, stiffness=None, d
 
 
 def stance(truth):
-    return truth["pilot"]["person"]["stance_rad"]
+    return truth["standing"]["person"]["stance_rad"]
 
 
 def pressure(motion):
@@ -735,7 +737,7 @@ def test_halved_step_changes_next_to_nothing(shipped_truth, profile, force_limit
 @pytest.mark.parametrize("profile", ["sine", "negative-sine"])
 def test_person_stays_upright_under_the_largest_pulses(shipped_truth, pulsed, task, profile):
     """Pulses of 0.5 m/s move the segments by degrees, and the feet stay flat on the belt."""
-    motion, person = pulsed[task, profile], shipped_truth["pilot"]["person"]
+    motion, person = pulsed[task, profile], shipped_truth["standing"]["person"]
     moves = np.abs(motion.angles - stance(shipped_truth))
     assert 0.01 < moves.max() < 0.1
     # she comes back before the next pulse
@@ -789,9 +791,9 @@ def test_weak_person_falls(shipped_truth, stiffness):
 
 def test_balance_is_what_keeps_the_relaxed_person_up(shipped_truth):
     """Her ankles are less stiff than the weight topples: without balance she falls, with it she stands."""
-    pilot = shipped_truth["pilot"]
-    ankles = pilot["tasks"]["relax"]["stiffness_Nm_per_rad"][0]
-    assert ankles < toppling_stiffness(PersonTruth(**pilot["person"]))
+    standing = shipped_truth["standing"]
+    ankles = standing["tasks"]["relax"]["stiffness_Nm_per_rad"][0]
+    assert ankles < critical_stiffness(PersonTruth(**standing["person"]))
     with pytest.raises(FloatingPointError, match="falls"):
         shipped(shipped_truth, "relax", lambda t: 0.0, 10.0, **NO_BALANCE)
     standing = shipped(shipped_truth, "relax", lambda t: 0.0, 10.0)
@@ -920,7 +922,7 @@ def make(truth, folder, condition="relax", task="relax", profile="sine"):
     folder.mkdir()
     names = ("log.mat", "calibration.csv", "markers.c3d", "emg.edf")
     paths = {name.split(".")[0]: folder / name for name in names}
-    make_pilot_trial(truth, condition, task, profile, 0.4, (1.5, 2.5), TRIAL_S, **paths)
+    make_standing_trial(truth, condition, task, profile, 0.4, (1.5, 2.5), TRIAL_S, **paths)
     assert sorted(folder.iterdir()) == sorted(paths.values())
     return paths
 
@@ -935,35 +937,35 @@ def starts_of(log):
 
 
 @pytest.fixture(scope="module")
-def pilot_files(shipped_truth, tmp_path_factory):
-    return make(shipped_truth, tmp_path_factory.mktemp("pilot") / "files")
+def standing_files(shipped_truth, tmp_path_factory):
+    return make(shipped_truth, tmp_path_factory.mktemp("standing") / "files")
 
 
-def test_same_seed_makes_the_same_bytes(shipped_truth, pilot_files, tmp_path):
+def test_same_seed_makes_the_same_bytes(shipped_truth, standing_files, tmp_path):
     """A trial made again is the same, another condition's or laboratory's is not, on the same plate."""
     again = make(shipped_truth, tmp_path / "again")
     named = make(shipped_truth, tmp_path / "named", "relax-2")
     other = make(shipped_truth | {"seed": 1}, tmp_path / "other")
-    for kind, path in pilot_files.items():
+    for kind, path in standing_files.items():
         assert again[kind].read_bytes() == path.read_bytes()
         assert (named[kind].read_bytes() == path.read_bytes()) == (kind == "calibration")
         assert other[kind].read_bytes() != path.read_bytes()
 
 
-def test_emg_does_not_depend_on_the_plate(shipped_truth, pilot_files, tmp_path):
+def test_emg_does_not_depend_on_the_plate(shipped_truth, standing_files, tmp_path):
     """Each instrument draws its own noise."""
     noisy = copy.deepcopy(shipped_truth)
     noisy["treadmill"]["plate"]["noise_V"] *= 2.0
     noisy["treadmill"]["capture"]["occlusions_per_minute"] *= 2.0
     changed = make(noisy, tmp_path / "noisy")
-    assert changed["emg"].read_bytes() == pilot_files["emg"].read_bytes()
-    assert changed["log"].read_bytes() != pilot_files["log"].read_bytes()
+    assert changed["emg"].read_bytes() == standing_files["emg"].read_bytes()
+    assert changed["log"].read_bytes() != standing_files["log"].read_bytes()
 
 
-def test_log_holds_the_persons_weight(pilot_files):
+def test_log_holds_the_persons_weight(standing_files):
     """On the right belt stand 64 kg, pushed by the belt at random instants."""
-    log = read_treadmill_log(pilot_files["log"])
-    matrix = read_calibration_matrix(pilot_files["calibration"])
+    log = read_treadmill_log(standing_files["log"])
+    matrix = read_calibration_matrix(standing_files["calibration"])
     assert log.channels == matrix.channels
     assert log.rate_hz == 1000.0
     assert (log.trigger > 2.5).sum() == pytest.approx(10_000, abs=1)
@@ -974,12 +976,12 @@ def test_log_holds_the_persons_weight(pilot_files):
     assert 3 <= starts_of(log).size <= 5
 
 
-def test_markers_are_those_of_the_leg_and_ride_on_the_belt(pilot_files):
+def test_markers_are_those_of_the_leg_and_ride_on_the_belt(standing_files):
     """The ankle goes as far as the belt's velocity takes it."""
-    markers = read_markers(pilot_files["markers"], list(MARKERS))
+    markers = read_markers(standing_files["markers"], list(MARKERS))
     assert markers.rate_hz == 250.0
     assert markers.positions.shape == (2500, 8, 3)
-    log = read_treadmill_log(pilot_files["log"])
+    log = read_treadmill_log(standing_files["log"])
     edge = int(np.argmax(log.trigger > 2.5))
     travelled = np.cumsum(log.belt_velocity)[edge : edge + 10_000 : 4] / 1000.0
     ankle = markers.positions[:, MARKERS.index("ankle")]
@@ -993,9 +995,9 @@ def test_markers_are_those_of_the_leg_and_ride_on_the_belt(pilot_files):
     assert (np.diff(heights[[1, 2, 4, 3, 7, 6, 5]]) > 0.0).all()
 
 
-def test_emg_answers_the_pulses_of_the_log(pilot_files):
+def test_emg_answers_the_pulses_of_the_log(standing_files):
     """On both clocks the trigger is time 0: calf and front of the shank burst after the pulses only."""
-    recording, log = emg_of(pilot_files), read_treadmill_log(pilot_files["log"])
+    recording, log = emg_of(standing_files), read_treadmill_log(standing_files["log"])
     assert recording.muscles == MUSCLES
     assert recording.rate_hz == 1000.0
     assert (recording.trigger > 2.5).sum() == pytest.approx(10_000, abs=1)
@@ -1012,12 +1014,12 @@ def test_emg_answers_the_pulses_of_the_log(pilot_files):
         assert after > 1.5 * max(before, early)
 
 
-def test_task_and_direction_are_those_asked_for(shipped_truth, pilot_files, tmp_path):
+def test_task_and_direction_are_those_asked_for(shipped_truth, standing_files, tmp_path):
     """Who stiffens has more tone in front of the shank; the belt goes backwards first."""
     files = make(shipped_truth, tmp_path / "stiff", "stiff", "stiff", "negative-sine")
-    relaxed, stiff = (np.diff(emg_of(f).signals[:400], axis=0).std(axis=0) for f in (pilot_files, files))
+    relaxed, stiff = (np.diff(emg_of(f).signals[:400], axis=0).std(axis=0) for f in (standing_files, files))
     ta = MUSCLES.index("TA")
     assert stiff[ta] > 2.0 * relaxed[ta]
-    for kind, sign in ((pilot_files, 1.0), (files, -1.0)):
+    for kind, sign in ((standing_files, 1.0), (files, -1.0)):
         log = read_treadmill_log(kind["log"])
         assert (sign * log.command[starts_of(log) + 10] > 0.0).all()

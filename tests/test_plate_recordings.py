@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_builders import belt_recording, pulsed_judged
+from belt_builders import belt_recording, pulsed_evaluated
 from builders import assert_one_sentence, belt_pulses, trial_of
 
 from tepsipe.errors import InputError
@@ -90,7 +90,7 @@ def test_segments_begin_where_the_belt_does_and_do_not_depend_on_the_filter():
     assert narrow.onsets == wide.onsets
     assert np.array_equal(wide.onsets, wide.onsets[0] + np.array([0, 500, 1000]))
     assert wide.onsets[0] / RATE_HZ == pytest.approx(3.03, abs=0.04)
-    assert np.array_equal(wide.judged, pulsed_judged(TIME.size, wide.onsets, 75))
+    assert np.array_equal(wide.evaluated, pulsed_evaluated(TIME.size, wide.onsets, 75))
     parts = wide.segments(wide.velocity)
     assert parts.shape == (3, 75)
     assert parts[0] == pytest.approx(parts[2], abs=1e-6)
@@ -121,11 +121,11 @@ def test_estimated_mass_is_exact_for_an_exact_mass_and_ignores_what_is_uncorrela
     a = rng.standard_normal(600)
     carried = 20.0 * a
     r = belt_recording(a, a, 0.0 * a, carried=carried, carried_kg=20.0, onsets=(100, 300), unit="N")
-    r = replace(r, judged=pulsed_judged(600, r.onsets, 75))
+    r = replace(r, evaluated=pulsed_evaluated(600, r.onsets, 75))
     assert estimate_masses(r) == pytest.approx([20.0, 20.0], rel=1e-12)
     heavy = np.where(np.arange(600) < 250, -0.5, 2.0)
     assert estimate_masses(replace(r, load=heavy * a)) == pytest.approx([19.5, 22.0])
-    inside = r.judged
+    inside = r.evaluated
     orthogonal = np.zeros(600)
     for start in r.onsets:
         part, x = slice(start, start + 75), rng.standard_normal(75)
@@ -187,7 +187,7 @@ def test_table_becomes_a_recording_without_its_ends():
     trial = trial_of(100.0, load=(np.sin(time), "Nm"), belt_velocity=(time**2, "m/s"))
     found = table_recording(trial, "slow-1", 1.0)
     assert (found.unit, found.rate_hz, found.carried_kg) == ("Nm", 100.0, 0.0)
-    assert np.array_equal(found.judged, (np.arange(3000) >= 100) & (np.arange(3000) < 2900))
+    assert np.array_equal(found.evaluated, (np.arange(3000) >= 100) & (np.arange(3000) < 2900))
     # central differences are exact for a parabola
     assert found.acceleration[1:-1] == pytest.approx(2.0 * time[1:-1], rel=1e-9)
     steady = trial_of(100.0, load=(np.sin(time), "N"), belt_velocity=(np.full(3000, 1.5), "m/s"))

@@ -55,7 +55,7 @@ def test_intervals_over_blocks_cover_the_joint(rng):
     covered, repeats = np.zeros(3), 30
     for _ in range(repeats):
         found = analyse_position_manipulator(moved_joint(rng, 0.5), OPTIONS, rng)
-        rows = position_manipulator_estimates("ankle", "trial", found)
+        rows = position_manipulator_estimates("position_manipulator", "trial", found)
         for k, row in enumerate(rows[:3]):
             assert row.ci_low < row.value < row.ci_high
             covered[k] += row.ci_low <= JOINT[k] <= row.ci_high
@@ -150,7 +150,7 @@ def test_signal_that_is_missing_is_named(rng):
 def real_ankle(request, real_data, shipped_config):
     """One recorded ankle, analysed with the shipped configuration."""
     path = real_data(f"human-ankle/{request.param}.csv.gz")
-    section = shipped_config["ankle"]
+    section = shipped_config["position_manipulator"]
     table = read_text_table(path, section["files"]["columns"], ",")
     options = TableOptions(
         angle_unit=section["files"]["angle_unit"],
@@ -158,7 +158,7 @@ def real_ankle(request, real_data, shipped_config):
         **section["ingest"],
     )
     trial = ingest_position_manipulator(table, options, 60.0, str(path))
-    choices = {key: value for key, value in section["analysis"].items() if key != "intrinsic_reflex"}
+    choices = {key: value for key, value in section["analysis"].items() if key != "parallel_cascade"}
     choices = replace(PositionManipulatorOptions(**choices), bootstrap_draws=200)
     return analyse_position_manipulator(trial, choices, np.random.default_rng(1))
 

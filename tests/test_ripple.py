@@ -7,7 +7,7 @@ import pytest
 from belt_builders import OPTIONS, RATE_HZ, RIPPLE, swaying_belt
 
 from tepsipe.signals.filters import Lowpass
-from tepsipe.treadmill.registry import fit_model, judge
+from tepsipe.treadmill.registry import evaluate, fit_model
 from tepsipe.treadmill.ripple import fit_ripple_tracker, spectrum_over_distance
 
 ORDERS, SIZES = (0.57, 1.73), (2.0, 1.0)
@@ -55,11 +55,11 @@ def test_tracked_ripple_leaves_little_more_than_the_noise(rng):
     test = swaying_belt(with_ripple(rng, phase=2.5), rng, 120.0)
     untracked, tracked = (fit_model(name, [train], SHORT) for name in ("fir", "ripple-tracking"))
     assert tracked.model.orders_per_m == pytest.approx(ORDERS, abs=1e-3)
-    assert judge(untracked, [test]).rms_after == pytest.approx(np.sqrt(2.5 + 0.3**2), rel=0.03)
+    assert evaluate(untracked, [test]).rms_after == pytest.approx(np.sqrt(2.5 + 0.3**2), rel=0.03)
     # four amplitudes learnt within 20 s, and from nothing in the beginning
-    settled = replace(test, judged=np.arange(test.load.size) > 2000)
-    assert 0.3 < judge(tracked, [settled]).rms_after < 0.33
-    assert judge(tracked, [test]).rms_after < 0.4
+    settled = replace(test, evaluated=np.arange(test.load.size) > 2000)
+    assert 0.3 < evaluate(tracked, [settled]).rms_after < 0.33
+    assert evaluate(tracked, [test]).rms_after < 0.4
 
 
 @pytest.mark.parametrize("last", [37, 3000, 3005, 5999])
@@ -126,4 +126,4 @@ def test_spectrum_over_distance_shows_order_and_size_of_a_wave(rng):
     highest = np.argmax(found.power)
     assert found.order_per_m[highest] == pytest.approx(0.57, abs=0.6 / 144.0)  # 144 m travelled
     assert 0.85 * 2.0 < np.sqrt(found.power[highest]) < 1.01 * 2.0
-    assert spectrum_over_distance(replace(r, judged=np.arange(r.load.size) < 800), r.load) is None  # 9.6 m
+    assert spectrum_over_distance(replace(r, evaluated=np.arange(r.load.size) < 800), r.load) is None  # 9.6 m

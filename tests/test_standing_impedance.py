@@ -238,9 +238,9 @@ def test_fit_without_a_usable_muscle_is_a_sentence():
     assert fit([responses_with(INTRINSIC, DRIVE), without], EMG) == said
     only_thigh = responses_with(INTRINSIC, {"RF": DRIVE["TA"]})
     assert fit(only_thigh, EMG) == said
-    fits, notes = fit_all([without], "pilot/relax", ["ankle"], {"emg-driven": EMG}, OPTIONS, 10, 1)
+    fits, notes = fit_all([without], "standing/relax", ["ankle"], {"emg-driven": EMG}, OPTIONS, 10, 1)
     assert fits == {}
-    assert notes == [f"pilot/relax: estimator emg-driven left out: {said}"]
+    assert notes == [f"standing/relax: estimator emg-driven left out: {said}"]
 
 
 def test_muscle_that_one_trial_lacks_is_fitted_in_none():
@@ -350,18 +350,18 @@ def test_same_seed_gives_the_same_numbers_and_other_fits_change_none(rng):
             group["torque/other"] = 1.1 * group["torque/ankle"]
 
     def fits(pathways, estimators, seed=7):
-        return fit_all(trials, "pilot/relax", pathways, estimators, OPTIONS, 100, seed)[0]
+        return fit_all(trials, "standing/relax", pathways, estimators, OPTIONS, 100, seed)[0]
 
-    alone = fits(["ankle"], {"reflex-free": SHORT})
-    beside = fits(["other", "ankle"], {"long": LONG, "reflex-free": SHORT})
-    assert set(beside) == {(p, e) for p in ("other", "ankle") for e in ("long", "reflex-free")}
-    key = ("ankle", "reflex-free")
+    alone = fits(["ankle"], {"pre-reflex-window": SHORT})
+    beside = fits(["other", "ankle"], {"long": LONG, "pre-reflex-window": SHORT})
+    assert set(beside) == {(p, e) for p in ("other", "ankle") for e in ("long", "pre-reflex-window")}
+    key = ("ankle", "pre-reflex-window")
     assert (beside[key].parameters == alone[key].parameters).all()
-    other_seed = fits(["ankle"], {"reflex-free": SHORT}, seed=8)[key]
+    other_seed = fits(["ankle"], {"pre-reflex-window": SHORT}, seed=8)[key]
     assert (other_seed.parameters[0] == alone[key].parameters[0]).all()
     assert (other_seed.parameters[1:] != alone[key].parameters[1:]).all()
     # torque 1.1 times as large, redrawn on its own
-    scaled = beside["other", "reflex-free"]
+    scaled = beside["other", "pre-reflex-window"]
     assert scaled.parameters[0] == pytest.approx(1.1 * alone[key].parameters[0])
     assert (scaled.parameters[1:] != 1.1 * alone[key].parameters[1:]).any()
 
@@ -370,9 +370,9 @@ def test_trials_without_responses_do_not_count():
     empty = responses_with(INTRINSIC, sizes=[])
     with_empty = fit_all([empty, responses_with(INTRINSIC)], "x", ["ankle"], {"s": SHORT}, OPTIONS, 20, 1)
     assert with_empty[0]["ankle", "s"].responses == len(SIZES)
-    fits, notes = fit_all([empty], "pilot/stiff", ["ankle"], {"s": SHORT}, OPTIONS, 20, 1)
+    fits, notes = fit_all([empty], "standing/stiff", ["ankle"], {"s": SHORT}, OPTIONS, 20, 1)
     assert fits == {}
-    assert notes == ["pilot/stiff: expected a trial with usable responses, found none: repeat the trials"]
+    assert notes == ["standing/stiff: expected a trial with usable responses, found none: repeat the trials"]
 
 
 # ---- rows, and what is refused -------------------------------------------------------------------

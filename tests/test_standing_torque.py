@@ -242,8 +242,8 @@ def test_body_on_the_ankles_is_the_whole_one_less_the_feet():
     body = standing_body(64.0, 1.75, 0.55, 0.08, G)
     assert body.mass_kg == pytest.approx(62.144)
     assert body.com_m == pytest.approx(0.910051, abs=1e-6)
-    assert body.toppling_stiffness == pytest.approx(62.144 * 9.81 * 0.910051, rel=1e-6)
-    assert body.toppling_stiffness == pytest.approx(554.80, abs=0.01)
+    assert body.critical_stiffness == pytest.approx(62.144 * 9.81 * 0.910051, rel=1e-6)
+    assert body.critical_stiffness == pytest.approx(554.80, abs=0.01)
 
 
 def test_body_turns_about_the_ankles_like_a_uniform_rod():

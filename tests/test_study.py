@@ -29,8 +29,8 @@ TRIALS = [
     "weight minjerk-0.4 virtual_lab minjerk 0.4 4 28 - - - - validate",
     "empty sine-0.4 virtual_lab sine 0.4 4 28 - - - - calibrate",
     "empty minjerk-0.4 virtual_lab minjerk 0.4 4 28 - - - - validate",
-    "pilot relax-neg-0.5 virtual_lab negative-sine 0.5 4-4.5 41 - - - - - - relax",
-    "pilot stiff-pos-0.5 virtual_lab sine 0.5 4-4.5 41 - - - - - - stiff",
+    "standing relax-neg-0.5 virtual_lab negative-sine 0.5 4-4.5 41 - - - - - - relax",
+    "standing stiff-pos-0.5 virtual_lab sine 0.5 4-4.5 41 - - - - - - stiff",
 ]
 OVERRIDES = {
     "study": {"trial_sheet": "config/tiny.tsv"},
@@ -131,7 +131,11 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "tables/claims.csv",
         "tables/treadmill_models.csv",
         *[f"figures/figure_{number}.{kind}" for number in FIGURES for kind in ("svg", "png")],
-        *[f"figures/pilot/{condition}_{figure}.png" for condition in PEOPLE for figure in ("4_13", "4_14")],
+        *[
+            f"figures/standing/{condition}_{figure}.png"
+            for condition in PEOPLE
+            for figure in ("4_13", "4_14")
+        ],
     ):
         assert (results / name).stat().st_size > 200, name
     assert (results / "report/thesis.pdf").read_bytes().startswith(b"%PDF")
@@ -163,9 +167,9 @@ def test_the_recommended_pathway_recovers_the_truth_and_the_printed_one_its_pred
         assert value(rows, **of, pathway="leg", quantity="B") == pytest.approx(0.1, rel=0.3)
         assert value(rows, **of, pathway="leg", quantity="I") == pytest.approx(0.0, abs=0.001)
         printed = 10.0 - 2.0 * 0.4 * 9.81 * 0.4485
-        assert value(rows, **of, pathway="leg-printed", quantity="K") == pytest.approx(printed, rel=0.1)
-        assert value(rows, **of, pathway="leg-printed", quantity="I") == pytest.approx(0.054, rel=0.03)
-        assert value(rows, **of, pathway="leg-printed", quantity="VAF_perturbation") > 99.8
+        assert value(rows, **of, pathway="leg-thesis", quantity="K") == pytest.approx(printed, rel=0.1)
+        assert value(rows, **of, pathway="leg-thesis", quantity="I") == pytest.approx(0.054, rel=0.03)
+        assert value(rows, **of, pathway="leg-thesis", quantity="VAF_perturbation") > 99.8
 
 
 def test_the_treadmill_taken_out_of_the_force_leaves_the_joint(study):
@@ -179,13 +183,13 @@ def test_the_treadmill_taken_out_of_the_force_leaves_the_joint(study):
 
 
 def test_a_standing_persons_ankles_and_latencies_are_recovered(study):
-    rows = [row for row in table(study, "recovery") if row["experiment"] == "pilot"]
+    rows = [row for row in table(study, "recovery") if row["experiment"] == "standing"]
     for task in ("relax", "stiff"):
         (own,) = [
             row
             for row in rows
             if (row["condition"], row["pathway"], row["estimator"], row["quantity"])
-            == (task, "ankle-compensated", "reflex-free", "K")
+            == (task, "ankle-compensated", "pre-reflex-window", "K")
         ]
         assert abs(float(own["relative_error"])) < 0.15
         assert own["covered"] == "true"
@@ -198,7 +202,8 @@ def test_a_standing_persons_ankles_and_latencies_are_recovered(study):
     stiffness = {
         row["condition"]: float(row["value"])
         for row in estimates(study)
-        if (row["pathway"], row["estimator"], row["quantity"]) == ("ankle-compensated", "reflex-free", "K")
+        if (row["pathway"], row["estimator"], row["quantity"])
+        == ("ankle-compensated", "pre-reflex-window", "K")
     }
     assert stiffness["stiff"] > 1.3 * stiffness["relax"]
 
@@ -354,7 +359,7 @@ def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(
     """A flat, a missing and a loose electrode, a hidden marker, and in the other trial a step."""
     bad = study / "bad_person"
     for condition in PEOPLE:
-        shutil.copytree(study / f"results/raw/pilot/{condition}", bad / condition)
+        shutil.copytree(study / f"results/raw/standing/{condition}", bad / condition)
     edf = edfio.read_edf(bad / PEOPLE[0] / "emg.edf")
     hum = 300.0 * np.sin(2.0 * np.pi * 50.0 * np.arange(edf.signals[0].data.size) / 1000.0)
     for signal in edf.signals:
@@ -365,12 +370,12 @@ def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(
         if signal.label == "EMG GAS":
             signal.label = "EMG gastro"
     edf.write(bad / PEOPLE[0] / "emg.edf")
-    with h5py.File(study / f"results/responses/pilot/{PEOPLE[0]}.h5") as responses:
+    with h5py.File(study / f"results/epochs/standing/{PEOPLE[0]}.h5") as responses:
         onset = float(responses["onsets_s"][1])
     hide_marker(bad / PEOPLE[0] / "markers.c3d", "shank2", onset + 0.03)
     step(bad / PEOPLE[1] / "markers.c3d", 20.0)
     rows = [
-        f"pilot {condition} recorded - - - 41 {folder / 'log.mat'} - {folder / 'calibration.csv'} "
+        f"standing {condition} recorded - - - 41 {folder / 'log.mat'} - {folder / 'calibration.csv'} "
         f"{folder / 'markers.c3d'} - {folder / 'emg.edf'} {condition.partition('-')[0]}"
         for condition, folder in ((condition, bad / condition) for condition in PEOPLE)
     ]
@@ -378,19 +383,19 @@ def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(
     people = {
         "study": {"trial_sheet": "config/people.tsv", "virtual_lab": None, "reported": None},
         "pathvars": {"results": "results/people", "logs": "results/people/logs"},
-        "pilot": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
+        "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
     }
     write_config(study, people, "people")
     run = snakemake(study, config="people")
     assert run.returncode == 0, run.stdout + run.stderr
-    report = json.loads((study / "results/people/report/report.json").read_text())["pilot"]
+    report = json.loads((study / "results/people/report/report.json").read_text())["standing"]
     told = "\n".join(report["left_out"])
     for words in (
         "muscle SOL left out: expected at least 0.25 uV",
         "muscle GAS left out: its channel is not in the file",
         "muscle BF left out: expected at most 80 % of the power from the mains",
         f"perturbation at {onset:.2f} s left out: marker 'shank2' was hidden",
-        "pilot/stiff-pos-0.5: left out as a whole: the foot's marker",
+        "standing/stiff-pos-0.5: left out as a whole: the foot's marker",
     ):
         assert words in told, told
     found = estimates(study, "results/people")
@@ -399,37 +404,39 @@ def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(
         estimates(study),
         condition="relax-neg-0.5",
         pathway="ankle",
-        estimator="reflex-free",
+        estimator="pre-reflex-window",
         quantity="K",
     )
-    after = value(found, condition="relax-neg-0.5", pathway="ankle", estimator="reflex-free", quantity="K")
+    after = value(
+        found, condition="relax-neg-0.5", pathway="ankle", estimator="pre-reflex-window", quantity="K"
+    )
     # one of the responses is missing, and nothing else has changed
     assert after != before
     assert after == pytest.approx(before, rel=0.2)
 
 
 def test_a_person_without_electromyograms_still_has_ankles(study):
-    folder = study / f"results/raw/pilot/{PEOPLE[0]}"
+    folder = study / f"results/raw/standing/{PEOPLE[0]}"
     row = (
-        f"pilot {PEOPLE[0]} recorded - - - 41 {folder / 'log.mat'} - {folder / 'calibration.csv'} "
+        f"standing {PEOPLE[0]} recorded - - - 41 {folder / 'log.mat'} - {folder / 'calibration.csv'} "
         f"{folder / 'markers.c3d'} - - told"
     )
     write_sheet(study, [row], "silent")
     silent = {
         "study": {"trial_sheet": "config/silent.tsv", "virtual_lab": None, "reported": None},
         "pathvars": {"results": "results/silent", "logs": "results/silent/logs"},
-        "pilot": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
+        "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
     }
     write_config(study, silent, "silent")
     run = snakemake(study, config="silent")
     assert run.returncode == 0, run.stdout + run.stderr
-    wanted = {"condition": PEOPLE[0], "pathway": "ankle", "estimator": "reflex-free", "quantity": "K"}
+    wanted = {"condition": PEOPLE[0], "pathway": "ankle", "estimator": "pre-reflex-window", "quantity": "K"}
     found = estimates(study, "results/silent")
     assert value(found, **wanted) == value(estimates(study), **wanted)
     assert not [row for row in found if row["estimator"] == "emg-driven"]
-    report = json.loads((study / "results/silent/report/report.json").read_text())["pilot"]
+    report = json.loads((study / "results/silent/report/report.json").read_text())["standing"]
     assert report["left_out"][0] == (
-        f"pilot/{PEOPLE[0]}: no muscles: the trial has no file of electromyograms"
+        f"standing/{PEOPLE[0]}: no muscles: the trial has no file of electromyograms"
     )
 
 
@@ -526,7 +533,7 @@ def belt_table(path, seed, sign=1.0, still=False):
 def treadmill_study(study, name, recordings):
     """Run a study of treadmill recordings: condition -> (role, file)."""
     rows = [
-        "\t".join(["treadmill", condition, "recorded", "-", "-", "-", "39", str(file), "-", "-", "-", role])
+        "\t".join(["belt", condition, "recorded", "-", "-", "-", "39", str(file), "-", "-", "-", role])
         + "\t-\t-\tt\tMx (Nm)\tv (m/s)"
         for condition, (role, file) in recordings.items()
     ]
@@ -534,7 +541,7 @@ def treadmill_study(study, name, recordings):
     content = {
         "study": {"trial_sheet": f"config/{name}.tsv", "virtual_lab": None, "reported": None},
         "pathvars": {"results": f"results/{name}", "logs": f"results/{name}/logs"},
-        "treadmill": {"analysis": {"cutoffs_hz": [6, 20]}},
+        "belt": {"analysis": {"cutoffs_hz": [6, 20]}},
     }
     write_config(study, content, name)
     run = snakemake(study, config=name)

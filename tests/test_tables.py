@@ -16,8 +16,8 @@ from tepsipe.reporting.thesis_tables import ROWS, lay_out_table, read_table, wri
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
 
-def estimate(quantity, value, condition="sine-0.3", pathway="leg-printed", **more):
-    names = {"experiment": "dummy", "estimator": "segment-regression-printed"} | more
+def estimate(quantity, value, condition="sine-0.3", pathway="leg-thesis", **more):
+    names = {"experiment": "dummy", "estimator": "windowed-least-squares-thesis"} | more
     return Estimate(
         condition=condition,
         pathway=pathway,
@@ -82,12 +82,12 @@ REPORTED = {"K": {"sine-0.1": 6.722}, "SEM_K": {"sine-0.5": 0.342}}
 
 
 def test_table_has_the_rows_of_the_thesis_pathway_by_pathway():
-    estimates = dummy_estimates("leg", 2.0) + dummy_estimates("leg-printed")
-    blocks = [("leg-printed", None), ("leg", None)]
+    estimates = dummy_estimates("leg", 2.0) + dummy_estimates("leg-thesis")
+    blocks = [("leg-thesis", None), ("leg", None)]
     rows = lay_out_table("table_4_2", estimates[::-1], REPORTED, CONDITIONS, blocks)
     assert [row.quantity for row in rows] == 2 * ROWS["table_4_2"]
     each = len(ROWS["table_4_2"])
-    assert [row.pathway for row in rows] == each * ["leg-printed"] + each * ["leg"]
+    assert [row.pathway for row in rows] == each * ["leg-thesis"] + each * ["leg"]
     stiffness = [row.values for row in rows if row.quantity == "K"]
     assert stiffness == [[20.0, 21.0], [40.0, 42.0]]
     assert [row.values for row in rows if row.quantity == "SEM_K"] == [[0.5, 0.5], [0.5, 0.5]]
@@ -97,7 +97,7 @@ def test_table_has_the_rows_of_the_thesis_pathway_by_pathway():
 
 def test_cells_stand_beside_what_was_reported_for_their_condition():
     rows = lay_out_table(
-        "table_4_2", dummy_estimates("leg-printed"), REPORTED, CONDITIONS, [("leg-printed", None)]
+        "table_4_2", dummy_estimates("leg-thesis"), REPORTED, CONDITIONS, [("leg-thesis", None)]
     )
     reported = {row.quantity: row.reported for row in rows}
     assert reported["K"] == [6.722, None]
@@ -138,7 +138,7 @@ def test_estimate_that_is_missing_is_named():
 
 def test_table_comes_back_from_its_file(tmp_path):
     rows = lay_out_table(
-        "table_4_2", dummy_estimates("leg-printed"), REPORTED, CONDITIONS, [("leg-printed", None)]
+        "table_4_2", dummy_estimates("leg-thesis"), REPORTED, CONDITIONS, [("leg-thesis", None)]
     )
     write_table(tmp_path / "table.csv", rows, CONDITIONS)
     conditions, read = read_table(tmp_path / "table.csv")
@@ -171,7 +171,7 @@ def findings(stiffness=(6.5, 6.4, 6.6), start_spread=1e-5, wristalyzer=(9.9, 10.
     fits = {
         "dummy": {
             name: Result(
-                {"leg-printed/parameters": np.column_stack([[0.0, 0.0], [0.0, 0.0], [6.0 - s, 6.0 + s]])},
+                {"leg-thesis/parameters": np.column_stack([[0.0, 0.0], [0.0, 0.0], [6.0 - s, 6.0 + s]])},
                 {},
                 {},
             )
@@ -182,7 +182,7 @@ def findings(stiffness=(6.5, 6.4, 6.6), start_spread=1e-5, wristalyzer=(9.9, 10.
             for name in ("0.08", "0.16")
         },
     }
-    return Findings(rows, fits, "leg-printed")
+    return Findings(rows, fits, "leg-thesis")
 
 
 def verdict(measure, reported, tolerance, found):
@@ -239,7 +239,7 @@ def test_claims_are_measured_on_the_printed_pathway_and_estimator():
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("measure", MEASURES)
 def test_claim_whose_experiment_was_not_run_is_left_out(measure):
-    nothing = Findings([], {}, "leg-printed")
+    nothing = Findings([], {}, "leg-thesis")
     assert verdict(measure, 1.0, 0.1, nothing) is None
 
 
@@ -316,7 +316,7 @@ def test_only_parameters_of_made_trials_are_compared(shipped_truth):
         estimate("K", 9.0),
         estimate("VAF_trial", 99.0),
         estimate("K", 12.0, condition="recorded"),
-        estimate("K", 60.0, experiment="ankle"),
+        estimate("K", 60.0, experiment="position_manipulator"),
         estimate("I", 0.054),
     ]
     rows = compare_with_truth(estimates, shipped_truth, {"dummy": ["sine-0.3"]}, {})
@@ -327,18 +327,18 @@ def test_only_parameters_of_made_trials_are_compared(shipped_truth):
 
 
 def test_a_standing_person_has_a_truth_for_each_task_and_one_latency_per_muscle(shipped_truth):
-    of_person = {"experiment": "pilot", "pathway": "ankle"}
+    of_person = {"experiment": "standing", "pathway": "ankle"}
     estimates = [
         estimate("K", 400.0, condition="relax-neg-0.5", **of_person),
         estimate("K", 500.0, condition="own", **of_person),
-        estimate("latency_TA", 0.05, condition="stiff", experiment="pilot", pathway="emg"),
+        estimate("latency_TA", 0.05, condition="stiff", experiment="standing", pathway="emg"),
         estimate("K_over_mgh", 0.7, condition="stiff", **of_person),
     ]
     rows = compare_with_truth(estimates, shipped_truth, {}, {"relax-neg-0.5": "relax", "stiff": "stiff"})
-    pilot = shipped_truth["pilot"]
+    standing = shipped_truth["standing"]
     assert [(row.estimate.value, row.truth) for row in rows] == [
-        (400.0, pilot["tasks"]["relax"]["stiffness_Nm_per_rad"][0]),
-        (0.05, pilot["muscles"]["TA"]["latency_s"]),
+        (400.0, standing["tasks"]["relax"]["stiffness_Nm_per_rad"][0]),
+        (0.05, standing["muscles"]["TA"]["latency_s"]),
     ]
 
 

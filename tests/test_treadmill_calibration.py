@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_builders import OPTIONS, belt_recording, pulsed_judged, restless_belt, swaying_belt
+from belt_builders import OPTIONS, belt_recording, pulsed_evaluated, restless_belt, swaying_belt
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
@@ -26,7 +26,7 @@ from tepsipe.treadmill.calibration import (
     write_scores,
 )
 from tepsipe.treadmill.coherence_limit import coherence_limit
-from tepsipe.treadmill.registry import FamilyOptions, fit_model, judge
+from tepsipe.treadmill.registry import FamilyOptions, evaluate, fit_model
 from tepsipe.treadmill.ripple import RippleOptions
 from tepsipe.treadmill.trial_recordings import table_recording
 
@@ -63,9 +63,9 @@ def test_plan_fits_every_model_where_it_can_be_fitted():
         Calibration("fir", "weight", ("empty", "weight")),
         Calibration("loaded-frame", BOTH, ("empty", "weight")),
     ]
-    assert table_plan(["fir", "published"], "slow-1", ["slow-2"]) == [
+    assert table_plan(["fir", "hnat2014"], "slow-1", ["slow-2"]) == [
         Calibration("fir", "slow-1", ("slow-2",)),
-        Calibration("published", "slow-1", ("slow-2",)),
+        Calibration("hnat2014", "slow-1", ("slow-2",)),
     ]
 
 
@@ -89,13 +89,13 @@ def test_scores_are_those_of_unseen_recordings(rng):
     ]
     assert [m.name for m in models] == ["fir", "mass-spring-damper"]
     fir, twice, seen = scores
-    found = judge(fit_model("fir", [train], OPTIONS), [test])
+    found = evaluate(fit_model("fir", [train], OPTIONS), [test])
     assert (fir.r2, fir.rms_before, fir.rms_after) == (found.r2, found.rms_before, found.rms_after)
     assert (fir.order, fir.cutoff_hz, fir.load, fir.unit) == (26, 20.0, "Mx", "Nm")
     assert fir.r2_limit == coherence_limit([test], OPTIONS.spectral_segment_s)
     assert twice.r2 == pytest.approx(0.0, abs=0.05)  # twice the load leaves as much as there was
     assert seen.r2 == pytest.approx(seen.r2_limit, abs=0.01)
-    short = replace(test, judged=np.arange(test.load.size) < 100, name="too short")
+    short = replace(test, evaluated=np.arange(test.load.size) < 100, name="too short")
     with pytest.raises(InputError) as caught:
         calibrate([], {}, {"test": [short]}, "Mx", OPTIONS)
     assert_one_sentence(caught.value, "too short", "1 s")
@@ -132,7 +132,7 @@ def test_mean_responses_are_those_of_the_perturbations():
     for size, onset in zip((1.0, 3.0), onsets, strict=True):
         acceleration[onset : onset + 30] = size * shape
     r = belt_recording(np.cumsum(acceleration), acceleration, 5.0 * acceleration, condition="sine-0.3")
-    r = replace(r, onsets=onsets, judged=pulsed_judged(3000, onsets, 60), lowpass=LOWPASS)
+    r = replace(r, onsets=onsets, evaluated=pulsed_evaluated(3000, onsets, 60), lowpass=LOWPASS)
     fitted = fit_model("mass-spring-damper", [r], replace(OPTIONS, shortest_s=0.5))
     found = mean_responses([fitted], [r])
     assert found.arrays["sine-0.3/measured"] == pytest.approx(np.pad(10.0 * shape, (0, 30)))
@@ -165,12 +165,12 @@ def test_result_of_a_table_shows_its_middle_and_the_lines_that_are_tracked(rng):
 # ---- recordings of a real treadmill ------------------------------------------------------------
 
 COLUMNS = {"time": "Timestamp (s)", "load": "Pitch Moment (Nm)", "velocity": "Belt Velocity (m/s)"}
-ACCELERATION_ONLY = ("published", "output-error", "fir-causal", "fir", "spectral")
+ACCELERATION_ONLY = ("hnat2014", "output-error", "fir-causal", "fir", "spectral")
 
 
 @pytest.fixture(scope="module")
 def treadmill(shipped_config):
-    return shipped_config["treadmill"]
+    return shipped_config["belt"]
 
 
 @pytest.fixture
@@ -187,7 +187,7 @@ def real_scores(real_data, treadmill):
     chosen = FamilyOptions(**models | {"ripple": RippleOptions(**models["ripple"])})
 
     def at(cutoff_hz):
-        lowpass = Lowpass(cutoff_hz, analysis["lowpass_order"], analysis["bidirectional"])
+        lowpass = Lowpass(cutoff_hz, analysis["lowpass_order"], analysis["zero_lag"])
         train, test = ([r.filtered(lowpass)] for r in recordings)
         scores, _ = calibrate(table_plan(family, "1", ["2"]), {"1": train}, {"2": test}, "load", chosen)
         return {score.model: score for score in scores}
@@ -197,7 +197,7 @@ def real_scores(real_data, treadmill):
 
 def test_published_figure_of_a_real_treadmill_is_reproduced_and_beaten(real_scores):
     found = real_scores(6)
-    published = found["published"]
+    published = found["hnat2014"]
     # Hnat & van den Bogert (2014), slow trials: R2 0.7206, RMS 2.774 -> 1.460 Nm
     assert 0.720 < published.r2 < 0.721
     assert published.rms_before == pytest.approx(2.774, abs=1e-3)
@@ -211,10 +211,10 @@ def test_published_figure_of_a_real_treadmill_is_reproduced_and_beaten(real_scor
 
 def test_at_a_high_cutoff_the_real_treadmill_needs_more_than_two_poles(real_scores):
     found = real_scores(20)
-    assert 0.54 < found["published"].r2 < 0.56
+    assert 0.54 < found["hnat2014"].r2 < 0.56
     assert found["fir"].r2 >= 0.615
     assert found["ripple-tracking"].r2 >= 0.67
-    assert found["fir"].r2 - found["published"].r2 > 0.05
+    assert found["fir"].r2 - found["hnat2014"].r2 > 0.05
     assert_below_the_limit(found)
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_builders import OPTIONS, belt_recording, pulsed_judged, restless_belt, swaying_belt
+from belt_builders import OPTIONS, belt_recording, pulsed_evaluated, restless_belt, swaying_belt
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
@@ -13,7 +13,7 @@ from tepsipe.treadmill.calibration import ModelScore, read_scores, write_scores
 from tepsipe.treadmill.coherence_limit import coherence_limit
 from tepsipe.treadmill.mass_spring_damper import fit_mean_subtraction
 from tepsipe.treadmill.recording import check_recordings
-from tepsipe.treadmill.registry import fit_model, judge, load_models
+from tepsipe.treadmill.registry import evaluate, fit_model, load_models
 
 
 def test_noise_without_ripple_has_no_orders():
@@ -32,7 +32,7 @@ def test_ripple_tracker_refuses_a_load_in_another_unit(rng):
     train, test = (swaying_belt(load, rng) for _ in range(2))
     fitted = fit_model("ripple-tracking", [train], OPTIONS)
     with pytest.raises(InputError):
-        judge(fitted, [replace(test, load=1e3 * test.load)])
+        evaluate(fitted, [replace(test, load=1e3 * test.load)])
 
 
 def test_mass_damper_spring_come_back_from_filtered_signals(rng):
@@ -41,7 +41,7 @@ def test_mass_damper_spring_come_back_from_filtered_signals(rng):
         return 3.0 * a + 7.0 * (v - v.mean()) + 40.0 * (x - np.polyval(np.polyfit(along, x, 1), along))
 
     r = swaying_belt(load, rng).filtered(Lowpass(6.0, 2, False))
-    r = replace(r, judged=(np.arange(r.load.size) > 200) & (np.arange(r.load.size) < r.load.size - 200))
+    r = replace(r, evaluated=(np.arange(r.load.size) > 200) & (np.arange(r.load.size) < r.load.size - 200))
     fitted = fit_model("mass-spring-damper", [r], OPTIONS)
     assert fitted.model.coefficients[:3] == pytest.approx([3.0, 7.0, 40.0], rel=0.05)
 
@@ -54,16 +54,16 @@ def test_marker_that_never_moves_is_refused():
 
 
 def test_mean_of_two_recordings_of_one_condition():
-    judged = pulsed_judged(1000, (100,), 50)
-    load = np.where(judged, 1.0, 0.0)
-    first = belt_recording(load, load, load, onsets=(100,), judged=judged)
+    evaluated = pulsed_evaluated(1000, (100,), 50)
+    load = np.where(evaluated, 1.0, 0.0)
+    first = belt_recording(load, load, load, onsets=(100,), evaluated=evaluated)
     second = replace(first, load=3.0 * load)
     assert fit_mean_subtraction([first, second]).templates["random"] == pytest.approx(np.full(50, 2.0))
 
 
 def test_segments_that_touch():
     x = np.arange(1000.0)
-    r = belt_recording(x, x, x, onsets=(100, 150, 200), judged=pulsed_judged(1000, (100, 150, 200), 50))
+    r = belt_recording(x, x, x, onsets=(100, 150, 200), evaluated=pulsed_evaluated(1000, (100, 150, 200), 50))
     assert r.segments(x).shape == (3, 50)
 
 
@@ -96,7 +96,7 @@ def test_limit_of_unrelated_perturbations_is_about_nothing():
         rng = np.random.default_rng(seed)
         a, load = rng.standard_normal((2, 2000))
         onsets = tuple(range(100, 1900, 180))
-        r = belt_recording(a, a, load, onsets=onsets, judged=pulsed_judged(2000, onsets, 75))
+        r = belt_recording(a, a, load, onsets=onsets, evaluated=pulsed_evaluated(2000, onsets, 75))
         found.append(coherence_limit([r], 1.0))
     assert np.mean(found) < 0.01, np.mean(found)
 

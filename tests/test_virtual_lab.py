@@ -310,7 +310,7 @@ PERFECT = {"noise_m": 0.0, "occlusions_per_minute": 0.0}
 
 
 def test_markers_on_the_leg_keep_their_distances_if_sampled_at_once(shipped_truth, released):
-    positions = captured(shipped_truth, released, strober_hz=1e12, **PERFECT)
+    positions = captured(shipped_truth, released, marker_sampling_hz=1e12, **PERFECT)
     leg = np.array([[0.0, 0.0], *shipped_truth["dummy"]["markers"]["leg_m"]])
     for i in range(5):
         for j in range(i):
@@ -319,8 +319,8 @@ def test_markers_on_the_leg_keep_their_distances_if_sampled_at_once(shipped_trut
 
 
 def test_every_marker_is_sampled_a_little_later_than_the_one_before_it(shipped_truth, released):
-    at_once = captured(shipped_truth, released, strober_hz=1e12, **PERFECT)
-    strobed = captured(shipped_truth, released, strober_hz=2500.0, **PERFECT)
+    at_once = captured(shipped_truth, released, marker_sampling_hz=1e12, **PERFECT)
+    strobed = captured(shipped_truth, released, marker_sampling_hz=2500.0, **PERFECT)
     shift = (strobed - at_once)[:, :, 1]
     assert np.abs(shift[:, 0]).max() < 1e-9
     frame = np.arange(250) / 250.0 + 0.3 + 0.0008
@@ -427,8 +427,8 @@ def test_rubber_is_odd_linear_for_small_bending_and_softer_beyond():
 
 def test_leaning_dummy_bends_a_softening_rubber_until_it_carries_the_leg(shipped_truth):
     rubber = Rubber(**shipped_truth["dummy"]["rubber"])
-    toppling = 0.4 * 9.81 * 0.4485 * math.sin(0.05)
-    bent = bend_at_rest(lambda phi: rubber.moment(phi, 0.0), toppling)
+    gravity_moment = 0.4 * 9.81 * 0.4485 * math.sin(0.05)
+    bent = bend_at_rest(lambda phi: rubber.moment(phi, 0.0), gravity_moment)
     drive = DriveTruth(**shipped_truth["treadmill"]["drive"])
     leaning = replace(DUMMY, rest_angle_rad=0.05)
     motion = move_dummy(leaning, rubber, drive, lambda t: 0.0, 0.5, RATE_HZ)

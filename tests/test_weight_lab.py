@@ -43,7 +43,7 @@ WEIGHT = WeightTruth(
     gravity_m_per_s2=9.81,
 )
 OPTIONS = TreadmillOptions(
-    resample_rate_hz=250.0, max_gap_s=0.1, strober_frequency_hz=2500.0, trigger_threshold_V=2.5
+    resample_rate_hz=250.0, max_gap_s=0.1, marker_sampling_hz=2500.0, trigger_threshold_V=2.5
 )
 
 

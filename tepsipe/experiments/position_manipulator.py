@@ -12,9 +12,9 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.identification.parallel_cascade import (
-    IntrinsicReflexFit,
-    IntrinsicReflexOptions,
-    fit_intrinsic_reflex,
+    ParallelCascadeFit,
+    ParallelCascadeOptions,
+    fit_parallel_cascade,
 )
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -24,13 +24,13 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged
 from tepsipe.statistics.bootstrap import bootstrap_blocks
-from tepsipe.statistics.goodness_of_fit import HeldOutVaf, judge_held_out
+from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 
 PATHWAY = "impedance"
 ESTIMATOR = "regression"
-REFLEX_ESTIMATOR = "intrinsic-reflex"
-MUSCLE_ESTIMATOR = "intrinsic-reflex-muscle"
+REFLEX_ESTIMATOR = "parallel-cascade"
+MUSCLE_ESTIMATOR = "parallel-cascade-muscle"
 MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
 
 
@@ -169,16 +169,16 @@ def analyse_position_manipulator(
         spectrum=frequency_averaged(
             raw_angle - raw_angle.mean(), raw_torque - raw_torque.mean(), rate, options.averaged_bins
         ),
-        vaf=judge_held_out(torque, predicted, training),
+        vaf=evaluate_held_out(torque, predicted, training),
     )
 
 
-def analyse_intrinsic_reflex(
+def analyse_parallel_cascade(
     trial: Trial,
     options: PositionManipulatorOptions,
-    reflex: IntrinsicReflexOptions,
+    reflex: ParallelCascadeOptions,
     rng: np.random.Generator,
-) -> IntrinsicReflexFit:
+) -> ParallelCascadeFit:
     """Intrinsic stiffness and stretch reflex, fitted to and tested on the torque of the regression.
 
     Parameters
@@ -187,14 +187,14 @@ def analyse_intrinsic_reflex(
         ``angle`` (rad) and ``torque`` (Nm).
     options : PositionManipulatorOptions
         Filter, parts of the trial and blocks, as for `analyse_position_manipulator`.
-    reflex : IntrinsicReflexOptions
+    reflex : ParallelCascadeOptions
         Choices of the fit (units in their names).
     rng : numpy.random.Generator
         Draws blocks.
 
     Returns
     -------
-    IntrinsicReflexFit
+    ParallelCascadeFit
         Both paths and the prediction (rad, Nm, s).
 
     Raises
@@ -203,7 +203,7 @@ def analyse_intrinsic_reflex(
         If the record is too short or the joint does not move.
     """
     kept, training, block = _parts(trial, options)
-    return fit_intrinsic_reflex(
+    return fit_parallel_cascade(
         trial.values("angle"),
         trial.values("torque"),
         trial.rate_hz,
@@ -248,7 +248,7 @@ def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimat
     ]
 
 
-def intrinsic_reflex_estimates(experiment: str, condition: str, fit: IntrinsicReflexFit) -> list[Estimate]:
+def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCascadeFit) -> list[Estimate]:
     """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%); a second set by the muscle.
 
     A structure without stiffening or reflex has no rows for their constants, but a gain of 0 Nms/rad.
@@ -287,7 +287,7 @@ def intrinsic_reflex_estimates(experiment: str, condition: str, fit: IntrinsicRe
     return rows
 
 
-def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: IntrinsicReflexFit) -> Result:
+def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:
     """Arrays and facts of one trial, those of both paths in the group ``reflex`` (units in the result)."""
     spectrum = analysis.spectrum
     model = 1.0 / admittance(analysis.fit.parameters[:3], spectrum.frequency_hz)
@@ -331,7 +331,7 @@ def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: Intr
     return Result(arrays, units, facts)
 
 
-def _paths(fit: IntrinsicReflexFit) -> dict[str, tuple[np.ndarray, str]]:
+def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:
     """Arrays of both paths with their units."""
     arrays = {
         "predicted_torque": (fit.predicted, "Nm"),

@@ -43,10 +43,10 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 from tepsipe.errors import InputError
-from tepsipe.identification.window_regression import SegmentRegression, regress_segments
+from tepsipe.identification.window_regression import WindowedFits, regress_perturbations
 from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque, simulate_angle
 from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.segment_kinematics import LegMotion
+from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.time_alignment import LONGEST_S
@@ -68,7 +68,7 @@ class OutputError:
 
     Attributes
     ----------
-    regression : SegmentRegression
+    regression : WindowedFits
         I (Nms2/rad), B (Nms/rad), K (Nm/rad) as contributions of the intervals from onset to onset, whose
         mean is the estimate; torque (Nm) and VAF (%) as of the pathway ``leg``, for comparison only.
     angle, simulated : ndarray, shape (n,)
@@ -77,7 +77,7 @@ class OutputError:
         theta_0 (rad) and delta (s).
     """
 
-    regression: SegmentRegression
+    regression: WindowedFits
     angle: np.ndarray
     simulated: np.ndarray
     theta_rest_rad: float
@@ -115,12 +115,12 @@ def simulate_leg(
         Derivatives of it with respect to ``x`` (rad over the units of ``x``).
     """
     p = leg.mass_kg * leg.com_m
-    toppling = p * leg.gravity_m_per_s2
+    critical_stiffness = p * leg.gravity_m_per_s2
     inertia, damping, stiffness, rest, delay = x
     rate = (time.size - 1) / (time[-1] - time[0])
-    motion = np.array([inertia, damping, stiffness - toppling])
+    motion = np.array([inertia, damping, stiffness - critical_stiffness])
     beyond = np.sin(theta) - np.sin(rest) - (theta - rest)
-    phi = simulate_angle(motion, toppling * beyond - p * y_dd * np.cos(theta), rate)
+    phi = simulate_angle(motion, critical_stiffness * beyond - p * y_dd * np.cos(theta), rate)
     phi_d = derivative(time, phi)
     phi_dd = derivative(time, phi_d)
     # the same equation, differentiated with respect to J, B and K
@@ -130,7 +130,7 @@ def simulate_leg(
 
 
 def fit_output_error(
-    motion: LegMotion,
+    motion: SegmentMotion,
     foot_position: np.ndarray,
     belt_velocity: np.ndarray,
     leg: Leg,
@@ -142,7 +142,7 @@ def fit_output_error(
 
     Parameters
     ----------
-    motion : LegMotion
+    motion : SegmentMotion
         Motion of the leg (s, rad, m).
     foot_position : ndarray, shape (n,)
         Position of the foot along the belt (m), filtered like the leg's motion.
@@ -177,7 +177,7 @@ def fit_output_error(
         if not np.ptp(acceleration) > 0.0:
             raise InputError(
                 f"expected {'a foot' if name == 'markers' else 'a belt'} that moves, found one that stands "
-                "still: check riding_labels in the configuration, and that the belt was perturbed"
+                "still: check belt_fixed_labels in the configuration, and that the belt was perturbed"
             )
     used = moved["belt" if source == "belt" else "markers"]
     other = moved["belt" if source == "instruments" else source]
@@ -224,18 +224,24 @@ def _undetermined(found: str) -> InputError:
     )
 
 
-def _start(motion: LegMotion, leg: Leg, at_rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _start(motion: SegmentMotion, leg: Leg, at_rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where the search for x begins, and its bounds: the leg swings at the angle's strongest frequency."""
     time, rest = motion.time, float(motion.theta[at_rest].mean())
     inertia = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
-    toppling = leg.mass_kg * leg.com_m * leg.gravity_m_per_s2
+    critical_stiffness = leg.mass_kg * leg.com_m * leg.gravity_m_per_s2
     spectrum = np.abs(np.fft.rfft((motion.theta - rest) * np.hanning(time.size)))
     omega = 2.0 * np.pi * np.fft.rfftfreq(time.size, (time[-1] - time[0]) / (time.size - 1))
     spectrum[omega < _LOWEST_RAD_PER_S] = 0.0
     fastest = omega[-1]
     strongest = min(max(float(omega[int(np.argmax(spectrum))]), 2.0 * _LOWEST_RAD_PER_S), 0.5 * fastest)
-    x = [inertia, 0.1 * inertia * strongest, toppling + inertia * strongest**2, rest, 0.0]
-    low = [0.1 * inertia, 0.0, toppling + 0.1 * inertia * _LOWEST_RAD_PER_S**2, rest - 1.0, -LONGEST_S]
+    x = [inertia, 0.1 * inertia * strongest, critical_stiffness + inertia * strongest**2, rest, 0.0]
+    low = [
+        0.1 * inertia,
+        0.0,
+        critical_stiffness + 0.1 * inertia * _LOWEST_RAD_PER_S**2,
+        rest - 1.0,
+        -LONGEST_S,
+    ]
     largest = [10.0 * inertia, _LARGEST_RATIO * 20.0 * inertia * fastest, 10.0 * inertia * fastest**2]
     return np.array(x), np.array(low), np.array([*largest, rest + 1.0, LONGEST_S])
 
@@ -249,13 +255,13 @@ def _by_interval(products: np.ndarray, perturbations: list[Perturbation]) -> np.
 def _with_torque(
     each: np.ndarray,
     conditioning: float,
-    motion: LegMotion,
+    motion: SegmentMotion,
     leg: Leg,
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
-) -> SegmentRegression:
+) -> WindowedFits:
     """Contributions of the intervals in the place of regressions, and the torque that their mean predicts."""
-    found = regress_segments(motion, leg, perturbations, at_rest, "leg", "segment-regression")
+    found = regress_perturbations(motion, leg, perturbations, at_rest, "leg", "windowed-least-squares")
     theta_dd, theta_d, theta = found.regressors.T
     predicted = impedance_torque(each.mean(axis=0), theta, theta_d, theta_dd)
     unknown = np.full(3, np.nan)
@@ -263,7 +269,7 @@ def _with_torque(
         LinearFit(values, (found.torque - predicted)[p.start : p.stop], unknown, unknown, conditioning)
         for values, p in zip(each, perturbations, strict=True)
     ]
-    return SegmentRegression(
+    return WindowedFits(
         perturbations,
         fits,
         found.torque,

@@ -35,7 +35,7 @@ from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import simulate_angle
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.bootstrap import bootstrap_blocks
-from tepsipe.statistics.goodness_of_fit import HeldOutVaf, judge_held_out
+from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
 
 # frequency (Hz) and damping (-) of the muscle: where the search begins, what it may not leave, and the
 # step of the logarithms for slopes
@@ -146,7 +146,7 @@ def muscle_response(x: np.ndarray, rate_hz: float, frequency_hz: float, damping:
 
 
 @dataclass(frozen=True)
-class IntrinsicReflexOptions:
+class ParallelCascadeOptions:
     """Choices of the fit.
 
     Attributes
@@ -225,7 +225,7 @@ class MuscleFit:
 
 
 @dataclass(frozen=True)
-class IntrinsicReflexFit:
+class ParallelCascadeFit:
     """Both paths of one record.
 
     Attributes
@@ -233,7 +233,7 @@ class IntrinsicReflexFit:
     structure : Structure
         What cross-validation chose.
     predicted, reflex_torque : ndarray, shape (n,)
-        tau and tau_R (Nm) over the judged part of the record.
+        tau and tau_R (Nm) over the evaluated part of the record.
     vaf : HeldOutVaf
         How good the prediction is (%).
     vaf_cross_validated : float
@@ -322,18 +322,18 @@ class _Design:
     stiffening: slice
 
 
-def fit_intrinsic_reflex(
+def fit_parallel_cascade(
     angle: np.ndarray,
     torque: np.ndarray,
     rate_hz: float,
     kept: slice,
     training: int,
     lowpass: Callable[[np.ndarray], np.ndarray],
-    options: IntrinsicReflexOptions,
+    options: ParallelCascadeOptions,
     block: int,
     draws: int,
     rng: np.random.Generator,
-) -> IntrinsicReflexFit:
+) -> ParallelCascadeFit:
     """Fit both paths to the first part of a record and predict all of it from the angle.
 
     Parameters
@@ -348,7 +348,7 @@ def fit_intrinsic_reflex(
         How many of them, from the first on, are fitted (samples).
     lowpass : function of ndarray to ndarray
         The low-pass that signals and regressors pass, along axis 0, without phase shift.
-    options : IntrinsicReflexOptions
+    options : ParallelCascadeOptions
         Choices (units in their names).
     block, draws : int
         Length of the bootstrapped blocks (samples), and their number of draws (-).
@@ -357,7 +357,7 @@ def fit_intrinsic_reflex(
 
     Returns
     -------
-    IntrinsicReflexFit
+    ParallelCascadeFit
         Structure, paths, prediction (rad, Nm, s).
 
     Raises
@@ -407,11 +407,11 @@ def fit_intrinsic_reflex(
     low, high = np.percentile(response, [2.5, 97.5], axis=0) if response.size else np.empty((2, 0))
     spread = np.mean((y[:training] - y[:training].mean()) ** 2)
     lag, smooth = _shown_response(solution[design.intrinsic], rate_hz, lowpass)
-    return IntrinsicReflexFit(
+    return ParallelCascadeFit(
         structure=structure,
         predicted=predicted,
         reflex_torque=reflex_torque,
-        vaf=judge_held_out(y, predicted, training),
+        vaf=evaluate_held_out(y, predicted, training),
         vaf_cross_validated=_percent(errors[structure].mean(), spread),
         impedance=impedance @ solution[design.intrinsic],
         impedance_bootstrap=drawn[:, design.intrinsic] @ impedance.T,
@@ -467,7 +467,7 @@ def _record(angle, torque, rate_hz, kept, training, lowpass, options) -> _Record
 def _design(
     record: _Record,
     structure: Structure,
-    options: IntrinsicReflexOptions,
+    options: ParallelCascadeOptions,
     reflex: np.ndarray | None = None,
 ) -> _Design:
     """Regressors of a structure; those of the reflex follow from it, or are given, shape (n, columns)."""
@@ -499,7 +499,7 @@ def _design(
     )
 
 
-def _candidates(record: _Record, options: IntrinsicReflexOptions) -> list[Structure]:
+def _candidates(record: _Record, options: ParallelCascadeOptions) -> list[Structure]:
     """Structures to try; their penalty is left open."""
     rate = record.rate_hz
     shortest, longest = options.reflex_delays_s
@@ -515,7 +515,7 @@ def _candidates(record: _Record, options: IntrinsicReflexOptions) -> list[Struct
     ]
 
 
-def _folds(training: int, rate_hz: float, options: IntrinsicReflexOptions) -> list[np.ndarray]:
+def _folds(training: int, rate_hz: float, options: ParallelCascadeOptions) -> list[np.ndarray]:
     """Blocks of the fitted part (samples), none shorter than the reflex's memory where two of them fit."""
     memory = (options.reflex_length_s + options.reflex_delays_s[1]) * rate_hz
     count = max(2, min(options.folds, int(training / memory)))
@@ -647,5 +647,5 @@ def _fit_muscle(record, structure, options, block, draws, rng) -> MuscleFit:
         ),
         response=gain * signal.impulse(muscle, T=time)[1],
         predicted=predicted,
-        vaf=judge_held_out(y, predicted, training),
+        vaf=evaluate_held_out(y, predicted, training),
     )

@@ -16,16 +16,16 @@ from scipy.interpolate import CubicSpline
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Leg
-from tepsipe.mechanics.segment_kinematics import LegMotion
+from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 
-ESTIMATORS = ("segment-regression-printed", "segment-regression")
+ESTIMATORS = ("windowed-least-squares-thesis", "windowed-least-squares")
 
 
 @dataclass(frozen=True)
-class SegmentRegression:
+class WindowedFits:
     """I, B, K of one trial.
 
     Attributes
@@ -77,19 +77,19 @@ class SegmentRegression:
         return vaf(self.torque, self.predicted)
 
 
-def regress_segments(
-    motion: LegMotion,
+def regress_perturbations(
+    motion: SegmentMotion,
     leg: Leg,
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
     torque_pathway: str,
     estimator: str,
-) -> SegmentRegression:
+) -> WindowedFits:
     """Estimate I, B, K over every perturbation.
 
     Parameters
     ----------
-    motion : LegMotion
+    motion : SegmentMotion
         Motion of the leg (s, rad, m).
     leg : Leg
         Its mass (kg), centre of mass (m) and inertia (kg m2).
@@ -97,14 +97,14 @@ def regress_segments(
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
-    torque_pathway : {"leg", "leg-printed"}
+    torque_pathway : {"leg", "leg-thesis"}
         How the torque is derived.
-    estimator : {"segment-regression-printed", "segment-regression"}
+    estimator : {"windowed-least-squares-thesis", "windowed-least-squares"}
         Whether the torque at rest is left in (as printed) or subtracted.
 
     Returns
     -------
-    SegmentRegression
+    WindowedFits
         Parameters, predictions and measures of fit (Nm, rad, s).
 
     Raises
@@ -119,17 +119,17 @@ def regress_segments(
 
 
 def regress_torque(
-    motion: LegMotion,
+    motion: SegmentMotion,
     torque: np.ndarray,
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
     estimator: str,
-) -> SegmentRegression:
+) -> WindowedFits:
     """Estimate I, B, K over every perturbation from a torque of any origin.
 
     Parameters
     ----------
-    motion : LegMotion
+    motion : SegmentMotion
         Motion of the leg (s, rad, m).
     torque : ndarray, shape (n,)
         Torque of the joint (Nm).
@@ -137,12 +137,12 @@ def regress_torque(
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
-    estimator : {"segment-regression-printed", "segment-regression"}
+    estimator : {"windowed-least-squares-thesis", "windowed-least-squares"}
         Whether the torque at rest is left in (as printed) or subtracted.
 
     Returns
     -------
-    SegmentRegression
+    WindowedFits
         Parameters, predictions and measures of fit (Nm, rad, s).
 
     Raises
@@ -154,7 +154,7 @@ def regress_torque(
         raise InputError(f"expected an estimator of {', '.join(ESTIMATORS)}, found {estimator!r}")
     theta_rest = float(motion.theta[at_rest].mean())
     torque_rest = float(torque[at_rest].mean())
-    if estimator == "segment-regression":
+    if estimator == "windowed-least-squares":
         torque = torque - torque_rest
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta - theta_rest])
     fits = []
@@ -168,11 +168,11 @@ def regress_torque(
             ) from error
     mean = np.mean([fit.parameters for fit in fits], axis=0)
     predicted = impedance_torque(mean, regressors[:, 2], regressors[:, 1], regressors[:, 0])
-    return SegmentRegression(perturbations, fits, torque, predicted, regressors, theta_rest, torque_rest)
+    return WindowedFits(perturbations, fits, torque, predicted, regressors, theta_rest, torque_rest)
 
 
 def damping_per_skew(
-    motion: LegMotion,
+    motion: SegmentMotion,
     leg: Leg,
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
@@ -185,7 +185,7 @@ def damping_per_skew(
     Parameters
     ----------
     motion, leg, perturbations, at_rest, torque_pathway, estimator
-        As for `regress_segments`.
+        As for `regress_perturbations`.
     skew_s : float
         Time by which the accelerations of the centre of mass are shifted either way (s).
 
@@ -197,13 +197,13 @@ def damping_per_skew(
     Raises
     ------
     InputError
-        As `regress_segments`.
+        As `regress_perturbations`.
     """
     instants = np.clip(motion.time[:, None] + [-skew_s, skew_s], motion.time[0], motion.time[-1])
     y_dd = CubicSpline(motion.time, motion.y_dd)(instants)
     z_dd = CubicSpline(motion.time, motion.z_dd)(instants)
     damping = [
-        regress_segments(
+        regress_perturbations(
             replace(motion, y_dd=y_dd[:, k], z_dd=z_dd[:, k]),
             leg,
             perturbations,

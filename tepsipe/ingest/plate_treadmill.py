@@ -19,7 +19,7 @@ from tepsipe.io.readers.treadmill_log import (
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
-    align_strobed,
+    align_sequential_samples,
     bridge_gaps,
     fill_gaps,
     refuse_short,
@@ -41,7 +41,7 @@ class TreadmillOptions:
         Rate of the trial, that of the motion capture (Hz).
     max_gap_s : float
         Longest time for which a marker may be hidden (s).
-    strober_frequency_hz : float or None
+    marker_sampling_hz : float or None
         Markers per second within a frame (Hz); None if all are sampled at once.
     trigger_threshold_V : float
         Voltage above which the trigger line is high (V).
@@ -49,7 +49,7 @@ class TreadmillOptions:
 
     resample_rate_hz: float
     max_gap_s: float
-    strober_frequency_hz: float | None
+    marker_sampling_hz: float | None
     trigger_threshold_V: float
 
 
@@ -138,7 +138,7 @@ def ingest_treadmill(
     -------
     Trial
         ``force`` (N), ``moment`` (Nm), ``belt_velocity`` and ``belt_command`` (m/s), and with markers
-        ``marker_position`` (m, at common instants), ``marker_position_as_strobed`` (m, as sampled),
+        ``marker_position`` (m, at common instants), ``marker_position_as_sampled`` (m, as sampled),
         ``marker_hidden``.
 
     Raises
@@ -270,12 +270,12 @@ def _marker_signals(
             positions, long = bridge_gaps(positions, markers.rate_hz, options.max_gap_s, what)
         filled[:, k], short = fill_gaps(positions, markers.rate_hz, options.max_gap_s, what)
         hidden[:, k] = long | short
-    if options.strober_frequency_hz is None:
+    if options.marker_sampling_hz is None:
         grid, aligned = np.arange(1, filled.shape[0]) / markers.rate_hz, filled[1:]
         instants = "all markers sampled at the frame's instant"
     else:
-        grid, aligned = align_strobed(filled, markers.rate_hz, options.strober_frequency_hz)
-        instants = f"brought to common instants (strober {options.strober_frequency_hz:g} Hz)"
+        grid, aligned = align_sequential_samples(filled, markers.rate_hz, options.marker_sampling_hz)
+        instants = f"brought to common instants (strober {options.marker_sampling_hz:g} Hz)"
     gaps = (f"gaps up to {options.max_gap_s:g} s filled by a cubic spline",)
     if bridge_long_gaps:
         gaps += ("longer gaps bridged by straight lines",)
@@ -287,7 +287,7 @@ def _marker_signals(
             "marker positions",
             (*gaps, instants),
         ),
-        "marker_position_as_strobed": Signal(
+        "marker_position_as_sampled": Signal(
             filled[1:].astype(np.float32),
             "m",
             ("time", "marker", "axis"),

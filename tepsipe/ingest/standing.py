@@ -14,7 +14,7 @@ from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import refuse_short, rising_edge
 
 
-def ingest_pilot_files(
+def ingest_standing_files(
     files: dict[str, str],
     marker_labels: list[str],
     emg_channels: dict[str, str],

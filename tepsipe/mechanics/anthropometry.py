@@ -53,7 +53,7 @@ class StandingBody:
     gravity_m_per_s2: float
 
     @property
-    def toppling_stiffness(self) -> float:
+    def critical_stiffness(self) -> float:
         """What the ankles must at least resist with (Nm/rad): m g h."""
         return self.mass_kg * self.gravity_m_per_s2 * self.com_m
 

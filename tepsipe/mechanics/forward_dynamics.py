@@ -120,8 +120,8 @@ def rest_angle_of_standing(leg: Leg, stiffness: float, standing_angle: float) ->
 
     K (theta - theta_ref) = m g r sin(theta).
     """
-    toppling = leg.mass_kg * leg.gravity_m_per_s2 * leg.com_m * math.sin(standing_angle)
-    return standing_angle - toppling / stiffness
+    gravity_moment = leg.mass_kg * leg.gravity_m_per_s2 * leg.com_m * math.sin(standing_angle)
+    return standing_angle - gravity_moment / stiffness
 
 
 def simulate_dummy(

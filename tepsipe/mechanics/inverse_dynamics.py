@@ -102,7 +102,7 @@ def leg_torque_as_printed(
     return -(-f_ay * r * np.cos(theta) - f_az * r * np.sin(theta) - i_l * theta_dd)
 
 
-TORQUE_PATHWAYS = {"leg": leg_torque, "leg-printed": leg_torque_as_printed}
+TORQUE_PATHWAYS = {"leg": leg_torque, "leg-thesis": leg_torque_as_printed}
 
 
 @dataclass(frozen=True)
@@ -293,4 +293,4 @@ def single_joint_torque(
     m, h = body.mass_kg, body.com_m
     about_ankle = body.inertia_kgm2 + m * h**2
     carried = ankle_dd[:, 0] * np.cos(theta) - ankle_dd[:, 1] * np.sin(theta)
-    return body.toppling_stiffness * np.sin(theta) - about_ankle * theta_dd - m * h * carried
+    return body.critical_stiffness * np.sin(theta) - about_ankle * theta_dd - m * h * carried

@@ -23,13 +23,13 @@ class SegmentPose:
         theta (rad).
     point : ndarray, shape (n, 2)
         y, z of the wanted point of the segment (m).
-    misfit_m : float
+    marker_residual_rms_m : float
         Root mean square distance between markers and the rigid segment (m).
     """
 
     angle: np.ndarray
     point: np.ndarray
-    misfit_m: float
+    marker_residual_rms_m: float
 
 
 def fit_rigid_segment(markers: np.ndarray, layout: np.ndarray, point: np.ndarray) -> SegmentPose:

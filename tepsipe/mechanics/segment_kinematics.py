@@ -11,7 +11,7 @@ from tepsipe.signals.filters import butterworth_lowpass
 
 
 @dataclass(frozen=True)
-class LegMarkers:
+class SegmentMarkers:
     """Where the leg's markers sit and what else the kinematics needs.
 
     Attributes
@@ -27,7 +27,7 @@ class LegMarkers:
 
 
 @dataclass(frozen=True)
-class LegMotion:
+class SegmentMotion:
     """Motion of the leg during a trial.
 
     Attributes
@@ -38,7 +38,7 @@ class LegMotion:
         Leg angle (rad), its rate (rad/s) and acceleration (rad/s2).
     y_dd, z_dd : ndarray, shape (n,)
         Acceleration of the leg's centre of mass (m/s2).
-    misfit_m : float
+    marker_residual_rms_m : float
         Root mean square distance between markers and the rigid leg (m).
     """
 
@@ -48,19 +48,19 @@ class LegMotion:
     theta_dd: np.ndarray
     y_dd: np.ndarray
     z_dd: np.ndarray
-    misfit_m: float
+    marker_residual_rms_m: float
 
 
-def leg_motion(
+def segment_motion(
     time: np.ndarray,
     positions: np.ndarray,
     labels: list[str],
-    markers: LegMarkers,
+    markers: SegmentMarkers,
     com_m: float,
     rate_hz: float,
     cutoff_hz: float,
     order: int,
-) -> LegMotion:
+) -> SegmentMotion:
     """Filter the markers, fit the rigid leg and differentiate.
 
     Parameters
@@ -71,7 +71,7 @@ def leg_motion(
         Marker positions x, y, z (m).
     labels : list of str
         Names of all markers.
-    markers : LegMarkers
+    markers : SegmentMarkers
         Which of them are on the leg, and where (m).
     com_m : float
         Distance of the leg's centre of mass from the ankle (m).
@@ -82,7 +82,7 @@ def leg_motion(
 
     Returns
     -------
-    LegMotion
+    SegmentMotion
         Angle and accelerations (rad, m, s).
 
     Raises
@@ -90,11 +90,11 @@ def leg_motion(
     InputError
         If a marker of the leg is not among ``labels``, or the markers do not move as one body.
     """
-    filtered = butterworth_lowpass(leg_positions(positions, labels, markers), rate_hz, cutoff_hz, order)
+    filtered = butterworth_lowpass(marker_positions(positions, labels, markers), rate_hz, cutoff_hz, order)
     return motion_of_markers(time, filtered, markers, com_m)
 
 
-def leg_positions(positions: np.ndarray, labels: list[str], markers: LegMarkers) -> np.ndarray:
+def marker_positions(positions: np.ndarray, labels: list[str], markers: SegmentMarkers) -> np.ndarray:
     """y, z (m) of the leg's markers, shape (n, k, 2), out of all markers, shape (n, all markers, 3).
 
     Raises
@@ -111,7 +111,9 @@ def leg_positions(positions: np.ndarray, labels: list[str], markers: LegMarkers)
     return positions[:, [labels.index(label) for label in markers.labels], 1:]
 
 
-def motion_of_markers(time: np.ndarray, filtered: np.ndarray, markers: LegMarkers, com_m: float) -> LegMotion:
+def motion_of_markers(
+    time: np.ndarray, filtered: np.ndarray, markers: SegmentMarkers, com_m: float
+) -> SegmentMotion:
     """Fit the rigid leg to markers that are filtered already, and differentiate.
 
     Parameters
@@ -120,14 +122,14 @@ def motion_of_markers(time: np.ndarray, filtered: np.ndarray, markers: LegMarker
         Instants (s).
     filtered : ndarray, shape (n, k, 2)
         y, z of the leg's markers (m).
-    markers : LegMarkers
+    markers : SegmentMarkers
         Where they sit (m).
     com_m : float
         Distance of the leg's centre of mass from the ankle (m).
 
     Returns
     -------
-    LegMotion
+    SegmentMotion
         Angle and accelerations (rad, m, s).
 
     Raises
@@ -136,20 +138,21 @@ def motion_of_markers(time: np.ndarray, filtered: np.ndarray, markers: LegMarker
         If the markers do not move as one body.
     """
     pose = fit_rigid_segment(filtered, markers.layout_m, np.array([0.0, com_m]))
-    if pose.misfit_m > 0.01:
+    if pose.marker_residual_rms_m > 0.01:
         raise InputError(
-            f"expected the leg's markers to move as one rigid body, found them {1e3 * pose.misfit_m:.3g} "
-            "mm from it on average: check the markers' layout and order in the configuration"
+            f"expected the leg's markers to move as one rigid body, found them "
+            f"{1e3 * pose.marker_residual_rms_m:.3g} mm from it on average: check the markers' "
+            "layout and order in the configuration"
         )
     theta_d = derivative(time, pose.angle)
     velocity = derivative(time, pose.point)
     acceleration = derivative(time, velocity)
-    return LegMotion(
+    return SegmentMotion(
         time=time,
         theta=pose.angle,
         theta_d=theta_d,
         theta_dd=derivative(time, theta_d),
         y_dd=acceleration[:, 0],
         z_dd=acceleration[:, 1],
-        misfit_m=pose.misfit_m,
+        marker_residual_rms_m=pose.marker_residual_rms_m,
     )

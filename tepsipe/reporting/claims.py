@@ -96,7 +96,7 @@ class Findings:
             and e.quantity == quantity
             and e.pathway == wanted
             and e.estimator
-            in ("spectral-fit", "segment-regression-printed", "segment-regression", "least-squares")
+            in ("spectral-fit", "windowed-least-squares-thesis", "windowed-least-squares", "least-squares")
         }
 
 
@@ -132,7 +132,7 @@ def _least_step(values: dict) -> float:
 
 def _least_fact(findings: Findings, fact: str) -> float:
     """Smallest of a fact (any unit) over the trials in which the person stood still."""
-    facts = [fit.facts[fact] for fit in findings.fits["pilot"].values() if fit.facts["responses"]]
+    facts = [fit.facts[fact] for fit in findings.fits["standing"].values() if fit.facts["responses"]]
     return float(min(facts))
 
 

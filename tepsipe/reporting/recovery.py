@@ -50,8 +50,8 @@ class Recovery:
 def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
     """Experiment -> I (Nms2/rad), B (Nms/rad), K (Nm/rad) for small movements, mass (kg) or latency (s).
 
-    Of the standing person, experiment and task: pilot/relax, pilot/stiff. K and B are the intrinsic ones of
-    the ankles; a muscle's latency is the same in every task.
+    Of the standing person, experiment and task: standing/relax, standing/stiff. K and B are the intrinsic
+    ones of the ankles; a muscle's latency is the same in every task.
 
     ``truth`` is the laboratory's configuration. The dummy's rubber has no inertia of its own, so the
     inertia *at the joint* is 0 on the treadmill; in the manipulator the foot turns with the handle.
@@ -70,12 +70,12 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
             "K": on_belt["stiffness_Nm_per_rad"],
         },
         "weight": {"mass": truth["weight"]["mass_kg"]},
-    } | {f"pilot/{task}": _of_person(truth["pilot"], task) for task in truth["pilot"]["tasks"]}
+    } | {f"standing/{task}": _of_person(truth["standing"], task) for task in truth["standing"]["tasks"]}
 
 
-def _of_person(pilot: dict, task: str) -> dict[str, float]:
-    told = pilot["tasks"][task]
-    latencies = {f"latency_{name}": muscle["latency_s"] for name, muscle in pilot["muscles"].items()}
+def _of_person(standing: dict, task: str) -> dict[str, float]:
+    told = standing["tasks"][task]
+    latencies = {f"latency_{name}": muscle["latency_s"] for name, muscle in standing["muscles"].items()}
     return {
         "I": 0.0,
         "B": told["damping_Nms_per_rad"][0],
@@ -108,8 +108,8 @@ def compare_with_truth(
     parameters = true_parameters(truth)
     rows = []
     for e in estimates:
-        if e.experiment == "pilot":
-            known = parameters.get(f"pilot/{tasks.get(e.condition)}", {})
+        if e.experiment == "standing":
+            known = parameters.get(f"standing/{tasks.get(e.condition)}", {})
         else:
             known = parameters.get(e.experiment, {}) if e.condition in made.get(e.experiment, []) else {}
         if e.quantity in known:

@@ -16,7 +16,7 @@ from tepsipe.errors import InputError
 from tepsipe.signals.filters import butterworth_bandpass, butterworth_lowpass, notch
 
 # ---- what `channel_fault` calls a fault: a relaxed muscle shows 1 to 3 uV, the amplifier 0.5 to 1 uV
-# band in which a channel is judged (Hz), and the length of the windows of which it takes the median (s)
+# band in which a channel is evaluated (Hz), and the length of the windows of which it takes the median (s)
 JUDGED_BAND_HZ = (20.0, 450.0)
 JUDGED_WINDOW_S = 1.0
 # samples count as clipped in runs of so many (-), this close to a limit as a part of the range (-): three
@@ -245,16 +245,16 @@ def _held(x: np.ndarray, rate_hz: float) -> np.ndarray:
 
 
 def _levels(x: np.ndarray, rate_hz: float, mains_hz: float, window: int) -> tuple[np.ndarray, np.ndarray]:
-    """Root mean square of everything and of the hum in the judged band (uV), each of shape (windows,)."""
+    """Root mean square of everything and of the hum in the evaluated band (uV), each of shape (windows,)."""
     frequency, _, density = signal.spectrogram(
         x, rate_hz, window="hann", nperseg=window, noverlap=0, detrend="constant"
     )
     power = density * (frequency[1] - frequency[0])
     low, high = JUDGED_BAND_HZ
-    judged = (frequency >= low) & (frequency <= min(high, 0.45 * rate_hz))
+    evaluated = (frequency >= low) & (frequency <= min(high, 0.45 * rate_hz))
     mains = np.array(_harmonics(mains_hz, 0.5 * rate_hz))
     near = np.abs(frequency[:, None] - mains).min(axis=1, initial=np.inf) <= HUM_WIDTH_HZ
-    return np.sqrt(power[judged].sum(axis=0)), np.sqrt(power[judged & near].sum(axis=0))
+    return np.sqrt(power[evaluated].sum(axis=0)), np.sqrt(power[evaluated & near].sum(axis=0))
 
 
 def _harmonics(mains_hz: float, below_hz: float) -> list[float]:

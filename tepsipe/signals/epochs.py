@@ -56,7 +56,7 @@ class Ensemble:
     events: int
 
 
-def cut_responses(
+def cut_epochs(
     x: np.ndarray,
     rate_hz: float,
     onsets_s: np.ndarray,

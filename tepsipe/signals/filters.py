@@ -164,13 +164,13 @@ class Lowpass:
         Cutoff frequency (Hz).
     order : int
         Order; of both passes together where it is bidirectional (-).
-    bidirectional : bool
+    zero_lag : bool
         Forwards and backwards, without phase shift, or forwards only, as it runs in real time.
     """
 
     cutoff_hz: float
     order: int
-    bidirectional: bool
+    zero_lag: bool
 
     def __call__(self, x: np.ndarray, rate_hz: float) -> np.ndarray:
         """Filter ``x``, shape (n,) or (n, c), sampled at ``rate_hz`` (Hz); unit of ``x``.
@@ -180,7 +180,7 @@ class Lowpass:
         InputError
             If the cutoff does not lie between 0 and half the rate.
         """
-        if self.bidirectional:
+        if self.zero_lag:
             return butterworth_lowpass(x, rate_hz, self.cutoff_hz, self.order)
         if not 0.0 < self.cutoff_hz < 0.5 * rate_hz:
             raise InputError(

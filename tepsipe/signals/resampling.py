@@ -267,7 +267,9 @@ def rising_edge(line: np.ndarray, threshold: float, what: str) -> int:
     return int(np.argmax(high))
 
 
-def align_strobed(positions: np.ndarray, rate_hz: float, strober_hz: float) -> tuple[np.ndarray, np.ndarray]:
+def align_sequential_samples(
+    positions: np.ndarray, rate_hz: float, marker_sampling_hz: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Bring markers that were sampled one after another to common instants.
 
     Marker k of frame n is sampled at n / rate + k / strober. Its position at the frames' own
@@ -278,7 +280,7 @@ def align_strobed(positions: np.ndarray, rate_hz: float, strober_hz: float) -> t
     ----------
     positions : ndarray, shape (n, markers, 3)
         Positions as sampled (m), without NaN, markers in the order of the strober.
-    rate_hz, strober_hz : float
+    rate_hz, marker_sampling_hz : float
         Frames per second, and markers per second within a frame (Hz).
 
     Returns
@@ -294,16 +296,16 @@ def align_strobed(positions: np.ndarray, rate_hz: float, strober_hz: float) -> t
         If the markers of a frame do not fit into it.
     """
     frames, markers = positions.shape[:2]
-    spread = (markers - 1) / strober_hz
+    spread = (markers - 1) / marker_sampling_hz
     if spread > 1.0 / rate_hz:
         raise InputError(
-            f"{markers} markers strobed at {strober_hz:g} Hz need {1e3 * spread:.3g} ms, but a frame "
+            f"{markers} markers strobed at {marker_sampling_hz:g} Hz need {1e3 * spread:.3g} ms, but a frame "
             f"lasts {1e3 / rate_hz:.3g} ms: check the strober's frequency in the configuration"
         )
     frame_time = np.arange(frames) / rate_hz
     aligned = np.empty((frames - 1, markers, positions.shape[2]))
     for k in range(markers):
-        aligned[:, k] = CubicSpline(frame_time + k / strober_hz, positions[:, k])(frame_time[1:])
+        aligned[:, k] = CubicSpline(frame_time + k / marker_sampling_hz, positions[:, k])(frame_time[1:])
     return frame_time[1:], aligned
 
 

@@ -42,7 +42,7 @@ class HeldOutVaf:
     held_out_as_printed: float
 
 
-def judge_held_out(measured: np.ndarray, predicted: np.ndarray, training: int) -> HeldOutVaf:
+def evaluate_held_out(measured: np.ndarray, predicted: np.ndarray, training: int) -> HeldOutVaf:
     """VAF (%) of a prediction before and after the end of the fitted part.
 
     Parameters

@@ -11,20 +11,20 @@ from tepsipe.io.result import Result
 from tepsipe.treadmill.coherence_limit import coherence_limit
 from tepsipe.treadmill.loaded_frame import LoadedFrame
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
-from tepsipe.treadmill.registry import FamilyOptions, FittedModel, fit_model, judge
+from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
 from tepsipe.treadmill.ripple import RippleTracker, spectrum_over_distance
 
 
 @dataclass(frozen=True)
 class ModelScore:
-    """One model, fitted on some recordings and judged on others.
+    """One model, fitted on some recordings and evaluated on others.
 
     Attributes
     ----------
     model : str
         Name in the family.
     train, test : str
-        The recordings that it was fitted to, and judged on.
+        The recordings that it was fitted to, and evaluated on.
     cutoff_hz : float
         Cutoff of the low-pass that all signals passed (Hz).
     r2 : float
@@ -114,7 +114,7 @@ def calibrate(
         fitted = fit_model(entry.model, training[entry.train], options)
         models.append(fitted)
         for test in entry.tests:
-            found = judge(fitted, testing[test])
+            found = evaluate(fitted, testing[test])
             scores.append(
                 ModelScore(
                     entry.model,
@@ -194,7 +194,7 @@ def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
     """Which models to fit to the empty belt, to the weight, or to both, and what to judge them on.
 
     The mean of the empty belt is subtracted from the weight's trials only, and the loaded frame needs both.
-    Every other model is fitted to either experiment and judged on each (names, no unit).
+    Every other model is fitted to either experiment and evaluated on each (names, no unit).
     """
     plan = []
     for model in family:
@@ -208,7 +208,7 @@ def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
 
 
 def table_plan(family: list[str], train: str, tests: list[str]) -> list[Calibration]:
-    """Every model, fitted to all calibration trials and judged on the others (names, no unit)."""
+    """Every model, fitted to all calibration trials and evaluated on the others (names, no unit)."""
     return [Calibration(model, train, tuple(tests)) for model in family]
 
 

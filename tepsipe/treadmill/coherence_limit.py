@@ -15,7 +15,7 @@ def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:
     Parameters
     ----------
     recordings : list of BeltRecording
-        What models are judged on.
+        What models are evaluated on.
     segment_s : float
         Length of the segments of continuous recordings (s).
 
@@ -51,7 +51,7 @@ def _segments(x: np.ndarray, recording: BeltRecording, segment_s: float) -> np.n
     if recording.onsets:
         parts = recording.segments(x)
         return np.pad(parts, ((0, 0), (0, parts.shape[1])))
-    samples = min(round(segment_s * recording.rate_hz), int(recording.judged.sum()))
-    inside = x[recording.judged] - x[recording.judged].mean()
+    samples = min(round(segment_s * recording.rate_hz), int(recording.evaluated.sum()))
+    inside = x[recording.evaluated] - x[recording.evaluated].mean()
     parts = np.lib.stride_tricks.sliding_window_view(inside, samples)[:: max(1, samples // 2)]
     return parts * np.hanning(samples)

@@ -72,7 +72,7 @@ def fit_finite_response(recordings: list[BeltRecording], lead_s: float, lag_s: f
     rate = recordings[0].rate_hz
     lead, lag = round(lead_s * rate), round(lag_s * rate)
     taps = lead + lag + 1
-    samples = sum(int(r.judged.sum()) for r in recordings)
+    samples = sum(int(r.evaluated.sum()) for r in recordings)
     if samples < 10 * taps:
         raise InputError(
             f"{recordings[0].name}: expected at least {10 * taps} samples to fit {taps} taps, found "
@@ -82,9 +82,9 @@ def fit_finite_response(recordings: list[BeltRecording], lead_s: float, lag_s: f
     for r in recordings:
         padded = np.concatenate([np.zeros(lag), r.acceleration, np.zeros(lead)])
         # row k holds a(k + lead) ... a(k - lag)
-        rows = np.lib.stride_tricks.sliding_window_view(padded, taps)[r.judged, ::-1]
+        rows = np.lib.stride_tricks.sliding_window_view(padded, taps)[r.evaluated, ::-1]
         normal += rows.T @ rows
-        right += rows.T @ r.load[r.judged]
+        right += rows.T @ r.load[r.evaluated]
     normal[np.diag_indices(taps)] += RIDGE * np.trace(normal) / taps
     return ImpulseResponse(np.linalg.solve(normal, right), lead, rate)
 
@@ -108,7 +108,7 @@ def fit_spectral(recordings: list[BeltRecording], segment_s: float) -> ImpulseRe
     samples = 2 * round(0.5 * segment_s * rate)
     s_aa, s_al = 0.0, 0.0
     for r in recordings:
-        inside = np.flatnonzero(r.judged)
+        inside = np.flatnonzero(r.evaluated)
         part = slice(inside[0], inside[-1] + 1)
         options = {"fs": rate, "nperseg": min(samples, part.stop - part.start), "noverlap": samples // 2}
         options |= {"nfft": samples, "detrend": False}

@@ -128,7 +128,7 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
             f"{recordings[0].name}: expected recordings with at least two different masses on the belt, "
             f"found only {masses[0]:g} kg: calibrate with the empty belt and with a weight"
         )
-    target = np.concatenate([(r.load + r.carried)[r.judged] for r in recordings])
+    target = np.concatenate([(r.load + r.carried)[r.evaluated] for r in recordings])
     stiff = 1.0 / (2.0 * np.pi * STIFF_HZ) ** 2
 
     def model(x: np.ndarray, motion: np.ndarray) -> LoadedFrame:
@@ -144,7 +144,7 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
         for r in recordings:
             moved = _motion(r, trial.lag_s, trial.friction_speed_m_per_s)
             inputs = np.column_stack([moved[:, : 2 if frame is None else 4], r.carried])
-            answers = _filtered(inputs, r.rate_hz, trial._answer(r.carried_kg))[r.judged]
+            answers = _filtered(inputs, r.rate_hz, trial._answer(r.carried_kg))[r.evaluated]
             rows.append(answers[:, :-1])
             rest.append(answers[:, -1])
         stacked, left = np.concatenate(rows), target - np.concatenate(rest)

@@ -96,9 +96,9 @@ class MassSpringDamper:
 
 
 def fit_mass_spring_damper(recordings: list[BeltRecording]) -> MassSpringDamper:
-    """Least squares over all judged samples (unit of the load)."""
-    rows = np.concatenate([_motion(r)[r.judged] for r in recordings])
-    load = np.concatenate([r.load[r.judged] for r in recordings])
+    """Least squares over all evaluated samples (unit of the load)."""
+    rows = np.concatenate([_motion(r)[r.evaluated] for r in recordings])
+    load = np.concatenate([r.load[r.evaluated] for r in recordings])
     scale = np.linalg.norm(rows, axis=0)
     solution = np.linalg.lstsq(rows / scale, load, rcond=1e-10)[0] / scale
     return MassSpringDamper(solution, recordings[0].rate_hz)

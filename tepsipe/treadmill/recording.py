@@ -36,8 +36,8 @@ class BeltRecording:
         Mass on the belt (kg).
     unit : str
         Unit of the load, N or Nm.
-    judged : ndarray of bool, shape (n,)
-        Samples that are fitted and judged (-).
+    evaluated : ndarray of bool, shape (n,)
+        Samples that are fitted and evaluated (-).
     onsets : tuple of int
         First samples of the perturbations; empty if the belt is perturbed continuously (samples).
     lowpass : Lowpass or None
@@ -54,7 +54,7 @@ class BeltRecording:
     carried: np.ndarray
     carried_kg: float
     unit: str
-    judged: np.ndarray
+    evaluated: np.ndarray
     onsets: tuple[int, ...] = ()
     lowpass: Lowpass | None = None
 
@@ -70,7 +70,7 @@ class BeltRecording:
 
     def segments(self, x: np.ndarray) -> np.ndarray:
         """Judged samples of ``x`` by perturbation, shape (perturbations, w) (unit of ``x``)."""
-        length = int(np.argmin(np.append(self.judged[self.onsets[0] :], False)))
+        length = int(np.argmin(np.append(self.evaluated[self.onsets[0] :], False)))
         length = min([length, *np.diff(self.onsets).tolist()])
         return np.array([x[start : start + length] for start in self.onsets if start + length <= x.size])
 
@@ -103,9 +103,9 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
     Parameters
     ----------
     recordings : list of BeltRecording
-        What is to be fitted or judged together.
+        What is to be fitted or evaluated together.
     shortest_s : float
-        Least time of all judged samples together (s).
+        Least time of all evaluated samples together (s).
 
     Raises
     ------
@@ -119,7 +119,7 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
             "'calibrate' in the trial sheet"
         )
     first = recordings[0]
-    seconds = sum(recording.judged.sum() / recording.rate_hz for recording in recordings)
+    seconds = sum(recording.evaluated.sum() / recording.rate_hz for recording in recordings)
     if seconds < shortest_s:
         raise InputError(
             f"{first.name}: expected at least {shortest_s:g} s to calibrate or to judge with, found "
@@ -136,7 +136,7 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
                 f"{recording.name}: expected the load in {first.unit}, as in {first.name}, found "
                 f"{recording.unit}: correct the unit"
             )
-        judged = recording.judged
+        evaluated = recording.evaluated
         for what in ("velocity", "acceleration", "load", "carried"):
             if not np.isfinite(getattr(recording, what)).all():
                 raise InputError(
@@ -147,10 +147,10 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
             ("a belt that is accelerated", recording.velocity, "m/s"),
             ("a load that changes", recording.load, recording.unit),
         ):
-            if np.ptp(x[judged]) <= 1e-9 * max(1.0, np.abs(x[judged]).max()):
+            if np.ptp(x[evaluated]) <= 1e-9 * max(1.0, np.abs(x[evaluated]).max()):
                 raise InputError(
                     f"{recording.name}: expected {what}, found the constant value "
-                    f"{x[judged][0]:.4g} {unit}: check the column, or that the belt was perturbed"
+                    f"{x[evaluated][0]:.4g} {unit}: check the column, or that the belt was perturbed"
                 )
 
 
@@ -172,9 +172,9 @@ class Score:
 
 
 def score(recordings: list[BeltRecording], predictions: list[np.ndarray]) -> Score:
-    """Judge predictions (unit of the load), each of shape (n,), over all judged samples."""
-    load = np.concatenate([r.load[r.judged] for r in recordings])
-    left = load - np.concatenate([p[r.judged] for r, p in zip(recordings, predictions, strict=True)])
+    """Judge predictions (unit of the load), each of shape (n,), over all evaluated samples."""
+    load = np.concatenate([r.load[r.evaluated] for r in recordings])
+    left = load - np.concatenate([p[r.evaluated] for r, p in zip(recordings, predictions, strict=True)])
     total = float(np.sum((load - load.mean()) ** 2))
     return Score(
         1.0 - float(left @ left) / total,

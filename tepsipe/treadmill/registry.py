@@ -18,12 +18,12 @@ from tepsipe.treadmill.mass_spring_damper import (
 )
 from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
 from tepsipe.treadmill.ripple import RippleOptions, RippleTracker, fit_ripple_tracker
-from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_output_error, fit_published
+from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_hnat2014, fit_output_error
 
 MODEL_MEANINGS = {
     "mean-subtraction": "mean over the perturbations of the empty belt, subtracted condition by condition",
     "mass-spring-damper": "mass, damper and spring on the belt's motion",
-    "published": "discrete second-order model, as published",
+    "hnat2014": "discrete second-order model, as published",
     "output-error": "discrete model of chosen order, output error",
     "fir-causal": "finite impulse response, past acceleration only",
     "fir": "finite impulse response with a short look ahead",
@@ -49,7 +49,7 @@ class FamilyOptions:
 
     Attributes
     ----------
-    published_evaluations : int
+    hnat2014_evaluations : int
         Evaluations after which the published search ends (-).
     output_error_order : int
         Order of the output-error model (-).
@@ -65,7 +65,7 @@ class FamilyOptions:
         The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), where another load has shown it.
     """
 
-    published_evaluations: int
+    hnat2014_evaluations: int
     output_error_order: int
     fir_lead_s: float
     fir_lag_s: float
@@ -168,7 +168,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     fits = {
         "mean-subtraction": lambda: fit_mean_subtraction(recordings),
         "mass-spring-damper": lambda: fit_mass_spring_damper(recordings),
-        "published": lambda: fit_published(recordings, options.published_evaluations),
+        "hnat2014": lambda: fit_hnat2014(recordings, options.hnat2014_evaluations),
         "output-error": lambda: fit_output_error(recordings, options.output_error_order),
         "fir-causal": lambda: fit_finite_response(recordings, 0.0, options.fir_lag_s),
         "fir": lambda: fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
@@ -186,7 +186,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     return FittedModel(name, fits[name](), first.unit, first.lowpass, tuple(r.name for r in recordings))
 
 
-def judge(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:
+def evaluate(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:
     """Predict recordings that the model has not seen, and judge the prediction (unit of the load).
 
     Raises
@@ -209,7 +209,9 @@ def refuse_other_scale(recording: BeltRecording, predicted: np.ndarray, fitted: 
     InputError
         If the measured load follows the prediction with the opposite sign, or is 20 times larger or smaller.
     """
-    load, model = (x[recording.judged] - x[recording.judged].mean() for x in (recording.load, predicted))
+    load, model = (
+        x[recording.evaluated] - x[recording.evaluated].mean() for x in (recording.load, predicted)
+    )
     power = float(np.sqrt((load @ load) * (model @ model)))
     if power == 0.0:
         return

@@ -127,7 +127,7 @@ def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOpt
     noise = float(np.sqrt(np.mean(_judged(recordings, leftover) ** 2)))
     # phases differ between recordings: amplitudes are averaged, not waves
     amplitudes = [
-        np.linalg.lstsq(_waves(r, found)[r.judged], left[r.judged], rcond=1e-9)[0].reshape(-1, 2)
+        np.linalg.lstsq(_waves(r, found)[r.evaluated], left[r.evaluated], rcond=1e-9)[0].reshape(-1, 2)
         for r, left in zip(recordings, leftover, strict=True)
     ]
     typical = np.mean([np.hypot(*parts.T) for parts in amplitudes], axis=0)
@@ -135,7 +135,7 @@ def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOpt
 
 
 def _judged(recordings: list[BeltRecording], signals: list[np.ndarray]) -> np.ndarray:
-    return np.concatenate([x[r.judged] for r, x in zip(recordings, signals, strict=True)])
+    return np.concatenate([x[r.evaluated] for r, x in zip(recordings, signals, strict=True)])
 
 
 def _waves(recording: BeltRecording, orders_per_m: np.ndarray) -> np.ndarray:
@@ -166,7 +166,7 @@ class DistanceSpectrum:
 
 def spectrum_over_distance(recording: BeltRecording, load: np.ndarray) -> DistanceSpectrum | None:
     """Spectrum of ``load`` (unit of the load), shape (n,), over distance; None if the belt hardly travels."""
-    inside = np.flatnonzero(recording.judged)
+    inside = np.flatnonzero(recording.evaluated)
     part = slice(inside[0], inside[-1] + 1)
     x, y = recording.position[part], load[part]
     travelled = np.maximum.accumulate(x)

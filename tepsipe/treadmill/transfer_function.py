@@ -50,7 +50,7 @@ class DiscreteTransfer:
         return signal.lfilter(self.numerator, self.denominator, recording.acceleration)
 
 
-def fit_published(recordings: list[BeltRecording], most_evaluations: int) -> DiscreteTransfer:
+def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> DiscreteTransfer:
     """The published procedure: five coefficients from 0.001, bounded by +-10, output error minimised.
 
     Parameters
@@ -71,7 +71,7 @@ def fit_published(recordings: list[BeltRecording], most_evaluations: int) -> Dis
 
     def error(x: np.ndarray) -> np.ndarray:
         b, f = coefficients(x)
-        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.judged] for r in recordings]
+        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
         return np.clip(np.nan_to_num(np.concatenate(left), nan=1e6), -1e6, 1e6)
 
     found = least_squares(
@@ -116,8 +116,10 @@ def fit_output_error(
     def error(z: np.ndarray) -> np.ndarray:
         b, f = split(z * scale)
         if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
-            return np.concatenate([np.full(int(r.judged.sum()), 1e6) for r in recordings])
-        return np.concatenate([(signal.lfilter(b, f, r.acceleration) - r.load)[r.judged] for r in recordings])
+            return np.concatenate([np.full(int(r.evaluated.sum()), 1e6) for r in recordings])
+        return np.concatenate(
+            [(signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
+        )
 
     def jacobian(z: np.ndarray) -> np.ndarray:
         b, f = split(z * scale)
@@ -127,7 +129,7 @@ def fit_output_error(
             by_output = -signal.lfilter([1.0], f, signal.lfilter(b, f, r.acceleration))
             columns = [_delayed(by_input, k) for k in range(order + 1)]
             columns += [_delayed(by_output, k) for k in range(1, order + 1)]
-            blocks.append(np.column_stack(columns)[r.judged])
+            blocks.append(np.column_stack(columns)[r.evaluated])
         return np.concatenate(blocks) * scale
 
     found = least_squares(error, start / scale, jac=jacobian, ftol=1e-6, max_nfev=most_evaluations)
@@ -150,12 +152,12 @@ def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int 
             a, load = (signal.lfilter([1.0], f, x) for x in (r.acceleration, r.load))
             columns = [_delayed(a, k) for k in range(order + 1)]
             columns += [-_delayed(load, k) for k in range(1, order + 1)]
-            rows.append(np.column_stack(columns)[r.judged])
-            right.append(load[r.judged])
+            rows.append(np.column_stack(columns)[r.evaluated])
+            right.append(load[r.evaluated])
         x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-10)[0]
         f = _stabilised(np.concatenate([[1.0], x[order + 1 :]]))
         b = x[: order + 1]
-        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.judged] for r in recordings]
+        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
         cost = sum(float(e @ e) for e in left)
         if best is None or cost < best[0]:
             best = (cost, np.concatenate([b, f[1:]]))

@@ -99,7 +99,7 @@ def plate_recordings(
     Returns
     -------
     dict of str to BeltRecording
-        Component -> recording (N, Nm); all samples of the segments are judged.
+        Component -> recording (N, Nm); all samples of the segments are evaluated.
 
     Raises
     ------
@@ -116,9 +116,9 @@ def plate_recordings(
             f"{name}: expected {options.segment_s:g} s between perturbations and after the last, found less: "
             "shorten the segments in the configuration"
         )
-    judged = np.zeros(time.size, dtype=bool)
+    evaluated = np.zeros(time.size, dtype=bool)
     for onset in onsets:
-        judged[onset : onset + length] = True
+        evaluated[onset : onset + length] = True
     velocity = zero_line(options.lowpass(trial.values("belt_velocity"), rate), time, at_rest)
     measured = measured_load(trial, name, options.belt, options.lowpass, at_rest)
     carried = {component: np.zeros(time.size) for component in COMPONENTS}
@@ -136,7 +136,7 @@ def plate_recordings(
         {component: measured[component] - carried[component] for component in COMPONENTS},
         carried,
         0.0 if weight is None else weight.mass_kg,
-        judged,
+        evaluated,
         onsets,
     )
 
@@ -150,7 +150,7 @@ def recordings_of_loads(
     loads: dict[str, np.ndarray],
     carried: dict[str, np.ndarray],
     carried_kg: float,
-    judged: np.ndarray,
+    evaluated: np.ndarray,
     onsets: tuple[int, ...],
 ) -> dict[str, BeltRecording]:
     """Loads of a trial beside the motion of its belt.
@@ -169,8 +169,8 @@ def recordings_of_loads(
         Component -> measured load less that of what is carried, and the latter (N, Nm).
     carried_kg : float
         Mass on the belt (kg).
-    judged : ndarray of bool, shape (n,)
-        Samples that are fitted and judged (-).
+    evaluated : ndarray of bool, shape (n,)
+        Samples that are fitted and evaluated (-).
     onsets : tuple of int
         First samples of the perturbations (samples).
 
@@ -193,7 +193,7 @@ def recordings_of_loads(
             carried=carried[component],
             carried_kg=carried_kg,
             unit=unit,
-            judged=judged,
+            evaluated=evaluated,
             onsets=onsets,
             lowpass=lowpass,
         )
@@ -278,7 +278,7 @@ def table_recording(trial: Trial, name: str, trimmed_s: float) -> BeltRecording:
     name : str
         Names the recording.
     trimmed_s : float
-        Time at both ends that is neither fitted nor judged (s): filters start there.
+        Time at both ends that is neither fitted nor evaluated (s): filters start there.
 
     Returns
     -------
@@ -287,8 +287,8 @@ def table_recording(trial: Trial, name: str, trimmed_s: float) -> BeltRecording:
     """
     velocity, load = trial.values("belt_velocity"), trial.values("load")
     margin = round(trimmed_s * trial.rate_hz)
-    judged = np.zeros(load.size, dtype=bool)
-    judged[margin : load.size - margin] = True
+    evaluated = np.zeros(load.size, dtype=bool)
+    evaluated[margin : load.size - margin] = True
     return BeltRecording(
         name=name,
         condition=name,
@@ -300,5 +300,5 @@ def table_recording(trial: Trial, name: str, trimmed_s: float) -> BeltRecording:
         carried=np.zeros(load.size),
         carried_kg=0.0,
         unit=trial.signals["load"].unit,
-        judged=judged,
+        evaluated=evaluated,
     )

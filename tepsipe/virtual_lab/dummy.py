@@ -116,8 +116,8 @@ def move_dummy(
     g = dummy.gravity_m_per_s2
     moving = drive.belt_mass_kg + dummy.foot_mass_kg + m
     about_pivot = dummy.leg_inertia_kgm2 + m * r * r
-    toppling = m * g * r * math.sin(dummy.rest_angle_rad)
-    bending_at_rest = brentq(lambda phi: rubber.moment(phi, 0.0) - toppling, -1.0, 1.0, xtol=1e-14)
+    gravity_moment = m * g * r * math.sin(dummy.rest_angle_rad)
+    bending_at_rest = brentq(lambda phi: rubber.moment(phi, 0.0) - gravity_moment, -1.0, 1.0, xtol=1e-14)
     neutral = dummy.rest_angle_rad - bending_at_rest
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:

@@ -15,7 +15,7 @@ class CaptureTruth:
 
     Attributes
     ----------
-    rate_hz, strober_hz : float
+    rate_hz, marker_sampling_hz : float
         Frames per second, and markers per second within a frame (Hz).
     latency_s : float
         From the trigger's edge to the first marker of the first frame (s).
@@ -26,7 +26,7 @@ class CaptureTruth:
     """
 
     rate_hz: float
-    strober_hz: float
+    marker_sampling_hz: float
     latency_s: float
     noise_m: float
     occlusions_per_minute: float
@@ -64,7 +64,7 @@ def record_markers(
     first = trigger_s + capture.latency_s + np.arange(frames) / capture.rate_hz
     positions = np.empty((frames, len(paths), 3))
     for k, path in enumerate(paths):
-        positions[:, k] = path(first + k / capture.strober_hz)
+        positions[:, k] = path(first + k / capture.marker_sampling_hz)
     positions += capture.noise_m * rng.standard_normal(positions.shape)
     expected = capture.occlusions_per_minute * frames / capture.rate_hz / 60.0
     for k in range(len(paths)):

@@ -192,7 +192,7 @@ def _carried(chain: tuple[Segment, ...]) -> np.ndarray:
     return a
 
 
-def toppling_stiffness(person: PersonTruth) -> float:
+def critical_stiffness(person: PersonTruth) -> float:
     """What topples all that the ankles carry (Nm/rad): m g h."""
     chain = segments(person)
     mass = np.array([segment.mass_kg for segment in chain])

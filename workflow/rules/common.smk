@@ -45,11 +45,11 @@ def checked_trials():
                 f"null, found {experiment}/{condition} to be made: name its files"
             )
     experiments = {experiment for experiment, _ in trials}
-    for carried in ("dummy", "pilot"):
+    for carried in ("dummy", "standing"):
         if {carried, "weight"} <= experiments:
             check_same_processing(config, carried, "configuration")
             check_same_belt(config, carried, "configuration")
-    if "pilot" in experiments and "weight" not in experiments:
+    if "standing" in experiments and "weight" not in experiments:
         check_plate_models(config, "configuration")
     for there, missing in (("weight", "empty"), ("empty", "weight")):
         if there in experiments and missing not in experiments:
@@ -90,14 +90,14 @@ def roles(experiment):
 
 def tasks():
     """What the person was told, in the order of the trial sheet."""
-    return list(dict.fromkeys(TRIALS["pilot", c].task for c in conditions("pilot")))
+    return list(dict.fromkeys(TRIALS["standing", c].task for c in conditions("standing")))
 
 
 def task_groups():
     """Conditions by task and profile, for example relax, negative-sine; in the order of the trial sheet."""
     groups = {}
-    for condition in conditions("pilot"):
-        row = TRIALS["pilot", condition]
+    for condition in conditions("standing"):
+        row = TRIALS["standing", condition]
         title = row.task if row.profile == "-" else f"{row.task}, {row.profile}"
         groups.setdefault(title, []).append(condition)
     return groups
@@ -105,11 +105,11 @@ def task_groups():
 
 def made_tasks():
     """Condition -> task of the person's trials that the laboratory makes, and of tasks made as a whole."""
-    made = {c: TRIALS["pilot", c].task for c in made_conditions("pilot")}
+    made = {c: TRIALS["standing", c].task for c in made_conditions("standing")}
     whole = {
         task
         for task in tasks()
-        if all(c in made for c in conditions("pilot") if TRIALS["pilot", c].task == task)
+        if all(c in made for c in conditions("standing") if TRIALS["standing", c].task == task)
     }
     return made | {task: task for task in tasks() if task in whole}
 
@@ -118,7 +118,7 @@ def of_task(pattern):
     """Input function: the pattern filled in for every condition of a task."""
 
     def files(wildcards):
-        names = [c for c in conditions("pilot") if TRIALS["pilot", c].task == wildcards.task]
+        names = [c for c in conditions("standing") if TRIALS["standing", c].task == wildcards.task]
         return [pattern.format(condition=condition) for condition in names]
 
     return files
@@ -233,18 +233,22 @@ FIGURES = {
         "figure_b_13",
     ],
     "noise": ["figure_4_12", "figure_noise"],
-    "pilot": [
+    "standing": [
         "figure_4_13",
         "figure_4_14",
-        "figure_pilot_activity",
-        "figure_pilot_latency",
-        "figure_pilot_response",
-        "figure_pilot_stiffness",
-        "figure_pilot_window",
-        "figure_pilot_joints",
+        "figure_standing_activity",
+        "figure_standing_latency",
+        "figure_standing_response",
+        "figure_standing_stiffness",
+        "figure_standing_window",
+        "figure_standing_joints",
     ],
-    "treadmill": ["figure_treadmill_prediction", "figure_treadmill_cutoff", "figure_treadmill_ripple"],
-    "ankle": ["figure_ankle_impedance", "figure_ankle_prediction", "figure_ankle_responses"],
+    "belt": ["figure_belt_prediction", "figure_belt_cutoff", "figure_belt_ripple"],
+    "position_manipulator": [
+        "figure_position_manipulator_impedance",
+        "figure_position_manipulator_prediction",
+        "figure_position_manipulator_responses",
+    ],
 }
 CATEGORIES = {
     "wristalyzer": "Wristalyzer",
@@ -253,9 +257,9 @@ CATEGORIES = {
     "foot": "TEP-SIPE on the ankle dummy",
     "simulation": "Forward simulation",
     "noise": "Sensitivity to noise",
-    "pilot": "A person standing on the treadmill",
-    "treadmill": "What the treadmill adds to the load",
-    "ankle": "Position-controlled manipulator",
+    "standing": "A person standing on the treadmill",
+    "belt": "What the treadmill adds to the load",
+    "position_manipulator": "Position-controlled manipulator",
 }
 TABLES = {"wristalyzer": ["table_4_1"], "dummy": ["table_4_2", "table_4_3"]}
 
@@ -300,20 +304,20 @@ def study_figures():
     return [f"<results>/figures/{name}.svg" for e in shown for name in FIGURES.get(e, [])]
 
 
-def pilot_figures():
+def standing_figures():
     """Figures 4-13 and 4-14 of every trial of the standing person."""
     names = ("4_13", "4_14")
-    return [f"<results>/figures/pilot/{c}_{name}.png" for c in conditions("pilot") for name in names]
+    return [f"<results>/figures/standing/{c}_{name}.png" for c in conditions("standing") for name in names]
 
 
 def active_estimators():
     """Estimators of the standing person that tell the muscles' torque apart."""
-    return [name for name, choice in config["pilot"]["estimators"].items() if choice["active"] != "none"]
+    return [name for name, choice in config["standing"]["estimators"].items() if choice["active"] != "none"]
 
 
 def task_fits():
     """What the trials of each task gave together."""
-    return [f"<results>/fits/pilot_tasks/{task}.h5" for task in tasks()]
+    return [f"<results>/fits/standing_tasks/{task}.h5" for task in tasks()]
 
 
 def study_tables():
@@ -367,7 +371,7 @@ def model_files(name, there):
 
 def model_scores():
     """Scores of the force plate's models and of those of a recorded treadmill."""
-    made = {"plate": PLATE, "treadmill": "treadmill" in EXPERIMENTS}
+    made = {"plate": PLATE, "belt": "belt" in EXPERIMENTS}
     return [f"<results>/treadmill_models/{name}.csv" for name, there in made.items() if there]
 
 
@@ -388,7 +392,7 @@ def all_trials():
 
 def fitted_trials():
     """(experiment, condition) of all trials with a fit of their own."""
-    return [(e, c) for e, c in TRIALS if e != "treadmill"]
+    return [(e, c) for e, c in TRIALS if e != "belt"]
 
 
 def all_fits():
@@ -401,7 +405,7 @@ def all_estimates():
     files = [f"<results>/estimates/{e}/{c}.csv" for e, c in fitted_trials()]
     if FOOT:
         files += of_trials("<results>/estimates/foot/{condition}.csv", "dummy")
-    files += [f"<results>/estimates/pilot_tasks/{task}.csv" for task in tasks()]
+    files += [f"<results>/estimates/standing_tasks/{task}.csv" for task in tasks()]
     crossed = [e for e in EXPERIMENTS if e in ("wristalyzer", "dummy")]
     return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
 
@@ -435,7 +439,7 @@ def experiment_conditions():
 
 def fitted_conditions():
     """Experiment -> its conditions, of all trials with a fit of their own."""
-    return {e: names for e, names in experiment_conditions().items() if e != "treadmill"}
+    return {e: names for e, names in experiment_conditions().items() if e != "belt"}
 
 
 def study_outputs():
@@ -452,7 +456,7 @@ def study_outputs():
         *study_recovery(),
         *study_claims(),
         *study_figures(),
-        *pilot_figures(),
+        *standing_figures(),
     ]
 
 

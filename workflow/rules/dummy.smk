@@ -19,7 +19,7 @@ rule fit_dummy:
         geometry=config["dummy"]["geometry"],
         analysis=config["dummy"]["analysis"],
         pathways=config["dummy"]["pathways"],
-        riding_labels=config["dummy"]["foot"]["riding_labels"],
+        belt_fixed_labels=config["dummy"]["foot"]["belt_fixed_labels"],
         seed=config["study"]["seed"],
     script:
         "../scripts/fit_dummy.py"

@@ -79,66 +79,66 @@ rule ingest_empty:
         "../scripts/ingest_empty.py"
 
 
-rule ingest_pilot:
+rule ingest_standing:
     input:
-        raw=raw_inputs("pilot"),
-        library=library_of("ingest_pilot"),
+        raw=raw_inputs("standing"),
+        library=library_of("ingest_standing"),
     output:
-        trial="<results>/trials/pilot/{condition}.h5",
+        trial="<results>/trials/standing/{condition}.h5",
     log:
-        "<logs>/ingest_pilot/{condition}.log",
+        "<logs>/ingest_standing/{condition}.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        files=lambda w: raw_files(w, "pilot"),
-        duration_s=lambda w: trial(w, "pilot").duration_s,
-        marker_labels=config["pilot"]["files"]["marker_labels"],
-        emg_trigger=config["pilot"]["files"]["emg_trigger"],
-        emg_trigger_threshold=config["pilot"]["files"]["emg_trigger_threshold"],
-        emg_channels={m: choice["channel"] for m, choice in config["pilot"]["muscles"].items()},
-        ingest=config["pilot"]["ingest"],
+        files=lambda w: raw_files(w, "standing"),
+        duration_s=lambda w: trial(w, "standing").duration_s,
+        marker_labels=config["standing"]["files"]["marker_labels"],
+        emg_trigger=config["standing"]["files"]["emg_trigger"],
+        emg_trigger_threshold=config["standing"]["files"]["emg_trigger_threshold"],
+        emg_channels={m: choice["channel"] for m, choice in config["standing"]["muscles"].items()},
+        ingest=config["standing"]["ingest"],
     script:
-        "../scripts/ingest_pilot.py"
+        "../scripts/ingest_standing.py"
 
 
-rule ingest_ankle:
+rule ingest_position_manipulator:
     input:
-        raw=raw_inputs("ankle"),
-        library=library_of("ingest_ankle"),
+        raw=raw_inputs("position_manipulator"),
+        library=library_of("ingest_position_manipulator"),
     output:
-        trial="<results>/trials/ankle/{condition}.h5",
+        trial="<results>/trials/position_manipulator/{condition}.h5",
     log:
-        "<logs>/ingest_ankle/{condition}.log",
+        "<logs>/ingest_position_manipulator/{condition}.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        files=lambda w: raw_files(w, "ankle"),
-        duration_s=lambda w: trial(w, "ankle").duration_s,
-        columns=config["ankle"]["files"]["columns"],
-        delimiter=config["ankle"]["files"]["delimiter"],
-        angle_unit=config["ankle"]["files"]["angle_unit"],
-        torque_sign=config["ankle"]["files"]["torque_sign"],
-        ingest=config["ankle"]["ingest"],
+        files=lambda w: raw_files(w, "position_manipulator"),
+        duration_s=lambda w: trial(w, "position_manipulator").duration_s,
+        columns=config["position_manipulator"]["files"]["columns"],
+        delimiter=config["position_manipulator"]["files"]["delimiter"],
+        angle_unit=config["position_manipulator"]["files"]["angle_unit"],
+        torque_sign=config["position_manipulator"]["files"]["torque_sign"],
+        ingest=config["position_manipulator"]["ingest"],
     script:
-        "../scripts/ingest_ankle.py"
+        "../scripts/ingest_position_manipulator.py"
 
 
-rule ingest_treadmill:
+rule ingest_belt:
     input:
-        raw=raw_inputs("treadmill"),
-        library=library_of("ingest_treadmill"),
+        raw=raw_inputs("belt"),
+        library=library_of("ingest_belt"),
     output:
-        trial="<results>/trials/treadmill/{condition}.h5",
+        trial="<results>/trials/belt/{condition}.h5",
     log:
-        "<logs>/ingest_treadmill/{condition}.log",
+        "<logs>/ingest_belt/{condition}.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        files=lambda w: raw_files(w, "treadmill"),
-        duration_s=lambda w: trial(w, "treadmill").duration_s,
-        columns=lambda w: trial(w, "treadmill").columns,
-        delimiter=config["treadmill"]["files"]["delimiter"],
-        load_unit=config["treadmill"]["files"]["load_unit"],
-        ingest=config["treadmill"]["ingest"],
+        files=lambda w: raw_files(w, "belt"),
+        duration_s=lambda w: trial(w, "belt").duration_s,
+        columns=lambda w: trial(w, "belt").columns,
+        delimiter=config["belt"]["files"]["delimiter"],
+        load_unit=config["belt"]["files"]["load_unit"],
+        ingest=config["belt"]["ingest"],
     script:
-        "../scripts/ingest_treadmill.py"
+        "../scripts/ingest_belt.py"

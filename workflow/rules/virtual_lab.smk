@@ -90,27 +90,27 @@ rule make_empty_trial:
         "../scripts/make_empty_trial.py"
 
 
-rule make_pilot_trial:
+rule make_standing_trial:
     input:
         truth=config["study"]["virtual_lab"] or [],
-        library=library_of("make_pilot_trial"),
+        library=library_of("make_standing_trial"),
     output:
-        log="<results>/raw/pilot/{condition}/log.mat",
-        calibration="<results>/raw/pilot/{condition}/calibration.csv",
-        markers="<results>/raw/pilot/{condition}/markers.c3d",
-        emg="<results>/raw/pilot/{condition}/emg.edf",
+        log="<results>/raw/standing/{condition}/log.mat",
+        calibration="<results>/raw/standing/{condition}/calibration.csv",
+        markers="<results>/raw/standing/{condition}/markers.c3d",
+        emg="<results>/raw/standing/{condition}/emg.edf",
     log:
-        "<logs>/make_pilot_trial/{condition}.log",
+        "<logs>/make_standing_trial/{condition}.log",
     wildcard_constraints:
-        condition=any_of(made_conditions("pilot")),
+        condition=any_of(made_conditions("standing")),
     conda:
         "../envs/tepsipe.yaml"
     params:
-        task=lambda w: trial(w, "pilot").task,
-        profile=lambda w: trial(w, "pilot").profile,
-        amplitude_m_per_s=lambda w: trial(w, "pilot").amplitude,
-        interval_s=lambda w: trial(w, "pilot").interval_s,
-        longest_interval_s=lambda w: trial(w, "pilot").longest_interval_s,
-        duration_s=lambda w: trial(w, "pilot").duration_s,
+        task=lambda w: trial(w, "standing").task,
+        profile=lambda w: trial(w, "standing").profile,
+        amplitude_m_per_s=lambda w: trial(w, "standing").amplitude,
+        interval_s=lambda w: trial(w, "standing").interval_s,
+        longest_interval_s=lambda w: trial(w, "standing").longest_interval_s,
+        duration_s=lambda w: trial(w, "standing").duration_s,
     script:
-        "../scripts/make_pilot_trial.py"
+        "../scripts/make_standing_trial.py"

@@ -4,12 +4,12 @@ import numpy as np
 
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.perturbations import WindowOptions
 
 
-def dummy_options(geometry: dict, analysis: dict, riding_labels=()) -> DummyOptions:
-    """Options of the sections dummy.geometry and dummy.analysis, and of dummy.foot.riding_labels."""
+def dummy_options(geometry: dict, analysis: dict, belt_fixed_labels=()) -> DummyOptions:
+    """Options of the sections dummy.geometry and dummy.analysis, and of dummy.foot.belt_fixed_labels."""
     placed, analysis = geometry["leg_markers"], dict(analysis)
     del analysis["bootstrap_draws"]
     return DummyOptions(
@@ -19,12 +19,12 @@ def dummy_options(geometry: dict, analysis: dict, riding_labels=()) -> DummyOpti
             inertia_kgm2=geometry["leg_inertia_kgm2"],
             gravity_m_per_s2=geometry["gravity_m_per_s2"],
         ),
-        leg_markers=LegMarkers(
+        leg_markers=SegmentMarkers(
             tuple(marker["label"] for marker in placed),
-            np.array([[marker["across_m"], marker["along_m"]] for marker in placed]),
+            np.array([[marker["anterior_offset_m"], marker["longitudinal_offset_m"]] for marker in placed]),
         ),
         lowpass_cutoff_hz=analysis.pop("lowpass_cutoff_hz"),
         lowpass_order=analysis.pop("lowpass_order"),
         window=WindowOptions(**analysis),
-        riding_labels=tuple(riding_labels),
+        belt_fixed_labels=tuple(belt_fixed_labels),
     )

@@ -17,7 +17,9 @@ from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
-options = dummy_options(snakemake.params.geometry, snakemake.params.analysis, snakemake.params.riding_labels)
+options = dummy_options(
+    snakemake.params.geometry, snakemake.params.analysis, snakemake.params.belt_fixed_labels
+)
 pathways = {name: Pathway(**choice) for name, choice in snakemake.params.pathways.items()}
 found = analyse_dummy(read_trial(snakemake.input.trial), options, pathways)
 draws = snakemake.params.analysis["bootstrap_draws"]

@@ -23,7 +23,7 @@ found = analyse_foot(
     FootOptions(
         foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
         ankle_label=choice["ankle_label"],
-        riding_labels=tuple(choice["riding_labels"]),
+        belt_fixed_labels=tuple(choice["belt_fixed_labels"]),
         belt=choice["belt"],
     ),
     {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},

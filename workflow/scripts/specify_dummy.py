@@ -20,11 +20,11 @@ geometry, foot = snakemake.params.geometry, snakemake.params.foot
 found = specify_dummy(
     read_trial(snakemake.input.trial),
     snakemake.params.condition,
-    dummy_options(geometry, snakemake.params.analysis, foot["riding_labels"]),
+    dummy_options(geometry, snakemake.params.analysis, foot["belt_fixed_labels"]),
     FootOptions(
         foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
         ankle_label=foot["ankle_label"],
-        riding_labels=tuple(foot["riding_labels"]),
+        belt_fixed_labels=tuple(foot["belt_fixed_labels"]),
         belt=foot["belt"],
     ),
     SpecificationOptions(**snakemake.params.options),

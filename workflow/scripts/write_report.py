@@ -16,9 +16,9 @@ import yaml
 from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
-from tepsipe.reporting.numbers import position_manipulator as ankle_report_data
+from tepsipe.reporting.numbers import position_manipulator as manipulator_report_data
 from tepsipe.reporting.numbers import simulations as simulation_report_data
-from tepsipe.reporting.numbers import standing as pilot_report_data
+from tepsipe.reporting.numbers import standing as standing_report_data
 from tepsipe.reporting.numbers import study as report_data
 from tepsipe.reporting.numbers import treadmill as treadmill_report_data
 from tepsipe.reporting.thesis_tables import read_table
@@ -38,10 +38,10 @@ if snakemake.input.reported:
 if snakemake.input.recovery:
     recovery = shown = pd.read_csv(snakemake.input.recovery[0], dtype=text_columns)
     # of the standing person, whose chapter says more: the recommended torque, and latencies as they are used
-    of_person, pilot = recovery.experiment == "pilot", choices.get("pilot")
-    if pilot:
-        own = recovery.pathway == pilot["recommended"]["pathway"]
-        own |= recovery.estimator == pilot["latency"]["detector"]
+    of_person, standing = recovery.experiment == "standing", choices.get("standing")
+    if standing:
+        own = recovery.pathway == standing["recommended"]["pathway"]
+        own |= recovery.estimator == standing["latency"]["detector"]
         shown = recovery[~of_person | own]
 if snakemake.input.claims:
     claims = pd.read_csv(snakemake.input.claims[0])
@@ -96,18 +96,20 @@ if "weight" in experiments:
     )
 if "weight" in experiments and "dummy" in experiments:
     data["foot"] = treadmill_report_data.foot_data(estimates, choices["dummy"], recovery, amplitudes)
-if "pilot" in experiments:
+if "standing" in experiments:
     task_fits = dict(zip(snakemake.params.tasks, map(read_result, snakemake.input.tasks), strict=True))
-    data["pilot"] = pilot_report_data.pilot_data(
-        fits["pilot"], task_fits, estimates, choices["pilot"], recovery
+    data["standing"] = standing_report_data.standing_data(
+        fits["standing"], task_fits, estimates, choices["standing"], recovery
     )
-if "treadmill" in experiments:
-    calibration, scores = snakemake.input.treadmill
-    data["treadmill"] = treadmill_report_data.treadmill_data(
-        read_result(calibration), read_scores(scores), choices["treadmill"], snakemake.params.roles
+if "belt" in experiments:
+    calibration, scores = snakemake.input.belt
+    data["belt"] = treadmill_report_data.treadmill_data(
+        read_result(calibration), read_scores(scores), choices["belt"], snakemake.params.roles
     )
-if "ankle" in experiments:
-    data["ankle"] = ankle_report_data.ankle_data(fits["ankle"], estimates)
+if "position_manipulator" in experiments:
+    data["position_manipulator"] = manipulator_report_data.manipulator_data(
+        fits["position_manipulator"], estimates
+    )
 Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )

@@ -173,9 +173,9 @@ def check_config(config: dict, name: str) -> None:
             f"{name}: expected noise.table_snr_db to be one of noise.snr_db ({config['noise']['snr_db']}), "
             f"found {config['noise']['table_snr_db']}: correct one of the two"
         )
-    _check_reflex(config["ankle"]["analysis"]["intrinsic_reflex"], name)
-    _check_pilot(config["pilot"], config["weight"]["models"]["family"], name)
-    for section in ("wristalyzer", "dummy", "ankle", "pilot"):
+    _check_reflex(config["position_manipulator"]["analysis"]["parallel_cascade"], name)
+    _check_standing(config["standing"], config["weight"]["models"]["family"], name)
+    for section in ("wristalyzer", "dummy", "position_manipulator", "standing"):
         half = 0.5 * config[section]["ingest"]["resample_rate_hz"]
         cutoff = config[section]["analysis"]["lowpass_cutoff_hz"]
         if cutoff >= half:
@@ -201,11 +201,11 @@ def _check_output_error(dummy: dict, name: str) -> None:
                     f"{name}: expected dummy.{key} to name a pathway with a segment regression, because "
                     f"tables and figures show every perturbation, found {pathway!r}: name another"
                 )
-        unknown = sorted(set(dummy["foot"]["riding_labels"]) - set(dummy["files"]["marker_labels"]))
+        unknown = sorted(set(dummy["foot"]["belt_fixed_labels"]) - set(dummy["files"]["marker_labels"]))
         if unknown:
             raise InputError(
-                f"{name}: expected dummy.foot.riding_labels to name markers of dummy.files.marker_labels, "
-                f"found {unknown[0]!r}: correct one of the two"
+                f"{name}: expected dummy.foot.belt_fixed_labels to name markers of "
+                f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
             )
 
 
@@ -223,7 +223,7 @@ def _check_specification(dummy: dict, name: str) -> None:
 
 def _check_reflex(reflex: dict, name: str) -> None:
     """Delays must be in order, and a reflex response needs a knot between its ends."""
-    where = f"{name}: expected ankle.analysis.intrinsic_reflex"
+    where = f"{name}: expected position_manipulator.analysis.parallel_cascade"
     shortest, longest = reflex["reflex_delays_s"]
     if not shortest <= reflex["expected_delay_s"] <= longest:
         raise InputError(
@@ -239,7 +239,7 @@ def _check_reflex(reflex: dict, name: str) -> None:
 
 def _check_treadmill(config: dict, name: str) -> None:
     """Models that are named must be in the family, families must suit the experiment, filters the rate."""
-    plate, table = config["weight"], config["treadmill"]
+    plate, table = config["weight"], config["belt"]
     for pathway, choice in config["dummy"]["foot"]["pathways"].items():
         model = choice["treadmill_model"]
         if model is not None and model not in plate["models"]["family"]:
@@ -250,11 +250,11 @@ def _check_treadmill(config: dict, name: str) -> None:
             )
     if table["chosen"] not in table["models"]["family"]:
         raise InputError(
-            f"{name}: expected treadmill.chosen to name one of treadmill.models.family "
+            f"{name}: expected belt.chosen to name one of belt.models.family "
             f"({', '.join(table['models']['family'])}), found {table['chosen']!r}: correct one of the two"
         )
     for section, unsuited, why in (
-        ("treadmill", ("mean-subtraction", "loaded-frame"), "needs an empty belt beside a weight"),
+        ("belt", ("mean-subtraction", "loaded-frame"), "needs an empty belt beside a weight"),
         ("weight", ("ripple-tracking",), "needs a belt that travels"),
     ):
         for model in unsuited:
@@ -271,81 +271,83 @@ def _check_treadmill(config: dict, name: str) -> None:
                 f"({half:g} Hz), found {cutoff:g}: lower it"
             )
     analysis = table["analysis"]
-    if analysis["bidirectional"] and analysis["lowpass_order"] % 2:
+    if analysis["zero_lag"] and analysis["lowpass_order"] % 2:
         raise InputError(
-            f"{name}: expected an even treadmill.analysis.lowpass_order, because the filter is "
+            f"{name}: expected an even belt.analysis.lowpass_order, because the filter is "
             f"bidirectional, found {analysis['lowpass_order']}: correct one of the two"
         )
 
 
-def _check_pilot(pilot: dict, family: list[str], name: str) -> None:
+def _check_standing(standing: dict, family: list[str], name: str) -> None:
     """Pathways, estimators, models, markers and windows that are named must exist, and windows must fit."""
-    recommended = pilot["recommended"]
+    recommended = standing["recommended"]
     for key, wanted, known in (
-        ("as_printed", pilot["as_printed"], pilot["pathways"]),
-        ("recommended.pathway", recommended["pathway"], pilot["pathways"]),
-        ("recommended.estimator", recommended["estimator"], pilot["estimators"]),
+        ("as_printed", standing["as_printed"], standing["pathways"]),
+        ("recommended.pathway", recommended["pathway"], standing["pathways"]),
+        ("recommended.estimator", recommended["estimator"], standing["estimators"]),
     ):
         if wanted not in known:
             section = "estimators" if key.endswith("estimator") else "pathways"
             raise InputError(
-                f"{name}: expected pilot.{key} to name one of pilot.{section} ({', '.join(known)}), found "
-                f"{wanted!r}: correct it"
+                f"{name}: expected standing.{key} to name one of standing.{section} ({', '.join(known)}), "
+                f"found {wanted!r}: correct it"
             )
-    for pathway, choice in pilot["pathways"].items():
+    for pathway, choice in standing["pathways"].items():
         model = choice["treadmill_model"]
         if model is not None and model not in family:
             raise InputError(
-                f"{name}: expected pilot.pathways.{pathway}.treadmill_model to name one of "
+                f"{name}: expected standing.pathways.{pathway}.treadmill_model to name one of "
                 f"weight.models.family ({', '.join(family)}) or null, found {model!r}: correct one of the two"
             )
     for segment in ("foot", "shank", "thigh"):
-        for marker in pilot["person"][f"{segment}_markers"]:
-            if marker["label"] not in pilot["files"]["marker_labels"]:
+        for marker in standing["person"][f"{segment}_markers"]:
+            if marker["label"] not in standing["files"]["marker_labels"]:
                 raise InputError(
-                    f"{name}: expected pilot.person.{segment}_markers to name markers of "
-                    f"pilot.files.marker_labels, found {marker['label']!r}: correct one of the two"
+                    f"{name}: expected standing.person.{segment}_markers to name markers of "
+                    f"standing.files.marker_labels, found {marker['label']!r}: correct one of the two"
                 )
-    analysis = pilot["analysis"]
-    for estimator, choice in pilot["estimators"].items():
+    analysis = standing["analysis"]
+    for estimator, choice in standing["estimators"].items():
         if choice["window_s"] > analysis["after_s"]:
             raise InputError(
-                f"{name}: expected pilot.estimators.{estimator}.window_s of at most pilot.analysis.after_s "
-                f"({analysis['after_s']:g} s), found {choice['window_s']:g} s: correct one of the two"
+                f"{name}: expected standing.estimators.{estimator}.window_s of at most "
+                f"standing.analysis.after_s ({analysis['after_s']:g} s), found {choice['window_s']:g} s: "
+                "correct one of the two"
             )
     for key, (low, high), least, most in (
         ("analysis.baseline_s", analysis["baseline_s"], -analysis["before_s"], 0.0),
         (
             "latency.search_s",
-            pilot["latency"]["search_s"],
-            pilot["latency"]["baseline_until_s"],
+            standing["latency"]["search_s"],
+            standing["latency"]["baseline_until_s"],
             analysis["after_s"],
         ),
-        ("emg.band_hz", pilot["emg"]["band_hz"], 0.0, math.inf),
+        ("emg.band_hz", standing["emg"]["band_hz"], 0.0, math.inf),
     ):
         if not least <= low < high <= most:
             raise InputError(
-                f"{name}: expected pilot.{key} from low to high between {least:g} and {most:g}, found "
+                f"{name}: expected standing.{key} from low to high between {least:g} and {most:g}, found "
                 f"[{low}, {high}]: correct it"
             )
     if max(analysis["tried_windows_s"]) > analysis["after_s"]:
         raise InputError(
-            f"{name}: expected pilot.analysis.tried_windows_s of at most pilot.analysis.after_s "
+            f"{name}: expected standing.analysis.tried_windows_s of at most standing.analysis.after_s "
             f"({analysis['after_s']:g} s), found {max(analysis['tried_windows_s']):g} s: correct one of the "
             "two"
         )
-    half = 0.5 * pilot["ingest"]["resample_rate_hz"]
+    half = 0.5 * standing["ingest"]["resample_rate_hz"]
     if analysis["stretch_cutoff_hz"] >= half:
         raise InputError(
-            f"{name}: expected pilot.analysis.stretch_cutoff_hz below half of pilot.ingest.resample_rate_hz "
-            f"({half:g} Hz), found {analysis['stretch_cutoff_hz']:g}: lower it"
+            f"{name}: expected standing.analysis.stretch_cutoff_hz below half of "
+            f"standing.ingest.resample_rate_hz ({half:g} Hz), found {analysis['stretch_cutoff_hz']:g}: "
+            "lower it"
         )
 
 
 def check_same_processing(config: dict, carried: str, name: str) -> None:
     """Models of the treadmill hold for one rate and one filter: what is carried must have the weight's.
 
-    ``carried`` is dummy or pilot.
+    ``carried`` is dummy or standing.
     """
     rates = {key: config[key]["ingest"]["resample_rate_hz"] for key in ("weight", "empty", carried)}
     if len(set(rates.values())) > 1:
@@ -367,9 +369,9 @@ def check_same_processing(config: dict, carried: str, name: str) -> None:
 
 def check_same_belt(config: dict, carried: str, name: str) -> None:
     """The models know the belt that carried the weight: dummy or person (``carried``) must be on it."""
-    own = config["dummy"]["foot"]["belt"] if carried == "dummy" else config["pilot"]["belt"]
+    own = config["dummy"]["foot"]["belt"] if carried == "dummy" else config["standing"]["belt"]
     if own != config["weight"]["belt"]:
-        key = "dummy.foot.belt" if carried == "dummy" else "pilot.belt"
+        key = "dummy.foot.belt" if carried == "dummy" else "standing.belt"
         raise InputError(
             f"{name}: expected {key} to be weight.belt ({config['weight']['belt']}), because models of the "
             f"treadmill are those of one belt, found {own}: correct one of the two"
@@ -378,10 +380,10 @@ def check_same_belt(config: dict, carried: str, name: str) -> None:
 
 def check_plate_models(config: dict, name: str) -> None:
     """Without weight and empty belt there are no models for the pathways of a standing person."""
-    for pathway, choice in config["pilot"]["pathways"].items():
+    for pathway, choice in config["standing"]["pathways"].items():
         if choice["treadmill_model"] is not None:
             raise InputError(
-                f"{name}: expected trials of weight and empty beside those of pilot, because "
-                f"pilot.pathways.{pathway} takes the model {choice['treadmill_model']!r} of the treadmill, "
-                "found none: add their rows to the trial sheet, or set its treadmill_model to null"
+                f"{name}: expected trials of weight and empty beside those of standing, because "
+                f"standing.pathways.{pathway} takes the model {choice['treadmill_model']!r} of the "
+                "treadmill, found none: add their rows to the trial sheet, or set its treadmill_model to null"
             )

@@ -30,37 +30,37 @@ RAW_FILES = {
     "dummy": {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
     "weight": {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
     "empty": {"log": "log.mat", "calibration": "calibration.csv"},
-    "pilot": {
+    "standing": {
         "log": "log.mat",
         "calibration": "calibration.csv",
         "markers": "markers.c3d",
         "emg": "emg.edf",
     },
-    "ankle": {"log": None},
-    "treadmill": {"log": None},
+    "position_manipulator": {"log": None},
+    "belt": {"log": None},
 }
 # those of them that a recorded trial may lack
-OPTIONAL_FILES = {"pilot": ("emg",)}
+OPTIONAL_FILES = {"standing": ("emg",)}
 PULSES = ("sine", "minjerk")
 PROFILES = {
     "wristalyzer": ("multisine",),
     "dummy": PULSES,
     "weight": PULSES,
     "empty": PULSES,
-    "pilot": ("sine", "negative-sine"),
-    "ankle": (),
-    "treadmill": (),
+    "standing": ("sine", "negative-sine"),
+    "position_manipulator": (),
+    "belt": (),
 }
 # experiments whose trials either calibrate models of the treadmill or validate them; those of a group
 # serve the same models
 ROLES = ("calibrate", "validate")
-ROLE_GROUPS = (("treadmill",), ("empty", "weight"))
+ROLE_GROUPS = (("belt",), ("empty", "weight"))
 # what the laboratory's person can be told; a recorded person anything
 TASKS = ("relax", "stiff")
 # experiments whose perturbations may come at random intervals, from - to
-AT_RANDOM = ("pilot",)
+AT_RANDOM = ("standing",)
 # what a table holds -> the sheet's column that names it, for experiments whose tables differ
-TABLE_COLUMNS = {"treadmill": {"time": "time_column", "load": "load_column", "velocity": "velocity_column"}}
+TABLE_COLUMNS = {"belt": {"time": "time_column", "load": "load_column", "velocity": "velocity_column"}}
 EMPTY = "-"
 
 
@@ -132,10 +132,10 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
     if not trials:
         raise InputError(f"{path}: expected at least one trial, found none: add a row")
     for row in trials.values():
-        if row.task is not None and ("pilot", row.task) in trials:
+        if row.task is not None and ("standing", row.task) in trials:
             raise InputError(
-                f"{path}: expected tasks and conditions of pilot to have different names, because both head "
-                f"rows of estimates, found {row.task!r} for both: rename the condition"
+                f"{path}: expected tasks and conditions of standing to have different names, because both "
+                f"head rows of estimates, found {row.task!r} for both: rename the condition"
             )
     for group in ROLE_GROUPS:
         _check_roles([row for row in trials.values() if row.experiment in group], path)
@@ -150,9 +150,9 @@ def _check_roles(rows: list[TrialRow], path) -> None:
                 f"{path}: expected a trial of {experiment} with the role calibrate, found none: without it "
                 "no model can be fitted, set the role of one of its rows"
             )
-    judged = [row for row in rows if row.experiment != "empty"]
-    if judged and not any(row.role == "validate" for row in judged):
-        names = " or ".join(dict.fromkeys(row.experiment for row in judged))
+    evaluated = [row for row in rows if row.experiment != "empty"]
+    if evaluated and not any(row.role == "validate" for row in evaluated):
+        names = " or ".join(dict.fromkeys(row.experiment for row in evaluated))
         raise InputError(
             f"{path}: expected a trial of {names} with the role validate, found none: without it no model "
             "can be tested, set the role of one of its rows or record another trial"
@@ -249,7 +249,7 @@ def _positive(cell: str, name: str, here: str) -> float | None:
 def _task(cells: dict[str, str], here: str) -> str | None:
     """What a standing person was told."""
     experiment, task = cells["experiment"], cells.get("task", "")
-    if experiment != "pilot":
+    if experiment != "standing":
         if task not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the task, because trials of {experiment} have none, found "

@@ -10,7 +10,7 @@ from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions
 from tepsipe.identification.window_regression import regress_torque
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
-from tepsipe.mechanics.segment_kinematics import LegMotion, leg_motion
+from tepsipe.mechanics.segment_kinematics import SegmentMotion, segment_motion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
@@ -18,7 +18,7 @@ from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, measured_load, recordings_of_loads, zero_line
 
-FOOT_TORQUES = ("foot-printed", "foot")
+FOOT_TORQUES = ("foot-thesis", "foot")
 
 
 @dataclass(frozen=True)
@@ -27,14 +27,14 @@ class FootPathway:
 
     Attributes
     ----------
-    torque : {"foot-printed", "foot"}
+    torque : {"foot-thesis", "foot"}
         How the torque is derived (`tepsipe.mechanics.inverse_dynamics`).
     treadmill_model : str or None
         Model whose load is taken out of Fy and Mx first; None for the loads as measured.
     window_s : float or None
         Length of the fitted windows from the onset of a perturbation (s); None for the perturbation
         itself. In a longer window the leg also swings while the belt stands still and adds nothing.
-    estimator : {"segment-regression-printed", "segment-regression"}
+    estimator : {"windowed-least-squares-thesis", "windowed-least-squares"}
         How the parameters are (`tepsipe.identification.window_regression`).
     """
 
@@ -54,7 +54,7 @@ class FootOptions:
         The foot (kg, m).
     ankle_label : str
         Marker on the ankle.
-    riding_labels : tuple of str
+    belt_fixed_labels : tuple of str
         Markers that ride on the belt: they tell by how much markers lag behind forces.
     belt : str
         The belt on which the dummy stands, left or right.
@@ -62,7 +62,7 @@ class FootOptions:
 
     foot: Foot
     ankle_label: str
-    riding_labels: tuple[str, ...]
+    belt_fixed_labels: tuple[str, ...]
     belt: str
 
 
@@ -104,7 +104,7 @@ def analyse_foot(
     belt_velocity = lowpass(trial.values("belt_velocity"), rate)
     perturbations = find_perturbations(belt_velocity, rate, dummy.window, "belt velocity")
     at_rest = rest_samples(time, dummy.window)
-    motion = leg_motion(
+    motion = segment_motion(
         time,
         trial.values("marker_position"),
         trial.axes["marker"].tolist(),
@@ -139,7 +139,7 @@ def analyse_foot(
         }
         if pathway.torque == "foot":
             torque = foot_torque(options.foot, loads["Fy"], measured["Fz"], loads["Mx"], y_a, y_a_dd)
-        elif pathway.torque == "foot-printed":
+        elif pathway.torque == "foot-thesis":
             torque = foot_torque_as_printed(options.foot, dummy.leg, loads["Fy"], motion.y_dd)
         else:
             raise InputError(
@@ -155,7 +155,7 @@ def analyse_foot(
         regressions=regressions,
         pathways=pathways,
         damping_per_skew={},
-        misfit_m=motion.misfit_m,
+        marker_residual_rms_m=motion.marker_residual_rms_m,
         marker_noise_m=0.0,
     )
 
@@ -166,7 +166,7 @@ class FootSide:
 
     Attributes
     ----------
-    motion : LegMotion
+    motion : SegmentMotion
         Motion of the leg (s, rad, m).
     measured : dict of str to ndarray
         Fy, Fz (N) and Mx (Nm) as measured, each of shape (n,).
@@ -174,7 +174,7 @@ class FootSide:
         Position of the ankle on the plate (m) and its acceleration (m/s2).
     """
 
-    motion: LegMotion
+    motion: SegmentMotion
     measured: dict[str, np.ndarray]
     y_a: np.ndarray
     y_a_dd: np.ndarray
@@ -194,7 +194,7 @@ def foot_delay(
     """
     rate, time = trial.rate_hz, trial.time
     labels = trial.axes["marker"].tolist()
-    for label in (options.ankle_label, *options.riding_labels):
+    for label in (options.ankle_label, *options.belt_fixed_labels):
         if label not in labels:
             raise InputError(
                 f"{name}: expected a marker named {label!r} on the foot, found {listed(labels)}: name "
@@ -202,7 +202,7 @@ def foot_delay(
             )
     velocity = zero_line(lowpass(trial.values("belt_velocity"), rate), time, at_rest)
     along = lowpass(trial.values("marker_position")[:, :, 1].astype(float), rate)
-    riding = along[:, [labels.index(label) for label in options.riding_labels]].mean(axis=1)
+    riding = along[:, [labels.index(label) for label in options.belt_fixed_labels]].mean(axis=1)
     return marker_delay(time, riding, velocity, name)
 
 
@@ -212,7 +212,7 @@ def foot_side(
     options: FootOptions,
     lowpass: Callable,
     at_rest: np.ndarray,
-    motion: LegMotion,
+    motion: SegmentMotion,
     delay_s: float,
 ) -> FootSide:
     """Loads and motions from which the foot's side has its torque.
@@ -229,7 +229,7 @@ def foot_side(
         Filters a signal, given with its rate (Hz).
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
-    motion : LegMotion
+    motion : SegmentMotion
         Motion of the leg by the markers' clock, filtered (s, rad, m).
     delay_s : float
         Time by which markers lag behind forces (s).

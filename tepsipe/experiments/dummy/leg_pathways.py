@@ -7,19 +7,19 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.identification.output_error import ESTIMATOR, OutputError, fit_output_error
-from tepsipe.identification.window_regression import SegmentRegression, damping_per_skew, regress_segments
+from tepsipe.identification.window_regression import WindowedFits, damping_per_skew, regress_perturbations
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, impedance_torque
 from tepsipe.mechanics.inverse_dynamics import Leg
-from tepsipe.mechanics.segment_kinematics import LegMarkers, leg_motion
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import WindowOptions, find_perturbations, rest_samples
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 
-MARKER_SIGNALS = {"aligned": "marker_position", "as-strobed": "marker_position_as_strobed"}
+MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_as_sampled"}
 
 
 @dataclass(frozen=True)
@@ -28,11 +28,11 @@ class Pathway:
 
     Attributes
     ----------
-    torque : {"leg", "leg-printed"}
+    torque : {"leg", "leg-thesis"}
         How the torque is derived (`tepsipe.mechanics.inverse_dynamics`).
-    marker_instants : {"aligned", "as-strobed"}
+    marker_instants : {"aligned", "as-sampled"}
         Whether the markers' different sampling instants are corrected.
-    estimator : {"segment-regression-printed", "segment-regression", "output-error"}
+    estimator : {"windowed-least-squares-thesis", "windowed-least-squares", "output-error"}
         How the parameters are (`window_regression`, `output_error`); output error makes no
         use of the torque.
     """
@@ -50,22 +50,22 @@ class DummyOptions:
     ----------
     leg : Leg
         The leg (kg, m, kg m2).
-    leg_markers : LegMarkers
+    leg_markers : SegmentMarkers
         Where its markers sit (m).
     lowpass_cutoff_hz, lowpass_order : float, int
         Bidirectional Butterworth filter (Hz, -).
     window : WindowOptions
         Where perturbations and rest are (s).
-    riding_labels : tuple of str
+    belt_fixed_labels : tuple of str
         Markers that ride on the belt: their mean is the foot's motion, for the output error only.
     """
 
     leg: Leg
-    leg_markers: LegMarkers
+    leg_markers: SegmentMarkers
     lowpass_cutoff_hz: float
     lowpass_order: int
     window: WindowOptions
-    riding_labels: tuple[str, ...] = ()
+    belt_fixed_labels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,13 @@ class DummyAnalysis:
     ----------
     time, belt_velocity, belt_command : ndarray, shape (n,)
         Instants (s); filtered measured velocity, and command (m/s).
-    regressions : dict of str to SegmentRegression
+    regressions : dict of str to WindowedFits
         Pathway -> parameters and predictions.
     pathways : dict of str to Pathway
         What each pathway means.
     damping_per_skew : dict of str to float
         Pathway -> change of B when the leg's position is taken later than its angle (Nms/rad per s).
-    misfit_m : float
+    marker_residual_rms_m : float
         Root mean square distance between markers and the rigid leg (m).
     marker_noise_m : float
         Root mean square of what the filter removes from the leg's markers at rest (m per coordinate).
@@ -93,10 +93,10 @@ class DummyAnalysis:
     time: np.ndarray
     belt_velocity: np.ndarray
     belt_command: np.ndarray
-    regressions: dict[str, SegmentRegression]
+    regressions: dict[str, WindowedFits]
     pathways: dict[str, Pathway]
     damping_per_skew: dict[str, float]
-    misfit_m: float
+    marker_residual_rms_m: float
     marker_noise_m: float
     output_errors: dict[str, OutputError] = field(default_factory=dict)
 
@@ -132,7 +132,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     perturbations = find_perturbations(belt_velocity, rate, options.window, "belt velocity")
     at_rest = rest_samples(time, options.window)
     motions = {
-        instants: leg_motion(
+        instants: segment_motion(
             time,
             trial.values(MARKER_SIGNALS[instants]),
             trial.axes["marker"].tolist(),
@@ -159,7 +159,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     output_errors = {
         name: fit_output_error(
             motions[pathway.marker_instants],
-            lowpass(riding_position(trial, options.riding_labels, pathway.marker_instants)),
+            lowpass(belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)),
             belt_velocity,
             options.leg,
             perturbations,
@@ -169,7 +169,9 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         if pathway.estimator == ESTIMATOR
     }
     regressions = {
-        name: output_errors[name].regression if name in output_errors else regress_segments(*problems[name])
+        name: output_errors[name].regression
+        if name in output_errors
+        else regress_perturbations(*problems[name])
         for name in pathways
     }
     return DummyAnalysis(
@@ -180,12 +182,12 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         output_errors=output_errors,
         pathways=pathways,
         damping_per_skew={name: damping_per_skew(*problem) for name, problem in problems.items()},
-        misfit_m=max(motion.misfit_m for motion in motions.values()),
+        marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
     )
 
 
-def riding_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:
+def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:
     """Mean position along the belt of the markers that ride on it (m), shape (n,).
 
     Parameters
@@ -194,7 +196,7 @@ def riding_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.
         Markers (m).
     labels : tuple of str
         The markers that ride on the belt.
-    instants : {"aligned", "as-strobed"}
+    instants : {"aligned", "as-sampled"}
         Whether the markers' different sampling instants are corrected.
 
     Returns
@@ -212,7 +214,7 @@ def riding_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.
     if missing or not labels:
         raise InputError(
             f"expected markers that ride on the belt, found {listed(missing or ['none'])} among "
-            f"{listed(known)}: name them in dummy.foot.riding_labels in the configuration"
+            f"{listed(known)}: name them in dummy.foot.belt_fixed_labels in the configuration"
         )
     columns = [known.index(label) for label in labels]
     return trial.values(MARKER_SIGNALS[instants])[:, columns, 1].astype(float).mean(axis=1)
@@ -221,7 +223,7 @@ def riding_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.
 def _noise_at_rest(trial: Trial, options: DummyOptions, lowpass, at_rest: np.ndarray) -> float:
     labels = trial.axes["marker"].tolist()
     columns = [labels.index(label) for label in options.leg_markers.labels]
-    positions = trial.values(MARKER_SIGNALS["as-strobed"])[:, columns, 1:]
+    positions = trial.values(MARKER_SIGNALS["as-sampled"])[:, columns, 1:]
     return float(np.sqrt(np.mean((positions - lowpass(positions))[at_rest] ** 2)))
 
 
@@ -334,7 +336,7 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
     lengths = np.diff(arrays["windows"], axis=1) * (analysis.time[1] - analysis.time[0])
     facts = {
         "pathways": list(analysis.regressions),
-        "misfit_m": analysis.misfit_m,
+        "marker_residual_rms_m": analysis.marker_residual_rms_m,
         "marker_noise_m": analysis.marker_noise_m,
         "theta_rest_rad": some.theta_rest_rad,
         "mean_window_s": float(lengths.mean()),
@@ -349,7 +351,7 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
     return Result(arrays, units, facts)
 
 
-def _mean_and_interval(regression: SegmentRegression, interval: Interval) -> np.ndarray:
+def _mean_and_interval(regression: WindowedFits, interval: Interval) -> np.ndarray:
     """Rows mean, low, high; columns I (Nms2/rad), B (Nms/rad), K (Nm/rad)."""
     return np.array([regression.mean, interval.low[:3], interval.high[:3]])
 

@@ -2,12 +2,12 @@
 
 A specification says how the parameters of one trial are found:
 
-    torque      of which free body: leg-printed, leg, foot-printed, foot (`inverse_dynamics`)
+    torque      of which free body: leg-thesis, leg, foot-thesis, foot (`inverse_dynamics`)
     filter      which low-pass: of the study, forwards only, with another cutoff, none
     filtered    what passes it: all signals; the torque only; the motion only, from which regressors come
     reference   angle, and torque, of rest: at the first and last rest, or just before each segment
     window      the command's length, the actual length, or longer
-    estimator   segment-regression-printed, segment-regression, output-error
+    estimator   windowed-least-squares-thesis, windowed-least-squares, output-error
 
 Output error has neither torque nor windows and always one angle of rest; all its signals pass one filter.
 Nothing is computed here: every estimate is that of the functions that the study's own pathways use.
@@ -20,18 +20,18 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, foot_delay, foot_side, windows_from_onset
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, riding_position
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, belt_fixed_position
 from tepsipe.identification.output_error import ESTIMATOR, fit_output_error
-from tepsipe.identification.window_regression import ESTIMATORS, SegmentRegression, regress_torque
+from tepsipe.identification.window_regression import ESTIMATORS, WindowedFits, regress_torque
 from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, foot_torque, foot_torque_as_printed
-from tepsipe.mechanics.segment_kinematics import LegMotion, leg_positions, motion_of_markers
+from tepsipe.mechanics.segment_kinematics import SegmentMotion, marker_positions, motion_of_markers
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
 
 CHOICES = ("torque", "filter", "filtered", "reference", "window", "estimator")
-TORQUES = ("leg-printed", "leg", "foot-printed", "foot")
+TORQUES = ("leg-thesis", "leg", "foot-thesis", "foot")
 FILTERED = ("all signals", "torque only", "motion only")
 REFERENCES = ("first and last rest", "per segment")
 WINDOWS = ("command length", "actual length", "longer")
@@ -100,7 +100,7 @@ class Specification:
 class _Signals:
     """Motion (rad, m) and torque (Nm) of every origin after one filter, each side on its own clock."""
 
-    motions: dict[str, LegMotion]
+    motions: dict[str, SegmentMotion]
     torques: dict[str, np.ndarray]
 
 
@@ -179,7 +179,7 @@ def specify_dummy(
     before = round(options.before_segment_s * rate)
     rows = []
 
-    def add(choices: tuple[str, ...], regression: SegmentRegression) -> None:
+    def add(choices: tuple[str, ...], regression: WindowedFits) -> None:
         rows.append(
             Specification(
                 condition,
@@ -205,7 +205,7 @@ def specify_dummy(
                             rest = at_rest if reference == REFERENCES[0] else before
                             regression = _regress(motion, values, chosen, rest, estimator)
                             add((torque, key, filtered, reference, window, estimator), regression)
-    position = riding_position(trial, dummy.riding_labels, "aligned")
+    position = belt_fixed_position(trial, dummy.belt_fixed_labels, "aligned")
     for key, lowpass in known.items():
         found = fit_output_error(
             signals[key].motions["leg"],
@@ -231,7 +231,7 @@ def _signals(
 ) -> _Signals:
     """Motion and torques if all signals pass a filter."""
     leg, labels = dummy.leg, trial.axes["marker"].tolist()
-    on_leg = leg_positions(trial.values("marker_position"), labels, dummy.leg_markers)
+    on_leg = marker_positions(trial.values("marker_position"), labels, dummy.leg_markers)
     motion = motion_of_markers(trial.time, lowpass(on_leg, trial.rate_hz), dummy.leg_markers, leg.com_m)
     torques = {
         key: derive(leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
@@ -240,17 +240,17 @@ def _signals(
     side = foot_side(trial, name, foot, lowpass, at_rest, motion, delay_s)
     load = side.measured
     torques["foot"] = foot_torque(foot.foot, load["Fy"], load["Fz"], load["Mx"], side.y_a, side.y_a_dd)
-    torques["foot-printed"] = foot_torque_as_printed(foot.foot, leg, load["Fy"], side.motion.y_dd)
+    torques["foot-thesis"] = foot_torque_as_printed(foot.foot, leg, load["Fy"], side.motion.y_dd)
     return _Signals({"leg": motion, "foot": side.motion}, torques)
 
 
 def _regress(
-    motion: LegMotion,
+    motion: SegmentMotion,
     torque: np.ndarray,
     windows: list[Perturbation],
     rest: np.ndarray | int,
     estimator: str,
-) -> SegmentRegression:
+) -> WindowedFits:
     """Segment regression with one rest (samples at rest), or one for each segment (samples before it)."""
     if not isinstance(rest, int):
         return regress_torque(motion, torque, windows, rest, estimator)
@@ -273,7 +273,7 @@ def _regress(
         for key in ("torque", "predicted", "regressors")
     }
     stops = np.cumsum([0, *(w.stop - w.start for w in windows)])
-    return SegmentRegression(
+    return WindowedFits(
         perturbations=[
             replace(w, start=int(a), stop=int(b))
             for w, a, b in zip(windows, stops[:-1], stops[1:], strict=True)

@@ -23,12 +23,12 @@ from tepsipe.mechanics.forward_dynamics import (
 )
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
-from tepsipe.mechanics.segment_kinematics import leg_motion
+from tepsipe.mechanics.segment_kinematics import segment_motion
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
 from tepsipe.statistics.goodness_of_fit import vaf
 
-MEASURED_TORQUES = {"tau": "leg-printed", "tau_consistent": "leg"}
+MEASURED_TORQUES = {"tau": "leg-thesis", "tau_consistent": "leg"}
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def simulate_condition(
         trial.values("belt_velocity"), rate, options.lowpass_cutoff_hz, options.lowpass_order
     )
     at_rest = rest_samples(time, options.window)
-    motion = leg_motion(
+    motion = segment_motion(
         time,
         trial.values("marker_position"),
         trial.axes["marker"].tolist(),

@@ -24,9 +24,9 @@ class Processing:
 
     Attributes
     ----------
-    torque : {"foot-printed", "foot", "leg", "leg-printed"}
+    torque : {"foot-thesis", "foot", "leg", "leg-thesis"}
         Equation of the torque.
-    estimator : {"segment-regression", "instrumental-variables"}
+    estimator : {"windowed-least-squares", "instrumental-variables"}
         Least squares per perturbation, or instrumental variables over all of them.
     filtered : {"all", "noisy", "torque-and-angle"}
         What passes the low-pass: every signal, only those that have noise (theta with its rates), or
@@ -49,9 +49,9 @@ class Processing:
 # as-printed: the text of sections 2-1-3 and 3-1-3; as-tabulated: the reading that leads to Table 4-4;
 # recommended-regression: right torque, one filter for all, least squares; recommended: the belt as instrument
 PROCESSINGS = {
-    "as-printed": Processing("foot-printed", "segment-regression", "noisy"),
-    "as-tabulated": Processing("foot-printed", "segment-regression", "torque-and-angle", False, "unit"),
-    "recommended-regression": Processing("leg", "segment-regression", "all"),
+    "as-printed": Processing("foot-thesis", "windowed-least-squares", "noisy"),
+    "as-tabulated": Processing("foot-thesis", "windowed-least-squares", "torque-and-angle", False, "unit"),
+    "recommended-regression": Processing("leg", "windowed-least-squares", "all"),
     "recommended": Processing("leg", "instrumental-variables", "all"),
 }
 
@@ -290,7 +290,7 @@ class WindowedTrial:
     ----------
     trial : FilteredTrial
         The trial, its windows and filter.
-    estimator : {"segment-regression", "instrumental-variables"}
+    estimator : {"windowed-least-squares", "instrumental-variables"}
         See `Processing`.
     torque : ndarray, shape (w, s)
         tau (Nm).
@@ -363,7 +363,7 @@ def windowed_trial(
     """
     for what, value, known in (
         ("torque", processing.torque, TORQUES),
-        ("estimator", processing.estimator, ("segment-regression", "instrumental-variables")),
+        ("estimator", processing.estimator, ("windowed-least-squares", "instrumental-variables")),
         ("filtered", processing.filtered, ("all", "noisy", "torque-and-angle")),
         ("power", processing.power, ("trial", "unit")),
     ):

@@ -6,7 +6,7 @@ import numpy as np
 
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot, Leg, foot_torque, foot_torque_as_printed
 
-TORQUES = ("foot-printed", "foot", *TORQUE_PATHWAYS)
+TORQUES = ("foot-thesis", "foot", *TORQUE_PATHWAYS)
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class SimulatedTrial:
 
     def torque(self, pathway: str) -> np.ndarray:
         """Torque by one of the equations of `inverse_dynamics` (Nm), shape (n,)."""
-        if pathway == "foot-printed":
+        if pathway == "foot-thesis":
             return foot_torque_as_printed(self.foot, self.leg, self.f_y, self.y_leg_dd)
         if pathway == "foot":
             return foot_torque(self.foot, self.f_y, self.f_z, self.m_x, self.y_foot, self.y_foot_dd)

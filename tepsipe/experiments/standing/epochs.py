@@ -15,7 +15,7 @@ from tepsipe.experiments.standing.joint_torque import StandingTrial
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.signals.emg import EmgOptions, channel_fault, clipped_perturbations, process_emg
-from tepsipe.signals.epochs import cut_responses, unperturbed_onsets
+from tepsipe.signals.epochs import cut_epochs, unperturbed_onsets
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.resampling import runs_of
 
@@ -33,7 +33,7 @@ UNITS = {
 
 
 @dataclass(frozen=True)
-class ResponseOptions:
+class EpochOptions:
     """Choices of the cutting.
 
     Attributes
@@ -66,7 +66,7 @@ class ResponseOptions:
 
 
 @dataclass(frozen=True)
-class StandingResponses:
+class StandingEpochs:
     """Responses of one trial.
 
     Attributes
@@ -117,9 +117,9 @@ class StandingResponses:
         return self.onsets_s.size
 
 
-def cut_standing_responses(
-    trial: Trial, standing: StandingTrial, name: str, options: ResponseOptions
-) -> StandingResponses:
+def cut_standing_epochs(
+    trial: Trial, standing: StandingTrial, name: str, options: EpochOptions
+) -> StandingEpochs:
     """Responses to every perturbation that can be trusted.
 
     Parameters
@@ -130,12 +130,12 @@ def cut_standing_responses(
         Angles (rad), torque (Nm) and onsets (s).
     name : str
         Names the trial in messages.
-    options : ResponseOptions
+    options : EpochOptions
         Choices (units in their names).
 
     Returns
     -------
-    StandingResponses
+    StandingEpochs
         Responses (rad, Nm, uV), none if the trial is not one of standing, and what was left out.
 
     Raises
@@ -170,9 +170,9 @@ def cut_standing_responses(
 
     def cut(x: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if not at.size:
-            time = cut_responses(x, rate, quiet, *window, start).time
+            time = cut_epochs(x, rate, quiet, *window, start).time
             return time, np.zeros((0, time.size, *x.shape[1:]))
-        responses = cut_responses(x, rate, at, *window, start)
+        responses = cut_epochs(x, rate, at, *window, start)
         return responses.time, responses.values
 
     time, perturbed = cut(table, onsets)
@@ -182,7 +182,7 @@ def cut_standing_responses(
     perturbed, unperturbed = _from_baseline(perturbed, zero), _from_baseline(unperturbed, zero)
     channels = _channels(trial, name, options, onsets, quiet, standing.fault is None)
     activity = _emg_responses(trial, channels, options, onsets, quiet, time, zero)
-    return StandingResponses(
+    return StandingEpochs(
         time=time,
         perturbed={key: perturbed[..., k] for k, key in enumerate(signals)},
         unperturbed={key: unperturbed[..., k] for k, key in enumerate(signals)},
@@ -196,7 +196,7 @@ def cut_standing_responses(
     )
 
 
-def _unperturbed(trial: Trial, standing: StandingTrial, name: str, options: ResponseOptions) -> np.ndarray:
+def _unperturbed(trial: Trial, standing: StandingTrial, name: str, options: EpochOptions) -> np.ndarray:
     """Instants (s) of unperturbed standing with all markers in view, where every clock has a record."""
     clocks = standing.time, trial.axes.get("emg_time", standing.time)
     start, end = max(clock[0] for clock in clocks), min(clock[-1] for clock in clocks)
@@ -218,7 +218,7 @@ def _unperturbed(trial: Trial, standing: StandingTrial, name: str, options: Resp
 
 
 def _longest_hidden(
-    trial: Trial, standing: StandingTrial, at: float, options: ResponseOptions
+    trial: Trial, standing: StandingTrial, at: float, options: EpochOptions
 ) -> tuple[float, str]:
     """Longest time (s) for which a marker was hidden in the window around an instant, and its name."""
     inside = (standing.time >= at - options.before_s) & (standing.time <= at + options.after_s)
@@ -241,9 +241,7 @@ def _from_baseline(responses: np.ndarray, zero: np.ndarray) -> np.ndarray:
     return responses - responses[:, zero].mean(axis=1, keepdims=True)
 
 
-def _perturbation_fault(
-    trial: Trial, standing: StandingTrial, k: int, options: ResponseOptions
-) -> str | None:
+def _perturbation_fault(trial: Trial, standing: StandingTrial, k: int, options: EpochOptions) -> str | None:
     """Why a perturbation's response cannot be trusted, one sentence; None if it can."""
     onset, end, time = standing.onsets_s[k], standing.ends_s[k], standing.time
     if onset - options.before_s < time[0] or onset + options.after_s > time[-1]:
@@ -286,7 +284,7 @@ class _Channels:
 
 
 def _channels(
-    trial: Trial, name: str, options: ResponseOptions, onsets: np.ndarray, quiet: np.ndarray, stood: bool
+    trial: Trial, name: str, options: EpochOptions, onsets: np.ndarray, quiet: np.ndarray, stood: bool
 ) -> _Channels:
     if "emg" not in trial.signals:
         nobody = (np.zeros((at.size, 0), dtype=bool) for at in (onsets, quiet))
@@ -341,13 +339,13 @@ def _channels(
 def _emg_responses(
     trial: Trial,
     channels: _Channels,
-    options: ResponseOptions,
+    options: EpochOptions,
     onsets: np.ndarray,
     quiet: np.ndarray,
     time: np.ndarray,
     zero: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Electromyograms of `StandingResponses`: its fields by name (uV, s)."""
+    """Electromyograms of `StandingEpochs`: its fields by name (uV, s)."""
     grid_rate = (time.size - 1) / (time[-1] - time[0])
     recorded = "emg" in trial.signals
     rate = float(trial.attributes["emg_rate_hz"]) if recorded else grid_rate
@@ -373,7 +371,7 @@ def _emg_responses(
     smooth = butterworth_lowpass(processed.rectified, rate, options.lowpass_cutoff_hz, options.lowpass_order)
 
     def cut(x: np.ndarray, at: np.ndarray) -> np.ndarray:
-        return cut_responses(x, rate, at, options.before_s, options.after_s, start).values
+        return cut_epochs(x, rate, at, options.before_s, options.after_s, start).values
 
     return {
         "drive": _from_baseline(cut(smooth, onsets)[:, ::step], zero),
@@ -384,7 +382,7 @@ def _emg_responses(
     }
 
 
-def select_responses(responses: StandingResponses, kept: np.ndarray) -> StandingResponses:
+def select_epochs(responses: StandingEpochs, kept: np.ndarray) -> StandingEpochs:
     """The responses at some of the perturbations, by truth values or numbers, shape (responses,) (-)."""
     return replace(
         responses,
@@ -414,7 +412,7 @@ PLAIN = {
 GROUPS = ("perturbed", "unperturbed", "stretch")
 
 
-def responses_result(responses: StandingResponses) -> Result:
+def epochs_result(responses: StandingEpochs) -> Result:
     """Responses as arrays with their units, float32 where they are many."""
     arrays = {key: _narrow(getattr(responses, key)) for key in PLAIN}
     units = dict(PLAIN)
@@ -435,8 +433,8 @@ def _unit(group: str, key: str) -> str:
     return UNITS.get(key, "Nm")
 
 
-def responses_of(result: Result) -> StandingResponses:
-    """The responses in a result of `responses_result` (units as there)."""
+def epochs_of(result: Result) -> StandingEpochs:
+    """The responses in a result of `epochs_result` (units as there)."""
     groups: dict[str, dict[str, np.ndarray]] = {group: {} for group in GROUPS}
     for key, x in result.arrays.items():
         group, _, name = key.partition("/")
@@ -444,6 +442,6 @@ def responses_of(result: Result) -> StandingResponses:
             groups[group][name] = x.astype(float)
     plain = {key: result.arrays[key] for key in PLAIN}
     plain = {key: x if x.dtype == bool else x.astype(float) for key, x in plain.items()}
-    return StandingResponses(
+    return StandingEpochs(
         **plain, **groups, muscles=tuple(result.facts["muscles"]), left_out=tuple(result.facts["left_out"])
     )

@@ -27,7 +27,7 @@ from scipy import signal, stats
 from scipy.optimize import nnls
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.epochs import StandingResponses
+from tepsipe.experiments.standing.epochs import StandingEpochs
 from tepsipe.identification.parallel_cascade import delayed
 from tepsipe.io.estimates import Estimate
 
@@ -155,7 +155,7 @@ class _Means:
 
 
 def _means(
-    responses: StandingResponses, pathway: str, muscles: tuple[str, ...], draws: int, rng: np.random.Generator
+    responses: StandingEpochs, pathway: str, muscles: tuple[str, ...], draws: int, rng: np.random.Generator
 ) -> _Means:
     count = responses.count
     quiet = next(iter(responses.unperturbed.values())).shape[0]
@@ -217,7 +217,7 @@ def _active_columns(
 
 
 def fit_standing(
-    trials: list[StandingResponses],
+    trials: list[StandingEpochs],
     pathway: str,
     estimator: StandingEstimator,
     options: ActiveOptions,
@@ -228,7 +228,7 @@ def fit_standing(
 
     Parameters
     ----------
-    trials : list of StandingResponses
+    trials : list of StandingEpochs
         Responses (rad, Nm, uV), each with at least two.
     pathway : str
         Torque that is fitted.
@@ -358,13 +358,13 @@ def _grid(active: str, options: ActiveOptions) -> list[dict[str, float]]:
 
 
 def standing_estimates(
-    condition: str, pathway: str, estimator: str, fit: StandingFit, toppling_stiffness: float
+    condition: str, pathway: str, estimator: str, fit: StandingFit, critical_stiffness: float
 ) -> list[Estimate]:
     """Tidy rows: I, B, K, K over m g h, rotation, VAF, and the chosen delays (units in the rows).
 
-    ``toppling_stiffness`` is m g h (Nm/rad).
+    ``critical_stiffness`` is m g h (Nm/rad).
     """
-    about = ("pilot", condition, pathway, estimator)
+    about = ("standing", condition, pathway, estimator)
     n = fit.responses
     rows = []
 
@@ -376,7 +376,7 @@ def standing_estimates(
         if name in UNITS:
             rows.append(row(name, UNITS[name], name, 1.0))
         if name == "K":
-            rows.append(row("K_over_mgh", "1", name, 1.0 / toppling_stiffness))
+            rows.append(row("K_over_mgh", "1", name, 1.0 / critical_stiffness))
     plain = {
         "rotation": ("rad", fit.rotation_rad),
         "VAF_response": ("%", fit.vaf),

@@ -21,7 +21,7 @@ from tepsipe.mechanics.inverse_dynamics import (
     standing_torque_as_printed,
 )
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
-from tepsipe.mechanics.segment_kinematics import LegMarkers
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import ramp_onset
@@ -31,7 +31,7 @@ from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
 
-TORQUES = ("ankle-printed", "ankle", "single-joint")
+TORQUES = ("ankle-thesis", "ankle", "single-joint")
 BELTS = {"left": "right", "right": "left"}
 
 
@@ -41,7 +41,7 @@ class TorquePathway:
 
     Attributes
     ----------
-    torque : {"ankle-printed", "ankle", "single-joint"}
+    torque : {"ankle-thesis", "ankle", "single-joint"}
         Free body: the feet as printed, the feet, or the body as one inverted pendulum.
     treadmill_model : str or None
         Model whose load is taken out of Fy and Mx first; None for the loads as measured.
@@ -65,7 +65,7 @@ class Person:
         What they carry (kg, m, kg m2).
     foot_com_m, ankle_height_m : float
         Centre of mass of the feet in front of the ankles, height of the ankles (m).
-    foot, shank, thigh : LegMarkers
+    foot, shank, thigh : SegmentMarkers
         Markers in front of the segment's axis and along it: from the ankle, the ankle and the knee (m).
     """
 
@@ -74,9 +74,9 @@ class Person:
     body: StandingBody
     foot_com_m: float
     ankle_height_m: float
-    foot: LegMarkers
-    shank: LegMarkers
-    thigh: LegMarkers
+    foot: SegmentMarkers
+    shank: SegmentMarkers
+    thigh: SegmentMarkers
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -352,7 +352,7 @@ def _torque(
     feet = (person.feet, person.body.gravity_m_per_s2, plate, poses["ankle_point"], poses["foot_com"])
     if kind == "ankle":
         return standing_torque(*feet, acceleration("foot_com"), acceleration("foot"))
-    if kind == "ankle-printed":
+    if kind == "ankle-thesis":
         return standing_torque_as_printed(*feet, acceleration("foot_com"))
     if kind == "single-joint":
         shank_dd, ankle_dd = acceleration("shank"), acceleration("ankle_point")
@@ -370,10 +370,11 @@ def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Per
         markers = getattr(person, segment)
         columns = [labels.index(label) for label in markers.labels]
         pose = fit_rigid_segment(positions[:, columns], markers.layout_m, np.zeros(2))
-        if pose.misfit_m > 0.01:
+        if pose.marker_residual_rms_m > 0.01:
             raise InputError(
                 f"{name}: expected the markers of the {segment} to move as one rigid body, found them "
-                f"{1e3 * pose.misfit_m:.3g} mm from it on average: check their layout in the configuration"
+                f"{1e3 * pose.marker_residual_rms_m:.3g} mm from it on average: check their layout in the "
+                "configuration"
             )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.epochs import StandingResponses
+from tepsipe.experiments.standing.epochs import StandingEpochs
 from tepsipe.io.estimates import Estimate
 from tepsipe.signals.epochs import without_artefact
 from tepsipe.signals.onsets import DETECTORS, Onset, OnsetOptions, detect_onset
@@ -47,12 +47,12 @@ class MuscleLatency:
     responses: int
 
 
-def lengthening_speed(responses: StandingResponses, lengthening: dict[str, float]) -> np.ndarray:
+def lengthening_speed(responses: StandingEpochs, lengthening: dict[str, float]) -> np.ndarray:
     """Mean speed at which a muscle is lengthened after the perturbations of a trial.
 
     Parameters
     ----------
-    responses : StandingResponses
+    responses : StandingEpochs
         Responses of a trial (rad/s).
     lengthening : dict of str to float
         Joint, ankle or knee -> lengthening per angle (-).
@@ -77,7 +77,7 @@ def lengthening_speed(responses: StandingResponses, lengthening: dict[str, float
 
 
 def muscle_latency(
-    trials: list[StandingResponses],
+    trials: list[StandingEpochs],
     muscle: str,
     lengthening: dict[str, float],
     options: OnsetOptions,
@@ -87,7 +87,7 @@ def muscle_latency(
 
     Parameters
     ----------
-    trials : list of StandingResponses
+    trials : list of StandingEpochs
         Responses of the trials.
     muscle : str
         The muscle.
@@ -155,7 +155,7 @@ def latency_estimates(condition: str, latency: MuscleLatency) -> list[Estimate]:
     """Tidy rows: latency (s) by every detector that found one."""
     return [
         Estimate(
-            "pilot",
+            "standing",
             condition,
             "emg",
             detector,

@@ -8,7 +8,7 @@ import zlib
 
 import numpy as np
 
-from tepsipe.experiments.standing.epochs import StandingResponses, responses_result
+from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_result
 from tepsipe.experiments.standing.impedance import (
     ActiveOptions,
     StandingEstimator,
@@ -44,7 +44,7 @@ def generator(seed: int, *names: str) -> np.random.Generator:
 
 
 def fit_all(
-    trials: list[StandingResponses],
+    trials: list[StandingEpochs],
     name: str,
     pathways: list[str],
     estimators: dict[str, StandingEstimator],
@@ -56,7 +56,7 @@ def fit_all(
 
     Parameters
     ----------
-    trials : list of StandingResponses
+    trials : list of StandingEpochs
         Trials that share their parameters; those without responses do not count.
     name : str
         Of the trial or task: it seeds the redrawing, and names it in sentences.
@@ -98,19 +98,19 @@ def fit_all(
 
 
 def fit_estimates(
-    name: str, fits: Fits, toppling_stiffness: float, latencies: list[MuscleLatency]
+    name: str, fits: Fits, critical_stiffness: float, latencies: list[MuscleLatency]
 ) -> list[Estimate]:
-    """Tidy rows of a trial or task (units in them); ``toppling_stiffness`` is m g h (Nm/rad)."""
+    """Tidy rows of a trial or task (units in them); ``critical_stiffness`` is m g h (Nm/rad)."""
     rows = []
     for (pathway, estimator), fit in fits.items():
-        rows += standing_estimates(name, pathway, estimator, fit, toppling_stiffness)
+        rows += standing_estimates(name, pathway, estimator, fit, critical_stiffness)
     for latency in latencies:
         rows += latency_estimates(name, latency)
     return rows
 
 
 def stiffness_by_window(
-    trials: list[StandingResponses],
+    trials: list[StandingEpochs],
     pathway: str,
     windows_s: list[float],
     options: ActiveOptions,
@@ -121,7 +121,7 @@ def stiffness_by_window(
 
     Parameters
     ----------
-    trials : list of StandingResponses
+    trials : list of StandingEpochs
         Trials that share their parameters; those without responses do not count.
     pathway : str
         Torque that is fitted.
@@ -148,12 +148,12 @@ def stiffness_by_window(
     return np.array(rows).reshape(-1, 4)
 
 
-def over_sway(responses: StandingResponses, pathway: str) -> dict[str, float]:
+def over_sway(responses: StandingEpochs, pathway: str) -> dict[str, float]:
     """How far perturbations stand out of unperturbed standing (thesis section 4-2).
 
     Parameters
     ----------
-    responses : StandingResponses
+    responses : StandingEpochs
         Responses of a trial (rad/s, Nm).
     pathway : str
         Torque that is looked at.
@@ -177,14 +177,14 @@ def over_sway(responses: StandingResponses, pathway: str) -> dict[str, float]:
     }
 
 
-def trial_responses_result(standing: StandingTrial, responses: StandingResponses, torques: dict) -> Result:
+def trial_epochs_result(standing: StandingTrial, responses: StandingEpochs, torques: dict) -> Result:
     """Responses and post-processed signals of one trial.
 
     Parameters
     ----------
     standing : StandingTrial
         Signals (rad, Nm, m, s).
-    responses : StandingResponses
+    responses : StandingEpochs
         Responses cut from them.
     torques : dict of str to str
         Role -> pathway, for the torques that Figure 4-13 shows: as_printed and recommended (no unit).
@@ -192,9 +192,9 @@ def trial_responses_result(standing: StandingTrial, responses: StandingResponses
     Returns
     -------
     Result
-        Arrays of `responses_result` and the group ``processed`` (in their units).
+        Arrays of `epochs_result` and the group ``processed`` (in their units).
     """
-    result = responses_result(responses)
+    result = epochs_result(responses)
     arrays, units = dict(result.arrays), dict(result.units)
     for key, unit in PROCESSED.items():
         arrays[f"processed/{key}"] = getattr(standing, key).astype(np.float32 if key != "time" else float)
@@ -205,8 +205,8 @@ def trial_responses_result(standing: StandingTrial, responses: StandingResponses
     return Result(arrays, units, {**result.facts, "torques": torques, "fault": standing.fault})
 
 
-def pilot_result(
-    trials: list[StandingResponses],
+def standing_result(
+    trials: list[StandingEpochs],
     fits: Fits,
     recommended: str,
     latencies: list[MuscleLatency],
@@ -217,7 +217,7 @@ def pilot_result(
 
     Parameters
     ----------
-    trials : list of StandingResponses
+    trials : list of StandingEpochs
         The trials; those without responses do not count.
     fits : dict of (str, str) to StandingFit
         (pathway, estimator) -> fit.

@@ -200,7 +200,7 @@ def plot_stiffness(
     """Stiffness of the ankles against how far they turned, with 95 % intervals (mrad, Nm/rad)."""
     figure, axes = new_figure(1, len(estimators), 3.4, sharey=True, squeeze=False)
     colours = _task_colours(list(tasks))
-    toppling = next(iter(tasks.values())).facts["toppling_stiffness_Nm_per_rad"]
+    critical_stiffness = next(iter(tasks.values())).facts["critical_stiffness_Nm_per_rad"]
     for axis, estimator in zip(axes[0], estimators, strict=True):
         key = f"K/{pathway}/{estimator}"
         for condition, result in trials.items():
@@ -223,7 +223,7 @@ def plot_stiffness(
                 value, low, high = result.arrays[key]
                 axis.axhspan(low, high, color=colours[task], alpha=0.16, linewidth=0.0)
                 axis.axhline(value, color=colours[task], linewidth=0.9)
-        axis.axhline(toppling, color=COLOURS["measured"], linewidth=0.8, linestyle="--")
+        axis.axhline(critical_stiffness, color=COLOURS["measured"], linewidth=0.8, linestyle="--")
         axis.set(title=estimator, xlabel="Rotation of the ankle (mrad)")
         axis.set_ylim(bottom=0.0)
     axes[0, 0].set(ylabel="$K$ (Nm/rad)")

@@ -13,7 +13,7 @@ PROFILE_COLOURS = {"S": "#1668a8", "M": "#c8371b"}
 MODEL_COLOURS = {
     "mean-subtraction": "#8a8a8a",
     "mass-spring-damper": "#c28a0e",
-    "published": "#c8371b",
+    "hnat2014": "#c8371b",
     "output-error": "#8b5aa8",
     "fir-causal": "#7fb2d9",
     "fir": "#1668a8",
@@ -97,7 +97,7 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
                 color=MODEL_COLOURS[s.model],
                 markersize=5.5,
             )
-        axis.set(title=f"judged on: {test}", xlabel="$R^2$ (-)", xlim=(-1.08, 1.05))
+        axis.set(title=f"evaluated on: {test}", xlabel="$R^2$ (-)", xlim=(-1.08, 1.05))
         axis.axvline(0.0, color="#c4c4c4", linewidth=0.6)
     axes[0, 0].set_yticks(range(len(models)), models)
     axes[0, 0].invert_yaxis()

@@ -88,7 +88,9 @@ def dummy_data(
         "marker_noise_mm": number(
             1e3 * float(np.mean([fit.facts["marker_noise_m"] for fit in fits.values()])), 2
         ),
-        "misfit_mm": number(1e3 * max(fit.facts["misfit_m"] for fit in fits.values()), 2),
+        "marker_residual_mm": number(
+            1e3 * max(fit.facts["marker_residual_rms_m"] for fit in fits.values()), 2
+        ),
         "perturbations": span([len(fit.arrays["windows"]) for fit in fits.values()], 2),
         "damping_per_ms": number(slope, 2),
         "skew_ms": number(abs(values("B", printed).mean() / slope), 2),
@@ -99,11 +101,11 @@ def dummy_data(
     by_simulation = [name for name, c in choices["pathways"].items() if c["estimator"] == ESTIMATOR]
     if by_simulation:
         data["output_error"] = _output_error_data(by_simulation[0], fits, own, recovery)
-    strober = choices["ingest"]["strober_frequency_hz"]
+    strober = choices["ingest"]["marker_sampling_hz"]
     strobed = [
         name
         for name, pathway in choices["pathways"].items()
-        if pathway["marker_instants"] == "as-strobed"
+        if pathway["marker_instants"] == "as-sampled"
         and pathway["torque"] == choices["pathways"][printed]["torque"]
     ]
     if strobed and strober:
@@ -184,8 +186,8 @@ def specification_data(rows: list[Specification]) -> dict:
     damping = np.array([row.B_Nms_per_rad for row in rows])
     alike = filtered == FILTERED[0]
     vaf = np.array([row.VAF_percent for row in rows])
-    sound = (torque == "leg") & alike & (estimator == "segment-regression")
-    printed = (torque == "leg-printed") & alike
+    sound = (torque == "leg") & alike & (estimator == "windowed-least-squares")
+    printed = (torque == "leg-thesis") & alike
     data = {
         "condition": rows[0].condition,
         "count": str(len(rows)),

@@ -33,7 +33,7 @@ LABELS = {
 }
 
 
-def ankle_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
+def manipulator_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
     """Numbers of the position-controlled manipulator's chapter as text.
 
     Parameters
@@ -48,7 +48,7 @@ def ankle_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
     dict
         Text.
     """
-    own = estimates[estimates.experiment == "ankle"]
+    own = estimates[estimates.experiment == "position_manipulator"]
 
     def values(estimator: str, quantity: str) -> pd.Series:
         return own[(own.estimator == estimator) & (own.quantity == quantity)].value

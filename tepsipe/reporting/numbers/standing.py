@@ -10,7 +10,7 @@ from tepsipe.reporting.numbers.format import number, percent, span
 from tepsipe.signals.onsets import DETECTORS
 
 
-def pilot_data(
+def standing_data(
     fits: dict[str, Result],
     task_fits: dict[str, Result],
     estimates: pd.DataFrame,
@@ -26,7 +26,7 @@ def pilot_data(
     estimates : DataFrame
         Rows of estimates (units in the column ``unit``).
     choices : dict
-        Section ``pilot`` of the configuration (units in the keys).
+        Section ``standing`` of the configuration (units in the keys).
     recovery : DataFrame or None
         Estimates beside the truth, where there is one.
 
@@ -35,12 +35,12 @@ def pilot_data(
     dict
         Text.
     """
-    own = estimates[estimates.experiment == "pilot"]
+    own = estimates[estimates.experiment == "standing"]
     pathway, estimator = choices["recommended"]["pathway"], choices["recommended"]["estimator"]
     facts = [fit.facts for fit in fits.values()]
     stood = [f for f in facts if f["responses"]]
-    toppling = facts[0]["toppling_stiffness_Nm_per_rad"]
-    truth = None if recovery is None else recovery[recovery.experiment == "pilot"]
+    critical_stiffness = facts[0]["critical_stiffness_Nm_per_rad"]
+    truth = None if recovery is None else recovery[recovery.experiment == "standing"]
     return {
         "trials": str(len(fits)),
         "stood": str(len(stood)),
@@ -48,20 +48,20 @@ def pilot_data(
         "responses": str(sum(f["responses"] for f in facts)),
         "mass": f"{choices['person']['mass_kg']:g}",
         "stature": f"{choices['person']['stature_m']:g}",
-        "mgh": number(toppling),
+        "mgh": number(critical_stiffness),
         "angle_over_sway": span([f["angle_over_sway"] for f in stood], 2) if stood else number(None),
         "torque_over_sway": span([f["torque_over_sway"] for f in stood], 2) if stood else number(None),
         "left_out": [s for fit in (*fits.values(), *task_fits.values()) for s in fit.facts["left_out"]],
         "tasks": list(task_fits),
         "recommended": {"pathway": pathway, "estimator": estimator},
-        "reflex_free_ms": f"{1e3 * choices['estimators'][estimator]['window_s']:g}",
+        "pre_reflex_ms": f"{1e3 * choices['estimators'][estimator]['window_s']:g}",
         "estimators": _blocks(own, task_fits, "estimator", list(choices["estimators"]), "pathway", pathway),
         "pathways": _blocks(own, task_fits, "pathway", list(choices["pathways"]), "estimator", estimator),
         "by_trial": _by_trial(own, list(fits), pathway, estimator),
         "window_spread": _window_spread(task_fits, choices["estimators"][estimator]["window_s"]),
         "latencies": _latencies(task_fits, choices["latency"]["detector"], truth),
         "joints": _joints(task_fits),
-        "single_joint": _single_joint(own, list(task_fits), choices, estimator, toppling),
+        "single_joint": _single_joint(own, list(task_fits), choices, estimator, critical_stiffness),
         "apart": _apart(own, list(task_fits), pathway, estimator),
         "recovery": None if truth is None or truth.empty else _recovery(truth, task_fits, choices),
     }
@@ -190,11 +190,13 @@ def _joints(task_fits: dict[str, Result]) -> list[dict]:
     return rows
 
 
-def _single_joint(own, tasks: list[str], choices: dict, estimator: str, toppling: float) -> str | None:
+def _single_joint(
+    own, tasks: list[str], choices: dict, estimator: str, critical_stiffness: float
+) -> str | None:
     """Stiffness that the body as one inverted pendulum would have, in units of m g h."""
     names = [name for name, pathway in choices["pathways"].items() if pathway["torque"] == "single-joint"]
     found = [_rows(own, task, names[0], estimator) for task in tasks] if names else []
-    values = [rows.loc["K"].value / toppling for rows in found if "K" in rows.index]
+    values = [rows.loc["K"].value / critical_stiffness for rows in found if "K" in rows.index]
     return span(values, 2) if values else None
 
 

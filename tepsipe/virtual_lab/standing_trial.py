@@ -1,0 +1,83 @@
+"""One trial of a person standing on the treadmill, from protocol and truth to raw files."""
+
+from pathlib import Path
+
+from tepsipe.virtual_lab.belt import DriveTruth
+from tepsipe.virtual_lab.electromyography import CHANNELS, EmgTruth, record_emg, sample_trigger, write_emg
+from tepsipe.virtual_lab.person import (
+    MARKERS,
+    MUSCLES,
+    MuscleTruth,
+    NervesTruth,
+    PersonMarkers,
+    PersonTruth,
+    TaskTruth,
+    move_person,
+    person_marker_paths,
+)
+from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.treadmill_trial import record_capture, record_log, schedule_at_random
+
+# the body is slower than the dummy: half as many steps as for the other rigs are enough
+INTEGRATION_RATE_HZ = 1000.0
+
+
+def make_standing_trial(
+    truth: dict,
+    condition: str,
+    task: str,
+    profile: str,
+    amplitude_m_per_s: float,
+    interval_s: tuple[float, float],
+    duration_s: float,
+    log: Path,
+    calibration: Path,
+    markers: Path,
+    emg: Path,
+) -> None:
+    """Make one trial of a person standing on the treadmill.
+
+    Parameters
+    ----------
+    truth : dict
+        The laboratory's constants, as its configuration file holds them (units in the keys).
+    condition : str
+        Name of the condition: it seeds the trial's noise and intervals.
+    task : {"relax", "stiff"}
+        What the person was told.
+    profile : {"sine", "negative-sine"}
+        Shape of the perturbations.
+    amplitude_m_per_s : float
+        Velocity amplitude (m/s).
+    interval_s : tuple of float
+        Shortest and longest time between perturbations (s).
+    duration_s : float
+        Length of the trial (s).
+    log, calibration, markers, emg : Path
+        Files to write: treadmill log, calibration matrix, C3D and EDF+.
+    """
+    seed, rig, standing = truth["seed"], truth["treadmill"], truth["standing"]
+    rng = generator(seed, "standing", condition)
+    of_nerves, of_emg = rng.spawn(2)
+    schedule = schedule_at_random(rig, profile, amplitude_m_per_s, interval_s, duration_s, rng)
+    person = PersonTruth(**standing["person"])
+    motion = move_person(
+        person,
+        {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES},
+        TaskTruth(**standing["tasks"][task]),
+        NervesTruth(**standing["nerves"]),
+        DriveTruth(**rig["drive"]),
+        schedule.command,
+        schedule.ends_s,
+        INTEGRATION_RATE_HZ,
+        of_nerves,
+    )
+    record_log(rig, seed, schedule, motion, person.mass_kg, rng, log, calibration)
+    paths = person_marker_paths(PersonMarkers(**standing["markers"]), person, motion)
+    record_capture(rig, schedule, MARKERS, paths, rng, markers)
+    recorder = EmgTruth(**standing["emg"])
+    voltages, instants = record_emg(
+        recorder, motion.time, motion.drive, motion.belt_acceleration, schedule.ends_s, of_emg
+    )
+    trigger = sample_trigger(instants, schedule.trigger_s, schedule.duration_s)
+    write_emg(emg, CHANNELS, voltages, trigger, recorder.rate_hz, recorder.limit_uV)

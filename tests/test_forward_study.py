@@ -1,0 +1,277 @@
+"""Simulations against a leg whose motion is exact: only the joint's own parameters follow it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing, trial_of
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.forward.scores import ForwardScore, read_forward, write_forward
+from tepsipe.experiments.forward.study import (
+    forward_scores,
+    mean_parameters,
+    simulate_condition,
+    simulated_signals,
+    simulation_result,
+)
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import read_result, write_result
+from tepsipe.io.trial import Signal
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.reporting.numbers.simulations import forward_data
+from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.statistics.goodness_of_fit import vaf
+
+FOOT = Foot(mass_kg=2.1, height_m=0.055)
+LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.15]])
+LABELS = ("ankle", "leg1", "leg2")
+OPTIONS = DummyOptions(
+    leg=LEG,
+    leg_markers=SegmentMarkers(LABELS, LAYOUT),
+    lowpass_cutoff_hz=20.0,
+    lowpass_order=4,
+    window=WindowOptions(
+        rest_before_s=2.0,
+        rest_after_s=2.0,
+        rest_margin_s=0.2,
+        threshold_fraction=0.05,
+        signal_to_noise=5.0,
+        merge_s=0.06,
+    ),
+)
+TRUTH = np.array([0.015, 0.1, 10.0])
+DOUBLE_WEIGHT = 2.0 * 0.4 * 9.81 * 0.4485  # 2 m g r (Nm/rad)
+JOINTS = {
+    "truth": TRUTH,
+    "stiff": TRUTH * [1.0, 1.0, 1.1],
+    "printed": np.add(TRUTH, [2.0 * 0.027, 0.0, -DOUBLE_WEIGHT]),  # what theta towards +y makes of eq (3-8)
+    "soft": np.array([0.015, 0.1, 0.9]),  # less than m g r
+}
+STEP_S = 0.001
+
+
+def recorded(moved):
+    """Markers and belt of an exact swing."""
+    theta = moved.motion.theta[:, None]
+    across, along = LAYOUT.T
+    positions = np.zeros((theta.size, len(LABELS), 3))
+    positions[..., 1] = moved.belt_position[:, None] + across * np.cos(theta) + along * np.sin(theta)
+    positions[..., 2] = FOOT.height_m - across * np.sin(theta) + along * np.cos(theta)
+    trial = trial_of(RATE_HZ, belt_velocity=(moved.belt_velocity, "m/s"))
+    markers = Signal(positions, "m", ("time", "marker", "axis"), "markers")
+    return replace(
+        trial,
+        axes=trial.axes | {"marker": np.array(LABELS), "axis": np.array(["x", "y", "z"])},
+        signals=trial.signals | {"marker_position": markers},
+    )
+
+
+@pytest.fixture(scope="module")
+def trial():
+    joint = Joint(inertia=TRUTH[0], damping=TRUTH[1], stiffness=TRUTH[2], rest=0.005)
+    return recorded(swing(joint, (2.0, 4.0, 6.0), duration_s=10.0))
+
+
+@pytest.fixture(scope="module")
+def simulated(trial):
+    return simulate_condition(trial, OPTIONS, FOOT, JOINTS, STEP_S)
+
+
+@pytest.fixture(scope="module")
+def scores(simulated):
+    return {(s.parameter_set, s.quantity): s for s in forward_scores("sine-0.3", simulated)}
+
+
+# ---- what follows the recording ----------------------------------------------------------------
+
+
+def test_true_joint_follows_the_recorded_leg_and_a_wrong_stiffness_does_not(scores):
+    true, stiff = scores["truth", "theta"], scores["stiff", "theta"]
+    assert true.vaf_trial > 99.9
+    assert true.vaf_perturbation > 99.9
+    assert scores["truth", "tau_consistent"].vaf_trial > 99.9
+    assert stiff.vaf_trial < 90.0
+    # perturbations are too short to tell as much as the free swing after them
+    assert stiff.vaf_trial + 10.0 < stiff.vaf_perturbation < true.vaf_perturbation
+
+
+def test_parameters_of_the_printed_equation_follow_its_torque_but_not_the_leg(scores):
+    printed, true = scores["printed", "tau"], scores["truth", "tau"]
+    assert printed.vaf_trial > 80.0
+    assert true.vaf_trial < 50.0
+    assert scores["printed", "theta"].vaf_trial < 50.0
+    assert scores["printed", "tau_consistent"].vaf_trial < 0.0
+
+
+def test_simulation_starts_from_rest_as_the_recording_does(simulated):
+    assert len(simulated.perturbations) == 3
+    recording = {"theta": simulated.theta} | simulated.torques
+    for name, signal in recording.items():
+        assert np.ptp(signal[:400]) < 1e-6 * np.ptp(signal), name
+        # at the end the leg still swings a little
+        assert np.abs(signal[:400]).max() < 2e-3 * np.ptp(signal), name
+    for name in JOINTS:
+        for key, signal in simulated_signals(simulated, name).items():
+            assert np.abs(signal[:400]).max() < 1e-3 * np.ptp(recording[key]), (name, key)
+
+
+def test_offset_of_the_belts_sensor_does_not_matter(trial, scores):
+    belt = trial.signals["belt_velocity"]
+    shifted = replace(belt, values=belt.values + 0.02)
+    moved = replace(trial, signals=trial.signals | {"belt_velocity": shifted})
+    again = simulate_condition(moved, OPTIONS, FOOT, {"truth": TRUTH}, STEP_S)
+    theta = forward_scores("sine-0.3", again)[0]
+    assert theta.vaf_trial == pytest.approx(scores["truth", "theta"].vaf_trial, abs=1e-6)
+
+
+def test_leg_that_falls_counts_for_nothing_from_there_on(simulated, scores):
+    fallen = simulated.simulations["soft"]
+    assert fallen.state == "falls"
+    assert 2.0 < fallen.fell_at_s < 6.0
+    signals = simulated_signals(simulated, "soft")
+    stop = fallen.time.size
+    for signal in signals.values():
+        assert signal.shape == simulated.time.shape
+        assert np.isfinite(signal[:stop]).all()
+        assert np.isnan(signal[stop:]).all()
+    score = scores["soft", "theta"]
+    assert score.state == "falls"
+    measured, found = simulated.theta, signals["theta"][:stop]
+    missed = np.sum((measured[:stop] - found) ** 2) + np.sum(measured[stop:] ** 2)
+    assert score.vaf_trial == pytest.approx(100.0 * (1.0 - missed / np.sum(measured**2)))
+    # the last perturbation, which it does not see, has a VAF of 0
+    last = simulated.perturbations[-1]
+    assert stop < last.start
+    seen = [
+        vaf(measured[p.start : p.stop], np.nan_to_num(signals["theta"][p.start : p.stop]))
+        for p in simulated.perturbations[:-1]
+    ]
+    assert score.vaf_perturbation == pytest.approx(sum(seen) / 3.0)
+    assert {s.state for key, s in scores.items() if key[0] != "soft"} == {"settles"}
+
+
+def test_result_holds_what_figures_show(simulated, tmp_path):
+    write_result(tmp_path / "simulation.h5", simulation_result(simulated))
+    result = read_result(tmp_path / "simulation.h5")
+    assert result.facts["parameter_sets"] == list(JOINTS)
+    assert result.facts["states"]["soft"] == "falls"
+    assert result.facts["fell_at_s"]["soft"] == simulated.simulations["soft"].fell_at_s
+    assert result.facts["fell_at_s"]["truth"] is None
+    assert result.arrays.keys() == result.units.keys()
+    for name, joint in JOINTS.items():
+        assert np.array_equal(result.arrays[f"{name}/parameters"], joint)
+        for key, signal in simulated_signals(simulated, name).items():
+            assert np.array_equal(result.arrays[f"{name}/{key}"], signal, equal_nan=True)
+    windows = [slice(*window) for window in result.arrays["windows"]]
+    assert all(np.abs(result.arrays["theta"][w]).max() > 0.01 for w in windows)
+
+
+def test_trial_that_cannot_be_simulated_is_refused(trial):
+    with pytest.raises(InputError) as caught:
+        simulate_condition(trial, OPTIONS, FOOT, {"light": np.array([-0.2, 0.1, 10.0])}, STEP_S)
+    assert_one_sentence(caught.value, "inertia of the joint", "-0.2")
+    still = replace(trial.signals["belt_velocity"], values=np.zeros(trial.time.size))
+    with pytest.raises(InputError) as caught:
+        simulate_condition(
+            replace(trial, signals=trial.signals | {"belt_velocity": still}), OPTIONS, FOOT, {}, STEP_S
+        )
+    assert_one_sentence(caught.value, "belt velocity", "perturbations")
+
+
+# ---- parameters that are evaluated ----------------------------------------------------------------
+
+
+def estimate(quantity, value, pathway="admittance", estimator="spectral-fit", condition="0.12"):
+    return Estimate("wristalyzer", condition, pathway, estimator, quantity, "-", value)
+
+
+def test_parameters_are_means_over_trials_of_one_pathway_and_estimator():
+    rows = [
+        estimate(quantity, scale * value, condition=condition)
+        for condition, scale in (("0.12", 0.9), ("0.16", 1.1))
+        for quantity, value in zip("KIB", (10.0, 0.015, 0.1), strict=True)
+    ]
+    rows += [estimate("VAF_trial", 99.0), estimate("K", 500.0, pathway="leg")]
+    assert mean_parameters(iter(rows), "admittance") == pytest.approx(TRUTH)
+    rows += [estimate(quantity, 7.0, estimator="as-printed") for quantity in "IBK"]
+    assert mean_parameters(rows, "admittance", "spectral-fit") == pytest.approx(TRUTH)
+    assert mean_parameters(rows, "admittance")[2] == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize(("pathway", "estimator"), [("foot", None), ("admittance", "other")])
+def test_parameters_that_were_not_estimated_are_refused(pathway, estimator):
+    rows = [estimate(quantity, 1.0) for quantity in "IBK"]
+    with pytest.raises(InputError) as caught:
+        mean_parameters(rows, pathway, estimator)
+    assert_one_sentence(caught.value, pathway)
+
+
+# ---- files -------------------------------------------------------------------------------------
+
+SCORES = [
+    ForwardScore("0.20", "tep", "theta", 87.123456789012, -1234.5, "settles"),
+    ForwardScore("sine-0.5", "corrected", "tau_consistent", 99.9, 0.0, "falls"),
+]
+
+
+def test_scores_come_back_from_their_file(tmp_path):
+    path, again = tmp_path / "forward.csv", tmp_path / "again.csv"
+    write_forward(path, SCORES)
+    read = read_forward(path)
+    assert read[0] == replace(SCORES[0], vaf_perturbation=87.12345679)
+    assert read[1] == SCORES[1]
+    write_forward(again, read)
+    assert again.read_bytes() == path.read_bytes()
+    write_forward(path, [])
+    assert read_forward(path) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("vaf_trial", "vaf", "vaf_trial"),
+        ("-1234.5", "much", "much"),
+        ("99.9,0,falls", "", "damaged"),
+        ("condition,parameter_set", "condition;parameter_set", "columns"),
+        (None, "", "none"),
+    ],
+)
+def test_damaged_scores_are_refused(old, new, words, tmp_path):
+    path = tmp_path / "forward.csv"
+    write_forward(path, SCORES)
+    text = path.read_text()
+    assert old is None or old in text
+    path.write_text(text.replace(old, new) if old else new)
+    with pytest.raises(InputError) as caught:
+        read_forward(path)
+    assert_one_sentence(caught.value, path, words)
+
+
+# ---- the report --------------------------------------------------------------------------------
+
+
+def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
+    rows = [
+        ForwardScore(condition, name, quantity, low, high, state)
+        for condition, name, low, high, state in (
+            ("sine-0.1", "tep", 10.0, -5000.0, "falls"),
+            ("sine-0.2", "tep", 20.0, 30.0, "settles"),
+            ("sine-0.1", "corrected", 99.6, 99.7, "settles"),
+            ("sine-0.2", "corrected", 99.8, 100.0, "settles"),
+        )
+        for quantity in ("theta", "tau", "tau_consistent")
+    ]
+    data = forward_data(pd.DataFrame(map(vars, rows)), 0.001)
+    tep, corrected = data["rows"]
+    assert (tep["name"], corrected["name"]) == ("TEP-SIPE as printed", "TEP-SIPE, consistent")
+    assert tep["theta_perturbation"] == "10 to 20"
+    assert tep["tau_trial"] == "< \N{MINUS SIGN}1000 to 30"
+    assert corrected["theta_trial"] == "100"
+    assert (data["step_ms"], data["conditions"]) == ("1.0", "2")
+    (told,) = data["unsettled"]
+    assert "sine-0.1" in told
+    assert "falls" in told

@@ -1,0 +1,38 @@
+# What a treadmill adds to a measured load: recordings of your own.
+
+
+rule calibrate_belt:
+    input:
+        trials=of_trials("<results>/trials/belt/{condition}.h5", "belt"),
+        library=library_of("calibrate_belt"),
+    output:
+        models="<results>/treadmill_models/belt.json",
+        fit="<results>/fits/belt.h5",
+        scores="<results>/treadmill_models/belt.csv",
+    log:
+        "<logs>/calibrate_belt.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        roles=roles("belt"),
+        analysis=config["belt"]["analysis"],
+        models=config["belt"]["models"],
+    script:
+        "../scripts/calibrate_belt.py"
+
+
+rule plot_belt:
+    input:
+        fit="<results>/fits/belt.h5",
+        scores="<results>/treadmill_models/belt.csv",
+        library=library_of("plot_belt"),
+    output:
+        **figure_files("belt"),
+    log:
+        "<logs>/plot_belt.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        chosen=config["belt"]["chosen"],
+    script:
+        "../scripts/plot_belt.py"

@@ -1,0 +1,22 @@
+"""Ingest one trial of a position-controlled manipulator."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.trial import write_trial
+
+files = dict(snakemake.params.files)
+options = TableOptions(
+    angle_unit=snakemake.params.angle_unit,
+    torque_sign=snakemake.params.torque_sign,
+    **snakemake.params.ingest,
+)
+delimiter = {"comma": ",", "tab": "\t"}[snakemake.params.delimiter]
+table = read_text_table(files["log"], snakemake.params.columns, delimiter)
+trial = ingest_position_manipulator(table, options, snakemake.params.duration_s, files["log"])
+write_trial(
+    snakemake.output.trial, trial, "position_manipulator", snakemake.wildcards.condition, files, vars(options)
+)

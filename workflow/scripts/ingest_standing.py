@@ -1,0 +1,22 @@
+"""Ingest one trial of a person standing on the treadmill."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.standing import ingest_standing_files
+from tepsipe.io.trial import write_trial
+
+files = dict(snakemake.params.files)
+options = TreadmillOptions(**snakemake.params.ingest)
+trial = ingest_standing_files(
+    files,
+    snakemake.params.marker_labels,
+    snakemake.params.emg_channels,
+    snakemake.params.emg_trigger,
+    snakemake.params.emg_trigger_threshold,
+    options,
+    snakemake.params.duration_s,
+)
+write_trial(snakemake.output.trial, trial, "standing", snakemake.wildcards.condition, files, vars(options))

@@ -1,0 +1,42 @@
+"""From sections of the configuration to the library's options: what the standing person's scripts need."""
+
+import numpy as np
+
+from tepsipe.experiments.standing.impedance import ActiveOptions, StandingEstimator
+from tepsipe.experiments.standing.joint_torque import Person
+from tepsipe.mechanics.anthropometry import both_feet, standing_body
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+
+
+def person_of(choice: dict) -> Person:
+    """The person of the section standing.person."""
+
+    def placed(segment: str) -> SegmentMarkers:
+        markers = choice[f"{segment}_markers"]
+        layout = np.array(
+            [[marker["anterior_offset_m"], marker["longitudinal_offset_m"]] for marker in markers]
+        )
+        return SegmentMarkers(tuple(marker["label"] for marker in markers), layout)
+
+    size = choice["mass_kg"], choice["stature_m"]
+    return Person(
+        mass_kg=choice["mass_kg"],
+        feet=both_feet(*size),
+        body=standing_body(*size, choice["com_height"], choice["ankle_height_m"], choice["gravity_m_per_s2"]),
+        foot_com_m=choice["foot_com_m"],
+        ankle_height_m=choice["ankle_height_m"],
+        foot=placed("foot"),
+        shank=placed("shank"),
+        thigh=placed("thigh"),
+    )
+
+
+def estimators_of(choice: dict) -> dict[str, StandingEstimator]:
+    """Those of the section standing.estimators."""
+    return {name: StandingEstimator(**estimator) for name, estimator in choice.items()}
+
+
+def active_options(choice: dict, muscles: dict) -> ActiveOptions:
+    """Options of the sections standing.active and standing.muscles."""
+    action = {m: float(muscle["ankle_action"]) for m, muscle in muscles.items() if muscle["ankle_action"]}
+    return ActiveOptions(**{key: tuple(times) for key, times in choice.items()}, action=action)
