@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pybullet
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import impedance_torque
@@ -175,7 +175,7 @@ def simulate_dummy(
     stride = _check_step(step_s, interval, leg, joint)
     h = interval / stride
 
-    velocity = CubicSpline(interval * np.arange(time.size), belt_velocity)
+    velocity = scipy.interpolate.CubicSpline(interval * np.arange(time.size), belt_velocity)
     path = velocity.antiderivative()
     steps = (time.size - 1) * stride + 1
     pushed = np.diff(path(h * np.arange(-1, steps + 1)), 2) / h**2

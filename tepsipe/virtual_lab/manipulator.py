@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.rubber import Rubber
@@ -154,7 +154,9 @@ def record_manipulator(
     lead = round(truth.lead_s * rate)
     applied = np.concatenate([np.zeros(lead), command, np.zeros(round(truth.tail_s * rate) + 1)])
     white = trial_rng.standard_normal(applied.size)
-    ripple = signal.sosfilt(signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white)
+    ripple = scipy.signal.sosfilt(
+        scipy.signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white
+    )
     applied = (applied + truth.ripple_Nm * ripple / ripple.std()).tolist()
     last = len(applied) - 1
 

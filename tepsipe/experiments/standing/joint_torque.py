@@ -9,7 +9,7 @@ ankles.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError, listed
 from tepsipe.io.trial import Trial
@@ -439,7 +439,7 @@ def stance_fault(
     """
     time, rate, limits, person = trial.time, trial.rate_hz, options.limits, options.person
     labels = trial.axes["marker"].tolist()
-    travelled = CubicSpline(time, belt_velocity).antiderivative()(time)
+    travelled = scipy.interpolate.CubicSpline(time, belt_velocity).antiderivative()(time)
     for label in person.foot.labels:
         y, z = positions[:, labels.index(label)].T
         seen = ~_widened(hidden[:, person.labels.index(label)], round(0.1 * rate))
