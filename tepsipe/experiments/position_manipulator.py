@@ -14,7 +14,7 @@ from tepsipe.errors import InputError
 from tepsipe.identification.parallel_cascade import (
     ParallelCascadeFit,
     ParallelCascadeOptions,
-    fit_parallel_cascade,
+    identify_cascade,
 )
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -22,7 +22,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged
+from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged
 from tepsipe.statistics.bootstrap import bootstrap_blocks
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
@@ -77,7 +77,7 @@ class PositionManipulatorAnalysis:
         I (Nms2/rad), B (Nms/rad), K (Nm/rad), offset (Nm).
     bootstrap : ndarray, shape (draws, 4)
         The same for bootstrapped blocks.
-    spectrum : SpectralEstimate
+    spectrum : FrequencyResponse
         Impedance tau/theta and coherence of the unfiltered record (Hz, Nm/rad).
     vaf : HeldOutVaf
         How good the prediction is (%).
@@ -90,7 +90,7 @@ class PositionManipulatorAnalysis:
     training: int
     fit: LinearFit
     bootstrap: np.ndarray
-    spectrum: SpectralEstimate
+    spectrum: FrequencyResponse
     vaf: HeldOutVaf
 
 
@@ -203,7 +203,7 @@ def analyse_parallel_cascade(
         If the record is too short or the joint does not move.
     """
     kept, training, block = _parts(trial, options)
-    return fit_parallel_cascade(
+    return identify_cascade(
         trial.values("angle"),
         trial.values("torque"),
         trial.rate_hz,

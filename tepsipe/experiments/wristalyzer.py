@@ -20,7 +20,7 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged, period_averaged
+from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged
 from tepsipe.statistics.goodness_of_fit import vaf
 
 PATHWAY = "admittance"
@@ -131,9 +131,9 @@ class WristalyzerAnalysis:
     ----------
     prepared : PreparedTrial
         Filtered signals (Nm, rad).
-    spectra : dict of str to SpectralEstimate
+    spectra : dict of str to FrequencyResponse
         Estimator -> spectral estimate over all frequencies (Hz, rad/Nm).
-    tapered : SpectralEstimate
+    tapered : FrequencyResponse
         The averaged estimate of the tapered record, to look beyond the perturbation's band.
     fits : dict of str to AdmittanceFit
         Estimator -> fit.
@@ -146,8 +146,8 @@ class WristalyzerAnalysis:
     """
 
     prepared: PreparedTrial
-    spectra: dict[str, SpectralEstimate]
-    tapered: SpectralEstimate
+    spectra: dict[str, FrequencyResponse]
+    tapered: FrequencyResponse
     fits: dict[str, AdmittanceFit]
     profile: StiffnessProfile
     many_starts: list[AdmittanceFit]

@@ -12,11 +12,13 @@ from scipy import stats
 from scipy.optimize import least_squares
 
 from tepsipe.mechanics.impedance_model import admittance
-from tepsipe.signals.spectra import SpectralEstimate
+from tepsipe.signals.spectra import FrequencyResponse
 from tepsipe.statistics.least_squares import sem_as_printed, standard_error
 
 # typical size of I, B, K for the scaled solver (Nms2/rad, Nms/rad, Nm/rad)
 TYPICAL = np.array([0.01, 0.1, 10.0])
+# starting values, lower and upper bounds of I, B, K as the thesis prints them (Nms2/rad, Nms/rad, Nm/rad)
+TABLE_3_2 = ((0.001, 0.1, 10.0), (-10.0, 0.01, -20.0), (10.0, 10.0, 20.0))
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class AdmittanceFit:
     at_bound: bool
 
 
-def residuals(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
+def residuals(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray:
     """Weighted complex log ratio, real parts first, then imaginary parts.
 
     Its sum of squares is the sum of e^2 of thesis eq (3-6), but unlike the modulus it is smooth where
@@ -74,7 +76,7 @@ def residuals(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
     ----------
     parameters : ndarray, shape (3,)
         I (Nms2/rad), B (Nms/rad), K (Nm/rad).
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         The n frequencies to fit (Hz, rad/Nm).
 
     Returns
@@ -87,14 +89,14 @@ def residuals(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
     return np.concatenate([weight * ratio.real, weight * ratio.imag])
 
 
-def residuals_as_printed(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
+def residuals_as_printed(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray:
     """e(f) of thesis eq (3-6): the modulus of the weighted complex log ratio.
 
     Parameters
     ----------
     parameters : ndarray, shape (3,)
         I (Nms2/rad), B (Nms/rad), K (Nm/rad).
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         The n frequencies to fit (Hz, rad/Nm).
 
     Returns
@@ -107,7 +109,7 @@ def residuals_as_printed(parameters: np.ndarray, estimate: SpectralEstimate) -> 
     return weight * np.abs(ratio)
 
 
-def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
+def fit_as_printed(estimate: FrequencyResponse, bounds: Bounds) -> AdmittanceFit:
     """Fit with the modulus as residual, unscaled parameters and tolerances of 1e-6.
 
     These are the defaults of the non-linear least-squares solver that was usual at the time. With
@@ -116,7 +118,7 @@ def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
 
     Parameters
     ----------
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         Frequencies to fit (Hz, rad/Nm).
     bounds : Bounds
         Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
@@ -129,12 +131,12 @@ def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
     return _fit(residuals_as_printed, estimate, bounds, bounds.start, 1.0, 1e-6)
 
 
-def fit_scaled(estimate: SpectralEstimate, bounds: Bounds, start: np.ndarray | None = None) -> AdmittanceFit:
+def fit_scaled(estimate: FrequencyResponse, bounds: Bounds, start: np.ndarray | None = None) -> AdmittanceFit:
     """Fit with smooth residuals, scaled parameters and tight tolerances.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         Frequencies to fit (Hz, rad/Nm).
     bounds : Bounds
         Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
@@ -177,13 +179,13 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
 
 
 def fit_from_many_starts(
-    estimate: SpectralEstimate, bounds: Bounds, count: int, rng: np.random.Generator
+    estimate: FrequencyResponse, bounds: Bounds, count: int, rng: np.random.Generator
 ) -> list[AdmittanceFit]:
     """Repeat `fit_scaled` from the printed and from random starting values.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         Frequencies to fit (Hz, rad/Nm).
     bounds : Bounds
         Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
@@ -234,13 +236,13 @@ class StiffnessProfile:
 
 
 def profile_stiffness(
-    estimate: SpectralEstimate, bounds: Bounds, best: AdmittanceFit, stiffness: np.ndarray
+    estimate: FrequencyResponse, bounds: Bounds, best: AdmittanceFit, stiffness: np.ndarray
 ) -> StiffnessProfile:
     """Profile likelihood of K, for white residuals of unknown variance.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         Frequencies to fit (Hz, rad/Nm).
     bounds : Bounds
         Bounds of I and B (Nms2/rad, Nms/rad).

@@ -167,14 +167,14 @@ class ParallelCascadeOptions:
         Blocks of the cross-validation (-), fewer where they would be shorter than the reflex's memory.
     """
 
-    intrinsic_lag_s: float
-    reflex_length_s: float
-    reflex_knot_s: float
-    reflex_delays_s: tuple[float, float]
-    expected_delay_s: float
-    delay_tolerance: float
-    penalties: tuple[float, ...]
-    folds: int
+    intrinsic_lag_s: float = 0.04
+    reflex_length_s: float = 0.6
+    reflex_knot_s: float = 0.025
+    reflex_delays_s: tuple[float, float] = (0.03, 0.06)
+    expected_delay_s: float = 0.04
+    delay_tolerance: float = 0.01
+    penalties: tuple[float, ...] = (1e-6, 1e-4, 1e-2, 1.0)
+    folds: int = 10
 
 
 @dataclass(frozen=True)
@@ -322,7 +322,7 @@ class _Design:
     stiffening: slice
 
 
-def fit_parallel_cascade(
+def identify_cascade(
     angle: np.ndarray,
     torque: np.ndarray,
     rate_hz: float,

@@ -9,16 +9,18 @@ person: z_A height of the ankle (m), y_f, z_f centre of mass of the feet (m), I_
 about it (kg m2), phi_f their angle (rad).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from tepsipe.errors import InputError, quoted
 from tepsipe.mechanics.anthropometry import Feet, StandingBody
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Leg:
-    """Leg of the ankle dummy (thesis Table 2-2).
+    """Leg of the ankle dummy, or any rigid body on one joint (thesis Table 2-2).
 
     Attributes
     ----------
@@ -35,7 +37,30 @@ class Leg:
     mass_kg: float
     com_m: float
     inertia_kgm2: float
-    gravity_m_per_s2: float
+    gravity_m_per_s2: float = 9.81
+
+    def __post_init__(self):
+        """Refuse what no leg can be.
+
+        Raises
+        ------
+        InputError
+            If a value is no positive number, or they cannot belong to one rigid body.
+        """
+        for name, value in vars(self).items():
+            if not (isinstance(value, int | float) and math.isfinite(value) and value > 0.0):
+                raise InputError(
+                    f"Leg: expected a positive number for {name}, found {quoted(value)}: correct it"
+                )
+        gyration = math.sqrt(self.inertia_kgm2 / self.mass_kg)
+        if gyration > 3.0 * self.com_m or self.com_m > 30.0 * gyration:
+            raise InputError(
+                "Leg: expected a body whose radius of gyration about its centre of mass, "
+                "sqrt(inertia_kgm2 / mass_kg), is between 1/30 and 3 times com_m, found "
+                f"{gyration:.3g} m and {self.com_m:.3g} m: check that com_m and inertia_kgm2 are not "
+                f"swapped, and "
+                "are in m and kg m2"
+            )
 
 
 def leg_torque(

@@ -1,7 +1,7 @@
 """The family of treadmill models: fit them, judge them, keep them, and apply them."""
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from tepsipe.treadmill.mass_spring_damper import (
 )
 from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
 from tepsipe.treadmill.ripple import RippleOptions, RippleTracker, fit_ripple_tracker
-from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_hnat2014, fit_output_error
+from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_discrete_output_error, fit_hnat2014
 
 MODEL_MEANINGS = {
     "mean-subtraction": "mean over the perturbations of the empty belt, subtracted condition by condition",
@@ -65,13 +65,13 @@ class FamilyOptions:
         The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), where another load has shown it.
     """
 
-    hnat2014_evaluations: int
-    output_error_order: int
-    fir_lead_s: float
-    fir_lag_s: float
-    spectral_segment_s: float
-    ripple: RippleOptions
-    shortest_s: float
+    hnat2014_evaluations: int = 100
+    output_error_order: int = 3
+    fir_lead_s: float = 0.1
+    fir_lag_s: float = 0.4
+    spectral_segment_s: float = 2.56
+    ripple: RippleOptions = field(default_factory=RippleOptions)
+    shortest_s: float = 15.0
     frame: np.ndarray | None = None
 
 
@@ -169,7 +169,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
         "mean-subtraction": lambda: fit_mean_subtraction(recordings),
         "mass-spring-damper": lambda: fit_mass_spring_damper(recordings),
         "hnat2014": lambda: fit_hnat2014(recordings, options.hnat2014_evaluations),
-        "output-error": lambda: fit_output_error(recordings, options.output_error_order),
+        "output-error": lambda: fit_discrete_output_error(recordings, options.output_error_order),
         "fir-causal": lambda: fit_finite_response(recordings, 0.0, options.fir_lag_s),
         "fir": lambda: fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
         "spectral": lambda: fit_spectral(recordings, options.spectral_segment_s),
@@ -239,7 +239,7 @@ def save_models(path: str | Path, models: list[FittedModel]) -> None:
     Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def load_models(path: str | Path) -> dict[str, FittedModel]:
+def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
     """Name -> model, from a file written by `save_models` (units as in the models' classes).
 
     Raises

@@ -34,9 +34,9 @@ class RippleOptions:
         T (s). Short memories follow faster, but also take signals near the ripple for ripple.
     """
 
-    most_orders: int
-    line_to_floor: float
-    memory_s: float
+    most_orders: int = 12
+    line_to_floor: float = 30.0
+    memory_s: float = 20.0
 
 
 @dataclass(frozen=True)

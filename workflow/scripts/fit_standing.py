@@ -26,7 +26,7 @@ from tepsipe.io.trial import read_trial
 from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
-from tepsipe.treadmill.registry import load_models
+from tepsipe.treadmill.registry import load_treadmill_models
 
 params, analysis, condition = snakemake.params, snakemake.params.analysis, snakemake.wildcards.condition
 name = f"standing/{condition}"
@@ -45,7 +45,10 @@ standing = process_standing(
         limits=StanceLimits(**params.stance),
     ),
     {key: TorquePathway(**pathway) for key, pathway in params.pathways.items()},
-    {load: load_models(path) for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=False)},
+    {
+        load: load_treadmill_models(path)
+        for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=False)
+    },
 )
 responses = cut_standing_epochs(
     trial,

@@ -8,7 +8,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import find_perturbations, rest_samples
+from tepsipe.signals.perturbations import perturbations_of, rest_samples
 
 
 def simulate_trial(
@@ -45,7 +45,7 @@ def simulate_trial(
         trial.values("belt_velocity"), trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order
     )
     velocity = velocity - np.median(velocity[rest_samples(trial.time, options.window)])
-    found = find_perturbations(velocity, trial.rate_hz, options.window, "belt velocity")
+    found = perturbations_of(velocity, trial.rate_hz, options.window, "belt velocity")
     s = simulate_dummy(trial.time, velocity, options.leg, foot, Joint(*parameters), step_s, must_stand=True)
     return SimulatedTrial(
         name=name,

@@ -25,7 +25,7 @@ from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import ramp_onset
-from tepsipe.signals.perturbations import Perturbation, WindowOptions, find_perturbations
+from tepsipe.signals.perturbations import Perturbation, WindowOptions, perturbations_of
 from tepsipe.signals.resampling import runs_of
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.registry import FittedModel, pick
@@ -228,7 +228,7 @@ def process_standing(
     """
     time, rate, person = trial.time, trial.rate_hz, options.person
     moving = options.lowpass(trial.values("belt_velocity"), rate)
-    perturbations = find_perturbations(moving, rate, options.window, name)
+    perturbations = perturbations_of(moving, rate, options.window, name)
     unperturbed = _unperturbed(time, rate, perturbations, options, name)
     loads = filtered_load(trial, name, options.belt, options.lowpass)
     carried_kg = _carried_mass(loads["Fz"], unperturbed, options, name)
