@@ -224,8 +224,8 @@ def calibrate_treadmill(
         if not recordings or not all(isinstance(r, BeltRecording) for r in recordings):
             raise InputError(
                 f"calibrate_treadmill: expected recordings for {what}, found "
-                f"{listed(map(type, recordings))}: "
-                "make them with tepsipe.belt_recording"
+                f"{quoted(type(recordings[0]).__name__ if recordings else 'none')}: make them with "
+                "tepsipe.belt_recording"
             )
     names = [r.name for r in (*training, *testing)]
     twice = [name for name in names if names.count(name) > 1]

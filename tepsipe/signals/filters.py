@@ -78,7 +78,7 @@ def butterworth_lowpass(
     """
     if not 0.0 < cutoff_hz < 0.5 * rate_hz:
         raise InputError(
-            f"low-pass cutoff must lie between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
+            f"low-pass: expected a cutoff between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
             f"found {cutoff_hz:g} Hz: change the cutoff in the configuration"
         )
     _refuse_odd(order)
