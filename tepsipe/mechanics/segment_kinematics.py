@@ -12,14 +12,15 @@ from tepsipe.signals.filters import butterworth_lowpass
 
 @dataclass(frozen=True)
 class SegmentMarkers:
-    """Where the leg's markers sit and what else the kinematics needs.
+    """Markers of a segment and their offsets.
 
     Attributes
     ----------
     labels : tuple of str
-        Markers on the leg.
+        Markers on the segment.
     layout_m : ndarray, shape (k, 2)
-        In front of the leg's axis, and along it from the ankle (m).
+        Anterior offset from the axis of the segment, and longitudinal offset from its origin (the ankle, for
+        a leg) (m).
     """
 
     labels: tuple[str, ...]
@@ -35,9 +36,9 @@ class SegmentMotion:
     time : ndarray, shape (n,)
         Instants (s).
     theta, theta_d, theta_dd : ndarray, shape (n,)
-        Leg angle (rad), its rate (rad/s) and acceleration (rad/s2).
+        Leg angle (rad), its rate (rad/s) and acceleration (rad/s²).
     y_dd, z_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s2).
+        Acceleration of the leg's centre of mass (m/s²).
     marker_residual_rms_m : float
         Root mean square distance between markers and the rigid leg (m).
     """

@@ -279,7 +279,7 @@ def align_sequential_samples(
     Parameters
     ----------
     positions : ndarray, shape (n, markers, 3)
-        Positions as sampled (m), without NaN, markers in the order of the strober.
+        Positions as sampled (m), without NaN, markers in the order of sequential sampling.
     rate_hz, marker_sampling_hz : float
         Frames per second, and markers per second within a frame (Hz).
 
@@ -299,8 +299,9 @@ def align_sequential_samples(
     spread = (markers - 1) / marker_sampling_hz
     if spread > 1.0 / rate_hz:
         raise InputError(
-            f"{markers} markers strobed at {marker_sampling_hz:g} Hz need {1e3 * spread:.3g} ms, but a frame "
-            f"lasts {1e3 / rate_hz:.3g} ms: check the strober's frequency in the configuration"
+            f"{markers} markers sampled sequentially at {marker_sampling_hz:g} Hz take "
+            f"{1e3 * spread:.3g} ms, but a frame lasts {1e3 / rate_hz:.3g} ms: "
+            "check marker_sampling_hz in the configuration"
         )
     frame_time = np.arange(frames) / rate_hz
     aligned = np.empty((frames - 1, markers, positions.shape[2]))
