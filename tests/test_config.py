@@ -734,7 +734,7 @@ STANDING_MISTAKES = [
     (GOOD | NO_EXTRAS, {"interval_s": "4-8"}, ["interval_s", "'4-8'"]),
     (STANDING, {"profile": "minjerk"}, ["sine, negative-sine", "'minjerk'"]),
     (STANDING, {"task": "-"}, ["task of relax or stiff", "standing/relax-pos-0.4", "'-'"]),
-    (STANDING, {"task": ""}, ["task of relax or stiff", "what the person was told"]),
+    (STANDING, {"task": ""}, ["task of relax or stiff", "the instruction of the person"]),
     (STANDING, {"task": "relaxed"}, ["task of relax or stiff", "'relaxed'"]),
     (STANDING, {"emg": "emg.edf"}, ["'emg.edf'", "recorded"]),
     (RECORDED_STANDING, {"task": "eyes closed"}, ["letters, digits, dots and hyphens", "'eyes closed'"]),

@@ -1,4 +1,4 @@
-"""The bidirectional filters: their gain, their missing phase, and what they refuse."""
+"""The zero-lag filters: their gain, their missing phase, and what they refuse."""
 
 import numpy as np
 import pytest

@@ -179,7 +179,7 @@ def test_marker_hidden_for_long_in_a_response_leaves_it_out_and_for_short_does_n
     found = cut(hide(usual_trial(), "shank1", ONSETS_S[3] + 0.5, ONSETS_S[3] + 0.7))
     (said,) = found.left_out
     assert "perturbation at 18.34 s left out: marker 'shank1' was hidden for 0.2 s" in said
-    assert "where 0.1 s can be filled" in said
+    assert "at most 0.1 s can be filled" in said
     same_but_for(found, [0, 1, 2, 4, 5])
 
 

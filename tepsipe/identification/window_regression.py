@@ -1,11 +1,11 @@
-"""TEP-SIPE: I, B, K by linear regression over every perturbation (thesis section 3-1-2, eq 3-9).
+"""TEP-SIPE: I, B, K by windowed (per-perturbation) least squares (thesis section 3-1-2, eq 3-9).
 
     tau(t) = I theta'' + B theta' + K (theta - theta_ref)      over the samples of one perturbation
 
-As printed, theta_ref is the angle at rest. But at rest the joint already carries the weight of a
-leg that does not stand quite upright, tau_rest = K (theta_rest - theta_ref), so the printed
-regression is biased as soon as theta_rest is not 0. The recommended regression refers angle *and*
-torque to rest: tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest).
+As printed, theta_ref is the angle at rest. At rest, however, the joint carries the weight of a leg that
+is not exactly upright, tau_rest = K (theta_rest - theta_ref), so the printed regression is biased unless
+theta_rest is 0. The recommended regression refers angle *and* torque to rest:
+tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest).
 """
 
 from dataclasses import dataclass, replace
@@ -32,14 +32,14 @@ class WindowedFits:
     perturbations : list of Perturbation
         The windows (samples).
     fits : list of LinearFit
-        One per perturbation; parameters in the order I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        One per perturbation; parameters in the order I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     torque, predicted : ndarray, shape (n,)
-        tau and its prediction from the mean parameters over the whole trial (Nm); the recommended
+        tau and its prediction from the mean parameters over the whole trial (N·m); the recommended
         regression refers both to rest.
     regressors : ndarray, shape (n, 3)
-        theta'' (rad/s2), theta' (rad/s), theta - theta_ref (rad).
+        theta'' (rad/s²), theta' (rad/s), theta - theta_ref (rad).
     theta_rest_rad, torque_rest_Nm : float
-        Angle (rad) and torque (Nm) at rest.
+        Angle (rad) and torque (N·m) at rest.
     """
 
     perturbations: list[Perturbation]
@@ -52,12 +52,12 @@ class WindowedFits:
 
     @property
     def parameters(self) -> np.ndarray:
-        """I (Nms2/rad), B (Nms/rad), K (Nm/rad) of every perturbation, shape (perturbations, 3)."""
+        """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation, shape (perturbations, 3)."""
         return np.array([fit.parameters for fit in self.fits])
 
     @property
     def mean(self) -> np.ndarray:
-        """Mean of I (Nms2/rad), B (Nms/rad), K (Nm/rad) over the perturbations, shape (3,)."""
+        """Mean of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) over the perturbations, shape (3,)."""
         return self.parameters.mean(axis=0)
 
     @property
@@ -92,7 +92,7 @@ def regress_perturbations(
     motion : SegmentMotion
         Motion of the leg (s, rad, m).
     leg : Leg
-        Its mass (kg), centre of mass (m) and inertia (kg m2).
+        Its mass (kg), centre of mass (m) and inertia (kg·m²).
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
@@ -100,12 +100,12 @@ def regress_perturbations(
     torque_pathway : {"leg", "leg-thesis"}
         How the torque is derived.
     thesis : bool
-        Whether the torque at rest is left in, as printed, or subtracted (-).
+        Whether the torque at rest is kept, as printed, or subtracted (-).
 
     Returns
     -------
     WindowedFits
-        Parameters, predictions and measures of fit (Nm, rad, s).
+        Parameters, predictions and measures of fit (N·m, rad, s).
 
     Raises
     ------
@@ -124,25 +124,25 @@ def regress_torque(
     *,
     thesis: bool = False,
 ) -> WindowedFits:
-    """Estimate I, B, K over every perturbation from a torque of any origin.
+    """Estimate I, B, K over every perturbation from a given torque.
 
     Parameters
     ----------
     motion : JointMotion
         Angle of the joint with its derivatives (s, rad).
     torque : ndarray, shape (n,)
-        Torque of the joint (Nm).
+        Torque of the joint (N·m).
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
     thesis : bool
-        Whether the torque at rest is left in, as printed, or subtracted (-).
+        Whether the torque at rest is kept, as printed, or subtracted (-).
 
     Returns
     -------
     WindowedFits
-        Parameters, predictions and measures of fit (Nm, rad, s).
+        Parameters, predictions and measures of fit (N·m, rad, s).
 
     Raises
     ------
@@ -178,19 +178,19 @@ def damping_per_skew(
     thesis: bool = False,
     skew_s: float = 0.001,
 ) -> float:
-    """How B moves when the leg's position is taken later than its angle.
+    """Sensitivity of B to a delay of the leg's position relative to its angle.
 
     Parameters
     ----------
     motion, leg, perturbations, at_rest, torque_pathway, thesis
         As for `regress_perturbations`.
     skew_s : float
-        Time by which the accelerations of the centre of mass are shifted either way (s).
+        Time by which the accelerations of the centre of mass are shifted in either direction (s).
 
     Returns
     -------
     float
-        Change of B per time of skew (Nms/rad per s).
+        Change of B per delay (N·m·s/rad per s).
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Bidirectional filters (thesis section 3-1: fourth-order Butterworth, forwards and backwards).
+"""Zero-lag (forward-backward) filters (thesis section 3-1: fourth-order Butterworth).
 
-The order counts both passes, and at each edge of a band by itself: a fourth-order bidirectional
+The order counts both passes together, separately at each edge of a band: a fourth-order zero-lag
 band-pass is a second-order high-pass and a second-order low-pass, each applied twice.
 """
 
@@ -52,7 +52,7 @@ def butterworth_lowpass(
     """Filter with a Butterworth low-pass run forwards and backwards (no phase shift).
 
     ``order`` counts both passes, as the thesis and most of the field do: a fourth-order
-    bidirectional filter is a second-order one applied twice, and its gain at the cutoff is 1/2.
+    zero-lag filter is a second-order one applied twice, and its gain at the cutoff is 1/2.
 
     Parameters
     ----------
@@ -91,8 +91,8 @@ def butterworth_bandpass(
 ) -> np.ndarray:
     """Filter with a Butterworth band-pass run forwards and backwards (no phase shift).
 
-    ``order`` counts both passes at one edge. The band-pass falls off at each edge as the low-pass
-    of the same order does; its gain at both edges is 1/2.
+    ``order`` counts both passes at one edge. The band-pass has the roll-off of the low-pass of the
+    same order at each edge; its gain at both edges is 1/2.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ def butterworth_bandpass(
     Raises
     ------
     InputError
-        If the edges do not rise between 0 and half the rate, the order is odd, the signal is too
-        short to be padded, or it holds a NaN.
+        If the edges are not in increasing order between 0 and half the rate, the order is odd, the
+        signal is too short to be padded, or it holds a NaN.
     """
     low, high = band_hz
     if not 0.0 < low < high < 0.5 * rate_hz:
@@ -132,8 +132,8 @@ def butterworth_bandpass(
 def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, axis: int = 0) -> np.ndarray:
     """Remove one frequency by a second-order notch run forwards and backwards (no phase shift).
 
-    A notch rings for about 1 / width before and after whatever is not steady, so a burst leaks
-    into the time before it.
+    A notch rings for about 1 / width before and after a transient, so a burst leaks into the time
+    before it.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def _refuse_odd(order: int) -> None:
     """Refuse an order that two equal passes cannot have."""
     if order < 2 or order % 2:
         raise InputError(
-            f"order of a bidirectional filter must be even (two equal passes), found {order}: "
+            f"order of a zero-lag filter must be even (two equal passes), found {order}: "
             "change the order in the configuration"
         )
 
@@ -190,16 +190,16 @@ def _both_ways(
 
 @dataclass(frozen=True)
 class Lowpass:
-    """Butterworth low-pass that all signals of a recording pass alike.
+    """Butterworth low-pass that is applied to all signals of a recording.
 
     Attributes
     ----------
     cutoff_hz : float
         Cutoff frequency (Hz).
     order : int
-        Order; of both passes together where it is bidirectional (-).
+        Order (-); of both passes together if the filter is zero-lag.
     zero_lag : bool
-        Forwards and backwards, without phase shift, or forwards only, as it runs in real time.
+        True: forwards and backwards, without phase shift. False: forwards only, as in real time.
     """
 
     cutoff_hz: float

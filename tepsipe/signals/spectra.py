@@ -145,9 +145,9 @@ def frequency_averaged(
 ) -> FrequencyResponse:
     """Spectral estimate of one record, raw spectra averaged over neighbouring frequencies.
 
-    This is the thesis's way. A record that does not hold whole periods of a periodic perturbation
-    leaks: see `period_averaged`. Above the perturbation's band an untapered record shows nothing but
-    the jump between its ends, which looks perfectly coherent.
+    This is the estimator of the thesis. A record that does not hold whole periods of a periodic
+    perturbation leaks: see `period_averaged`. Above the perturbation's band an untapered record shows only
+    the step between its ends, whose coherence is 1.
 
     Parameters
     ----------
@@ -158,12 +158,12 @@ def frequency_averaged(
     bins : int
         Number of neighbouring raw frequencies averaged into one (-).
     taper : bool
-        Whether to fade both ends out with a Hann window (-).
+        Whether to taper both ends with a Hann window (-).
 
     Returns
     -------
     FrequencyResponse
-        From near 0 Hz (the mean is left out) up to half the rate (Hz).
+        From near 0 Hz (without the mean) to half the rate (Hz).
     """
     frequency = np.fft.rfftfreq(u.size, 1.0 / rate_hz)[1:]
     window = np.hanning(u.size) if taper else np.ones(u.size)
@@ -184,8 +184,8 @@ def period_averaged(
 ) -> FrequencyResponse:
     """Spectral estimate at the lines of a periodic perturbation, averaged over whole periods.
 
-    Nothing leaks, because each transform holds exactly one period, and nothing is smeared, because
-    no two frequencies are averaged. The last whole periods of the record are used.
+    Each transform covers exactly one period, so there is no leakage; no frequencies are averaged, so
+    there is no smearing. The last whole periods of the record are used.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def period_averaged(
 def _estimate(frequency, s_uu, s_yy, s_uy, averages) -> FrequencyResponse:
     if not (s_uu > 0.0).all() or not (s_yy > 0.0).all():
         raise InputError(
-            "expected power in input and output at every frequency, found none at some: check that "
+            "expected power in input and output at every frequency, found some without: check that "
             "the joint was perturbed and its motion recorded"
         )
     return FrequencyResponse(frequency, s_uy / s_uu, np.abs(s_uy) ** 2 / (s_uu * s_yy), averages)

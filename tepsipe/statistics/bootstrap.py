@@ -65,10 +65,10 @@ class Interval:
 def bootstrap_mean(
     values: np.ndarray, draws: int, rng: np.random.Generator, confidence: float = 0.95
 ) -> Interval:
-    """Bootstrap over perturbations: honest where residuals within one are correlated.
+    """Bootstrap over perturbations, valid where residuals within a perturbation are correlated.
 
-    Whole perturbations are drawn with replacement; deviations of the drawn means are widened by
-    sqrt(n / (n - 1)), because n perturbations underestimate their own spread by that.
+    Whole perturbations are drawn with replacement. Deviations of the drawn means are multiplied by
+    sqrt(n / (n - 1)), the factor by which resampling n perturbations underestimates their spread.
 
     Parameters
     ----------

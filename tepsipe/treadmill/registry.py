@@ -1,4 +1,4 @@
-"""The family of treadmill models: fit them, judge them, keep them, and apply them."""
+"""The family of treadmill models: fit, evaluate, save and apply them."""
 
 import json
 from dataclasses import dataclass, field, fields
@@ -45,24 +45,24 @@ KINDS = (
 
 @dataclass(frozen=True)
 class FamilyOptions:
-    """How the models are fitted.
+    """Options of the fits.
 
     Attributes
     ----------
     hnat2014_evaluations : int
-        Evaluations after which the published search ends (-).
+        Number of evaluations after which the published search ends (-).
     output_error_order : int
         Order of the output-error model (-).
     fir_lead_s, fir_lag_s : float
-        Reach of the finite impulse responses into future and past (s); fir-causal has no lead.
+        Length of the finite impulse responses towards future and past (s); fir-causal has no lead.
     spectral_segment_s : float
         Length of the segments of spectral estimates (s).
     ripple : RippleOptions
-        How ripple is found and tracked, on top of the model "fir".
+        Detection and tracking of ripple, added to the model "fir".
     shortest_s : float
-        Least time to calibrate with (s).
+        Shortest total time for a calibration (s).
     frame : ndarray, shape (3,), optional
-        The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), where another load has shown it.
+        The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load.
     """
 
     hnat2014_evaluations: int = 100
@@ -77,7 +77,7 @@ class FamilyOptions:
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A treadmill model with what is needed to apply it.
+    """A treadmill model with all that is needed to apply it.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class FittedModel:
     unit : str
         Unit of the load that it predicts, N or Nm.
     lowpass : Lowpass or None
-        Filter that the calibration's signals had passed; apply it to what is to be predicted.
+        Filter of the calibration signals; signals to be predicted need the same filter.
     trained_on : tuple of str
         Names of the calibration recordings.
     """
@@ -100,7 +100,7 @@ class FittedModel:
     trained_on: tuple[str, ...]
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
-        """Load that the treadmill adds (unit of the load), shape (n,).
+        """Belt-induced load (unit of the load), shape (n,).
 
         Raises
         ------
@@ -111,7 +111,7 @@ class FittedModel:
         return self.model.predict(recording)
 
     def compensate(self, recording: BeltRecording) -> np.ndarray:
-        """The measured load without what the treadmill adds (unit of the load), shape (n,).
+        """Measured load less the predicted belt-induced load (unit of the load), shape (n,).
 
         Raises
         ------
@@ -138,7 +138,7 @@ class FittedModel:
         if recording.lowpass != self.lowpass:
             raise InputError(
                 f"{recording.name}: expected signals filtered as in the calibration of {self.name!r} "
-                f"({self.lowpass}), found {recording.lowpass}: filter them alike"
+                f"({self.lowpass}), found {recording.lowpass}: use the same filter"
             )
 
 
@@ -157,7 +157,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     Returns
     -------
     FittedModel
-        Ready to apply and to keep.
+        Model with its unit, filter and calibration recordings.
 
     Raises
     ------
@@ -187,7 +187,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
 
 
 def evaluate(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:
-    """Predict recordings that the model has not seen, and judge the prediction (unit of the load).
+    """Score of the model's prediction of held-out recordings (unit of the load).
 
     Raises
     ------
@@ -207,7 +207,7 @@ def refuse_other_scale(recording: BeltRecording, predicted: np.ndarray, fitted: 
     Raises
     ------
     InputError
-        If the measured load follows the prediction with the opposite sign, or is 20 times larger or smaller.
+        If the measured load has the opposite sign of the prediction, or is 20 times larger or smaller.
     """
     load, model = (
         x[recording.evaluated] - x[recording.evaluated].mean() for x in (recording.load, predicted)
@@ -230,7 +230,7 @@ def refuse_other_scale(recording: BeltRecording, predicted: np.ndarray, fitted: 
         )
 
 
-# ---- keeping models ------------------------------------------------------------------------------
+# ---- files of models -----------------------------------------------------------------------------
 
 
 def save_models(path: str | Path, models: list[FittedModel]) -> None:
@@ -263,7 +263,7 @@ def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
 
 
 def _plain(x):
-    """Dataclasses, arrays and tuples as what JSON holds; the class's name goes along."""
+    """Dataclasses, arrays and tuples as JSON values, with the names of classes."""
     if type(x) in (*KINDS, FittedModel, Lowpass):
         return {"kind": type(x).__name__} | {f.name: _plain(getattr(x, f.name)) for f in fields(x)}
     if isinstance(x, np.ndarray):

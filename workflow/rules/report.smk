@@ -1,4 +1,4 @@
-# The PDF: one source, a chapter for every experiment of the study. And Snakemake's own HTML report.
+# The PDF, one source with a chapter for every experiment of the study, and Snakemake's HTML report.
 
 
 rule record_provenance:

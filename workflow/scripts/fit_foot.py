@@ -1,4 +1,4 @@
-"""Estimate I, B, K of one trial of the ankle dummy from the torque that the force plate shows."""
+"""Estimate I, B, K of one trial of the ankle dummy from the torque by the foot and the force plate."""
 
 import job
 

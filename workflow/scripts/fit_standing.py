@@ -1,4 +1,4 @@
-"""Post-process one trial of a standing person, cut its responses, and estimate the ankles' impedance."""
+"""Post-process one trial of a standing person, cut its epochs, and estimate the ankle impedance."""
 
 import job
 

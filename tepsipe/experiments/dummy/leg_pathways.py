@@ -31,12 +31,12 @@ class Pathway:
     Attributes
     ----------
     torque : {"leg", "leg-thesis"}
-        How the torque is derived (`tepsipe.mechanics.inverse_dynamics`).
+        Equation of the torque (`tepsipe.mechanics.inverse_dynamics`).
     marker_instants : {"aligned", "as-sampled"}
-        Whether the markers' different sampling instants are corrected.
+        Whether sequential marker sampling is corrected.
     estimator : {"windowed-least-squares-thesis", "windowed-least-squares", "output-error"}
-        How the parameters are (`window_regression`, `output_error`); output error makes no
-        use of the torque.
+        Estimator of the parameters (`window_regression`, `output_error`); output error does not use the
+        torque.
     """
 
     torque: str
@@ -46,20 +46,20 @@ class Pathway:
 
 @dataclass(frozen=True)
 class DummyOptions:
-    """Choices of the thesis (section 3-1-2) and the dummy's properties (Table 2-2).
+    """Options of the thesis (section 3-1-2) and properties of the dummy (Table 2-2).
 
     Attributes
     ----------
     leg : Leg
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     leg_markers : SegmentMarkers
-        Where its markers sit (m).
+        Its markers and their offsets (m).
     lowpass_cutoff_hz, lowpass_order : float, int
-        Bidirectional Butterworth filter (Hz, -).
+        Zero-lag Butterworth filter (Hz, -).
     window : WindowOptions
-        Where perturbations and rest are (s).
+        Search for perturbations and rest (s).
     belt_fixed_labels : tuple of str
-        Markers that ride on the belt: their mean is the foot's motion, for the output error only.
+        Belt-fixed markers, whose mean is the motion of the foot, for the output error only.
     """
 
     leg: Leg
@@ -72,7 +72,7 @@ class DummyOptions:
 
 @dataclass(frozen=True)
 class DummyAnalysis:
-    """What one trial gives.
+    """Results of one trial.
 
     Attributes
     ----------
@@ -81,13 +81,14 @@ class DummyAnalysis:
     regressions : dict of str to WindowedFits
         Pathway -> parameters and predictions.
     pathways : dict of str to Pathway
-        What each pathway means.
+        Definition of each pathway.
     damping_per_skew : dict of str to float
-        Pathway -> change of B when the leg's position is taken later than its angle (Nms/rad per s).
+        Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s).
     marker_residual_rms_m : float
-        Root mean square distance between markers and the rigid leg (m).
+        Marker residual RMS: root mean square distance between markers and the rigid leg (m).
     marker_noise_m : float
-        Root mean square of what the filter removes from the leg's markers at rest (m per coordinate).
+        Root mean square of the component that the filter removes from the leg's markers at rest (m per
+        coordinate).
     """
 
     time: np.ndarray
@@ -174,21 +175,21 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
 
 
 def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:
-    """Mean position along the belt of the markers that ride on it (m), shape (n,).
+    """Mean position of the belt-fixed markers along the belt (m), shape (n,).
 
     Parameters
     ----------
     trial : Trial
         Markers (m).
     labels : tuple of str
-        The markers that ride on the belt.
+        The belt-fixed markers.
     instants : {"aligned", "as-sampled"}
-        Whether the markers' different sampling instants are corrected.
+        Whether sequential marker sampling is corrected.
 
     Returns
     -------
     ndarray, shape (n,)
-        Position, not filtered (m).
+        Position, unfiltered (m).
 
     Raises
     ------
@@ -199,8 +200,8 @@ def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) ->
     missing = [label for label in labels if label not in known]
     if missing or not labels:
         raise InputError(
-            f"expected markers that ride on the belt, found {listed(missing or ['none'])} among "
-            f"{listed(known)}: name them in dummy.foot.belt_fixed_labels in the configuration"
+            f"expected belt-fixed markers among {listed(known)}, found {listed(missing or ['none'])}: "
+            "name them in dummy.foot.belt_fixed_labels in the configuration"
         )
     columns = [known.index(label) for label in labels]
     return trial.values(MARKER_SIGNALS[instants])[:, columns, 1].astype(float).mean(axis=1)
@@ -214,17 +215,17 @@ def _noise_at_rest(trial: Trial, options: DummyOptions, lowpass, at_rest: np.nda
 
 
 def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
-    """Intervals of the means of I (Nms2/rad), B (Nms/rad), K (Nm/rad) and VAF (%) of every pathway.
+    """Intervals of the means of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) and VAF (%) of every pathway.
 
     Parameters
     ----------
     analysis : DummyAnalysis
-        What `analyse_dummy` found.
+        Output of `analyse_dummy`.
     draws : int
         Bootstrap samples (-).
     seed : int
-        Of the generators that draw perturbations, one per pathway (-): intervals do not depend on which
-        other pathways there are.
+        Seed of the generators that draw perturbations, one per pathway (-): intervals do not depend on the
+        other pathways.
 
     Returns
     -------
@@ -246,14 +247,14 @@ def dummy_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
 
-    For the output error the VAF (%) of the angle, VAF_theta_trial, too.
+    For the output error also the VAF (%) of the angle, VAF_theta_trial.
 
     Parameters
     ----------
     condition : str
         Name of the condition.
     analysis : DummyAnalysis
-        What `analyse_dummy` found.
+        Output of `analyse_dummy`.
     intervals : dict of str to Interval
         From `bootstrap_pathways`.
 
@@ -338,7 +339,7 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
 
 
 def _mean_and_interval(regression: WindowedFits, interval: Interval) -> np.ndarray:
-    """Rows mean, low, high; columns I (Nms2/rad), B (Nms/rad), K (Nm/rad)."""
+    """Rows mean, low, high; columns I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
     return np.array([regression.mean, interval.low[:3], interval.high[:3]])
 
 

@@ -14,7 +14,7 @@ from tepsipe.signals.perturbations import perturbations_of, rest_samples
 def simulate_trial(
     trial: Trial, name: str, options: DummyOptions, foot: Foot, parameters: np.ndarray, step_s: float
 ) -> SimulatedTrial:
-    """Simulate the dummy, which rests upright, on the belt motion of a recorded trial.
+    """Simulate the dummy, upright at rest, on the belt motion of a recorded trial.
 
     Parameters
     ----------
@@ -23,18 +23,18 @@ def simulate_trial(
     name : str
         Condition.
     options : DummyOptions
-        How the belt motion is filtered and where perturbations and rest are (units in their names).
+        Filter of the belt motion, and search for perturbations and rest (units in their names).
     foot : Foot
         The foot (kg, m).
     parameters : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     step_s : float
         Step of the simulation (s).
 
     Returns
     -------
     SimulatedTrial
-        Without noise (s, rad, m, N, Nm).
+        Without noise (s, rad, m, N, N·m).
 
     Raises
     ------

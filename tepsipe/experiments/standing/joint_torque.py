@@ -1,9 +1,9 @@
-"""A person standing on the treadmill, from a trial's signals to angles and torque (thesis section 3-2).
+"""Joint angles and ankle torque of a person standing on the treadmill (thesis section 3-2).
 
 Symbols: y forward along the belt, z up; angles of segments from the vertical, positive when they tip
-towards +y. The ankle's angle is the shank's less the foot's, the knee's the thigh's less the shank's
-(extension positive). No marker is on the trunk, so the hip's angle is not known. The torque is that of both
-ankles.
+towards +y. The ankle angle is the angle of the shank minus that of the foot, the knee angle that of the thigh
+minus that of the shank (extension positive). The trunk has no marker, so the hip angle is unknown. The torque
+is that of both ankles.
 """
 
 from dataclasses import dataclass
@@ -37,14 +37,14 @@ BELTS = {"left": "right", "right": "left"}
 
 @dataclass(frozen=True)
 class TorquePathway:
-    """One way to the ankles' torque (names, no units).
+    """Definition of one ankle torque (names, no units).
 
     Attributes
     ----------
     torque : {"ankle-thesis", "ankle", "single-joint"}
-        Free body: the feet as printed, the feet, or the body as one inverted pendulum.
+        Free body: the feet by the thesis equation, the feet, or the body as one inverted pendulum.
     treadmill_model : str or None
-        Model whose load is taken out of Fy and Mx first; None for the loads as measured.
+        Model of the belt-induced load that is subtracted from Fy and Mx; None for the loads as measured.
     """
 
     torque: str
@@ -53,20 +53,20 @@ class TorquePathway:
 
 @dataclass(frozen=True)
 class Person:
-    """What is known of the person.
+    """Properties and markers of the person.
 
     Attributes
     ----------
     mass_kg : float
         Of the whole body (kg).
     feet : Feet
-        Both feet (kg, kg m2).
+        Both feet (kg, kg·m²).
     body : StandingBody
-        What they carry (kg, m, kg m2).
+        Body above the ankles (kg, m, kg·m²).
     foot_com_m, ankle_height_m : float
-        Centre of mass of the feet in front of the ankles, height of the ankles (m).
+        Anterior offset of the feet's centre of mass from the ankles, height of the ankles (m).
     foot, shank, thigh : SegmentMarkers
-        Markers in front of the segment's axis and along it: from the ankle, the ankle and the knee (m).
+        Markers with anterior and longitudinal offset: from the ankle, the ankle and the knee (m).
     """
 
     mass_kg: float
@@ -86,21 +86,21 @@ class Person:
 
 @dataclass(frozen=True)
 class StanceLimits:
-    """What a person who stands still on the belt does not exceed; beyond is a step or a stumble.
+    """Limits of standing still on the belt; exceeding one indicates a step or a stumble.
 
     Attributes
     ----------
     foot_shift_m, foot_lift_m : float
-        The foot's markers against the belt, and over their height at rest (m).
+        Displacement of the foot's markers relative to the belt, and above their height at rest (m).
     other_belt : float
-        Part of the weight on the other belt (-).
+        Fraction of the weight on the other belt (-).
     unloading : float
-        Part of the weight that leaves the plate for longer than ``unloading_s``, for example into the
+        Fraction of the weight that leaves the plate for longer than ``unloading_s``, for example into the
         harness (-).
     unloading_s : float
-        Shorter than that is a jolt (s).
+        Shorter unloading counts as a jolt (s).
     lean_rad : float
-        Angle of the shank from its median (rad).
+        Angle of the shank relative to its median (rad).
     """
 
     foot_shift_m: float
@@ -113,7 +113,7 @@ class StanceLimits:
 
 @dataclass(frozen=True)
 class StandingOptions:
-    """Choices of the post-processing.
+    """Options of the post-processing.
 
     Attributes
     ----------
@@ -122,13 +122,13 @@ class StandingOptions:
     belt : str
         The belt on which both feet stand, left or right.
     lowpass, stretch_lowpass : Lowpass
-        Filter of all signals; filter of the angles that tell which muscles are stretched first.
+        Filter of all signals; filter of the angles that determine which muscles are stretched first.
     window : WindowOptions
-        Where perturbations and rest are (s).
+        Search for perturbations and rest (s).
     quiet_after_s : float
         Time after a perturbation that does not count as unperturbed (s).
     limits : StanceLimits
-        Beyond these it is a step or a stumble (m, rad, -).
+        Limits beyond which a trial contains a step or a stumble (m, rad, -).
     """
 
     person: Person
@@ -149,27 +149,27 @@ class StandingTrial:
     time : ndarray, shape (n,)
         Instants (s).
     onsets_s, ends_s : ndarray, shape (perturbations,)
-        When the belt starts to move, and when it stands still again (s).
+        Instants at which the belt starts and stops moving (s).
     unperturbed : ndarray of bool, shape (n,)
         Samples far from any perturbation (-).
     belt_velocity, f_y, y_cop : ndarray, shape (n,)
         Belt (m/s), fore-aft force as measured (N), centre of pressure, eq (3-13) (m).
     ankle, ankle_d, ankle_dd : ndarray, shape (n,)
-        Angle of the ankle (rad) and its derivatives (rad/s, rad/s2).
+        Angle of the ankle (rad) and its derivatives (rad/s, rad/s²).
     shank, thigh, knee : ndarray, shape (n,)
         Angles (rad).
     stretch_velocity : dict of str to ndarray, shape (n,)
-        Velocity of ankle and knee in the filter for stretches (rad/s).
+        Velocity of ankle and knee with the filter for stretches (rad/s).
     torque : dict of str to ndarray, shape (n,)
-        Pathway -> torque of both ankles (Nm).
+        Pathway -> torque of both ankles (N·m).
     labels : tuple of str
         Names of the markers.
     hidden : ndarray of bool, shape (n, markers)
         True where a marker was hidden (-).
     delay_s : float
-        Time by which markers lagged behind the belt, corrected (s).
+        Delay of the markers relative to the belt, which is corrected (s).
     fault : str or None
-        Why the whole trial must be left out, one sentence; None if the person stood still.
+        Reason for omitting the whole trial, one sentence; None if the person stood still.
     """
 
     time: np.ndarray
@@ -205,7 +205,7 @@ def process_standing(
     Parameters
     ----------
     trial : Trial
-        Forces (N), moments (Nm), markers (m) and belt velocity (m/s).
+        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
     name : str
         Names the trial in messages.
     options : StandingOptions
@@ -213,18 +213,18 @@ def process_standing(
     pathways : dict of str to TorquePathway
         Name -> pathway.
     models : dict of str to dict of str to FittedModel
-        Component of the load, Fy or Mx -> name -> treadmill model; may be empty where no pathway needs one.
+        Component of the load, Fy or Mx -> name -> treadmill model; may be empty if no pathway needs one.
 
     Returns
     -------
     StandingTrial
-        Signals (rad, Nm, m, s), and whether the person stood still.
+        Signals (rad, N·m, m, s), and whether the person stood still.
 
     Raises
     ------
     InputError
         If no perturbation is found, a marker, belt or model is missing, markers do not move as rigid
-        segments, the weight on the plate is not the person's, or a pathway is unknown.
+        segments, the weight on the plate is not that of the person, or a pathway is unknown.
     """
     time, rate, person = trial.time, trial.rate_hz, options.person
     moving = options.lowpass(trial.values("belt_velocity"), rate)
@@ -242,7 +242,7 @@ def process_standing(
     poses = _poses(coarse, labels, person)
     fine = _poses(options.stretch_lowpass(positions, rate), labels, person)
     fault = stance_fault(trial, options, coarse, hidden, poses["shank"], belt, loads["Fz"])
-    # who steps does not ride on the belt, but is left out anyway: say why, and not that markers are late
+    # after a step the foot is not belt-fixed: report the step, not a delay of the markers
     try:
         delay = marker_delay(time, riding, belt, name)
     except InputError:
@@ -318,7 +318,7 @@ def _unperturbed(
 
 
 def _carried_mass(f_z: np.ndarray, unperturbed: np.ndarray, options: StandingOptions, name: str) -> float:
-    """Mass on the belt (kg), which must be about the person's."""
+    """Mass on the belt (kg), which must be about that of the person."""
     person = options.person
     mass = float(f_z[unperturbed].mean()) / person.body.gravity_m_per_s2
     if abs(mass - person.mass_kg) > 0.15 * person.mass_kg:
@@ -330,7 +330,7 @@ def _carried_mass(f_z: np.ndarray, unperturbed: np.ndarray, options: StandingOpt
 
 
 def _labels(trial: Trial, person: Person, name: str) -> list[str]:
-    """Names of the trial's markers, which must hold the person's."""
+    """Names of the trial's markers, which must include those of the person."""
     labels = trial.axes["marker"].tolist()
     for label in person.labels:
         if label not in labels:
@@ -344,7 +344,7 @@ def _labels(trial: Trial, person: Person, name: str) -> list[str]:
 def _torque(
     kind: str, person: Person, plate: PlateLoad, poses: dict[str, np.ndarray], time: np.ndarray
 ) -> np.ndarray:
-    """Torque of both ankles by one free body (Nm), shape (n,)."""
+    """Torque of both ankles from one free body (N·m), shape (n,)."""
 
     def acceleration(key: str) -> np.ndarray:
         return derivative(time, derivative(time, poses[key]))
@@ -365,7 +365,7 @@ def _torque(
 def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Person, name: str) -> None:
     """Raise InputError if a segment's markers, y and z (m) where all are seen, are not those of one body."""
     if not positions.size:
-        return  # nothing is seen of the whole person at any time: every perturbation will be left out
+        return  # the markers are never all visible: every perturbation will be omitted
     for segment in ("foot", "shank", "thigh"):
         markers = getattr(person, segment)
         columns = [labels.index(label) for label in markers.labels]
@@ -379,7 +379,7 @@ def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Per
 
 
 def _poses(positions: np.ndarray, labels: list[str], person: Person) -> dict[str, np.ndarray]:
-    """Angles of foot, shank and thigh (rad), and the points of the ankle and of the feet's mass (m)."""
+    """Angles of foot, shank and thigh (rad), and positions of the ankle and of the feet's mass (m)."""
     points = {
         "foot": (person.foot, np.array([person.foot_com_m, -0.5 * person.ankle_height_m])),
         "shank": (person.shank, np.zeros(2)),
@@ -399,12 +399,12 @@ def _poses(positions: np.ndarray, labels: list[str], person: Person) -> dict[str
 def _onset(trial: Trial, start: int, stop: int) -> float:
     """Instant at which the belt starts to move (s), to a fraction of a sample."""
     rate = trial.rate_hz
-    # a quarter of the perturbation holds its first rise
+    # the first quarter of the perturbation contains its first rise
     before, after = round(0.2 * rate), max(3, (stop - start) // 4)
     window = slice(max(0, start - before), start + after)
     time, velocity = trial.time[window], trial.values("belt_velocity")[window]
     sign = np.sign(velocity[-1] - np.median(velocity))
-    # the detected start lies up to a filter's width before the motion
+    # the detected start precedes the motion by up to the width of the filter
     return float(ramp_onset(time, sign * velocity, trial.time[max(0, start - round(0.02 * rate))]))
 
 
@@ -417,7 +417,7 @@ def stance_fault(
     belt_velocity: np.ndarray,
     f_z: np.ndarray,
 ) -> str | None:
-    """Say why a trial is not one of standing: a step, a stumble, or weight that went elsewhere.
+    """Reason why a trial is not one of quiet standing: a step, a stumble, or weight on another support.
 
     Parameters
     ----------
@@ -428,14 +428,14 @@ def stance_fault(
     positions : ndarray, shape (n, markers, 2)
         y, z of the filtered markers (m).
     hidden : ndarray of bool, shape (n, person's markers)
-        True where a marker was hidden (-): what is only bridged is no evidence.
+        True where a marker was hidden (-): bridged positions are ignored.
     shank, belt_velocity, f_z : ndarray, shape (n,)
         Angle of the shank (rad), belt (m/s) and vertical force on the feet's belt (N).
 
     Returns
     -------
     str or None
-        One sentence (times in s), or None.
+        One sentence (times in s), or None if the person stood still.
     """
     time, rate, limits, person = trial.time, trial.rate_hz, options.limits, options.person
     labels = trial.axes["marker"].tolist()
@@ -444,7 +444,7 @@ def stance_fault(
         y, z = positions[:, labels.index(label)].T
         seen = ~_widened(hidden[:, person.labels.index(label)], round(0.1 * rate))
         slid = y - travelled
-        # the belt's logged velocity drifts, and so does its integral: what matters is a shift within 2 s
+        # the logged velocity of the belt drifts, and so does its integral: only a shift within 2 s counts
         shift = np.abs(slid - _median_before(slid, seen, round(2.0 * rate)))
         lift = np.abs(z - np.median(z[seen])) if seen.any() else np.zeros(z.size)
         for what, amount, most in (
@@ -493,7 +493,7 @@ def stance_fault(
 
 
 def _widened(marked: np.ndarray, samples: int) -> np.ndarray:
-    """Truth values with every run of True longer by so many samples at both ends, shape (n,)."""
+    """Boolean array with every run of True extended by ``samples`` at both ends, shape (n,)."""
     wide = marked.copy()
     for start, stop in runs_of(marked):
         wide[max(0, start - samples) : stop + samples] = True
@@ -501,9 +501,9 @@ def _widened(marked: np.ndarray, samples: int) -> np.ndarray:
 
 
 def _median_before(x: np.ndarray, seen: np.ndarray, samples: int) -> np.ndarray:
-    """Median of what was seen in so many samples before each, shape (n,), from every tenth of a second or so.
+    """Median of the visible samples among the ``samples`` before each, shape (n,), about every 0.1 s.
 
-    Not in those around it: such a median follows what moves to another place and stays there (unit of ``x``).
+    A centred median would follow a marker that moves to another place and stays there (unit of ``x``).
     """
     places = np.arange(0, x.size, max(1, samples // 20))
     before = [slice(max(0, k - samples), k + 1) for k in places]

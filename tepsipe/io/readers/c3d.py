@@ -7,7 +7,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 
-# processor type -> how it writes words, and the byte of the scale factor that holds its sign
+# processor type -> byte order of its words, and the byte of the scale factor that holds the sign
 WORDS = {84: ("<u2", 15), 85: ("<u2", 13), 86: (">u2", 12)}
 METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
@@ -102,7 +102,7 @@ def open_c3d(path: Path):
 
 
 def _refuse_truncated(path: Path) -> None:
-    """Compare the file's size with what its header block promises."""
+    """Compare the size of the file with the size given by its header block."""
     content = path.read_bytes()
     if len(content) < 1024 or content[1] != 0x50:
         raise InputError(

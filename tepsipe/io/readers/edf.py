@@ -18,13 +18,13 @@ UV_PER_UNIT = {
     **dict.fromkeys(("mV", "mv", "milliV", "millivol"), 1e3),
     **dict.fromkeys(("V", "v", "volt", "Volt"), 1e6),
 }
-# what the header says of a signal, and in how many bytes, up to the number of samples in a record
+# fields of a signal in the header and their lengths (bytes), up to the number of samples in a record
 BYTES_BEFORE_SAMPLES = 16 + 80 + 8 + 8 + 8 + 8 + 8 + 80
 
 
 @dataclass(frozen=True)
 class EmgRecording:
-    """Electromyograms as the recorder wrote them, all on its own clock.
+    """Electromyograms as the recorder wrote them, on the clock of the recorder.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
     path : str or Path
         EDF or EDF+ file.
     channels : dict of str to str
-        Label of the channel of each muscle. A muscle whose channel is missing is left out and named.
+        Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
     trigger_label : str
         Label of the trigger's channel.
 
@@ -71,7 +71,7 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
     ------
     InputError
         If the file is missing, truncated, damaged or not EDF, time has gaps, the trigger or all
-        muscles are missing, a label stands twice, channels differ in rate, or a unit is unknown.
+        muscles are missing, a label is not unique, channels differ in rate, or a unit is unknown.
     """
     path = Path(path)
     found = open_edf(path)
@@ -171,7 +171,7 @@ def _physical(path: Path, label: str, channel) -> tuple[str, np.ndarray, np.ndar
 
 
 def _refuse_truncated(path: Path) -> None:
-    """Compare the file's size with what its header promises."""
+    """Compare the size of the file with the size given by its header."""
     with path.open("rb") as file:
         head = file.read(256)
         if head[:8] == b"\xffBIOSEMI":

@@ -51,11 +51,11 @@ class CalibrationMatrix:
     Attributes
     ----------
     components : tuple of str
-        For example ``Fy_right`` (N) and ``Mx_right`` (Nm).
+        For example ``Fy_right`` (N) and ``Mx_right`` (N·m).
     channels : tuple of str
         Names of the transducer channels.
     matrix : ndarray, shape (components, channels)
-        N/V for forces, Nm/V for moments.
+        N/V for forces, N·m/V for moments.
     """
 
     components: tuple[str, ...]
@@ -159,7 +159,7 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
     Returns
     -------
     CalibrationMatrix
-        Components, channels and the matrix (N/V, Nm/V).
+        Components, channels and the matrix (N/V, N·m/V).
 
     Raises
     ------
