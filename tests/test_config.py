@@ -74,6 +74,15 @@ def test_shipped_study_of_recordings_is_a_valid_override(config, root):
     assert trials["position_manipulator", "trial1"].files == {"log": "folder/ankle_trial1.csv.gz"}
 
 
+def test_overlay_for_computers_without_pybullet_changes_the_engine_and_nothing_else(config, root):
+    both = merged(config, load_yaml(root / "config/any-engine.yaml"))
+    check_against_schema(both, root / "workflow/schemas/config.schema.yaml", "any-engine")
+    assert both["dummy"]["simulation"]["engine"] == "auto"
+    assert config["dummy"]["simulation"]["engine"] == "pybullet"
+    both["dummy"]["simulation"]["engine"] = "pybullet"
+    assert both == config
+
+
 def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
     override = load_yaml(root / "config/rmill-treadmill/config.yaml")
     both = merged(config, override)

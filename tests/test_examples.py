@@ -23,7 +23,7 @@ def run(root, folder, name, *arguments):
 
 def stiffness(text):
     """Estimate and interval (N·m/rad) of every K that a summary prints."""
-    rows = re.findall(r"^K +([-\d.]+) +[-\d.]+ +\[([-\d.]+), ([-\d.]+)\]", text, re.MULTILINE)
+    rows = re.findall(r"^K +([-\d.]+) +\S+ +\[([-\d.]+), ([-\d.]+)\]", text, re.MULTILINE)
     return [tuple(map(float, row)) for row in rows]
 
 

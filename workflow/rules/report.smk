@@ -19,6 +19,7 @@ rule record_provenance:
     params:
         config=config,
         code=code_version(workflow.basedir),
+        engine=ENGINE,
     script:
         "../scripts/record_provenance.py"
 
@@ -59,6 +60,7 @@ rule write_report:
         experiments=experiment_conditions(),
         fitted=fitted_conditions(),
         step_s=config["dummy"]["simulation"]["step_s"],
+        engine=ENGINE,
         amplitudes={c: TRIALS["dummy", c].amplitude for c in conditions("dummy")},
         roles=roles("belt"),
         tasks=tasks(),

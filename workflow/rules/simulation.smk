@@ -20,6 +20,7 @@ rule simulate_dummy:
         as_printed=config["dummy"]["as_printed"],
         recommended=config["dummy"]["recommended"],
         step_s=config["dummy"]["simulation"]["step_s"],
+        engine=ENGINE,
     script:
         "../scripts/simulate_dummy.py"
 

@@ -83,7 +83,7 @@ if "dummy" in experiments:
     data["dummy"]["specification"] = dummy.specification_data(specifications)
 if snakemake.input.forward:
     forward = pd.read_csv(snakemake.input.forward[0], dtype=text_columns)
-    data["simulation"] = simulations.forward_data(forward, snakemake.params.step_s)
+    data["simulation"] = simulations.forward_data(forward, snakemake.params.step_s, snakemake.params.engine)
 if snakemake.input.noise:
     noise, table = snakemake.input.noise
     columns, rows = read_table(table)

@@ -81,6 +81,7 @@ def simulate_condition(
     foot: Foot,
     joints: dict[str, np.ndarray],
     step_s: float,
+    engine: str = "pybullet",
 ) -> SimulatedCondition:
     """Simulate a recorded trial with every set of parameters.
 
@@ -96,6 +97,8 @@ def simulate_condition(
         Parameter set -> I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     step_s : float
         Step of the simulation (s).
+    engine : {"pybullet", "mujoco", "equations", "auto"}
+        What moves the dummy.
 
     Returns
     -------
@@ -139,6 +142,7 @@ def simulate_condition(
             Joint(inertia, damping, stiffness, reference),
             step_s,
             standing,
+            engine=engine,
         )
     return SimulatedCondition(
         time=time,
