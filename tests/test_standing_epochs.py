@@ -23,13 +23,9 @@ from standing_builders import (
 )
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.epochs import (
-    cut_standing_epochs,
-    epochs_of,
-    epochs_result,
-    select_epochs,
-)
-from tepsipe.experiments.standing.joint_torque import TorquePathway, process_standing
+from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of, epochs_result, select_epochs
+from tepsipe.experiments.standing.joint_torque import process_standing
+from tepsipe.experiments.standing.options import TorquePathway
 from tepsipe.io.result import read_result, write_result
 
 PATHWAYS = {"ankle": TorquePathway("ankle", None)}

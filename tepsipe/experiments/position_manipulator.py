@@ -11,11 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.identification.parallel_cascade import (
-    ParallelCascadeFit,
-    ParallelCascadeOptions,
-    identify_cascade,
-)
+from tepsipe.identification.cascade_fit import ParallelCascadeFit, ParallelCascadeOptions
+from tepsipe.identification.parallel_cascade import identify_cascade
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial

@@ -66,6 +66,29 @@ class AdmittanceFit:
     at_bound: bool
 
 
+def starting_values(estimate: FrequencyResponse) -> np.ndarray:
+    """I, B, K from which a search can start, by linear least squares of 1/H = K - I w^2 + j B w.
+
+    Every frequency has the weight of its coherence and of 1/H itself; I and B are kept positive.
+
+    Parameters
+    ----------
+    estimate : FrequencyResponse
+        Admittance H at the frequencies to fit (Hz, rad/(N·m)).
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    """
+    omega, impedance = 2.0 * np.pi * estimate.frequency_hz, 1.0 / estimate.response
+    weight = np.sqrt(estimate.coherence) / np.abs(impedance)
+    columns = np.column_stack([-weight * omega**2, weight])
+    inertia, stiffness = np.linalg.lstsq(columns, weight * impedance.real, rcond=None)[0]
+    damping = np.sum(weight**2 * omega * impedance.imag) / np.sum((weight * omega) ** 2)
+    return np.array([max(inertia, 1e-9), max(damping, 1e-9), stiffness])
+
+
 def residuals(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray:
     """Weighted complex log ratio, real parts first, then imaginary parts.
 

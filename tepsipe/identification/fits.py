@@ -8,12 +8,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tepsipe.errors import InputError, quoted
-from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
+from tepsipe.errors import InputError, quoted, refuse_other_kind
+from tepsipe.identification.arguments import (
+    bootstrap_generator,
+    check_probability,
+    rest_of,
+    shaded,
+    windows_of,
+)
+from tepsipe.identification.result import (
+    PARAMETERS,
+    UNITS,
+    Curve,
+    ImpedanceFit,
+    Quantity,
+    quantities_of_windows,
+)
 from tepsipe.signals.units import plausible_angle, regular_rate, same_length, samples
-
-LEAST_REST_S = 0.25
-REST_MARGIN_S = 0.1  # kept away from the first perturbation
 
 
 def fit_impedance(
@@ -83,7 +94,7 @@ def fit_impedance(
     angle = plausible_angle(samples(angle, "rad", "angle"))
     torque = samples(torque, "Nm", "torque")
     same_length(time, angle=angle, torque=torque)
-    rng = _generator(bootstrap_draws, confidence, seed)
+    rng = bootstrap_generator(bootstrap_draws, confidence, seed)
     if cutoff_hz is not None:
         angle, torque = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (angle, torque))
     angle_d = derivative(time, angle)
@@ -160,37 +171,32 @@ def fit_output_error(
     from tepsipe.mechanics.segment_kinematics import SegmentMotion
     from tepsipe.signals.filters import butterworth_lowpass
 
-    for value, wanted, maker in ((motion, SegmentMotion, "segment_motion"), (leg, Leg, "Leg")):
-        if not isinstance(value, wanted):
-            raise InputError(
-                f"fit_output_error: expected a {wanted.__name__}, found {quoted(type(value).__name__)}: "
-                f"make one "
-                f"with tepsipe.{maker}"
-            )
+    refuse_other_kind(motion, SegmentMotion, "fit_output_error", "segment_motion")
+    refuse_other_kind(leg, Leg, "fit_output_error", "Leg")
     time, rate_hz = regular_rate(motion.time)
     foot = samples(foot_position, "m", "foot_position")
     belt = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, foot_position=foot, belt_velocity=belt)
-    rng = _generator(bootstrap_draws, confidence, seed)
+    rng = bootstrap_generator(bootstrap_draws, confidence, seed)
     foot, belt = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (foot, belt))
-    windows = _windows(perturbations, time.size)
+    windows = windows_of(perturbations, time.size)
     record = Record(
         motion=motion,
         leg=leg,
         perturbations=windows,
-        at_rest=_at_rest(time, windows, rest),
+        at_rest=rest_of(time, windows, rest),
         foot_position=foot,
         belt_velocity=belt,
     )
     found = estimate(OUTPUT_ERROR, record)
     return ImpedanceFit(
         estimator=OUTPUT_ERROR,
-        quantities=_over_windows(found.parameters, bootstrap_draws, confidence, rng)
+        quantities=quantities_of_windows(found.parameters, bootstrap_draws, confidence, rng)
         | {"delay": Quantity(found.delay_s, "s")},
         vaf=found.vaf_angle,
         vaf_of="the angle over the trial, from rest",
         confidence=confidence,
-        curve=Curve(time, found.angle, found.simulated, "Angle (rad)", _shaded(time, windows)),
+        curve=Curve(time, found.angle, found.simulated, "Angle (rad)", shaded(time, windows)),
         details=found,
         windows=found.parameters,
     )
@@ -236,17 +242,20 @@ def fit_admittance(
     """
     from scipy import stats
 
-    from tepsipe.identification.admittance_fit import TABLE_3_2, Bounds, fit_as_printed, fit_scaled
+    from tepsipe.identification.admittance_fit import (
+        TABLE_3_2,
+        Bounds,
+        fit_as_printed,
+        fit_scaled,
+        starting_values,
+    )
     from tepsipe.mechanics.impedance_model import admittance
     from tepsipe.signals.spectra import FrequencyResponse
 
-    if not isinstance(response, FrequencyResponse):
-        raise InputError(
-            f"fit_admittance: expected a FrequencyResponse, found {quoted(type(response).__name__)}: make "
-            f"one "
-            "with tepsipe.frequency_response(time, torque, angle)"
-        )
-    _probability(confidence)
+    refuse_other_kind(
+        response, FrequencyResponse, "fit_admittance", "frequency_response(time, torque, angle)"
+    )
+    check_probability(confidence)
     band = response if band_hz is None else response.band(*band_hz)
     if band.frequency_hz.size < 4:
         raise InputError(
@@ -258,7 +267,7 @@ def fit_admittance(
             for given, printed in zip((start, lower, upper), TABLE_3_2, strict=True)
         )
     bounds = Bounds(
-        start=_start_of(band) if start is None else samples(start, "", "start", shape=(3,)),
+        start=starting_values(band) if start is None else samples(start, "", "start", shape=(3,)),
         lower=np.full(3, -np.inf) if lower is None else samples(lower, "", "lower", shape=(3,)),
         upper=np.full(3, np.inf) if upper is None else samples(upper, "", "upper", shape=(3,)),
     )
@@ -353,7 +362,8 @@ def fit_parallel_cascade(
     """
     from dataclasses import fields
 
-    from tepsipe.identification.parallel_cascade import ParallelCascadeOptions, identify_cascade
+    from tepsipe.identification.cascade_fit import ParallelCascadeOptions
+    from tepsipe.identification.parallel_cascade import identify_cascade
     from tepsipe.signals.filters import butterworth_lowpass
     from tepsipe.signals.resampling import regular_time, resample
 
@@ -361,7 +371,7 @@ def fit_parallel_cascade(
     angle = plausible_angle(samples(angle, "rad", "angle"))
     torque = samples(torque, "Nm", "torque")
     same_length(time, angle=angle, torque=torque)
-    rng = _generator(bootstrap_draws, confidence, seed)
+    rng = bootstrap_generator(bootstrap_draws, confidence, seed)
     if rate_hz > 1.001 * resample_rate_hz:
         slower = regular_time(time[0], time[-1], resample_rate_hz)
         angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
@@ -433,19 +443,17 @@ def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence,
     """Windowed least squares, intervals over the perturbations."""
     from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
 
-    windows = _windows(perturbations, motion.time.size)
+    windows = windows_of(perturbations, motion.time.size)
     name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
-    at_rest = _at_rest(motion.time, windows, rest)
+    at_rest = rest_of(motion.time, windows, rest)
     found = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
     return ImpedanceFit(
         estimator=name,
-        quantities=_over_windows(found.parameters, draws, confidence, rng),
+        quantities=quantities_of_windows(found.parameters, draws, confidence, rng),
         vaf=float(found.vaf_per_perturbation.mean()),
         vaf_of="the torque, mean over the perturbations",
         confidence=confidence,
-        curve=Curve(
-            motion.time, found.torque, found.predicted, "Torque (N·m)", _shaded(motion.time, windows)
-        ),
+        curve=Curve(motion.time, found.torque, found.predicted, "Torque (N·m)", shaded(motion.time, windows)),
         details=found,
         windows=found.parameters,
         notes=("One perturbation has no interval: record more.",) if len(windows) == 1 else (),
@@ -486,111 +494,3 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
         curve=Curve(motion.time, torque, regressors @ found.parameters, "Torque (N·m)"),
         details=found,
     )
-
-
-def _over_windows(parameters, draws, confidence, rng) -> dict[str, Quantity]:
-    """Mean over the perturbations of I, B, K, with intervals bootstrapped over them."""
-    from tepsipe.statistics.bootstrap import bootstrap_mean
-
-    mean, interval = parameters.mean(axis=0), bootstrap_mean(parameters, draws, rng, confidence)
-    return {
-        name: Quantity(
-            float(mean[k]),
-            UNITS[name],
-            float(interval.standard_error[k]),
-            float(interval.low[k]),
-            float(interval.high[k]),
-        )
-        for k, name in enumerate(PARAMETERS)
-    }
-
-
-def _windows(perturbations: Sequence, count: int) -> list:
-    """Perturbations from what is given, each within the record of ``count`` samples."""
-    from tepsipe.signals.perturbations import Perturbation
-
-    windows = []
-    for given in perturbations:
-        if isinstance(given, Perturbation):
-            windows.append(given)
-            continue
-        try:
-            start, stop = (int(sample) for sample in given)
-        except (TypeError, ValueError) as error:
-            raise InputError(
-                f"perturbations: expected pairs of first sample and the first after it, found "
-                f"{quoted(given)}: "
-                "give what tepsipe.find_perturbations returns"
-            ) from error
-        windows.append(Perturbation(start, stop, float("nan")))
-    if not windows:
-        raise InputError("perturbations: expected at least one, found none: check find_perturbations")
-    for window in windows:
-        if not 0 <= window.start <= window.stop - 4 <= count - 4:
-            raise InputError(
-                f"perturbations: expected windows of 4 samples or more within the record's {count}, found "
-                f"{window.start} to {window.stop}: give samples, not seconds"
-            )
-    return sorted(windows, key=lambda window: window.start)
-
-
-def _at_rest(time: np.ndarray, windows: list, rest) -> np.ndarray:
-    """Samples at rest: those given, or those before the first perturbation."""
-    if rest is None:
-        rest = time < time[windows[0].start] - REST_MARGIN_S
-        wanted = f"{LEAST_REST_S:g} s of rest before the first perturbation"
-    elif np.shape(rest) == (2,) and np.asarray(rest).dtype != bool:
-        before, after = (float(part) for part in rest)
-        rest = (time < time[0] + before) | (time > time[-1] - after)
-        wanted = "the time of rest to hold no perturbation"
-    else:
-        rest = np.asarray(rest)
-        wanted = f"{time.size} booleans, True at rest"
-    moving = (
-        rest.dtype == bool and rest.shape == time.shape and any(rest[w.start : w.stop].any() for w in windows)
-    )
-    step = time[1] - time[0]
-    if rest.dtype != bool or rest.shape != time.shape or moving or rest.sum() * step < LEAST_REST_S:
-        found = (
-            "a perturbation in it"
-            if moving
-            else f"{rest.sum() * step:.3g} s"
-            if rest.dtype == bool
-            else "others"
-        )
-        raise InputError(
-            f"rest: expected {wanted}, found {found}: say with rest=(before_s, after_s) where the joint rests"
-        )
-    return rest
-
-
-def _shaded(time: np.ndarray, windows: list) -> np.ndarray:
-    """First and last instant of every window (s)."""
-    return np.array([[time[w.start], time[w.stop - 1]] for w in windows])
-
-
-def _start_of(response) -> np.ndarray:
-    """I, B, K by linear least squares of 1/H = K - I w^2 + j B w, every frequency by its coherence."""
-    omega = 2.0 * np.pi * response.frequency_hz
-    impedance = 1.0 / response.response
-    weight = np.sqrt(response.coherence) / np.abs(impedance)
-    columns = np.column_stack([weight * -(omega**2), weight])
-    inertia, stiffness = np.linalg.lstsq(columns, weight * impedance.real, rcond=None)[0]
-    damping = np.sum(weight**2 * omega * impedance.imag) / np.sum((weight * omega) ** 2)
-    return np.array([max(inertia, 1e-9), max(damping, 1e-9), stiffness])
-
-
-def _generator(draws: int, confidence: float, seed: int) -> np.random.Generator:
-    """Generator of the bootstrap, once its numbers have been checked."""
-    _probability(confidence)
-    if draws < 100:
-        raise InputError(f"bootstrap_draws: expected at least 100, found {draws}: draw more")
-    return np.random.default_rng(seed)
-
-
-def _probability(confidence: float) -> None:
-    if not 0.5 <= confidence < 1.0:
-        raise InputError(
-            f"confidence: expected a probability from 0.5 to below 1, found {confidence:g}: give 0.95 for "
-            f"95 %"
-        )

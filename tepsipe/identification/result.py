@@ -180,6 +180,37 @@ class ImpedanceFit:
         return figure
 
 
+def quantities_of_windows(
+    parameters: np.ndarray, draws: int, confidence: float, rng: np.random.Generator
+) -> dict[str, Quantity]:
+    """Means over the perturbations of I, B, K, with intervals bootstrapped over them.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (w, 3)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation.
+    draws : int
+        Bootstrap samples (-).
+    confidence : float
+        Probability of the intervals (-).
+    rng : numpy.random.Generator
+        Draws the perturbations.
+
+    Returns
+    -------
+    dict of str to Quantity
+        ``I``, ``B``, ``K`` (units there).
+    """
+    from tepsipe.statistics.bootstrap import bootstrap_mean
+
+    mean, interval = parameters.mean(axis=0), bootstrap_mean(parameters, draws, rng, confidence)
+    ends = interval.standard_error, interval.low, interval.high
+    return {
+        name: Quantity(float(mean[k]), UNITS[name], *(float(end[k]) for end in ends))
+        for k, name in enumerate(PARAMETERS)
+    }
+
+
 def _digits(x: float, error: float | None) -> str:
     """Two significant digits of the standard error, or four of the value."""
     if error is None or not error > 0.0 or not np.isfinite(x):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tepsipe.errors import InputError, quoted
+from tepsipe.errors import refuse_other_kind
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.signals.units import regular_rate, same_length, samples
 
@@ -55,10 +55,7 @@ def simulate_joint(
     """
     from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
 
-    if not isinstance(leg, Leg):
-        raise InputError(
-            f"simulate_joint: expected a Leg, found {quoted(type(leg).__name__)}: make one with tepsipe.Leg"
-        )
+    refuse_other_kind(leg, Leg, "simulate_joint", "Leg")
     time, rate_hz = regular_rate(time)
     velocity = samples(belt_velocity, "m/s", "belt_velocity")
     same_length(time, belt_velocity=velocity)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed, quoted
+from tepsipe.errors import InputError, listed, quoted, refuse_other_kind
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 
@@ -31,12 +31,8 @@ def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np
     InputError
         If ``motion`` or ``leg`` is something else.
     """
-    for value, wanted, maker in ((motion, SegmentMotion, "segment_motion"), (leg, Leg, "Leg")):
-        if not isinstance(value, wanted):
-            raise InputError(
-                f"joint_torque: expected a {wanted.__name__}, found {quoted(type(value).__name__)}: make one "
-                f"with tepsipe.{maker}"
-            )
+    refuse_other_kind(motion, SegmentMotion, "joint_torque", "segment_motion")
+    refuse_other_kind(leg, Leg, "joint_torque", "Leg")
     return leg_pathway_torque("leg-thesis" if thesis else "leg", leg, motion)
 
 

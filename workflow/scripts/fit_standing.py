@@ -7,12 +7,8 @@ job.start(snakemake)
 from standing_choices import active_options, estimators_of, person_of
 
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
-from tepsipe.experiments.standing.joint_torque import (
-    StanceLimits,
-    StandingOptions,
-    TorquePathway,
-    process_standing,
-)
+from tepsipe.experiments.standing.joint_torque import process_standing
+from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
 from tepsipe.experiments.standing.results import (
     fit_all,
     fit_estimates,
