@@ -59,7 +59,12 @@ def main() -> None:
     """Print times (ms), the ratio of the trial's length to them, and theirs to that of bare steps."""
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))["dummy"]
     geometry = config["geometry"]
-    leg = Leg(*(geometry[k] for k in ("leg_mass_kg", "leg_com_m", "leg_inertia_kgm2", "gravity_m_per_s2")))
+    leg = Leg(
+        mass_kg=geometry["leg_mass_kg"],
+        com_m=geometry["leg_com_m"],
+        inertia_kgm2=geometry["leg_inertia_kgm2"],
+        gravity_m_per_s2=geometry["gravity_m_per_s2"],
+    )
     foot = Foot(geometry["foot_mass_kg"], geometry["foot_height_m"])
     given = len(sys.argv) > 1
     instants, velocity = recorded(Path(sys.argv[1]), config["analysis"]) if given else made_up()

@@ -74,6 +74,15 @@ def test_shipped_study_of_recordings_is_a_valid_override(config, root):
     assert trials["position_manipulator", "trial1"].files == {"log": "folder/ankle_trial1.csv.gz"}
 
 
+def test_overlay_for_computers_without_pybullet_changes_the_engine_and_nothing_else(config, root):
+    both = merged(config, load_yaml(root / "config/any-engine.yaml"))
+    check_against_schema(both, root / "workflow/schemas/config.schema.yaml", "any-engine")
+    assert both["dummy"]["simulation"]["engine"] == "auto"
+    assert config["dummy"]["simulation"]["engine"] == "pybullet"
+    both["dummy"]["simulation"]["engine"] = "pybullet"
+    assert both == config
+
+
 def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
     override = load_yaml(root / "config/rmill-treadmill/config.yaml")
     both = merged(config, override)
@@ -734,7 +743,7 @@ STANDING_MISTAKES = [
     (GOOD | NO_EXTRAS, {"interval_s": "4-8"}, ["interval_s", "'4-8'"]),
     (STANDING, {"profile": "minjerk"}, ["sine, negative-sine", "'minjerk'"]),
     (STANDING, {"task": "-"}, ["task of relax or stiff", "standing/relax-pos-0.4", "'-'"]),
-    (STANDING, {"task": ""}, ["task of relax or stiff", "what the person was told"]),
+    (STANDING, {"task": ""}, ["task of relax or stiff", "the instruction of the person"]),
     (STANDING, {"task": "relaxed"}, ["task of relax or stiff", "'relaxed'"]),
     (STANDING, {"emg": "emg.edf"}, ["'emg.edf'", "recorded"]),
     (RECORDED_STANDING, {"task": "eyes closed"}, ["letters, digits, dots and hyphens", "'eyes closed'"]),

@@ -7,13 +7,9 @@ import numpy as np
 import pytest
 
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
-from tepsipe.experiments.standing.joint_torque import (
-    StanceLimits,
-    StandingOptions,
-    TorquePathway,
-    process_standing,
-)
+from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.latency import muscle_latency
+from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
 from tepsipe.experiments.standing.results import fit_all
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.standing import ingest_standing_files

@@ -17,6 +17,7 @@ import pytest
 import yaml
 from scipy.io import loadmat, savemat
 
+from tepsipe.mechanics.engines import engine_version, resolved_engine
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS
 
 ROOT = Path(__file__).parents[1]
@@ -63,6 +64,8 @@ def copy_project(target):
         else:
             target.mkdir(parents=True, exist_ok=True)
             shutil.copy(source, target / name)
+    settings = target / "config/config.yaml"  # PyBullet where it is installed, and elsewhere what is there
+    settings.write_text(settings.read_text().replace("    engine: pybullet", "    engine: auto"))
     write_sheet(target, TRIALS)
     write_config(target, OVERRIDES)
     return target
@@ -144,6 +147,14 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "sem_as_printed n_perturbations"
     )
     assert list(estimates(study)[0]) == columns.split()
+
+
+def test_provenance_record_and_report_name_the_engine_that_ran(study):
+    engine = json.loads((study / "results/provenance.json").read_text())["engine"]
+    name = resolved_engine("auto")
+    assert engine == {"name": name, "version": engine_version(name)}
+    facts = json.loads((study / "results/report/report.json").read_text())["provenance"]["facts"]
+    assert ["Engine of the simulations", f"{name} {engine['version']}"] in facts
 
 
 def test_a_trial_file_describes_itself(study):
@@ -599,6 +610,10 @@ def test_recordings_that_cannot_calibrate_a_treadmill_get_one_sentence(
         ({"dummy": {"analysis": {"lowpass_cutoff_hz": -20.0}}}, "expected a number above 0"),
         ({"dummy": {"analysis": {"lowpass_cutoff_hz": "20 Hz"}}}, "expected a value of type number"),
         ({"study": {"trial_sheet": "config/none.tsv"}}, "expected the trial sheet, found no file"),
+        (
+            {"dummy": {"simulation": {"engine": "bullet"}}},
+            "expected one of 'pybullet', 'mujoco'",
+        ),
     ],
 )
 def test_a_mistake_in_the_configuration_stops_the_run_before_anything_is_computed(study, section, words):

@@ -17,11 +17,11 @@ class BatchedFits:
     Attributes
     ----------
     parameters : ndarray, shape (..., 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad), per perturbation or over all of them.
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), per perturbation or over all of them.
     residuals : ndarray, shape (..., w, s)
-        tau - X p (Nm).
+        tau - X p (N·m).
     sem_as_printed : ndarray, shape (..., 3)
-        Thesis eq (3-2) of every fit; its unit is that of the parameter over the square root of Nm.
+        Thesis eq (3-2) of every fit; its unit is that of the parameter over the square root of N·m.
     """
 
     parameters: np.ndarray
@@ -34,22 +34,22 @@ def window_parameters(regressors: np.ndarray, torque: np.ndarray) -> tuple[np.nd
 
         G = S X'X S,   p = S G^-1 S X'tau,   S = diag(X'X)^(-1/2)
 
-    With columns of unit length the three regressors are far from dependent, so that normal equations
-    lose next to nothing against an orthogonal factorisation.
+    With columns of unit length the three regressors are well conditioned, so the normal equations are
+    nearly as accurate as an orthogonal factorisation.
 
     Parameters
     ----------
     regressors : ndarray, shape (..., w, 3, s)
-        X' of every window (rad/s2, rad/s, rad); without the axis of the draws if all draws share it.
+        X' of every window (rad/s², rad/s, rad); without the axis of the draws if all draws share it.
     torque : ndarray, shape (..., w, s)
-        tau (Nm).
+        tau (N·m).
 
     Returns
     -------
     parameters : ndarray, shape (..., w, 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     gram : ndarray, shape (..., w, 3, 3)
-        X'X (products of rad/s2, rad/s and rad).
+        X'X (products of rad/s², rad/s and rad).
 
     Raises
     ------
@@ -80,9 +80,9 @@ def regress_windows(regressors: np.ndarray, torque: np.ndarray) -> BatchedFits:
     Parameters
     ----------
     regressors : ndarray, shape (..., w, 3, s)
-        X' of every window (rad/s2, rad/s, rad); without the axis of the draws if all draws share it.
+        X' of every window (rad/s², rad/s, rad); without the axis of the draws if all draws share it.
     torque : ndarray, shape (..., w, s)
-        tau (Nm).
+        tau (N·m).
 
     Returns
     -------
@@ -99,20 +99,20 @@ def regress_windows(regressors: np.ndarray, torque: np.ndarray) -> BatchedFits:
 def instrumental_variables(
     instruments: np.ndarray, regressors: np.ndarray, torque: np.ndarray
 ) -> BatchedFits:
-    """One estimate per draw from all windows, with the belt's motion as instruments.
+    """Instrumental-variable (IV) estimate per draw from all windows, with the belt motion as instrument.
 
         p = (sum Z'X)^-1 sum Z'tau
 
-    The SEM has (Z'X)^-1 Z'Z (X'Z)^-1 for (J'J)^-1.
+    The SEM uses (Z'X)^-1 Z'Z (X'Z)^-1 in place of (J'J)^-1.
 
     Parameters
     ----------
     instruments : ndarray, shape (w, 3, s)
-        Z' of every window (m/s2, m/s, m).
+        Z' of every window (m/s², m/s, m).
     regressors : ndarray, shape (..., w, 3, s)
-        X' of every window (rad/s2, rad/s, rad).
+        X' of every window (rad/s², rad/s, rad).
     torque : ndarray, shape (..., w, s)
-        tau (Nm).
+        tau (N·m).
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""HDF5 files for what an analysis found: named arrays with units, and named facts."""
+"""HDF5 files for the results of an analysis: named arrays with units, and named facts."""
 
 import json
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class Result:
     units : dict of str to str
         Name -> unit.
     facts : dict
-        Anything that JSON holds (units in the keys).
+        Anything that JSON can represent (units in the keys).
     """
 
     arrays: dict[str, np.ndarray]

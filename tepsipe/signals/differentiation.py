@@ -7,9 +7,9 @@ import scipy
 def derivative(time: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Time derivative at the samples, from a cubic spline through them.
 
-    Its error is of fourth order in the sampling period: at 250 Hz a 20 Hz component comes out
-    0.04 % too small, against 4 % by central differences, so that a signal and its derivatives keep
-    the same gain.
+    The error is of fourth order in the sampling period: at 250 Hz the derivative of a 20 Hz
+    component is 0.04 % too small (4 % with central differences). A signal and its derivatives
+    therefore keep the same gain.
 
     Parameters
     ----------

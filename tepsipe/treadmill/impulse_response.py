@@ -2,7 +2,7 @@
 
     L(k) = sum_j h_j a(k - j),    j = -lead ... lag
 
-With lead = 0 the model is causal and can run in real time. A few samples of lead make up for a velocity
+With lead = 0 the model is causal and can run in real time. A few samples of lead compensate for a velocity
 that is logged later than the load, or smoothed.
 """
 
@@ -24,7 +24,7 @@ class ImpulseResponse:
     Attributes
     ----------
     taps : ndarray, shape (lead + lag + 1,)
-        h (unit of the load over m/s2).
+        h (unit of the load over m/s²).
     lead : int
         Taps before the present sample (samples).
     rate_hz : float
@@ -49,15 +49,15 @@ class ImpulseResponse:
 def fit_finite_response(recordings: list[BeltRecording], lead_s: float, lag_s: float) -> ImpulseResponse:
     """Finite impulse response by least squares.
 
-    The normal equations are regularised by a very small ridge: signals that have passed a low-pass do
-    not determine what the taps do far above its cutoff.
+    The normal equations are regularised by a very small ridge, because low-pass filtered signals do not
+    determine the response far above the cutoff.
 
     Parameters
     ----------
     recordings : list of BeltRecording
         Calibration.
     lead_s, lag_s : float
-        Reach into the future and into the past (s).
+        Length of the response towards the future and towards the past (s).
 
     Returns
     -------
@@ -102,7 +102,7 @@ def fit_spectral(recordings: list[BeltRecording], segment_s: float) -> ImpulseRe
     Returns
     -------
     ImpulseResponse
-        Inverse transform of H1, faded out at both ends; half of it lies in the future.
+        Inverse transform of H1, tapered at both ends; half of it lies in the future.
     """
     rate = recordings[0].rate_hz
     samples = 2 * round(0.5 * segment_s * rate)

@@ -2,8 +2,8 @@
 
     L(k) + f_1 L(k-1) + ... + f_n L(k-n) = b_0 a(k) + b_1 a(k-1) + ... + b_n a(k-n)
 
-The published model of a treadmill's pitch moment is of this kind with n = 2 (Hnat & van den Bogert
-2014, J. Biomech. 47, 3758-3761).
+hnat2014, the published model of a treadmill's pitch moment, has n = 2 (Hnat & van den Bogert 2014,
+J. Biomech. 47, 3758-3761).
 """
 
 from dataclasses import dataclass
@@ -20,18 +20,18 @@ PUBLISHED_BOUND = 10.0
 
 @dataclass(frozen=True)
 class DiscreteTransfer:
-    """Transfer function from a (m/s2) to L.
+    """Transfer function from a (m/s²) to L.
 
     Attributes
     ----------
     numerator : ndarray, shape (n + 1,)
-        b_0 ... b_n (unit of the load over m/s2).
+        b_0 ... b_n (unit of the load over m/s²).
     denominator : ndarray, shape (n + 1,)
         1, f_1 ... f_n (-).
     rate_hz : float
         Sampling rate for which it holds (Hz).
     converged : bool
-        Whether the search for it ended by itself.
+        Whether the optimisation converged.
     """
 
     numerator: np.ndarray
@@ -50,7 +50,7 @@ class DiscreteTransfer:
 
 
 def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> DiscreteTransfer:
-    """The published procedure: five coefficients from 0.001, bounded by +-10, output error minimised.
+    """hnat2014, the published procedure: output error over five coefficients from 0.001 within +-10.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
     return DiscreteTransfer(*coefficients(found.x), recordings[0].rate_hz, bool(found.success))
 
 
-def fit_output_error(
+def fit_discrete_output_error(
     recordings: list[BeltRecording], order: int, most_evaluations: int = 60
 ) -> DiscreteTransfer:
     """Output-error model of any order, by Gauss-Newton from the Steiglitz-McBride solution.
@@ -166,7 +166,7 @@ def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int 
 
 
 def _stabilised(f: np.ndarray) -> np.ndarray:
-    """Denominator with its poles moved inside the unit circle."""
+    """Denominator with its poles reflected into the unit circle."""
     poles = np.roots(f)
     size = np.abs(poles)
     poles = np.where(size > 1.0, poles / np.maximum(size, 1.0) ** 2, poles)
@@ -174,5 +174,5 @@ def _stabilised(f: np.ndarray) -> np.ndarray:
 
 
 def _delayed(x: np.ndarray, samples: int) -> np.ndarray:
-    """``x`` later by some samples, zeros before its start."""
+    """``x`` delayed by a number of samples, with zeros before its start."""
     return x if samples == 0 else np.concatenate([np.zeros(samples), x[:-samples]])

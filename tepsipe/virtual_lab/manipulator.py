@@ -180,12 +180,10 @@ def _log(
     rng: np.random.Generator,
 ) -> ManipulatorRecording:
     """Sample the angle irregularly, as the operating system of the logging computer lets it."""
-    from scipy.interpolate import CubicHermiteSpline
-
     step = 1.0 / truth.log_rate_hz
     instants = np.arange(step, time[-1] - step, step)
     instants = instants + np.clip(rng.normal(0.0, truth.log_jitter_s, instants.size), -0.4 * step, 0.4 * step)
-    angle = CubicHermiteSpline(time, states[:, 0], states[:, 1])(instants)
+    angle = scipy.interpolate.CubicHermiteSpline(time, states[:, 0], states[:, 1])(instants)
     angle = truth.encoder_step_rad * np.round(angle / truth.encoder_step_rad)
     angle += truth.encoder_zero_rad
     repeated = rng.random(instants.size) < truth.repeated_fraction

@@ -1,4 +1,4 @@
-# What a treadmill adds to a measured load: recordings of your own.
+# Belt-induced load of a treadmill, from your own recordings.
 
 
 rule calibrate_belt:

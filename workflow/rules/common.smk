@@ -9,6 +9,7 @@ from pathlib import Path
 sys.path.insert(0, workflow.basedir)
 
 from tepsipe.errors import InputError
+from tepsipe.mechanics.engines import resolved_engine
 from workflow.support.check import (
     check_against_schema,
     check_config,
@@ -60,8 +61,15 @@ def checked_trials():
     return trials
 
 
+def engine_of_simulations():
+    """Name of the engine that moves the dummy, which must be installed; None where nothing is simulated."""
+    simulated = {"wristalyzer", "dummy"} <= {experiment for experiment, _ in TRIALS}
+    return resolved_engine(config["dummy"]["simulation"]["engine"]) if simulated else None
+
+
 try:
     TRIALS = checked_trials()
+    ENGINE = engine_of_simulations()
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
 

@@ -16,6 +16,7 @@ rule simulate_without_noise:
         analysis=config["dummy"]["analysis"],
         joint=config["noise"]["joint"],
         step_s=config["dummy"]["simulation"]["step_s"],
+        engine=ENGINE,
     script:
         "../scripts/simulate_without_noise.py"
 

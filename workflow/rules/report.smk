@@ -1,4 +1,4 @@
-# The PDF: one source, a chapter for every experiment of the study. And Snakemake's own HTML report.
+# The PDF, one source with a chapter for every experiment of the study, and Snakemake's HTML report.
 
 
 rule record_provenance:
@@ -19,6 +19,7 @@ rule record_provenance:
     params:
         config=config,
         code=code_version(workflow.basedir),
+        engine=ENGINE,
     script:
         "../scripts/record_provenance.py"
 
@@ -59,6 +60,7 @@ rule write_report:
         experiments=experiment_conditions(),
         fitted=fitted_conditions(),
         step_s=config["dummy"]["simulation"]["step_s"],
+        engine=ENGINE,
         amplitudes={c: TRIALS["dummy", c].amplitude for c in conditions("dummy")},
         roles=roles("belt"),
         tasks=tasks(),

@@ -1,4 +1,4 @@
-# The dummy in a forward simulation, as the judge of parameters: thesis sections 2-1-3 and 4-1-3, Appendix B.
+# Validation of parameters by forward simulation of the dummy: thesis sections 2-1-3 and 4-1-3, Appendix B.
 
 
 rule simulate_dummy:
@@ -20,6 +20,7 @@ rule simulate_dummy:
         as_printed=config["dummy"]["as_printed"],
         recommended=config["dummy"]["recommended"],
         step_s=config["dummy"]["simulation"]["step_s"],
+        engine=ENGINE,
     script:
         "../scripts/simulate_dummy.py"
 

@@ -1,4 +1,4 @@
-# A person standing on the treadmill: thesis sections 2-2, 3-2 and 4-2, and the step after them.
+# A person standing on the treadmill: thesis sections 2-2, 3-2 and 4-2, and their continuation.
 
 
 rule fit_standing:

@@ -1,4 +1,4 @@
-# Tables across trials, and the one place where truth meets estimate.
+# Tables across trials, and the comparison of estimates with the truth.
 
 
 rule collect_estimates:

@@ -1,4 +1,4 @@
-# What the treadmill adds to the measured force: thesis sections 2-1-2, 3-1-2 and 4-1-2, and models of it.
+# Belt-induced force and models of it: thesis sections 2-1-2, 3-1-2 and 4-1-2.
 
 
 rule fit_weight:

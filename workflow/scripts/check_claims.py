@@ -1,4 +1,4 @@
-"""Check the thesis's statements against this run."""
+"""Test the claims of the thesis against this run."""
 
 import job
 

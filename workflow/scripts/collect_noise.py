@@ -1,4 +1,4 @@
-"""Gather the noise study, and lay out thesis Table 4-4."""
+"""Collect the noise study, and arrange thesis Table 4-4."""
 
 import job
 

@@ -1,4 +1,4 @@
-"""Set estimates beside the virtual laboratory's truth."""
+"""Compare estimates with the virtual laboratory's truth."""
 
 import job
 

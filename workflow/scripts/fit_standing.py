@@ -1,4 +1,4 @@
-"""Post-process one trial of a standing person, cut its responses, and estimate the ankles' impedance."""
+"""Post-process one trial of a standing person, cut its epochs, and estimate the ankle impedance."""
 
 import job
 
@@ -7,12 +7,8 @@ job.start(snakemake)
 from standing_choices import active_options, estimators_of, person_of
 
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
-from tepsipe.experiments.standing.joint_torque import (
-    StanceLimits,
-    StandingOptions,
-    TorquePathway,
-    process_standing,
-)
+from tepsipe.experiments.standing.joint_torque import process_standing
+from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
 from tepsipe.experiments.standing.results import (
     fit_all,
     fit_estimates,
@@ -26,7 +22,7 @@ from tepsipe.io.trial import read_trial
 from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
-from tepsipe.treadmill.registry import load_models
+from tepsipe.treadmill.registry import load_treadmill_models
 
 params, analysis, condition = snakemake.params, snakemake.params.analysis, snakemake.wildcards.condition
 name = f"standing/{condition}"
@@ -45,7 +41,10 @@ standing = process_standing(
         limits=StanceLimits(**params.stance),
     ),
     {key: TorquePathway(**pathway) for key, pathway in params.pathways.items()},
-    {load: load_models(path) for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=False)},
+    {
+        load: load_treadmill_models(path)
+        for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=False)
+    },
 )
 responses = cut_standing_epochs(
     trial,

@@ -1,4 +1,4 @@
-"""Estimate the ankles' impedance and the muscles' latencies from all trials of one task together."""
+"""Estimate ankle impedance and muscle latencies from all trials of one task together."""
 
 import job
 

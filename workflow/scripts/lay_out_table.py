@@ -1,4 +1,4 @@
-"""Lay one of the thesis's tables out, each cell beside what was reported."""
+"""Arrange one of the thesis's tables, each value beside the reported one."""
 
 import job
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tepsipe.experiments.standing.impedance import ActiveOptions, StandingEstimator
-from tepsipe.experiments.standing.joint_torque import Person
+from tepsipe.experiments.standing.options import Person
 from tepsipe.mechanics.anthropometry import both_feet, standing_body
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 

@@ -1,4 +1,4 @@
-"""Refuse configuration that is not understood, in one sentence each, before anything is computed."""
+"""Refuse an invalid configuration in one sentence before any computation."""
 
 import difflib
 import math
@@ -54,7 +54,7 @@ def check_against_schema(content: dict, schema_path: str | Path, name: str) -> N
     _refuse_not_finite(content, name, "")
     schema = yaml.safe_load(Path(schema_path).read_text(encoding="utf-8"))
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
-    # a misspelt key also counts as a missing one: tell about the key that is there
+    # a misspelt key is also a missing one: report the key that is present
     errors.sort(key=lambda e: (e.validator != "additionalProperties", list(map(str, e.path))))
     if errors:
         raise InputError(f"{name}: {_sentence(errors[0], schema)}")
@@ -120,7 +120,7 @@ def _all_keys(schema: dict, where: str = "", shared: dict | None = None) -> list
 
 
 def check_config(config: dict, name: str) -> None:
-    """What a schema cannot say: names that must refer to each other, and order."""
+    """Conditions beyond the schema: references between names, and order of values."""
     dummy, wristalyzer = config["dummy"], config["wristalyzer"]
     for key in ("as_printed", "recommended"):
         if dummy[key] not in dummy["pathways"]:
@@ -186,19 +186,19 @@ def check_config(config: dict, name: str) -> None:
 
 
 def _check_output_error(dummy: dict, name: str) -> None:
-    """Output error needs the foot's markers, has no torque but that of its VAF, and no SEM as printed."""
+    """Output error needs the foot's markers, uses the torque for its VAF only, and has no SEM as printed."""
     for pathway, choice in dummy["pathways"].items():
         if choice["estimator"] != "output-error":
             continue
         if choice["torque"] != "leg":
             raise InputError(
                 f"{name}: expected the torque leg in dummy.pathways.{pathway}, because the estimator "
-                f"output-error has none of its own, found {choice['torque']!r}: correct one of the two"
+                f"output-error does not use a torque, found {choice['torque']!r}: correct one of the two"
             )
         for key in ("as_printed", "recommended"):
             if dummy[key] == pathway:
                 raise InputError(
-                    f"{name}: expected dummy.{key} to name a pathway with a segment regression, because "
+                    f"{name}: expected dummy.{key} to name a pathway with windowed least squares, because "
                     f"tables and figures show every perturbation, found {pathway!r}: name another"
                 )
         unknown = sorted(set(dummy["foot"]["belt_fixed_labels"]) - set(dummy["files"]["marker_labels"]))
@@ -210,7 +210,7 @@ def _check_output_error(dummy: dict, name: str) -> None:
 
 
 def _check_specification(dummy: dict, name: str) -> None:
-    """The other filter must be another one, and below half of the rate."""
+    """The cutoff of the alternative filter must differ from the study's and be below half of the rate."""
     tried, cutoff = dummy["specification"]["other_cutoff_hz"], dummy["analysis"]["lowpass_cutoff_hz"]
     half = 0.5 * dummy["ingest"]["resample_rate_hz"]
     if tried == cutoff or tried >= half:
@@ -274,7 +274,7 @@ def _check_treadmill(config: dict, name: str) -> None:
     if analysis["zero_lag"] and analysis["lowpass_order"] % 2:
         raise InputError(
             f"{name}: expected an even belt.analysis.lowpass_order, because the filter is "
-            f"bidirectional, found {analysis['lowpass_order']}: correct one of the two"
+            f"zero-lag (two passes), found {analysis['lowpass_order']}: correct one of the two"
         )
 
 
@@ -368,7 +368,7 @@ def check_same_processing(config: dict, carried: str, name: str) -> None:
 
 
 def check_same_belt(config: dict, carried: str, name: str) -> None:
-    """The models know the belt that carried the weight: dummy or person (``carried``) must be on it."""
+    """Models hold for the belt that carried the weight: dummy or person (``carried``) must be on it."""
     own = config["dummy"]["foot"]["belt"] if carried == "dummy" else config["standing"]["belt"]
     if own != config["weight"]["belt"]:
         key = "dummy.foot.belt" if carried == "dummy" else "standing.belt"
@@ -379,7 +379,7 @@ def check_same_belt(config: dict, carried: str, name: str) -> None:
 
 
 def check_plate_models(config: dict, name: str) -> None:
-    """Without weight and empty belt there are no models for the pathways of a standing person."""
+    """Treadmill models of a standing person's pathways need trials with the weight and the empty belt."""
     for pathway, choice in config["standing"]["pathways"].items():
         if choice["treadmill_model"] is not None:
             raise InputError(

@@ -1,4 +1,4 @@
-"""The trial sheet: one row per trial, made by the virtual laboratory or recorded."""
+"""The trial sheet: one row per trial, simulated by the virtual laboratory or recorded."""
 
 import csv
 import difflib
@@ -55,7 +55,7 @@ PROFILES = {
 # serve the same models
 ROLES = ("calibrate", "validate")
 ROLE_GROUPS = (("belt",), ("empty", "weight"))
-# what the laboratory's person can be told; a recorded person anything
+# instructions of the laboratory's person; those of a recorded person are free
 TASKS = ("relax", "stiff")
 # experiments whose perturbations may come at random intervals, from - to
 AT_RANDOM = ("standing",)
@@ -69,9 +69,9 @@ class TrialRow:
     """One row of the sheet.
 
     ``interval_s`` is the shortest, ``longest_interval_s`` the longest time between perturbations. ``files``
-    maps kinds of raw file to paths, and is empty for the laboratory's. ``role`` and ``task`` (what a person
-    was told) are None where trials have none. ``columns`` maps time, load and velocity to names in the
-    header of the trial's table.
+    maps kinds of raw file to paths, and is empty for trials of the laboratory. ``role`` and ``task`` (the
+    instruction of a person) are None for trials without one. ``columns`` maps time, load and velocity to
+    names in the header of the trial's table.
     """
 
     experiment: str
@@ -247,7 +247,7 @@ def _positive(cell: str, name: str, here: str) -> float | None:
 
 
 def _task(cells: dict[str, str], here: str) -> str | None:
-    """What a standing person was told."""
+    """Instruction of a standing person."""
     experiment, task = cells["experiment"], cells.get("task", "")
     if experiment != "standing":
         if task not in (EMPTY, ""):
@@ -264,7 +264,7 @@ def _task(cells: dict[str, str], here: str) -> str | None:
         )
         raise InputError(
             f"{here}: expected {expected} for {experiment}/{cells['condition']}, found {found}: fill in "
-            "what the person was told"
+            "the instruction of the person"
         )
     return task
 

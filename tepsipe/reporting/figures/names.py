@@ -1,12 +1,25 @@
-"""How figures and tables call the conditions (thesis Figure 4-4)."""
+"""Names of conditions (thesis Figure 4-4) and symbols of units in figures and tables."""
 
 PROFILES = {"sine": "sinusoidal", "minjerk": "minimum jerk"}
-# sets of parameters that the dummy is simulated with
+# sets of parameters of the simulated dummy
 PARAMETER_SETS = {
     "wristalyzer": "Wristalyzer",
     "tep": "TEP-SIPE as printed",
     "corrected": "TEP-SIPE, consistent",
 }
+# units as tables and files write them -> as text and figures show them
+UNIT_SYMBOLS = {
+    "Nms2/rad": "N·m·s²/rad",
+    "Nms/rad": "N·m·s/rad",
+    "Nm/rad": "N·m/rad",
+    "Nm/rad2": "N·m/rad²",
+    "Nm": "N·m",
+}
+
+
+def unit_symbol(unit: str) -> str:
+    """A unit as text and figures show it, for example N·m·s²/rad for N·m·s²/rad."""
+    return UNIT_SYMBOLS.get(unit, unit)
 
 
 def short_name(condition: str) -> str:

@@ -17,7 +17,7 @@ QUANTITIES = {
 
 
 def _around(result: Result, seconds: float) -> slice:
-    """From shortly before the middle perturbation on (s)."""
+    """Part of the trial that starts shortly before the middle perturbation (s)."""
     start = int(result.arrays["windows"][len(result.arrays["windows"]) // 2, 0])
     rate = 1.0 / float(result.arrays["time"][1] - result.arrays["time"][0])
     return slice(max(0, start - round(0.2 * rate)), start + round(seconds * rate))
@@ -61,14 +61,14 @@ def plot_angles(result: Result) -> Figure:
 
 
 def plot_torques(result: Result) -> Figure:
-    """Torque by inverse dynamics, as printed and consistent, and simulated torque (s, Nm)."""
+    """Torque by inverse dynamics, as printed and consistent, and simulated torque (s, N·m)."""
     figure, axes = new_figure(1, 2, 3.3)
     part = _around(result, 0.6)
     for axis, quantity, title in zip(
         axes, ("tau", "tau_consistent"), ("inverse dynamics as printed", "consistent"), strict=True
     ):
         _draw(axis, result, "tau", quantity, part, label=axis is axes[0])
-        axis.set(title=title, xlabel="Time (s)", ylabel=r"Torque $\tau_A$ (Nm)")
+        axis.set(title=title, xlabel="Time (s)", ylabel=r"Torque $\tau_A$ (N·m)")
     figure.legend(loc="outside lower center", ncols=2, fontsize=7.8)
     return figure
 
@@ -124,5 +124,5 @@ def plot_all_angles(results: dict[str, Result]) -> Figure:
 
 
 def plot_all_torques(results: dict[str, Result]) -> Figure:
-    """Torque as printed and simulated torque during one perturbation of every condition (s, Nm)."""
-    return _all(results, "tau", "tau", 0.5, r"$\tau_A$ (Nm)")
+    """Torque as printed and simulated torque during one perturbation of every condition (s, N·m)."""
+    return _all(results, "tau", "tau", 0.5, r"$\tau_A$ (N·m)")

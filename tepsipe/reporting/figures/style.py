@@ -1,4 +1,4 @@
-"""One style for every figure: sizes, colours, and files that are the same bytes each time."""
+"""Style of all figures: sizes, colours, and reproducible file contents."""
 
 from pathlib import Path
 
