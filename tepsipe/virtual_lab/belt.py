@@ -45,7 +45,7 @@ class DriveTruth:
     velocity_noise_m_per_s: float
 
     def servo(self) -> Callable[[float, float], tuple[float, float]]:
-        """Function of velocity error (m/s) and its integral (m): force (N), and rate of the integral (m/s)."""
+        """Force (N) and rate of the integral (m/s) as a function of velocity error (m/s) and integral (m)."""
         gain = 2.0 * math.pi * self.bandwidth_hz * self.belt_mass_kg
         period, most, least = self.integral_time_s, self.force_limit_N, -self.force_limit_N
 
