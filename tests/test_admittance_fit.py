@@ -62,6 +62,7 @@ def test_interval_from_the_standard_error_covers_the_joint(rng):
     assert (covered / repeats <= 0.99).all()
 
 
+@pytest.mark.slow
 def test_profile_interval_covers_the_stiffness(rng):
     covered, repeats, grid = 0, 40, np.linspace(7.0, 9.0, 21)
     for _ in range(repeats):

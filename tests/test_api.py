@@ -74,6 +74,7 @@ def test_importing_the_library_imports_nothing_heavy_and_changes_nothing():
     assert in_a_fresh_process(code) == ["True"]
 
 
+@pytest.mark.slow
 def test_importing_every_module_sets_no_backend_and_no_style():
     code = (
         "import importlib, matplotlib, pathlib, tepsipe\n"
@@ -355,6 +356,7 @@ def driven():
     return time, torque, solution.y[0]
 
 
+@pytest.mark.slow
 def test_admittance_of_a_known_joint_is_measured_and_fitted(driven):
     time, torque, angle = driven
     response = frequency_response(time, torque, angle, band_hz=(0.5, 12.0), averaged_bins=8)

@@ -10,6 +10,8 @@ import pytest
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.io.trial import write_trial
 
+pytestmark = pytest.mark.slow
+
 
 def run(root, folder, name, *arguments):
     """Output of an example that runs in a folder of its own; its figures must be there afterwards."""

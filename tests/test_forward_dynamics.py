@@ -129,6 +129,7 @@ def exact():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SWINGS)
 def test_trial_of_70_s_follows_the_exact_equation_of_motion(exact, name, engine):
     joint, angle, rate = SWINGS[name]
@@ -364,6 +365,7 @@ print(tests.digest(tests.run(*tests.belt(4.0, onsets_s=(1.0,)), engine=ENGINE)))
 """
 
 
+@pytest.mark.slow
 def test_every_bit_is_the_same_again_and_in_another_process(engine, root, tmp_path):
     first, again = (digest(run(*belt(4.0, onsets_s=(1.0,)), engine=engine)) for _ in range(2))
     assert first == again
@@ -437,6 +439,7 @@ print({"pybullet", "mujoco"} & set(sys.modules))
 """
 
 
+@pytest.mark.slow
 def test_engine_that_is_not_used_is_not_imported(root):
     command = [sys.executable, "-c", IN_A_FRESH_PROCESS, str(root), str(root / "tests")]
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "set()\n"

@@ -116,6 +116,7 @@ def noisy_fit(moved, rng, source, foot_m=5e-5, angle_rad=1.5e-4, belt_m_per_s=5e
     return fit(moved, motion, foot, belt, source=source)
 
 
+@pytest.mark.slow
 def test_noise_does_not_bias_the_joint_and_intervals_cover_it(small, rng):
     truth, draws = np.array([0.0, 0.1, 10.0]), 30
     found = np.empty((draws, 3))
@@ -133,6 +134,7 @@ def test_noise_does_not_bias_the_joint_and_intervals_cover_it(small, rng):
     assert (covered >= 0.8 * draws).all()
 
 
+@pytest.mark.slow
 def test_noise_of_the_foot_biases_least_squares_but_not_instruments(small, rng):
     stiffness = {
         source: np.mean([values(noisy_fit(small, rng, source, foot_m=3e-4))[2] for _ in range(10)])

@@ -19,6 +19,8 @@ from tepsipe.signals.onsets import OnsetOptions
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 
+pytestmark = pytest.mark.slow
+
 DURATION_S = 45.0
 TRIALS = (("sine", 0.4), ("sine", 0.5), ("negative-sine", 0.4), ("negative-sine", 0.5))
 INTERVAL_S = (3.6, 3.8)
