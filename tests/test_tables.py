@@ -9,7 +9,7 @@ from builders import assert_one_sentence
 from tepsipe.errors import InputError
 from tepsipe.io.estimates import Estimate, read_estimates, write_estimates
 from tepsipe.io.result import Result, read_result, write_result
-from tepsipe.reporting.claims import COLUMNS, MEASURES, Findings, check_claims, read_claims, write_claims
+from tepsipe.reporting.claims import COLUMNS, MEASURES, Findings, check_claims, write_claims
 from tepsipe.reporting.recovery import Recovery, compare_with_truth, true_parameters, write_recovery
 from tepsipe.reporting.thesis_tables import ROWS, lay_out_table, read_table, write_table
 
@@ -263,7 +263,8 @@ def test_claims_are_written_with_their_columns(tmp_path):
     ]
     rows = check_claims(claims, findings())
     write_claims(tmp_path / "claims.csv", rows)
-    (read,) = read_claims(tmp_path / "claims.csv")
+    with open(tmp_path / "claims.csv", newline="", encoding="utf-8") as file:
+        (read,) = csv.DictReader(file)
     assert tuple(read) == COLUMNS
     assert read["claim"] == "K, as printed"
     assert (read["reported"], read["tolerance"], read["reproduced"]) == ("6.471", "0.65", "6.45")

@@ -54,7 +54,6 @@ from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit
 
 ESTIMATOR = "output-error"
-SOURCES = ("instruments", "markers", "belt")
 # smallest and largest angular frequency (rad/s) and damping ratio (-) that are searched
 _LOWEST_RAD_PER_S = 0.6
 _LARGEST_RATIO = 3.0

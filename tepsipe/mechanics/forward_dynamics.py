@@ -34,8 +34,6 @@ from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import impedance_torque
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
-STATES = ("settles", "grows", "falls")
-
 FOOT, LEG = 0, 1  # links of the body in PyBullet
 FALLEN_RAD = 0.5 * math.pi
 LARGEST_PHASE_RAD = 0.1  # natural frequency times step: 63 steps per period

@@ -6,7 +6,7 @@ does not count as a response. A response that cannot be trusted is left out and 
 in silently.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -380,20 +380,6 @@ def _emg_responses(
         "emg_time": emg_time,
         "emg": cut(processed.band_passed, onsets),
     }
-
-
-def select_epochs(responses: StandingEpochs, kept: np.ndarray) -> StandingEpochs:
-    """The responses at some of the perturbations, by truth values or numbers, shape (responses,) (-)."""
-    return replace(
-        responses,
-        perturbed={key: x[kept] for key, x in responses.perturbed.items()},
-        stretch={key: x[kept] for key, x in responses.stretch.items()},
-        drive=responses.drive[kept],
-        envelope=responses.envelope[kept],
-        emg=responses.emg[kept],
-        usable=responses.usable[kept],
-        onsets_s=responses.onsets_s[kept],
-    )
 
 
 # ---- to and from a result's file -------------------------------------------------------------------
