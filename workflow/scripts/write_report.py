@@ -16,11 +16,15 @@ import yaml
 from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
-from tepsipe.reporting.numbers import position_manipulator as manipulator_report_data
-from tepsipe.reporting.numbers import simulations as simulation_report_data
-from tepsipe.reporting.numbers import standing as standing_report_data
-from tepsipe.reporting.numbers import study as report_data
-from tepsipe.reporting.numbers import treadmill as treadmill_report_data
+from tepsipe.reporting.numbers import (
+    dummy,
+    position_manipulator,
+    simulations,
+    standing,
+    study,
+    treadmill,
+    wristalyzer,
+)
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import read_scores
 
@@ -38,10 +42,10 @@ if snakemake.input.reported:
 if snakemake.input.recovery:
     recovery = shown = pd.read_csv(snakemake.input.recovery[0], dtype=text_columns)
     # of the standing person, whose chapter says more: the recommended torque, and latencies as they are used
-    of_person, standing = recovery.experiment == "standing", choices.get("standing")
-    if standing:
-        own = recovery.pathway == standing["recommended"]["pathway"]
-        own |= recovery.estimator == standing["latency"]["detector"]
+    of_person, person = recovery.experiment == "standing", choices.get("standing")
+    if person:
+        own = recovery.pathway == person["recommended"]["pathway"]
+        own |= recovery.estimator == person["latency"]["detector"]
         shown = recovery[~of_person | own]
 if snakemake.input.claims:
     claims = pd.read_csv(snakemake.input.claims[0])
@@ -58,10 +62,10 @@ data = {
     "slips": {},
     "reported": None
     if reported is None
-    else report_data.reported_data(reported, snakemake.params.start_stiffness),
-    "claims": None if claims is None else report_data.claims_data(claims),
-    "recovery": None if recovery is None else report_data.recovery_data(shown),
-    "provenance": report_data.provenance_data(provenance),
+    else study.reported_data(reported, snakemake.params.start_stiffness),
+    "claims": None if claims is None else study.claims_data(claims),
+    "recovery": None if recovery is None else study.recovery_data(shown),
+    "provenance": study.provenance_data(provenance),
     "choices": choices,
 }
 slips = [] if reported is None else reported["slips"]
@@ -69,45 +73,45 @@ for path in snakemake.input.tables:
     conditions, rows = read_table(path)
     names = [short_name(condition) for condition in conditions]
     table = Path(path).stem
-    data["tables"][table] = report_data.table_data(rows, conditions, names)
-    data["slips"][table] = report_data.slips_data(slips, table, conditions, names)
+    data["tables"][table] = study.table_data(rows, conditions, names)
+    data["slips"][table] = study.slips_data(slips, table, conditions, names)
 if "wristalyzer" in experiments:
-    data["wristalyzer"] = report_data.wristalyzer_data(
+    data["wristalyzer"] = wristalyzer.wristalyzer_data(
         fits["wristalyzer"], estimates, choices["wristalyzer"], snakemake.params.best
     )
 if "dummy" in experiments:
-    data["dummy"] = report_data.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
+    data["dummy"] = dummy.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
     specifications = read_specification(snakemake.input.specification[0])
-    data["dummy"]["specification"] = report_data.specification_data(specifications)
+    data["dummy"]["specification"] = dummy.specification_data(specifications)
 if snakemake.input.forward:
     forward = pd.read_csv(snakemake.input.forward[0], dtype=text_columns)
-    data["simulation"] = simulation_report_data.forward_data(forward, snakemake.params.step_s)
+    data["simulation"] = simulations.forward_data(forward, snakemake.params.step_s)
 if snakemake.input.noise:
     noise, table = snakemake.input.noise
     columns, rows = read_table(table)
     shown = [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")]
-    data["noise"] = simulation_report_data.noise_data(
+    data["noise"] = simulations.noise_data(
         pd.read_csv(noise, dtype=text_columns), choices["noise"]
-    ) | {"table": report_data.table_data(shown, columns, columns)}
+    ) | {"table": study.table_data(shown, columns, columns)}
 if "weight" in experiments:
     plate, scores = snakemake.input.plate
-    data["weight"] = treadmill_report_data.weight_data(
+    data["weight"] = treadmill.weight_data(
         fits, read_result(plate), read_scores(scores), estimates, choices["weight"]
     )
 if "weight" in experiments and "dummy" in experiments:
-    data["foot"] = treadmill_report_data.foot_data(estimates, choices["dummy"], recovery, amplitudes)
+    data["foot"] = treadmill.foot_data(estimates, choices["dummy"], recovery, amplitudes)
 if "standing" in experiments:
     task_fits = dict(zip(snakemake.params.tasks, map(read_result, snakemake.input.tasks), strict=True))
-    data["standing"] = standing_report_data.standing_data(
+    data["standing"] = standing.standing_data(
         fits["standing"], task_fits, estimates, choices["standing"], recovery
     )
 if "belt" in experiments:
     calibration, scores = snakemake.input.belt
-    data["belt"] = treadmill_report_data.treadmill_data(
+    data["belt"] = treadmill.treadmill_data(
         read_result(calibration), read_scores(scores), choices["belt"], snakemake.params.roles
     )
 if "position_manipulator" in experiments:
-    data["position_manipulator"] = manipulator_report_data.manipulator_data(
+    data["position_manipulator"] = position_manipulator.manipulator_data(
         fits["position_manipulator"], estimates
     )
 Path(snakemake.output.data).write_text(
