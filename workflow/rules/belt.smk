@@ -15,8 +15,8 @@ rule calibrate_belt:
         "../envs/tepsipe.yaml"
     params:
         roles=roles("belt"),
-        analysis=config["belt"]["analysis"],
-        models=config["belt"]["models"],
+        analysis=SETTINGS["belt"]["analysis"],
+        models=SETTINGS["belt"]["models"],
     script:
         "../scripts/calibrate_belt.py"
 
@@ -33,6 +33,6 @@ rule plot_belt:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        chosen=config["belt"]["chosen"],
+        chosen=SETTINGS["belt"]["chosen"],
     script:
         "../scripts/plot_belt.py"

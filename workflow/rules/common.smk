@@ -12,12 +12,12 @@ from tepsipe.errors import InputError
 from workflow.support.check import (
     check_against_schema,
     check_config,
+    check_one_treadmill,
     check_plate_models,
-    check_same_belt,
-    check_same_processing,
     load_yaml,
 )
 from workflow.support.reach import reached_by
+from workflow.support.settings import settings_of
 from workflow.support.trial_sheet import RAW_FILES, read_trial_sheet
 from workflow.support.version import code_version
 
@@ -45,10 +45,7 @@ def checked_trials():
                 f"null, found {experiment}/{condition} to be made: name its files"
             )
     experiments = {experiment for experiment, _ in trials}
-    for carried in ("dummy", "standing"):
-        if {carried, "weight"} <= experiments:
-            check_same_processing(config, carried, "configuration")
-            check_same_belt(config, carried, "configuration")
+    check_one_treadmill(config, experiments, "configuration")
     if "standing" in experiments and "weight" not in experiments:
         check_plate_models(config, "configuration")
     for there, missing in (("weight", "empty"), ("empty", "weight")):
@@ -65,6 +62,8 @@ try:
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
 
+# every experiment's settings, with those that experiments on the treadmill share
+SETTINGS = settings_of(config)
 EXPERIMENTS = list(dict.fromkeys(experiment for experiment, _ in TRIALS))
 # the force plate's models need the empty belt and the weight, the torque from the foot's side the models
 PLATE = "weight" in EXPERIMENTS
@@ -312,7 +311,7 @@ def standing_figures():
 
 def active_estimators():
     """Estimators of the standing person that tell the muscles' torque apart."""
-    return [name for name, choice in config["standing"]["estimators"].items() if choice["active"] != "none"]
+    return [name for name, choice in SETTINGS["standing"]["estimators"].items() if choice["active"] != "none"]
 
 
 def task_fits():
@@ -422,7 +421,7 @@ def table_pathways(table):
     """[pathway, estimator or None] as printed and recommended."""
     if table == "table_4_1":
         return [["admittance", "spectral-fit"], ["admittance", "spectral-fit-periods"]]
-    return [[config["dummy"][key], None] for key in ("as_printed", "recommended")]
+    return [[SETTINGS["dummy"][key], None] for key in ("as_printed", "recommended")]
 
 
 def report_sources():

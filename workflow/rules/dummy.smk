@@ -1,7 +1,7 @@
 # TEP-SIPE on the ankle dummy: thesis sections 3-1-2 and 4-1-2.
 
 # the trial that is analysed by every combination of choices
-SPECIFIED = shown_condition("dummy", config["dummy"]["specification"]["condition"])
+SPECIFIED = shown_condition("dummy", SETTINGS["dummy"]["specification"]["condition"])
 
 
 rule fit_dummy:
@@ -16,10 +16,10 @@ rule fit_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        pathways=config["dummy"]["pathways"],
-        belt_fixed_labels=config["dummy"]["foot"]["belt_fixed_labels"],
+        geometry=SETTINGS["dummy"]["geometry"],
+        analysis=SETTINGS["dummy"]["analysis"],
+        pathways=SETTINGS["dummy"]["pathways"],
+        belt_fixed_labels=SETTINGS["dummy"]["foot"]["belt_fixed_labels"],
         seed=config["study"]["seed"],
     script:
         "../scripts/fit_dummy.py"
@@ -59,12 +59,13 @@ rule specify_dummy:
         "../envs/tepsipe.yaml"
     params:
         condition=SPECIFIED,
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        foot=config["dummy"]["foot"],
-        options={k: v for k, v in config["dummy"]["specification"].items() if k != "condition"},
-        as_printed=config["dummy"]["pathways"][config["dummy"]["as_printed"]],
-        recommended=config["dummy"]["pathways"][config["dummy"]["recommended"]],
+        geometry=SETTINGS["dummy"]["geometry"],
+        analysis=SETTINGS["dummy"]["analysis"],
+        foot=SETTINGS["dummy"]["foot"],
+        belt=SETTINGS["dummy"]["belt"],
+        options={k: v for k, v in SETTINGS["dummy"]["specification"].items() if k != "condition"},
+        as_printed=SETTINGS["dummy"]["pathways"][SETTINGS["dummy"]["as_printed"]],
+        recommended=SETTINGS["dummy"]["pathways"][SETTINGS["dummy"]["recommended"]],
     script:
         "../scripts/specify_dummy.py"
 
@@ -83,9 +84,9 @@ rule plot_dummy:
         "../envs/tepsipe.yaml"
     params:
         conditions=conditions("dummy"),
-        example=shown_condition("dummy", config["dummy"]["example_condition"]),
-        as_printed=config["dummy"]["as_printed"],
-        recommended=config["dummy"]["recommended"],
+        example=shown_condition("dummy", SETTINGS["dummy"]["example_condition"]),
+        as_printed=SETTINGS["dummy"]["as_printed"],
+        recommended=SETTINGS["dummy"]["recommended"],
     script:
         "../scripts/plot_dummy.py"
 
@@ -103,9 +104,10 @@ rule fit_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        foot=config["dummy"]["foot"],
+        geometry=SETTINGS["dummy"]["geometry"],
+        analysis=SETTINGS["dummy"]["analysis"],
+        foot=SETTINGS["dummy"]["foot"],
+        belt=SETTINGS["dummy"]["belt"],
         seed=config["study"]["seed"],
     script:
         "../scripts/fit_foot.py"
@@ -124,6 +126,6 @@ rule plot_foot:
         "../envs/tepsipe.yaml"
     params:
         conditions=conditions("dummy"),
-        recommended=config["dummy"]["recommended"],
+        recommended=SETTINGS["dummy"]["recommended"],
     script:
         "../scripts/plot_foot.py"

@@ -15,10 +15,10 @@ rule ingest_wristalyzer:
     params:
         files=lambda w: raw_files(w, "wristalyzer"),
         duration_s=lambda w: trial(w, "wristalyzer").duration_s,
-        log_columns=config["wristalyzer"]["files"]["log_columns"],
-        command_columns=config["wristalyzer"]["files"]["command_columns"],
-        angle_unit=config["wristalyzer"]["files"]["angle_unit"],
-        ingest=config["wristalyzer"]["ingest"],
+        log_columns=SETTINGS["wristalyzer"]["files"]["log_columns"],
+        command_columns=SETTINGS["wristalyzer"]["files"]["command_columns"],
+        angle_unit=SETTINGS["wristalyzer"]["files"]["angle_unit"],
+        ingest=SETTINGS["wristalyzer"]["ingest"],
     script:
         "../scripts/ingest_wristalyzer.py"
 
@@ -36,8 +36,8 @@ rule ingest_dummy:
     params:
         files=lambda w: raw_files(w, "dummy"),
         duration_s=lambda w: trial(w, "dummy").duration_s,
-        marker_labels=config["dummy"]["files"]["marker_labels"],
-        ingest=config["dummy"]["ingest"],
+        marker_labels=SETTINGS["dummy"]["files"]["marker_labels"],
+        ingest=SETTINGS["dummy"]["ingest"],
     script:
         "../scripts/ingest_dummy.py"
 
@@ -55,8 +55,8 @@ rule ingest_weight:
     params:
         files=lambda w: raw_files(w, "weight"),
         duration_s=lambda w: trial(w, "weight").duration_s,
-        marker_labels=config["weight"]["files"]["marker_labels"],
-        ingest=config["weight"]["ingest"],
+        marker_labels=SETTINGS["weight"]["files"]["marker_labels"],
+        ingest=SETTINGS["weight"]["ingest"],
     script:
         "../scripts/ingest_weight.py"
 
@@ -74,7 +74,7 @@ rule ingest_empty:
     params:
         files=lambda w: raw_files(w, "empty"),
         duration_s=lambda w: trial(w, "empty").duration_s,
-        ingest=config["empty"]["ingest"],
+        ingest=SETTINGS["empty"]["ingest"],
     script:
         "../scripts/ingest_empty.py"
 
@@ -92,11 +92,11 @@ rule ingest_standing:
     params:
         files=lambda w: raw_files(w, "standing"),
         duration_s=lambda w: trial(w, "standing").duration_s,
-        marker_labels=config["standing"]["files"]["marker_labels"],
-        emg_trigger=config["standing"]["files"]["emg_trigger"],
-        emg_trigger_threshold=config["standing"]["files"]["emg_trigger_threshold"],
-        emg_channels={m: choice["channel"] for m, choice in config["standing"]["muscles"].items()},
-        ingest=config["standing"]["ingest"],
+        marker_labels=SETTINGS["standing"]["files"]["marker_labels"],
+        emg_trigger=SETTINGS["standing"]["files"]["emg_trigger"],
+        emg_trigger_threshold=SETTINGS["standing"]["files"]["emg_trigger_threshold"],
+        emg_channels={m: choice["channel"] for m, choice in SETTINGS["standing"]["muscles"].items()},
+        ingest=SETTINGS["standing"]["ingest"],
     script:
         "../scripts/ingest_standing.py"
 
@@ -114,11 +114,11 @@ rule ingest_position_manipulator:
     params:
         files=lambda w: raw_files(w, "position_manipulator"),
         duration_s=lambda w: trial(w, "position_manipulator").duration_s,
-        columns=config["position_manipulator"]["files"]["columns"],
-        delimiter=config["position_manipulator"]["files"]["delimiter"],
-        angle_unit=config["position_manipulator"]["files"]["angle_unit"],
-        torque_sign=config["position_manipulator"]["files"]["torque_sign"],
-        ingest=config["position_manipulator"]["ingest"],
+        columns=SETTINGS["position_manipulator"]["files"]["columns"],
+        delimiter=SETTINGS["position_manipulator"]["files"]["delimiter"],
+        angle_unit=SETTINGS["position_manipulator"]["files"]["angle_unit"],
+        torque_sign=SETTINGS["position_manipulator"]["files"]["torque_sign"],
+        ingest=SETTINGS["position_manipulator"]["ingest"],
     script:
         "../scripts/ingest_position_manipulator.py"
 
@@ -137,8 +137,8 @@ rule ingest_belt:
         files=lambda w: raw_files(w, "belt"),
         duration_s=lambda w: trial(w, "belt").duration_s,
         columns=lambda w: trial(w, "belt").columns,
-        delimiter=config["belt"]["files"]["delimiter"],
-        load_unit=config["belt"]["files"]["load_unit"],
-        ingest=config["belt"]["ingest"],
+        delimiter=SETTINGS["belt"]["files"]["delimiter"],
+        load_unit=SETTINGS["belt"]["files"]["load_unit"],
+        ingest=SETTINGS["belt"]["ingest"],
     script:
         "../scripts/ingest_belt.py"

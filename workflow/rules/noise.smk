@@ -12,10 +12,10 @@ rule simulate_without_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        joint=config["noise"]["joint"],
-        step_s=config["dummy"]["simulation"]["step_s"],
+        geometry=SETTINGS["dummy"]["geometry"],
+        analysis=SETTINGS["dummy"]["analysis"],
+        joint=SETTINGS["noise"]["joint"],
+        step_s=SETTINGS["dummy"]["simulation"]["step_s"],
     script:
         "../scripts/simulate_without_noise.py"
 
@@ -32,9 +32,9 @@ rule sweep_noise:
         "../envs/tepsipe.yaml"
     params:
         conditions=same_profile,
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        noise=config["noise"],
+        geometry=SETTINGS["dummy"]["geometry"],
+        analysis=SETTINGS["dummy"]["analysis"],
+        noise=SETTINGS["noise"],
         seed=config["study"]["seed"],
     script:
         "../scripts/sweep_noise.py"
@@ -63,7 +63,7 @@ rule collect_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        noise=config["noise"],
+        noise=SETTINGS["noise"],
         averaged=[c for c in noise_conditions() if c.startswith("sine")] or noise_conditions(),
     script:
         "../scripts/collect_noise.py"
@@ -80,7 +80,7 @@ rule plot_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        noise=config["noise"],
+        noise=SETTINGS["noise"],
         conditions=[c for c in noise_conditions() if c.startswith("sine")] or noise_conditions(),
     script:
         "../scripts/plot_noise.py"

@@ -13,7 +13,7 @@ rule fit_position_manipulator:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        analysis=config["position_manipulator"]["analysis"],
+        analysis=SETTINGS["position_manipulator"]["analysis"],
         seed=config["study"]["seed"],
     script:
         "../scripts/fit_position_manipulator.py"

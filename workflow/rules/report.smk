@@ -58,14 +58,14 @@ rule write_report:
         recordings_source=config["study"]["recordings_source"],
         experiments=experiment_conditions(),
         fitted=fitted_conditions(),
-        step_s=config["dummy"]["simulation"]["step_s"],
+        step_s=SETTINGS["dummy"]["simulation"]["step_s"],
         amplitudes={c: TRIALS["dummy", c].amplitude for c in conditions("dummy")},
         roles=roles("belt"),
         tasks=tasks(),
-        choices={name: config[name] for name in (*EXPERIMENTS, "noise")},
+        choices={name: SETTINGS[name] for name in (*EXPERIMENTS, "noise")},
         made={name: made_conditions(name) for name in EXPERIMENTS},
-        best=shown_condition("wristalyzer", config["wristalyzer"]["best_condition"]),
-        start_stiffness=config["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
+        best=shown_condition("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
+        start_stiffness=SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"

@@ -15,11 +15,11 @@ rule simulate_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        as_printed=config["dummy"]["as_printed"],
-        recommended=config["dummy"]["recommended"],
-        step_s=config["dummy"]["simulation"]["step_s"],
+        geometry=SETTINGS["dummy"]["geometry"],
+        analysis=SETTINGS["dummy"]["analysis"],
+        as_printed=SETTINGS["dummy"]["as_printed"],
+        recommended=SETTINGS["dummy"]["recommended"],
+        step_s=SETTINGS["dummy"]["simulation"]["step_s"],
     script:
         "../scripts/simulate_dummy.py"
 
@@ -56,7 +56,7 @@ rule plot_simulation:
         "../envs/tepsipe.yaml"
     params:
         conditions=conditions("dummy"),
-        frequent=shown_condition("dummy", config["dummy"]["simulation"]["figure_4_7_condition"]),
-        rare=shown_condition("dummy", config["dummy"]["simulation"]["figure_4_8_condition"]),
+        frequent=shown_condition("dummy", SETTINGS["dummy"]["simulation"]["figure_4_7_condition"]),
+        rare=shown_condition("dummy", SETTINGS["dummy"]["simulation"]["figure_4_8_condition"]),
     script:
         "../scripts/plot_simulation.py"

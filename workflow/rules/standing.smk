@@ -15,18 +15,18 @@ rule fit_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=config["standing"]["person"],
-        belt=config["standing"]["belt"],
-        muscles=config["standing"]["muscles"],
-        max_gap_s=config["standing"]["ingest"]["max_gap_s"],
-        emg=config["standing"]["emg"],
-        analysis=config["standing"]["analysis"],
-        stance=config["standing"]["stance"],
-        pathways=config["standing"]["pathways"],
-        estimators=config["standing"]["estimators"],
-        active=config["standing"]["active"],
-        as_printed=config["standing"]["as_printed"],
-        recommended=config["standing"]["recommended"],
+        person=SETTINGS["standing"]["person"],
+        belt=SETTINGS["standing"]["belt"],
+        muscles=SETTINGS["standing"]["muscles"],
+        max_gap_s=SETTINGS["standing"]["ingest"]["max_gap_s"],
+        emg=SETTINGS["standing"]["emg"],
+        analysis=SETTINGS["standing"]["analysis"],
+        stance=SETTINGS["standing"]["stance"],
+        pathways=SETTINGS["standing"]["pathways"],
+        estimators=SETTINGS["standing"]["estimators"],
+        active=SETTINGS["standing"]["active"],
+        as_printed=SETTINGS["standing"]["as_printed"],
+        recommended=SETTINGS["standing"]["recommended"],
         seed=config["study"]["seed"],
     script:
         "../scripts/fit_standing.py"
@@ -44,14 +44,14 @@ rule fit_standing_task:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=config["standing"]["person"],
-        muscles=config["standing"]["muscles"],
-        analysis=config["standing"]["analysis"],
-        pathways=config["standing"]["pathways"],
-        estimators=config["standing"]["estimators"],
-        active=config["standing"]["active"],
-        latency=config["standing"]["latency"],
-        recommended=config["standing"]["recommended"],
+        person=SETTINGS["standing"]["person"],
+        muscles=SETTINGS["standing"]["muscles"],
+        analysis=SETTINGS["standing"]["analysis"],
+        pathways=SETTINGS["standing"]["pathways"],
+        estimators=SETTINGS["standing"]["estimators"],
+        active=SETTINGS["standing"]["active"],
+        latency=SETTINGS["standing"]["latency"],
+        recommended=SETTINGS["standing"]["recommended"],
         seed=config["study"]["seed"],
     script:
         "../scripts/fit_standing_task.py"
@@ -74,7 +74,7 @@ rule plot_standing_trials:
 
 rule plot_standing:
     input:
-        example=f"<results>/epochs/standing/{shown_condition('standing', config['standing']['example_condition'])}.h5",
+        example=f"<results>/epochs/standing/{shown_condition('standing', SETTINGS['standing']['example_condition'])}.h5",
         trials=of_trials("<results>/fits/standing/{condition}.h5", "standing"),
         tasks=task_fits(),
         library=library_of("plot_standing"),
@@ -88,11 +88,11 @@ rule plot_standing:
         conditions=conditions("standing"),
         tasks=tasks(),
         task_of={c: TRIALS["standing", c].task for c in conditions("standing")},
-        detector=config["standing"]["latency"]["detector"],
-        recommended=config["standing"]["recommended"],
+        detector=SETTINGS["standing"]["latency"]["detector"],
+        recommended=SETTINGS["standing"]["recommended"],
         active=active_estimators(),
         groups=task_groups(),
-        window_s=config["standing"]["estimators"][config["standing"]["recommended"]["estimator"]]["window_s"],
-        muscles=list(config["standing"]["muscles"]),
+        window_s=SETTINGS["standing"]["estimators"][SETTINGS["standing"]["recommended"]["estimator"]]["window_s"],
+        muscles=list(SETTINGS["standing"]["muscles"]),
     script:
         "../scripts/plot_standing.py"

@@ -110,6 +110,6 @@ rule check_claims:
         "../envs/tepsipe.yaml"
     params:
         experiments=fitted_conditions(),
-        as_printed=config["dummy"]["as_printed"],
+        as_printed=SETTINGS["dummy"]["as_printed"],
     script:
         "../scripts/check_claims.py"

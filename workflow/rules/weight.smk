@@ -15,9 +15,9 @@ rule fit_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        weight=lambda w: config["weight"]["weight"] if w.experiment == "weight" else None,
-        belt=config["weight"]["belt"],
-        analysis=config["weight"]["analysis"],
+        weight=lambda w: SETTINGS["weight"]["weight"] if w.experiment == "weight" else None,
+        belt=SETTINGS["weight"]["belt"],
+        analysis=SETTINGS["weight"]["analysis"],
         seed=config["study"]["seed"],
     script:
         "../scripts/fit_weight.py"
@@ -38,10 +38,10 @@ rule calibrate_plate:
         "../envs/tepsipe.yaml"
     params:
         trials=plate_trials(),
-        weight=config["weight"]["weight"],
-        belt=config["weight"]["belt"],
-        analysis=config["weight"]["analysis"],
-        models=config["weight"]["models"],
+        weight=SETTINGS["weight"]["weight"],
+        belt=SETTINGS["weight"]["belt"],
+        analysis=SETTINGS["weight"]["analysis"],
+        models=SETTINGS["weight"]["models"],
     script:
         "../scripts/calibrate_plate.py"
 
@@ -62,9 +62,9 @@ rule plot_weight:
     params:
         weight=conditions("weight"),
         empty=conditions("empty"),
-        cutoffs_hz=config["weight"]["analysis"]["cutoffs_hz"],
-        mass_kg=config["weight"]["weight"]["mass_kg"],
-        coarse=shown_conditions("weight", config["weight"]["figure_5_1_conditions"]),
-        example=shown_validating("weight", config["weight"]["example_condition"]),
+        cutoffs_hz=SETTINGS["weight"]["analysis"]["cutoffs_hz"],
+        mass_kg=SETTINGS["weight"]["weight"]["mass_kg"],
+        coarse=shown_conditions("weight", SETTINGS["weight"]["figure_5_1_conditions"]),
+        example=shown_validating("weight", SETTINGS["weight"]["example_condition"]),
     script:
         "../scripts/plot_weight.py"

@@ -13,7 +13,7 @@ rule fit_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        analysis=config["wristalyzer"]["analysis"],
+        analysis=SETTINGS["wristalyzer"]["analysis"],
         seed=config["study"]["seed"],
     script:
         "../scripts/fit_wristalyzer.py"
@@ -49,7 +49,7 @@ rule plot_wristalyzer:
         "../envs/tepsipe.yaml"
     params:
         conditions=conditions("wristalyzer"),
-        best=shown_condition("wristalyzer", config["wristalyzer"]["best_condition"]),
-        analysis=config["wristalyzer"]["analysis"],
+        best=shown_condition("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
+        analysis=SETTINGS["wristalyzer"]["analysis"],
     script:
         "../scripts/plot_wristalyzer.py"

@@ -24,7 +24,7 @@ found = analyse_foot(
         foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
         ankle_label=choice["ankle_label"],
         belt_fixed_labels=tuple(choice["belt_fixed_labels"]),
-        belt=choice["belt"],
+        belt=snakemake.params.belt,
     ),
     {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},
     {load: load_models(path) for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=True)},

@@ -60,9 +60,7 @@ data = {
     "trials": sum(len(names) for names in experiments.values()),
     "tables": {},
     "slips": {},
-    "reported": None
-    if reported is None
-    else study.reported_data(reported, snakemake.params.start_stiffness),
+    "reported": None if reported is None else study.reported_data(reported, snakemake.params.start_stiffness),
     "claims": None if claims is None else study.claims_data(claims),
     "recovery": None if recovery is None else study.recovery_data(shown),
     "provenance": study.provenance_data(provenance),
@@ -90,9 +88,9 @@ if snakemake.input.noise:
     noise, table = snakemake.input.noise
     columns, rows = read_table(table)
     shown = [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")]
-    data["noise"] = simulations.noise_data(
-        pd.read_csv(noise, dtype=text_columns), choices["noise"]
-    ) | {"table": study.table_data(shown, columns, columns)}
+    data["noise"] = simulations.noise_data(pd.read_csv(noise, dtype=text_columns), choices["noise"]) | {
+        "table": study.table_data(shown, columns, columns)
+    }
 if "weight" in experiments:
     plate, scores = snakemake.input.plate
     data["weight"] = treadmill.weight_data(

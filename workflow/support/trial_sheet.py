@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
+from workflow.support.renames import KEYS, renamed
 
 COLUMNS = (
     "experiment",
@@ -172,7 +173,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     experiment, condition, source = cells["experiment"], cells["condition"], cells["source"]
     if experiment not in RAW_FILES:
         raise InputError(
-            f"{here}: expected an experiment of {', '.join(RAW_FILES)}, found {experiment!r}: correct it"
+            f"{here}: expected an experiment of {', '.join(RAW_FILES)}, found {experiment!r}: "
+            f"{renamed(KEYS, experiment, RAW_FILES) or 'correct it'}"
         )
     if not condition or not all(c.isalnum() or c in ".-" for c in condition):
         raise InputError(
