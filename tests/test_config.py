@@ -1,6 +1,7 @@
 """Configuration and trial sheet: what is not understood stops the run with one sentence."""
 
 import copy
+from dataclasses import replace
 
 import pytest
 import yaml
@@ -15,10 +16,11 @@ from workflow.support.check import (
     check_plate_models,
     load_yaml,
 )
+from workflow.support.experiments import EXPERIMENTS
 from workflow.support.reach import reached_by
 from workflow.support.renames import KEYS, MOVED, REMOVED, VALUES
 from workflow.support.settings import only, pick, settings_of, without
-from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, PROFILES, RAW_FILES, read_trial_sheet
+from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
 
 
@@ -665,8 +667,8 @@ def test_validation_on_the_recording_that_calibrated_is_refused(sheet):
 def plate_sheet(sheet, monkeypatch):
     """A sheet with recordings of the empty and the loaded plate in the given roles."""
     for experiment in ("empty", "weight"):
-        monkeypatch.setitem(RAW_FILES, experiment, {"log": "log.mat"})
-        monkeypatch.setitem(PROFILES, experiment, ("sine", "minjerk"))
+        log_only = replace(EXPERIMENTS[experiment], raw_files={"log": "log.mat"})
+        monkeypatch.setitem(EXPERIMENTS, experiment, log_only)
 
     def write(empty=(), weight=()):
         rows = [
@@ -713,6 +715,23 @@ def test_roles_of_the_empty_and_loaded_plate_count_together(empty, weight, plate
 )
 def test_role_that_the_empty_or_loaded_plate_lacks_is_named(empty, weight, said, plate_sheet):
     assert said in refuse_sheet(plate_sheet(empty, weight))
+
+
+def test_weight_without_the_empty_belt_is_refused(plate_sheet):
+    for there, missing in (("weight", "empty"), ("empty", "weight")):
+        path = plate_sheet(**{there: ["calibrate", "validate"]})
+        with pytest.raises(InputError) as caught:
+            check_sources(read_trial_sheet(path, "."), path, None)
+        assert_one_sentence(caught.value, path, f"trials of {missing} beside those of {there}")
+
+
+def test_trial_to_be_made_without_a_laboratory_is_refused(sheet):
+    path = sheet(GOOD)
+    trials = read_trial_sheet(path, ".")
+    check_sources(trials, path, "config/virtual_lab.yaml")
+    with pytest.raises(InputError) as caught:
+        check_sources(trials, path, None)
+    assert_one_sentence(caught.value, path, "dummy/sine-0.3", "study.virtual_lab is null")
 
 
 # ---- a person who is told something, perturbed at random -----------------------------------------
@@ -914,9 +933,9 @@ def test_parts_of_a_section_are_taken_by_their_keys():
     section = {"a": 1, "b": {"c": 2, "d": 3}, "e": 4}
     assert only(section, "e", "a") == {"a": 1, "e": 4}
     assert without(section, "a", "x") == {"b": {"c": 2, "d": 3}, "e": 4}
-    assert pick(section, ("a", "b.d")) == {"a": 1, "b": {"d": 3}}
+    assert pick(section, "a", "b.d") == {"a": 1, "b": {"d": 3}}
     with pytest.raises(KeyError):
-        pick(section, ("b.x",))
+        pick(section, "b.x")
 
 
 # ---- what had another name or stood elsewhere -----------------------------------------------------
@@ -1131,7 +1150,7 @@ def test_modules_are_followed_through_imports_and_no_further(tmp_path):
 
 
 def test_ingest_reaches_its_readers_and_no_estimator(root):
-    reached = reached_by("workflow/scripts/ingest_dummy.py", str(root))
+    reached = reached_by("workflow/scripts/ingest_plate_treadmill.py", str(root))
     for name in ("ingest/plate_treadmill", "signals/resampling", "io/readers/c3d", "io/trial", "errors"):
         assert f"tepsipe/{name}.py" in reached
     assert "workflow/scripts/job.py" in reached

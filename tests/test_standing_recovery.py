@@ -71,7 +71,8 @@ def choices(shipped_config):
         emg=EmgOptions(**section["emg"]),
         mains_hz=analysis["line_hz"],
     )
-    active = active_options(section["active"], section["muscles"])
+    ankle_action = {name: muscle["ankle_action"] for name, muscle in section["muscles"].items()}
+    active = active_options(section["active"], ankle_action)
     return section, standing, cutting, estimators_of(section["estimators"]), active
 
 

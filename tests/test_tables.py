@@ -312,6 +312,17 @@ def test_truth_is_the_joint_for_small_movements(shipped_truth):
     assert truth["wristalyzer"]["I"] == inertia
 
 
+def test_truth_of_some_experiments_is_theirs_alone(shipped_truth):
+    whole = true_parameters(shipped_truth)
+    for section in ("wristalyzer", "dummy", "weight"):
+        assert true_parameters({section: shipped_truth[section]}) == {section: whole[section]}
+    person = {key: shipped_truth["standing"][key] for key in ("tasks", "muscles")}
+    assert true_parameters({"standing": person}) == {
+        name: whole[name] for name in ("standing/relax", "standing/stiff")
+    }
+    assert true_parameters({}) == {}
+
+
 def test_only_parameters_of_made_trials_are_compared(shipped_truth):
     estimates = [
         estimate("K", 9.0),

@@ -3,7 +3,7 @@
 
 rule calibrate_belt:
     input:
-        trials=of_trials("<results>/trials/belt/{condition}.h5", "belt"),
+        trials=STUDY.of_trials("<results>/trials/belt/{condition}.h5", "belt"),
         library=library_of("calibrate_belt"),
     output:
         models="<results>/treadmill_models/belt.json",
@@ -14,7 +14,7 @@ rule calibrate_belt:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        roles=roles("belt"),
+        roles=STUDY.roles("belt"),
         analysis=SETTINGS["belt"]["analysis"],
         models=SETTINGS["belt"]["models"],
     script:

@@ -29,7 +29,6 @@ found = analyse_foot(
     {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},
     {load: load_models(path) for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=True)},
 )
-draws = snakemake.params.analysis["bootstrap_draws"]
-intervals = bootstrap_pathways(found, draws, snakemake.params.seed)
+intervals = bootstrap_pathways(found, snakemake.params.bootstrap_draws, snakemake.params.seed)
 write_result(snakemake.output.fit, dummy_result(found, intervals))
 write_estimates(snakemake.output.estimates, dummy_estimates(condition, found, intervals))

@@ -52,7 +52,7 @@ def without(section: dict, *keys: str) -> dict:
     return {key: value for key, value in section.items() if key not in keys}
 
 
-def pick(settings: dict, paths: tuple[str, ...]) -> dict:
+def pick(settings: dict, *paths: str) -> dict:
     """What stands at some paths, keys with dots in between, in sections as before."""
     picked: dict = {}
     for path in paths:
