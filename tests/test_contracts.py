@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from workflow.support.experiments import EXPERIMENTS
 from workflow.support.reach import reached_by
 
 ROOT = Path(__file__).parents[1]
@@ -341,14 +342,8 @@ def test_script_starts_its_job_first_and_does_not_look_into_the_configuration(pa
 
 # ---- the hidden truth --------------------------------------------------------------------------
 
-MAY_KNOW_THE_TRUTH = {
-    "make_wristalyzer_trial",
-    "make_dummy_trial",
-    "make_weight_trial",
-    "make_empty_trial",
-    "make_standing_trial",
-    "compare_with_truth",
-}
+MAKERS = {name: path for name, path in scripted() if path.stem.startswith("make_")}
+MAY_KNOW_THE_TRUTH = {*MAKERS, "compare_with_truth"}
 
 
 def rules_with(word):
@@ -356,6 +351,7 @@ def rules_with(word):
 
 
 def test_only_the_laboratory_and_the_comparison_are_given_the_truth():
+    assert len(MAKERS) >= 5
     assert rules_with("truth_of(") == MAY_KNOW_THE_TRUTH
     for name in MAY_KNOW_THE_TRUTH:
         assert len(re.findall(r"truth_of\(", "".join(RULES[name].values()))) == 1
@@ -364,6 +360,7 @@ def test_only_the_laboratory_and_the_comparison_are_given_the_truth():
     in_rules = sum(text.count("truth_of") for sections in RULES.values() for text in sections.values())
     shared = [path for path in [*RULE_FILES, ROOT / "Snakefile"] if path.name != "common.smk"]
     assert sum(path.read_text(encoding="utf-8").count("truth_of(") for path in shared) == in_rules
+    assert not any("sections_of" in path.read_text(encoding="utf-8") for path in shared)
     common = (ROOT / "workflow/rules/common.smk").read_text(encoding="utf-8")
     assert re.findall(r"^.*truth_of.*$", common, re.MULTILINE) == [
         "    # make raw files, and the comparison of estimates with the truth, may call truth_of",
@@ -372,9 +369,10 @@ def test_only_the_laboratory_and_the_comparison_are_given_the_truth():
 
 
 def test_a_rule_that_makes_trials_is_given_the_constants_of_its_own_experiment():
-    own = {"wristalyzer", "dummy", "weight", "standing"}
-    for name in MAY_KNOW_THE_TRUTH - {"compare_with_truth"}:
+    own = {name for name, experiment in EXPERIMENTS.items() if experiment.profiles}
+    for name in MAKERS:
         experiment = name.removeprefix("make_").removesuffix("_trial")
+        assert experiment in own
         text = RULES[name]["params"]
         for other in own - {experiment}:
             assert f'"{other}' not in re.search(r"truth=.*", text).group(), name
