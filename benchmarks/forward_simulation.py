@@ -27,6 +27,7 @@ from tepsipe.mechanics import forward_dynamics as forward_simulation
 from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.signals.filters import butterworth_lowpass
+from workflow.support.settings import settings_of
 
 JOINT = Joint(inertia_Nms2_per_rad=0.0, damping_Nms_per_rad=0.1, stiffness_Nm_per_rad=10.0)
 STEPS_S = (0.001, 0.002, 0.004)
@@ -57,7 +58,8 @@ def bare_steps(leg: Leg, foot: Foot, step_s: float, steps: int) -> None:
 
 def main() -> None:
     """Print times (ms), the ratio of the trial's length to them, and theirs to that of bare steps."""
-    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))["dummy"]
+    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    config = settings_of(config)["dummy"]
     geometry = config["geometry"]
     leg = Leg(
         mass_kg=geometry["leg_mass_kg"],

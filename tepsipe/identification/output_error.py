@@ -52,7 +52,6 @@ from tepsipe.signals.time_alignment import LONGEST_S
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit
 
-SOURCES = ("instruments", "markers", "belt")
 # bounds of the angular frequency (rad/s) and damping ratio (-) of the search
 _LOWEST_RAD_PER_S = 0.6
 _LARGEST_RATIO = 3.0
