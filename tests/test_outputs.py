@@ -8,7 +8,6 @@ import yaml
 from tepsipe.experiments.dummy import foot_pathways, leg_pathways
 from tepsipe.experiments.noise import filtered_noise
 from tepsipe.experiments.standing import impedance, joint_torque
-from tepsipe.identification import output_error, window_regression
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.signals import onsets
 from tepsipe.treadmill import registry
@@ -260,10 +259,8 @@ def test_schema_knows_the_names_that_the_library_knows(root):
     foot = dummy["foot"]["properties"]["pathways"]["additionalProperties"]["properties"]
     person = standing["pathways"]["additionalProperties"]["properties"]
     for rule, names in (
-        (leg["estimator"], {*window_regression.ESTIMATORS, output_error.ESTIMATOR}),
         (leg["torque"], TORQUE_PATHWAYS),
         (leg["marker_instants"], leg_pathways.MARKER_SIGNALS),
-        (foot["estimator"], window_regression.ESTIMATORS),
         (foot["torque"], foot_pathways.FOOT_TORQUES),
         (person["torque"], joint_torque.TORQUES),
         (standing["estimators"]["additionalProperties"]["properties"]["active"], impedance.ACTIVE),

@@ -8,6 +8,7 @@ import jsonschema
 import yaml
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.identification.estimators import ESTIMATORS
 from tepsipe.io.readers.text_file import read_text
 from workflow.support.renames import VALUES, answer_for_key, moved_from, renamed
 from workflow.support.settings import plate_key, settings_of
@@ -174,7 +175,7 @@ def check_config(config: dict, name: str) -> None:
             f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
         )
     _check_filters(config, name)
-    _check_output_error(dummy, name)
+    _check_estimators(dummy, name)
     _check_specification(config, name)
     analysis = wristalyzer["analysis"]
     for key in ("fit_band_hz", "excited_band_hz", "profile_stiffness_Nm_per_rad"):
@@ -237,20 +238,30 @@ def _check_filters(config: dict, name: str) -> None:
         )
 
 
-def _check_output_error(dummy: dict, name: str) -> None:
-    """Output error needs the foot's markers, has no torque but that of its VAF, and no SEM as printed."""
+def _check_estimators(dummy: dict, name: str) -> None:
+    """Estimators must be in the library's registry, and each pathway must have what its estimator needs."""
+    windowed = [key for key, estimator in ESTIMATORS.items() if estimator.windowed]
+    for section, pathways, known in (
+        ("dummy.pathways", dummy["pathways"], list(ESTIMATORS)),
+        ("dummy.foot.pathways", dummy["foot"]["pathways"], windowed),
+    ):
+        for pathway, choice in pathways.items():
+            key = f"{section}.{pathway}.estimator"
+            _refuse_unknown(name, key, choice["estimator"], "the estimators", known)
     for pathway, choice in dummy["pathways"].items():
-        if choice["estimator"] != "output-error":
+        if "torque" in ESTIMATORS[choice["estimator"]].needs:
             continue
         if choice["torque"] != "leg":
             raise InputError(
                 f"{name}: expected the torque leg in dummy.pathways.{pathway}, because the estimator "
-                f"output-error has none of its own, found {choice['torque']!r}: correct one of the two"
+                f"{choice['estimator']} uses a torque for its VAF only, found {choice['torque']!r}: "
+                f"correct one "
+                "of the two"
             )
         for key in ("as_printed", "recommended"):
             if dummy[key] == pathway:
                 raise InputError(
-                    f"{name}: expected dummy.{key} to name a pathway with a segment regression, because "
+                    f"{name}: expected dummy.{key} to name a pathway with windowed least squares, because "
                     f"tables and figures show every perturbation, found {pathway!r}: name another"
                 )
         unknown = sorted(set(dummy["foot"]["belt_fixed_labels"]) - set(dummy["files"]["marker_labels"]))

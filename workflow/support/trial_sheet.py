@@ -250,7 +250,7 @@ def _task(cells: dict[str, str], here: str) -> str | None:
         )
         raise InputError(
             f"{here}: expected {expected} for {experiment}/{cells['condition']}, found {found}: fill in "
-            "what the person was told"
+            "the instruction of the person"
         )
     return task
 
