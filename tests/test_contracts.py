@@ -2,6 +2,8 @@
 
 import ast
 import re
+import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -69,6 +71,20 @@ def test_library_knows_neither_snakemake_nor_the_configuration():
             for package in ("snakemake", "yaml", "workflow", "jsonschema"):
                 assert not within(name, package), f"{path} imports {name}"
         assert "config/" not in path.read_text(encoding="utf-8"), f"{path} names a configuration file"
+
+
+def test_what_the_library_imports_is_what_it_declares(root):
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+    def named(requirements):
+        return {re.match(r"[\w-]+", requirement).group() for requirement in requirements}
+
+    extras = project["optional-dependencies"]
+    engines = named(extras["pybullet"]) | named(extras["mujoco"])
+    packages = {name.partition(".")[0] for path in MODULES for name in imported(path)}
+    foreign = packages - set(sys.stdlib_module_names) - {"tepsipe"}
+    assert foreign == named(project["dependencies"]) | engines
+    assert engines == {"pybullet", "mujoco"}
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)

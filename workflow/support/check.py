@@ -255,8 +255,7 @@ def _check_estimators(dummy: dict, name: str) -> None:
             raise InputError(
                 f"{name}: expected the torque leg in dummy.pathways.{pathway}, because the estimator "
                 f"{choice['estimator']} uses a torque for its VAF only, found {choice['torque']!r}: "
-                f"correct one "
-                "of the two"
+                "correct one of the two"
             )
         for key in ("as_printed", "recommended"):
             if dummy[key] == pathway:

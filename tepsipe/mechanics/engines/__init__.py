@@ -76,7 +76,7 @@ def resolved_engine(engine: str) -> str:
         )
     if engine not in there:
         raise InputError(
-            f"engine: expected an engine that is installed ({', '.join(there)}), found {engine!r}: "
+            f"engine: expected one that is installed ({', '.join(there)}), found {engine!r}: install it with "
             f"{INSTALLED_BY[engine]}, or choose {AUTO!r}"
         )
     return engine

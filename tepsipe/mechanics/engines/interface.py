@@ -111,7 +111,7 @@ class Swing:
     fell_after_s: float | None
 
 
-def in_the_room(theta: np.ndarray, across: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def in_world_frame(theta: np.ndarray, across: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Components y and z (N) of a force given across and along a leg that is turned by theta (rad)."""
     s, c = np.sin(theta), np.cos(theta)
     return c * across + s * along, c * along - s * across

@@ -16,7 +16,7 @@ gravity (0, -y_f'', -g) of both bodies.
 import mujoco
 import numpy as np
 
-from tepsipe.mechanics.engines.interface import FALLEN_RAD, Swing, Task, in_the_room
+from tepsipe.mechanics.engines.interface import FALLEN_RAD, Swing, Task, in_world_frame
 
 LEG = 2  # bodies: the world, the foot, the leg
 SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
@@ -72,7 +72,7 @@ def simulate(task: Task) -> Swing:
     elapsed = task.elapsed(theta.size)
     theta_dd, read = _reactions(model, data, task.velocity(elapsed, 1), theta, theta_d)
     _, f_y, f_z, m_x, _, _, _, across, along = read.T
-    on_leg_y, on_leg_z = in_the_room(theta, across, along)
+    on_leg_y, on_leg_z = in_world_frame(theta, across, along)
     return Swing(
         theta=theta,
         theta_d=theta_d,

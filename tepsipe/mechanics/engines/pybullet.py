@@ -17,7 +17,7 @@ from contextlib import contextmanager
 import numpy as np
 import pybullet
 
-from tepsipe.mechanics.engines.interface import FALLEN_RAD, Joint, Swing, Task, in_the_room
+from tepsipe.mechanics.engines.interface import FALLEN_RAD, Joint, Swing, Task, in_world_frame
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
 FOOT, LEG = 0, 1  # links of the body in PyBullet
@@ -44,7 +44,7 @@ def simulate(task: Task) -> Swing:
         elapsed = task.elapsed(theta.size)
         theta_dd, on_leg, on_foot = _reactions(dummy, task.velocity(elapsed, 1), theta, theta_d)
     f_y, f_z, m_x = on_foot.T
-    on_leg_y, on_leg_z = in_the_room(theta, *on_leg.T)
+    on_leg_y, on_leg_z = in_world_frame(theta, *on_leg.T)
     return Swing(
         theta=theta,
         theta_d=theta_d,
