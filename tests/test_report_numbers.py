@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.figures.names import short_name, unit_symbol, words
 from tepsipe.reporting.numbers.format import number, percent, span
 from tepsipe.reporting.numbers.study import slips_data, table_data
 from tepsipe.reporting.thesis_tables import TableRow
@@ -75,3 +75,34 @@ def test_slip_of_the_print_is_told_for_the_conditions_that_are_shown():
 )
 def test_conditions_have_the_thesis_labels(condition, label):
     assert short_name(condition) == label
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("leg-thesis", "leg, thesis equation"),
+        ("leg-thesis-as-sampled", "leg, thesis equation, as sampled"),
+        ("foot-compensated", "foot compensated"),
+        ("windowed-least-squares", "windowed least squares"),
+        ("windowed-least-squares-thesis", "windowed least squares, thesis"),
+        ("bidirectional 20 Hz", "zero-lag 20 Hz"),
+        ("unidirectional 20 Hz", "forward-only 20 Hz"),
+        ("teager-kaiser", "Teager-Kaiser"),
+    ],
+)
+def test_figures_show_words_for_names(name, shown):
+    assert words(name) == shown
+
+
+def test_units_are_typeset_in_figures_and_kept_in_files():
+    assert [unit_symbol(u) for u in ("Nms2/rad", "Nms/rad", "Nm/rad", "Nm", "N", "%")] == [
+        "N·m·s²/rad",
+        "N·m·s/rad",
+        "N·m/rad",
+        "N·m",
+        "N",
+        "%",
+    ]
+    row = TableRow("leg", "regression", "I", "Nms2/rad", [0.0], [None])
+    assert table_data([row], ["a"], ["A"])[0]["rows"][0]["unit"] == "N·m·s²/rad"
+    assert row.unit == "Nms2/rad"
