@@ -1,16 +1,25 @@
-# make        build the environment, run the study to results/report/thesis.pdf
-# make test   build the environment if needed, run the tests
-# make lint   the same for the lint and format checks
-# make format rewrite the code in the project's format
+# make            build the environment, run the study to results/report/thesis.pdf
+# make test       build the environment if needed, run the tests
+# make lint       the same for the lint and format checks
+# make format     rewrite the code in the project's format
+# make wheel-test build a wheel, install it into an environment of its own, run the library's tests there
+#
+# make PYTHON=... another interpreter: CPython 3.11 (which alone has PyBullet), 3.12 or 3.13
 
-PYTHON ?= $(shell command -v python3.11 || command -v python3)
+# that of the environment once there is one
+PYTHON ?= $(shell .venv/bin/python -c 'import sys; print(sys._base_executable)' 2>/dev/null || \
+	command -v python3.11 || command -v python3)
+VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null)
 BIN := .venv/bin
 CORES ?= 2
 
-.PHONY: study test lint format environment
+.PHONY: study test lint format environment wheel-test
+
+# where PyBullet is not installed, another engine moves the simulated dummy
+ENGINE = $$($(BIN)/python -c 'import pybullet' 2>/dev/null || echo --configfile config/any-engine.yaml)
 
 study: environment
-	$(BIN)/snakemake -c$(CORES)
+	$(BIN)/snakemake -c$(CORES) $(ENGINE)
 
 test: environment
 	$(BIN)/python -m pytest
@@ -26,11 +35,15 @@ format: environment
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow/rules
 
-environment: .venv/complete
+wheel-test:
+	$(PYTHON) tests/installed_wheel.py
 
-.venv/complete: requirements.txt pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || \
-		{ echo "tepsipe needs CPython 3.11 (PyBullet has wheels for no other), found $$($(PYTHON) --version): install it, or say where it is with make PYTHON=..."; exit 1; }
+environment: .venv/complete-$(VERSION)
+
+.venv/complete-$(VERSION): requirements.txt pyproject.toml
+	@case "$(VERSION)" in 3.11|3.12|3.13) ;; *) \
+		echo "tepsipe needs CPython 3.11, 3.12 or 3.13, found $(or $(VERSION),nothing that runs) at '$(PYTHON)': install one of them, or say where it is with make PYTHON=..."; exit 1;; \
+	esac
 	@if command -v uv >/dev/null; then \
 		uv venv --quiet --clear --python $(PYTHON) .venv && \
 		uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes -r requirements.txt && \

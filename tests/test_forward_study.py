@@ -51,7 +51,7 @@ JOINTS = {
     "printed": np.add(TRUTH, [2.0 * 0.027, 0.0, -DOUBLE_WEIGHT]),  # what theta towards +y makes of eq (3-8)
     "soft": np.array([0.015, 0.1, 0.9]),  # less than m g r
 }
-STEP_S = 0.001
+STEP_S, ENGINE = 0.001, "auto"
 
 
 def recorded(moved):
@@ -78,7 +78,7 @@ def trial():
 
 @pytest.fixture(scope="module")
 def simulated(trial):
-    return simulate_condition(trial, OPTIONS, FOOT, JOINTS, STEP_S)
+    return simulate_condition(trial, OPTIONS, FOOT, JOINTS, STEP_S, ENGINE)
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +123,7 @@ def test_offset_of_the_belts_sensor_does_not_matter(trial, scores):
     belt = trial.signals["belt_velocity"]
     shifted = replace(belt, values=belt.values + 0.02)
     moved = replace(trial, signals=trial.signals | {"belt_velocity": shifted})
-    again = simulate_condition(moved, OPTIONS, FOOT, {"truth": TRUTH}, STEP_S)
+    again = simulate_condition(moved, OPTIONS, FOOT, {"truth": TRUTH}, STEP_S, ENGINE)
     theta = forward_scores("sine-0.3", again)[0]
     assert theta.vaf_trial == pytest.approx(scores["truth", "theta"].vaf_trial, abs=1e-6)
 
@@ -172,12 +172,17 @@ def test_result_holds_what_figures_show(simulated, tmp_path):
 
 def test_trial_that_cannot_be_simulated_is_refused(trial):
     with pytest.raises(InputError) as caught:
-        simulate_condition(trial, OPTIONS, FOOT, {"light": np.array([-0.2, 0.1, 10.0])}, STEP_S)
+        simulate_condition(trial, OPTIONS, FOOT, {"light": np.array([-0.2, 0.1, 10.0])}, STEP_S, ENGINE)
     assert_one_sentence(caught.value, "inertia of the joint", "-0.2")
     still = replace(trial.signals["belt_velocity"], values=np.zeros(trial.time.size))
     with pytest.raises(InputError) as caught:
         simulate_condition(
-            replace(trial, signals=trial.signals | {"belt_velocity": still}), OPTIONS, FOOT, {}, STEP_S
+            replace(trial, signals=trial.signals | {"belt_velocity": still}),
+            OPTIONS,
+            FOOT,
+            {},
+            STEP_S,
+            ENGINE,
         )
     assert_one_sentence(caught.value, "belt velocity", "perturbations")
 
@@ -265,13 +270,14 @@ def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
         )
         for quantity in ("theta", "tau", "tau_consistent")
     ]
-    data = forward_data(pd.DataFrame(map(vars, rows)), 0.001)
+    data = forward_data(pd.DataFrame(map(vars, rows)), 0.001, "mujoco")
     tep, corrected = data["rows"]
     assert (tep["name"], corrected["name"]) == ("TEP-SIPE as printed", "TEP-SIPE, consistent")
     assert tep["theta_perturbation"] == "10 to 20"
     assert tep["tau_trial"] == "< \N{MINUS SIGN}1000 to 30"
     assert corrected["theta_trial"] == "100"
     assert (data["step_ms"], data["conditions"]) == ("1.0", "2")
+    assert data["engine"] == "the multi-body engine MuJoCo"
     (told,) = data["unsettled"]
     assert "sine-0.1" in told
     assert "falls" in told

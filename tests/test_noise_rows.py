@@ -25,7 +25,9 @@ from tepsipe.signals.perturbations import WindowOptions
 FOOT = Foot(mass_kg=2.1, height_m=0.055)
 OPTIONS = DummyOptions(
     leg=LEG,
-    leg_markers=SegmentMarkers((), np.empty((0, 2))),  # the noise study reads the belt alone
+    leg_markers=SegmentMarkers(
+        ("ankle", "knee"), [[0.0, 0.0], [0.0, 0.8]]
+    ),  # the noise study reads the belt alone
     lowpass_cutoff_hz=20.0,
     lowpass_order=4,
     window=WindowOptions(
@@ -48,7 +50,7 @@ def simulated(name="sine-0.3", peak_m_per_s=0.3, parameters=TRUTH, offset_m_per_
     time = np.arange(round(10.0 * RATE_HZ)) / RATE_HZ
     velocity = offset_m_per_s + belt_pulses(time, ONSETS_S, peak_m_per_s)[1]
     trial = trial_of(RATE_HZ, belt_velocity=(velocity, "m/s"))
-    return simulate_trial(trial, name, OPTIONS, FOOT, parameters, 0.001)
+    return simulate_trial(trial, name, OPTIONS, FOOT, parameters, 0.001, "auto")
 
 
 def cell_of(trial, noise_on, snr_db, draws, others=(), predicted_draws=25):

@@ -16,8 +16,8 @@ from tepsipe.experiments.position_manipulator import (
     parallel_cascade_estimates,
     position_manipulator_result,
 )
-from tepsipe.identification.parallel_cascade import (
-    ParallelCascadeOptions,
+from tepsipe.identification.cascade_fit import ParallelCascadeOptions
+from tepsipe.identification.cascade_pathways import (
     delayed,
     knot_responses,
     lagged,

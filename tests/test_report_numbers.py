@@ -6,7 +6,7 @@ import pytest
 
 from tepsipe.reporting.figures.names import short_name, unit_symbol, words
 from tepsipe.reporting.numbers.format import number, percent, span
-from tepsipe.reporting.numbers.study import slips_data, table_data
+from tepsipe.reporting.numbers.study import provenance_data, slips_data, table_data
 from tepsipe.reporting.thesis_tables import TableRow
 
 MINUS = "\N{MINUS SIGN}"
@@ -75,6 +75,30 @@ def test_slip_of_the_print_is_told_for_the_conditions_that_are_shown():
 )
 def test_conditions_have_the_thesis_labels(condition, label):
     assert short_name(condition) == label
+
+
+@pytest.mark.parametrize(
+    ("engine", "shown"),
+    [
+        ({"name": "mujoco", "version": "4.0.0"}, ["mujoco 4.0.0"]),
+        (None, []),  # a study without simulations
+    ],
+)
+def test_provenance_names_the_engine_that_ran(engine, shown):
+    record = {
+        "commit": "abc",
+        "modified": False,
+        "python": "3.13.0",
+        "engine": engine,
+        "config_sha256": "f00",
+        "seed": 1,
+        "packages": {},
+        "files": {},
+        "raw_files": {},
+    }
+    facts = provenance_data(record)["facts"]
+    assert [text for name, text in facts if name == "Engine of the simulations"] == shown
+    assert ["Python", "3.13.0"] in facts
 
 
 @pytest.mark.parametrize(

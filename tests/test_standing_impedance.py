@@ -256,7 +256,8 @@ def test_clipped_electromyogram_is_not_averaged_in(group):
     marks[2, 1] = False
     spoilt[2, :, 1] = 1e6
     marked = fit(replace(good, **{usable: marks}), EMG)
-    assert (fit(replace(good, **{usable: marks, group: spoilt}), EMG).parameters == marked.parameters).all()
+    other = fit(replace(good, **{usable: marks, group: spoilt}), EMG)
+    assert other.parameters == pytest.approx(marked.parameters, rel=1e-9)  # numpy before 2.3 rounds otherwise
     # the mean of the other five is 0.98 of that of all six, so that as much torque needs more per uV
     force = found(fit(good, EMG))["F_SOL"] / (0.98 if group == "drive" else 1.0)
     assert found(marked)["F_SOL"] == pytest.approx(force, rel=1e-6)

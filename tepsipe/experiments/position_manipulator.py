@@ -11,18 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.identification.parallel_cascade import (
-    ParallelCascadeFit,
-    ParallelCascadeOptions,
-    fit_parallel_cascade,
-)
+from tepsipe.identification.cascade_fit import ParallelCascadeFit, ParallelCascadeOptions
+from tepsipe.identification.parallel_cascade import identify_cascade
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged
+from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged
 from tepsipe.statistics.bootstrap import bootstrap_blocks
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
@@ -77,7 +74,7 @@ class PositionManipulatorAnalysis:
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), offset (N·m).
     bootstrap : ndarray, shape (draws, 4)
         The same for bootstrapped blocks.
-    spectrum : SpectralEstimate
+    spectrum : FrequencyResponse
         Impedance tau/theta and coherence of the unfiltered record (Hz, N·m/rad).
     vaf : HeldOutVaf
         VAF of the prediction (%).
@@ -90,7 +87,7 @@ class PositionManipulatorAnalysis:
     training: int
     fit: LinearFit
     bootstrap: np.ndarray
-    spectrum: SpectralEstimate
+    spectrum: FrequencyResponse
     vaf: HeldOutVaf
 
 
@@ -204,7 +201,7 @@ def analyse_parallel_cascade(
         If the record is too short or the joint does not move.
     """
     kept, training, block = _parts(trial, options)
-    return fit_parallel_cascade(
+    return identify_cascade(
         trial.values("angle"),
         trial.values("torque"),
         trial.rate_hz,

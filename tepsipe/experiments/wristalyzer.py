@@ -20,11 +20,10 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged, period_averaged
+from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged
 from tepsipe.statistics.goodness_of_fit import vaf
 
 PATHWAY = "admittance"
-ESTIMATORS = ("spectral-fit", "spectral-fit-periods", "spectral-fit-modulus")
 
 
 @dataclass(frozen=True)
@@ -131,9 +130,9 @@ class WristalyzerAnalysis:
     ----------
     prepared : PreparedTrial
         Filtered signals (N·m, rad).
-    spectra : dict of str to SpectralEstimate
+    spectra : dict of str to FrequencyResponse
         Estimator -> spectral estimate over all frequencies (Hz, rad/(N·m)).
-    tapered : SpectralEstimate
+    tapered : FrequencyResponse
         The averaged estimate of the tapered record, for frequencies above the perturbation's band.
     fits : dict of str to AdmittanceFit
         Estimator -> fit.
@@ -146,8 +145,8 @@ class WristalyzerAnalysis:
     """
 
     prepared: PreparedTrial
-    spectra: dict[str, SpectralEstimate]
-    tapered: SpectralEstimate
+    spectra: dict[str, FrequencyResponse]
+    tapered: FrequencyResponse
     fits: dict[str, AdmittanceFit]
     profile: StiffnessProfile
     many_starts: list[AdmittanceFit]

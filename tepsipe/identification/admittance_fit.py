@@ -12,11 +12,13 @@ from scipy import stats
 from scipy.optimize import least_squares
 
 from tepsipe.mechanics.impedance_model import admittance
-from tepsipe.signals.spectra import SpectralEstimate
+from tepsipe.signals.spectra import FrequencyResponse
 from tepsipe.statistics.least_squares import sem_as_printed, standard_error
 
 # typical magnitude of I, B, K for the scaled solver (N·m·s²/rad, N·m·s/rad, N·m/rad)
 TYPICAL = np.array([0.01, 0.1, 10.0])
+# starting values, lower and upper bounds of I, B, K as the thesis prints them (Nms2/rad, Nms/rad, Nm/rad)
+TABLE_3_2 = ((0.001, 0.1, 10.0), (-10.0, 0.01, -20.0), (10.0, 10.0, 20.0))
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,30 @@ class AdmittanceFit:
     at_bound: bool
 
 
-def residuals(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
+def starting_values(estimate: FrequencyResponse) -> np.ndarray:
+    """I, B, K from which a search can start, by linear least squares of 1/H = K - I w^2 + j B w.
+
+    Every frequency has the weight of its coherence and of 1/H itself; I and B are kept positive.
+
+    Parameters
+    ----------
+    estimate : FrequencyResponse
+        Admittance H at the frequencies to fit (Hz, rad/(N·m)).
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    """
+    omega, impedance = 2.0 * np.pi * estimate.frequency_hz, 1.0 / estimate.response
+    weight = np.sqrt(estimate.coherence) / np.abs(impedance)
+    columns = np.column_stack([-weight * omega**2, weight])
+    inertia, stiffness = np.linalg.lstsq(columns, weight * impedance.real, rcond=None)[0]
+    damping = np.sum(weight**2 * omega * impedance.imag) / np.sum((weight * omega) ** 2)
+    return np.array([max(inertia, 1e-9), max(damping, 1e-9), stiffness])
+
+
+def residuals(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray:
     """Weighted complex log ratio, real parts first, then imaginary parts.
 
     Its sum of squares is the sum of e^2 of thesis eq (3-6). Unlike the modulus it is differentiable where
@@ -74,7 +99,7 @@ def residuals(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
     ----------
     parameters : ndarray, shape (3,)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         The n frequencies to fit (Hz, rad/(N·m)).
 
     Returns
@@ -87,14 +112,14 @@ def residuals(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
     return np.concatenate([weight * ratio.real, weight * ratio.imag])
 
 
-def residuals_as_printed(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
+def residuals_as_printed(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray:
     """e(f) of thesis eq (3-6): the modulus of the weighted complex log ratio.
 
     Parameters
     ----------
     parameters : ndarray, shape (3,)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         The n frequencies to fit (Hz, rad/(N·m)).
 
     Returns
@@ -107,7 +132,7 @@ def residuals_as_printed(parameters: np.ndarray, estimate: SpectralEstimate) -> 
     return weight * np.abs(ratio)
 
 
-def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
+def fit_as_printed(estimate: FrequencyResponse, bounds: Bounds) -> AdmittanceFit:
     """Fit with the modulus as residual, unscaled parameters and tolerances of 1e-6.
 
     These were the defaults of a common non-linear least-squares solver at the time of the thesis. With
@@ -115,7 +140,7 @@ def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
 
     Parameters
     ----------
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         Frequencies to fit (Hz, rad/(N·m)).
     bounds : Bounds
         Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
@@ -128,12 +153,12 @@ def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
     return _fit(residuals_as_printed, estimate, bounds, bounds.start, 1.0, 1e-6)
 
 
-def fit_scaled(estimate: SpectralEstimate, bounds: Bounds, start: np.ndarray | None = None) -> AdmittanceFit:
+def fit_scaled(estimate: FrequencyResponse, bounds: Bounds, start: np.ndarray | None = None) -> AdmittanceFit:
     """Fit with smooth residuals, scaled parameters and tight tolerances.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         Frequencies to fit (Hz, rad/(N·m)).
     bounds : Bounds
         Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
@@ -176,13 +201,13 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
 
 
 def fit_from_many_starts(
-    estimate: SpectralEstimate, bounds: Bounds, count: int, rng: np.random.Generator
+    estimate: FrequencyResponse, bounds: Bounds, count: int, rng: np.random.Generator
 ) -> list[AdmittanceFit]:
     """Repeat `fit_scaled` from the printed and from random starting values.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         Frequencies to fit (Hz, rad/(N·m)).
     bounds : Bounds
         Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
@@ -233,13 +258,13 @@ class StiffnessProfile:
 
 
 def profile_stiffness(
-    estimate: SpectralEstimate, bounds: Bounds, best: AdmittanceFit, stiffness: np.ndarray
+    estimate: FrequencyResponse, bounds: Bounds, best: AdmittanceFit, stiffness: np.ndarray
 ) -> StiffnessProfile:
     """Profile likelihood of K, for white residuals of unknown variance.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
+    estimate : FrequencyResponse
         Frequencies to fit (Hz, rad/(N·m)).
     bounds : Bounds
         Bounds of I and B (N·m·s²/rad, N·m·s/rad).

@@ -52,8 +52,6 @@ from tepsipe.signals.time_alignment import LONGEST_S
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit
 
-ESTIMATOR = "output-error"
-SOURCES = ("instruments", "markers", "belt")
 # bounds of the angular frequency (rad/s) and damping ratio (-) of the search
 _LOWEST_RAD_PER_S = 0.6
 _LARGEST_RATIO = 3.0
@@ -62,30 +60,29 @@ _RENEWED = 2
 
 
 @dataclass(frozen=True)
-class OutputError:
-    """Output-error estimate of the joint.
+class OutputError(WindowedFits):
+    """I, B, K of the simulated angle.
+
+    The parameters (Nms2/rad, Nms/rad, Nm/rad) are contributions of the intervals from onset to onset, whose
+    mean is the estimate; torque (Nm) and VAF (%) are those of the pathway ``leg``, for comparison only.
 
     Attributes
     ----------
-    regression : WindowedFits
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) as contributions of the intervals from onset to onset,
-        whose mean is the estimate; torque (N·m) and VAF (%) of the pathway ``leg``, for comparison only.
     angle, simulated : ndarray, shape (n,)
         Measured and simulated theta (rad).
-    theta_rest_rad, delay_s : float
+    theta_0_rad, delay_s : float
         theta_0 (rad) and delta (s).
     """
 
-    regression: WindowedFits
     angle: np.ndarray
     simulated: np.ndarray
-    theta_rest_rad: float
+    theta_0_rad: float
     delay_s: float
 
     @property
     def vaf_angle(self) -> float:
         """VAF (%) of theta - theta_0 over the whole trial."""
-        return vaf(self.angle - self.theta_rest_rad, self.simulated - self.theta_rest_rad)
+        return vaf(self.angle - self.theta_0_rad, self.simulated - self.theta_0_rad)
 
 
 def simulate_leg(
@@ -128,7 +125,7 @@ def simulate_leg(
     return rest + late[:, 0], np.column_stack([late[:, 1:4], np.ones(time.size), -late[:, 4]])
 
 
-def fit_output_error(
+def match_angle(
     motion: SegmentMotion,
     foot_position: np.ndarray,
     belt_velocity: np.ndarray,
@@ -214,7 +211,9 @@ def fit_output_error(
     each[:, 0] -= leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
     conditioning = float(np.linalg.cond(normal))
     regression = _with_torque(each[:, :3], conditioning, motion, leg, perturbations, at_rest)
-    return OutputError(regression, motion.theta, angle, float(x[3]), float(x[4]))
+    return OutputError(
+        **vars(regression), angle=motion.theta, simulated=angle, theta_0_rad=float(x[3]), delay_s=float(x[4])
+    )
 
 
 def _undetermined(found: str) -> InputError:
@@ -260,8 +259,8 @@ def _with_torque(
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
 ) -> WindowedFits:
-    """Contributions of the intervals in place of fits to windows, and the torque predicted by their mean."""
-    found = regress_perturbations(motion, leg, perturbations, at_rest, "leg", "windowed-least-squares")
+    """Contributions of the intervals in the place of regressions, and the torque that their mean predicts."""
+    found = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
     theta_dd, theta_d, theta = found.regressors.T
     predicted = impedance_torque(each.mean(axis=0), theta, theta_d, theta_dd)
     unknown = np.full(3, np.nan)

@@ -31,267 +31,28 @@ import numpy as np
 from scipy import optimize, signal
 
 from tepsipe.errors import InputError
-from tepsipe.mechanics.impedance_model import simulate_angle
+from tepsipe.identification.cascade_fit import (
+    MuscleFit,
+    ParallelCascadeFit,
+    ParallelCascadeOptions,
+    Structure,
+)
+from tepsipe.identification.cascade_pathways import (
+    delayed,
+    knot_responses,
+    lagged,
+    muscle_response,
+    rectified_velocity,
+)
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.bootstrap import bootstrap_blocks
-from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
+from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
 # frequency (Hz) and damping ratio (-) of the muscle: starting values, bounds, and step of the logarithms for
 # numerical derivatives
 MUSCLE_START = (2.0, 1.0)
 MUSCLE_BOUNDS = ((0.2, 20.0), (0.2, 5.0))
 SLOPE = 1e-3
-
-
-# ---- parts of the pathways ---------------------------------------------------------------------
-
-
-def rectified_velocity(angle: np.ndarray, rate_hz: float, direction: int) -> np.ndarray:
-    """Velocity of an angle in one direction: theta' where it has the sign of ``direction``, else 0.
-
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        theta (rad).
-    rate_hz : float
-        Sampling rate (Hz).
-    direction : {1, -1}
-        Sign of the velocity that is kept (-).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        u (rad/s).
-    """
-    velocity = derivative(np.arange(angle.size) / rate_hz, angle)
-    return np.where(direction * velocity > 0.0, velocity, 0.0)
-
-
-def delayed(x: np.ndarray, delay_s: float, rate_hz: float) -> np.ndarray:
-    """A delayed signal, linear between samples; the first sample is held before the start.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n, ...)
-        Signal (any unit).
-    delay_s : float
-        Delay (s); negative for a lead, with the last sample held after the end.
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape of ``x``
-        x(t - delay) (unit of ``x``).
-    """
-    samples = round(delay_s * rate_hz, 6)
-    whole = int(np.floor(samples))
-    part = samples - whole
-    at = np.arange(x.shape[0]) - whole
-    held = x[np.clip(at, 0, x.shape[0] - 1)]
-    return held if part == 0.0 else (1.0 - part) * held + part * x[np.clip(at - 1, 0, x.shape[0] - 1)]
-
-
-def lagged(x: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Regressors of a response to ``x`` (any unit) at ``lags`` (samples), shape (n, lags); ends are held."""
-    at = np.arange(x.size)[:, None] - np.asarray(lags)
-    return x[np.clip(at, 0, x.size - 1)]
-
-
-def knot_responses(length_s: float, knot_s: float, rate_hz: float) -> np.ndarray:
-    """Piecewise linear basis responses: one per inner knot, 1 at this knot and 0 at all others.
-
-    Parameters
-    ----------
-    length_s, knot_s : float
-        Length, and distance of the knots (s), at most half of the length.
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape (samples, knots)
-        The responses at 0, 1 / rate, ... (-).
-    """
-    knots = max(2, round(length_s / knot_s))
-    time = np.arange(int(knots * knot_s * rate_hz) + 1) / rate_hz
-    return np.column_stack(
-        [np.interp(time, np.arange(knots + 1) * knot_s, np.eye(knots + 1)[k]) for k in range(1, knots)]
-    )
-
-
-def muscle_response(x: np.ndarray, rate_hz: float, frequency_hz: float, damping: float) -> np.ndarray:
-    """Response of the muscle to a signal: second-order low-pass of static gain 1, initially at rest.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Signal (any unit).
-    rate_hz, frequency_hz : float
-        Sampling rate, and the muscle's natural frequency (Hz).
-    damping : float
-        zeta (-).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        w^2 / (s^2 + 2 zeta w s + w^2) x (unit of ``x``).
-    """
-    w = 2.0 * np.pi * frequency_hz
-    return simulate_angle(np.array([1.0 / w**2, 2.0 * damping / w, 1.0]), x, rate_hz)
-
-
-# ---- the fit -----------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class ParallelCascadeOptions:
-    """Options of the fit.
-
-    Attributes
-    ----------
-    intrinsic_lag_s : float
-        Longest lag and lead of the intrinsic response (s).
-    reflex_length_s, reflex_knot_s : float
-        Length of the reflex response, and distance of its knots (s).
-    reflex_delays_s : (float, float)
-        Shortest and longest delay that is tried (s).
-    expected_delay_s : float
-        Preferred delay among those that the record cannot separate (s).
-    delay_tolerance : float
-        Relative difference of the cross-validated error from which delays are separated (-).
-    penalties : tuple of float
-        Values of lambda that are tried (-).
-    folds : int
-        Number of blocks of the cross-validation (-), reduced where blocks would be shorter than the reflex.
-    """
-
-    intrinsic_lag_s: float
-    reflex_length_s: float
-    reflex_knot_s: float
-    reflex_delays_s: tuple[float, float]
-    expected_delay_s: float
-    delay_tolerance: float
-    penalties: tuple[float, ...]
-    folds: int
-
-
-@dataclass(frozen=True)
-class Structure:
-    """Structure that is selected by cross-validation.
-
-    Attributes
-    ----------
-    direction : {1, -1, 0}
-        Sign of the velocity to which the reflex responds (-), 0 for no reflex.
-    stiffening : bool
-        Whether the stiffness is angle-dependent, that is c is estimated (-).
-    delay_s : float
-        Delay of the reflex (s), 0 without a reflex.
-    penalty : float
-        lambda (-).
-    """
-
-    direction: int
-    stiffening: bool
-    delay_s: float
-    penalty: float
-
-
-@dataclass(frozen=True)
-class MuscleFit:
-    """The muscle model: a reflex with three parameters.
-
-    Attributes
-    ----------
-    constants : ndarray, shape (3,)
-        G (N·m·s/rad), natural frequency (Hz), zeta (-).
-    bootstrap : ndarray, shape (draws, 3)
-        The same for bootstrapped blocks.
-    response : ndarray, shape (k,)
-        Impulse response in place of g (N·m/rad).
-    predicted : ndarray, shape (n,)
-        Predicted torque (N·m).
-    vaf : HeldOutVaf
-        VAF of the prediction (%).
-    """
-
-    constants: np.ndarray
-    bootstrap: np.ndarray
-    response: np.ndarray
-    predicted: np.ndarray
-    vaf: HeldOutVaf
-
-
-@dataclass(frozen=True)
-class ParallelCascadeFit:
-    """Intrinsic and reflex pathway of one record.
-
-    Attributes
-    ----------
-    structure : Structure
-        Structure selected by cross-validation.
-    predicted, reflex_torque : ndarray, shape (n,)
-        Predicted tau and tau_R (N·m) over the evaluated part of the record.
-    vaf : HeldOutVaf
-        VAF of the prediction (%).
-    vaf_cross_validated : float
-        VAF (%) of the blocks of the fitted part, each predicted from the others.
-    impedance : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of the intrinsic pathway, by regression of its torque on
-        acceleration, velocity and angle.
-    impedance_bootstrap : ndarray, shape (draws, 3)
-        The same for bootstrapped blocks.
-    stiffening : float
-        Angle-dependent stiffness, change of K per angle, 2 c (N·m/rad²); 0 if there is none.
-    stiffening_bootstrap : ndarray, shape (draws,)
-        The same for bootstrapped blocks (N·m/rad²).
-    gain : float
-        G (N·m·s/rad), steady-state reflex torque per stretch velocity; 0 without a reflex.
-    gain_bootstrap : ndarray, shape (draws,)
-        The same for bootstrapped blocks (N·m·s/rad).
-    reflex_share : float
-        Variance of tau_R relative to that of tau, in the fitted part (%).
-    intrinsic_time, intrinsic_response : ndarray, shape (m,)
-        Lag (s), and low-pass filtered h / T (N·m/rad per s).
-    reflex_time : ndarray, shape (k,)
-        Time from the stretch (s), including the delay; empty without a reflex.
-    reflex_response : ndarray, shape (k,)
-        g (N·m/rad).
-    reflex_low, reflex_high : ndarray, shape (k,)
-        Ends of its pointwise 95 % interval (N·m/rad).
-    delays : ndarray, shape (d,)
-        Delays that were tried (s); empty without a reflex.
-    delay_vaf : ndarray, shape (d,)
-        Cross-validated VAF (%) with each delay.
-    delay_range_s : (float, float)
-        Shortest and longest delay that the record does not separate from the best one (s).
-    muscle : MuscleFit or None
-        The muscle model; None without a reflex.
-    """
-
-    structure: Structure
-    predicted: np.ndarray
-    reflex_torque: np.ndarray
-    vaf: HeldOutVaf
-    vaf_cross_validated: float
-    impedance: np.ndarray
-    impedance_bootstrap: np.ndarray
-    stiffening: float
-    stiffening_bootstrap: np.ndarray
-    gain: float
-    gain_bootstrap: np.ndarray
-    reflex_share: float
-    intrinsic_time: np.ndarray
-    intrinsic_response: np.ndarray
-    reflex_time: np.ndarray
-    reflex_response: np.ndarray
-    reflex_low: np.ndarray
-    reflex_high: np.ndarray
-    delays: np.ndarray
-    delay_vaf: np.ndarray
-    delay_range_s: tuple[float, float]
-    muscle: MuscleFit | None
 
 
 @dataclass(frozen=True)
@@ -321,7 +82,7 @@ class _Design:
     stiffening: slice
 
 
-def fit_parallel_cascade(
+def identify_cascade(
     angle: np.ndarray,
     torque: np.ndarray,
     rate_hz: float,

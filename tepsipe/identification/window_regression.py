@@ -15,13 +15,12 @@ from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
-from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Leg
-from tepsipe.mechanics.segment_kinematics import SegmentMotion
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.joint_torque import leg_pathway_torque
+from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMotion
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
-
-ESTIMATORS = ("windowed-least-squares-thesis", "windowed-least-squares")
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,8 @@ def regress_perturbations(
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
     torque_pathway: str,
-    estimator: str,
+    *,
+    thesis: bool = False,
 ) -> WindowedFits:
     """Estimate I, B, K over every perturbation.
 
@@ -98,9 +98,9 @@ def regress_perturbations(
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
     torque_pathway : {"leg", "leg-thesis"}
-        Equation of the torque.
-    estimator : {"windowed-least-squares-thesis", "windowed-least-squares"}
-        Whether the torque at rest is kept (as printed) or subtracted.
+        How the torque is derived.
+    thesis : bool
+        Whether the torque at rest is kept, as printed, or subtracted (-).
 
     Returns
     -------
@@ -109,36 +109,35 @@ def regress_perturbations(
 
     Raises
     ------
-    KeyError
-        If the pathway is unknown.
     InputError
-        If the estimator is unknown or a perturbation does not determine the parameters.
+        If the pathway is unknown or a perturbation does not determine the parameters.
     """
-    torque = TORQUE_PATHWAYS[torque_pathway](leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
-    return regress_torque(motion, torque, perturbations, at_rest, estimator)
+    torque = leg_pathway_torque(torque_pathway, leg, motion)
+    return regress_torque(motion, torque, perturbations, at_rest, thesis=thesis)
 
 
 def regress_torque(
-    motion: SegmentMotion,
+    motion: JointMotion,
     torque: np.ndarray,
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
-    estimator: str,
+    *,
+    thesis: bool = False,
 ) -> WindowedFits:
     """Estimate I, B, K over every perturbation from a given torque.
 
     Parameters
     ----------
-    motion : SegmentMotion
-        Motion of the leg (s, rad, m).
+    motion : JointMotion
+        Angle of the joint with its derivatives (s, rad).
     torque : ndarray, shape (n,)
         Torque of the joint (N·m).
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
-    estimator : {"windowed-least-squares-thesis", "windowed-least-squares"}
-        Whether the torque at rest is kept (as printed) or subtracted.
+    thesis : bool
+        Whether the torque at rest is kept, as printed, or subtracted (-).
 
     Returns
     -------
@@ -148,13 +147,11 @@ def regress_torque(
     Raises
     ------
     InputError
-        If the estimator is unknown or a perturbation does not determine the parameters.
+        If a perturbation does not determine the parameters.
     """
-    if estimator not in ESTIMATORS:
-        raise InputError(f"expected an estimator of {', '.join(ESTIMATORS)}, found {estimator!r}")
     theta_rest = float(motion.theta[at_rest].mean())
     torque_rest = float(torque[at_rest].mean())
-    if estimator == "windowed-least-squares":
+    if not thesis:
         torque = torque - torque_rest
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta - theta_rest])
     fits = []
@@ -177,14 +174,15 @@ def damping_per_skew(
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
     torque_pathway: str,
-    estimator: str,
+    *,
+    thesis: bool = False,
     skew_s: float = 0.001,
 ) -> float:
     """Sensitivity of B to a delay of the leg's position relative to its angle.
 
     Parameters
     ----------
-    motion, leg, perturbations, at_rest, torque_pathway, estimator
+    motion, leg, perturbations, at_rest, torque_pathway, thesis
         As for `regress_perturbations`.
     skew_s : float
         Time by which the accelerations of the centre of mass are shifted in either direction (s).
@@ -209,7 +207,7 @@ def damping_per_skew(
             perturbations,
             at_rest,
             torque_pathway,
-            estimator,
+            thesis=thesis,
         ).mean[1]
         for k in (0, 1)
     ]

@@ -1,4 +1,4 @@
-"""Forward simulation of the ankle dummy in PyBullet (thesis sections 2-1-3 and 3-1-3).
+"""Forward simulation of the ankle dummy (thesis sections 2-1-3 and 3-1-3).
 
 The foot follows the recorded belt and does not rotate; the leg turns about the ankle against the joint:
 
@@ -9,58 +9,25 @@ The foot follows the recorded belt and does not rotate; the leg turns about the 
 Symbols: theta leg angle, positive when the leg tips towards +y (rad); y_f position of the foot (m); I, B, K,
 theta_ref of the joint; m, r, I_l, g of the leg and m_f, l_f of the foot as in `inverse_dynamics`.
 
-The second equation is nowhere below: PyBullet has the bodies instead. They live in the foot's frame, where
-the motion of the belt is a gravity (0, -y_f'', -g). PyBullet steps by leapfrog, with angles q_k at whole
-steps of h and rates w_k-1/2 at half steps, hence
-
-    y_f''  = (y_f(t + h) - 2 y_f(t) + y_f(t - h)) / h^2    so that the foot stays on its recorded path,
-    theta' = (3 w_k-1/2 - w_k-3/2) / 2                     for the damping, as w_k+1/2 is not known yet,
-    theta' = (w_k+1/2 + w_k-1/2) / 2 - h^2 theta''' / 6    as a result.
-
-theta'' and the forces are read afterwards, with the leg put back to theta, theta' of every recorded instant.
+An engine moves the dummy (`tepsipe.mechanics.engines`): PyBullet or MuJoCo, which have bodies instead of the
+second equation, or a Runge-Kutta method, which integrates it. Here is what they share: what can be simulated,
+and what comes out.
 """
 
 import cmath
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-import pybullet
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
+from tepsipe.mechanics.engines import resolved_engine, simulate
+from tepsipe.mechanics.engines.interface import FALLEN_RAD, Joint, Task
 from tepsipe.mechanics.impedance_model import impedance_torque
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
-STATES = ("settles", "grows", "falls")
-
-FOOT, LEG = 0, 1  # links of the body in PyBullet
-FALLEN_RAD = 0.5 * math.pi
 LARGEST_PHASE_RAD = 0.1  # natural frequency times step: 63 steps per period
-
-
-@dataclass(frozen=True)
-class Joint:
-    """Joint between foot and leg, thesis eq (2-1).
-
-    Attributes
-    ----------
-    inertia_Nms2_per_rad : float
-        I (Nms2/rad), without the leg's own; may be negative as long as J is not.
-    damping_Nms_per_rad : float
-        B (Nms/rad); may be negative.
-    stiffness_Nm_per_rad : float
-        K (Nm/rad); may be negative.
-    rest_angle_rad : float
-        theta_ref (rad), at which the joint is not bent.
-    """
-
-    inertia_Nms2_per_rad: float
-    damping_Nms_per_rad: float
-    stiffness_Nm_per_rad: float
-    rest_angle_rad: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -134,6 +101,7 @@ def simulate_dummy(
     start_angle_rad: float = 0.0,
     start_rate_rad_per_s: float = 0.0,
     must_stand: bool = False,
+    engine: str = "pybullet",
 ) -> ForwardSimulation:
     """Move the dummy's foot as the belt was recorded and let the leg swing.
 
@@ -156,6 +124,8 @@ def simulate_dummy(
         theta (rad) and theta' (rad/s) at the first instant.
     must_stand : bool
         Refuse a joint that cannot hold the leg upright, K <= m g r (-).
+    engine : {"pybullet", "mujoco", "equations", "auto"}
+        What moves the dummy; "auto" takes the first of the others that is installed.
 
     Returns
     -------
@@ -166,31 +136,36 @@ def simulate_dummy(
     ------
     InputError
         If the recording holds a NaN or its clock is not regular, the dummy cannot be built, the leg starts
-        fallen, or the step is no whole part of the sampling interval or too long: more than a tenth of
-        1 / w_n, w_n = sqrt(|K - m g r| / J), or of J / |B|.
+        fallen, the step is no whole part of the sampling interval or too long: more than a tenth of
+        1 / w_n, w_n = sqrt(|K - m g r| / J), or of J / |B|; or the engine is not installed.
     """
+    engine = resolved_engine(engine)
     time, belt_velocity = np.asarray(time, dtype=float), np.asarray(belt_velocity, dtype=float)
     interval = _sampling_interval(time, belt_velocity)
     _check_dummy(leg, foot, joint, start_angle_rad, start_rate_rad_per_s, must_stand)
     stride = _check_step(step_s, interval, leg, joint)
-    h = interval / stride
-
     velocity = CubicSpline(interval * np.arange(time.size), belt_velocity)
     path = velocity.antiderivative()
-    steps = (time.size - 1) * stride + 1
-    pushed = np.diff(path(h * np.arange(-1, steps + 1)), 2) / h**2
-    with _built(leg, foot, joint, h) as dummy:
-        theta, theta_d, fell_after_s = _swing(dummy, pushed, start_angle_rad, start_rate_rad_per_s)
-        theta, theta_d = theta[::stride], theta_d[::stride]
-        elapsed = interval * np.arange(theta.size)
-        foot_y, foot_y_dd = path(elapsed), velocity(elapsed, 1)
-        theta_dd, on_leg, on_foot = _reactions(dummy, foot_y_dd, theta, theta_d)
+    task = Task(
+        leg=leg,
+        foot=foot,
+        joint=joint,
+        velocity=velocity,
+        path=path,
+        samples=time.size,
+        interval_s=interval,
+        stride=stride,
+        start_angle_rad=start_angle_rad,
+        start_rate_rad_per_s=start_rate_rad_per_s,
+    )
+    swing = simulate(engine, task)
 
+    theta, theta_d, theta_dd = swing.theta, swing.theta_d, swing.theta_dd
+    samples = theta.size
+    elapsed = task.elapsed(samples)
+    foot_y_dd = velocity(elapsed, 1)
     i, b, k = joint.inertia_Nms2_per_rad, joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad
     s, c, r = np.sin(theta), np.cos(theta), leg.com_m
-    across, along = on_leg.T  # the leg's frame is turned by theta
-    f_y, f_z, m_x = on_foot.T
-    samples = theta.size
     growth = _growth(leg, joint)
     return ForwardSimulation(
         time=time[:samples],
@@ -198,138 +173,20 @@ def simulate_dummy(
         theta_d=theta_d,
         theta_dd=theta_dd,
         torque=impedance_torque((i, b, k), theta - joint.rest_angle_rad, theta_d, theta_dd),
-        foot_y=foot_y,
+        foot_y=path(elapsed),
         foot_y_d=belt_velocity[:samples].copy(),
         foot_y_dd=foot_y_dd,
         y_dd=foot_y_dd + r * (c * theta_dd - s * theta_d**2),
         z_dd=-r * (s * theta_dd + c * theta_d**2),
-        f_y=f_y,
-        f_z=f_z,
-        # PyBullet has I in the leg; as a part of the joint it turns the foot as much as the leg
-        m_x=m_x + foot_y * f_z + i * theta_dd,
-        f_ay=-(c * across + s * along),
-        f_az=-(c * along - s * across),
-        state="falls" if fell_after_s is not None else "grows" if growth > 0.0 else "settles",
+        f_y=swing.f_y,
+        f_z=swing.f_z,
+        m_x=swing.m_x,
+        f_ay=swing.f_ay,
+        f_az=swing.f_az,
+        state="falls" if swing.fell_after_s is not None else "grows" if growth > 0.0 else "settles",
         growth_per_s=growth,
-        fell_at_s=None if fell_after_s is None else float(time[0]) + fell_after_s,
+        fell_at_s=None if swing.fell_after_s is None else float(time[0]) + swing.fell_after_s,
     )
-
-
-# ---- PyBullet ----------------------------------------------------------------------------------
-
-
-class _Dummy:
-    """The dummy in a PyBullet of its own, at steps of h (s)."""
-
-    def __init__(self, client: int, body: int, g: float, joint: Joint, h: float):
-        self.client, self.body, self.g, self.h = client, body, g, h
-        self.b, self.k = joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad
-        self.theta_ref = joint.rest_angle_rad
-
-    def put(self, theta: float, theta_d: float) -> None:
-        """Put the leg to an angle (rad) and a rate (rad/s)."""
-        pybullet.resetJointState(self.body, LEG, theta, theta_d, self.client)
-
-    def step(self, y_dd: float, theta: float, theta_d: float) -> None:
-        """One step under y_f'' (m/s2) and the torque of the joint at theta, theta'."""
-        tau = self.b * theta_d + self.k * (theta - self.theta_ref)
-        pybullet.setGravity(0.0, -y_dd, -self.g, self.client)
-        # by position, which is faster: two targets that a torque has not, the torque, three gains
-        pybullet.setJointMotorControl2(
-            self.body, LEG, pybullet.TORQUE_CONTROL, 0.0, 0.0, -tau, 0.0, 0.0, 0.0, self.client
-        )
-        pybullet.stepSimulation(self.client)
-
-    def state(self) -> tuple[float, float]:
-        """Angle (rad) and rate (rad/s) of the leg."""
-        return pybullet.getJointState(self.body, LEG, self.client)[:2]
-
-
-@contextmanager
-def _built(leg: Leg, foot: Foot, joint: Joint, h: float) -> Iterator[_Dummy]:
-    """Build the dummy: the foot fixed on the belt, the leg hinged on the foot."""
-    client = pybullet.connect(pybullet.DIRECT)
-    try:
-        upright = [0.0, 0.0, 0.0, 1.0]
-        body = pybullet.createMultiBody(
-            baseMass=0.0,  # the belt, which stays where it is
-            linkMasses=[foot.mass_kg, leg.mass_kg],
-            linkCollisionShapeIndices=[-1, -1],
-            linkVisualShapeIndices=[-1, -1],
-            linkPositions=[[0.0, 0.0, 0.0], [0.0, 0.0, foot.height_m]],
-            linkOrientations=[upright, upright],
-            linkInertialFramePositions=[[0.0, 0.0, 0.5 * foot.height_m], [0.0, 0.0, leg.com_m]],
-            linkInertialFrameOrientations=[upright, upright],
-            linkParentIndices=[0, 1],  # belt, foot
-            linkJointTypes=[pybullet.JOINT_FIXED, pybullet.JOINT_REVOLUTE],
-            linkJointAxis=[[-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],  # theta turns z towards y
-            physicsClientId=client,
-        )
-        # PyBullet has no inertia of joints: the leg carries it; given with other properties it is ignored
-        inertia = leg.inertia_kgm2 + joint.inertia_Nms2_per_rad
-        pybullet.changeDynamics(body, LEG, localInertiaDiagonal=[inertia] * 3, physicsClientId=client)
-        pybullet.changeDynamics(
-            body, LEG, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, physicsClientId=client
-        )
-        # at most 100 rad/s unless told
-        pybullet.changeDynamics(body, LEG, maxJointVelocity=1e6, physicsClientId=client)
-        # a motor without force: the default one holds the leg still
-        pybullet.setJointMotorControl2(
-            body, LEG, pybullet.VELOCITY_CONTROL, force=0.0, physicsClientId=client
-        )
-        pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=h,
-            numSubSteps=0,
-            jointFeedbackMode=pybullet.JOINT_FEEDBACK_IN_JOINT_FRAME,
-            physicsClientId=client,
-        )
-        yield _Dummy(client, body, leg.gravity_m_per_s2, joint, h)
-    finally:
-        pybullet.disconnect(client)
-
-
-def _swing(dummy: _Dummy, y_dd: np.ndarray, theta: float, theta_d: float):
-    """Angle (rad) and rate (rad/s) at every step, and when the leg fell (s) or None."""
-    h, y_dd = dummy.h, y_dd.tolist()
-    # a first step tells theta'' at the start, and with it the rates half a step and more before
-    dummy.put(theta, theta_d)
-    dummy.step(y_dd[0], theta, theta_d)
-    theta_dd = (dummy.state()[1] - theta_d) / h
-    q, w, w_before = theta, theta_d - 0.5 * h * theta_dd, theta_d - 1.5 * h * theta_dd
-    dummy.put(q, w)
-
-    angles, half_rates, fell_after_s = [], [w], None
-    for k, y_dd_k in enumerate(y_dd):
-        if not -FALLEN_RAD <= q <= FALLEN_RAD:
-            fell_after_s = k * h
-            break
-        angles.append(q)
-        dummy.step(y_dd_k, q, 1.5 * w - 0.5 * w_before)
-        w_before, (q, w) = w, dummy.state()
-        half_rates.append(w)
-
-    half = np.array(half_rates)
-    jerk = np.gradient(np.diff(half)) / h**2 if half.size > 2 else np.zeros(1)
-    return np.array(angles), 0.5 * (half[:-1] + half[1:]) - h**2 * jerk / 6.0, fell_after_s
-
-
-def _reactions(dummy: _Dummy, y_dd: np.ndarray, theta: np.ndarray, theta_d: np.ndarray):
-    """What acts while the leg passes through given states, from one step out of each.
-
-    theta'' (rad/s2), shape (n,); force on the leg, across it and along it (N), shape (n, 2); force on the
-    foot in y and z (N) and moment about x (Nm), in the belt's surface under the ankle, shape (n, 3).
-    """
-    for link in (FOOT, LEG):
-        pybullet.enableJointForceTorqueSensor(dummy.body, link, True, dummy.client)
-    theta_dd, on_leg, on_foot = [], [], []
-    for y_dd_k, q, w in zip(y_dd.tolist(), theta.tolist(), theta_d.tolist(), strict=True):
-        dummy.put(q, w)
-        dummy.step(y_dd_k, q, w)
-        foot, leg = pybullet.getJointStates(dummy.body, (FOOT, LEG), dummy.client)
-        theta_dd.append((leg[1] - w) / dummy.h)
-        on_leg.append(leg[2][1:3])
-        on_foot.append(foot[2][1:4])
-    return np.array(theta_dd), np.array(on_leg), np.array(on_foot)
 
 
 # ---- small swings -------------------------------------------------------------------------------

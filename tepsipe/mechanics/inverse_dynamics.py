@@ -9,16 +9,18 @@ person: z_A height of the ankle (m), y_f, z_f centre of mass of the feet (m), I_
 about it (kg·m²), phi_f their angle (rad).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from tepsipe.errors import InputError, quoted
 from tepsipe.mechanics.anthropometry import Feet, StandingBody
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Leg:
-    """Leg of the ankle dummy (thesis Table 2-2).
+    """Leg of the ankle dummy, or any rigid body on one joint (thesis Table 2-2).
 
     Attributes
     ----------
@@ -35,7 +37,29 @@ class Leg:
     mass_kg: float
     com_m: float
     inertia_kgm2: float
-    gravity_m_per_s2: float
+    gravity_m_per_s2: float = 9.81
+
+    def __post_init__(self):
+        """Refuse what no leg can be.
+
+        Raises
+        ------
+        InputError
+            If a value is no positive number, or they cannot belong to one rigid body.
+        """
+        for name, value in vars(self).items():
+            least = 0.0 if name == "inertia_kgm2" else math.ulp(0.0)  # a point mass has no inertia
+            if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
+                raise InputError(
+                    f"Leg: expected a positive number for {name}, found {quoted(value)}: correct it"
+                )
+        gyration = math.sqrt(self.inertia_kgm2 / self.mass_kg)
+        if gyration > 3.0 * self.com_m:
+            raise InputError(
+                "Leg: expected a radius of gyration, sqrt(inertia_kgm2 / mass_kg), of "
+                f"at most 3 times com_m, found {gyration:.3g} m and {self.com_m:.3g} m: check that com_m and "
+                "inertia_kgm2 are not swapped, and are in m and kg m2"
+            )
 
 
 def leg_torque(

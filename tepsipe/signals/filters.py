@@ -10,6 +10,40 @@ import numpy as np
 from scipy import signal
 
 from tepsipe.errors import InputError
+from tepsipe.signals.units import samples
+
+
+def lowpass(
+    x: np.ndarray, rate_hz: float, *, cutoff_hz: float = 20.0, order: int = 4, zero_lag: bool = True
+) -> np.ndarray:
+    """Butterworth low-pass (thesis section 3-1): filter all signals of a trial alike.
+
+    Parameters
+    ----------
+    x : array_like or Signal, shape (n,) or (n, c)
+        Signal (any unit).
+    rate_hz : float
+        Sampling rate (Hz).
+    cutoff_hz : float
+        Cutoff frequency (Hz).
+    order : int
+        Order (-), of both passes together where there are two.
+    zero_lag : bool
+        Forwards and backwards, without phase shift, or forwards only, as in real time (-).
+
+    Returns
+    -------
+    ndarray, shape of ``x``
+        Filtered signal (unit of ``x``).
+
+    Raises
+    ------
+    InputError
+        If the signal cannot be used, or the cutoff does not lie between 0 and half the rate.
+    """
+    dimensions = np.ndim(getattr(x, "values", x))
+    values = samples(x, getattr(x, "unit", ""), "x", shape=(None,) * max(1, dimensions))
+    return Lowpass(cutoff_hz, order, zero_lag)(values, rate_hz)
 
 
 def butterworth_lowpass(
@@ -44,7 +78,7 @@ def butterworth_lowpass(
     """
     if not 0.0 < cutoff_hz < 0.5 * rate_hz:
         raise InputError(
-            f"low-pass cutoff must lie between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
+            f"low-pass: expected a cutoff between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
             f"found {cutoff_hz:g} Hz: change the cutoff in the configuration"
         )
     _refuse_odd(order)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 @dataclass(frozen=True)
@@ -164,7 +165,7 @@ def rest_samples(time: np.ndarray, options: WindowOptions) -> np.ndarray:
     return first | last
 
 
-def find_perturbations(
+def perturbations_of(
     belt_velocity: np.ndarray, rate_hz: float, options: WindowOptions, what: str
 ) -> list[Perturbation]:
     """Perturbations in the filtered belt velocity (m/s); see `detect_perturbations`, which also raises."""
@@ -177,4 +178,73 @@ def find_perturbations(
         options.signal_to_noise,
         options.merge_s,
         what,
+    )
+
+
+def find_perturbations(
+    time: np.ndarray,
+    belt_velocity: np.ndarray,
+    *,
+    rest_before_s: float = 2.0,
+    rest_after_s: float = 2.0,
+    cutoff_hz: float = 20.0,
+    order: int = 4,
+    threshold_fraction: float = 0.05,
+    signal_to_noise: float = 5.0,
+    merge_s: float = 0.06,
+) -> list[Perturbation]:
+    """Perturbations of a trial, found in the recorded velocity of the belt.
+
+    A perturbation begins and ends where the belt's speed passes ``threshold_fraction`` of the perturbations'
+    peak speed (thesis Figure 3-3). See `detect_perturbations`.
+
+    Parameters
+    ----------
+    time : array_like or Signal, shape (n,)
+        Instants (s), on a regular clock.
+    belt_velocity : array_like or Signal, shape (n,)
+        Velocity of the belt (m/s), not filtered.
+    rest_before_s, rest_after_s : float
+        Unperturbed time at the trial's start and end (s).
+    cutoff_hz : float
+        Of the zero-lag Butterworth low-pass that the velocity passes first (Hz).
+    order : int
+        Its order, both passes together (-).
+    threshold_fraction : float
+        Threshold as a part of the perturbations' peak speed (-).
+    signal_to_noise : float
+        The threshold must exceed the noise at rest this many times (-).
+    merge_s : float
+        Runs closer than this are one perturbation (s).
+
+    Returns
+    -------
+    list of Perturbation
+        In order of time (samples, m/s).
+
+    Raises
+    ------
+    InputError
+        If the signals cannot be used, nothing exceeds the noise, or the belt moves in the time of rest.
+    """
+    from tepsipe.signals.filters import butterworth_lowpass
+
+    time, rate_hz = regular_rate(time)
+    velocity = samples(belt_velocity, "m/s", "belt_velocity")
+    same_length(time, belt_velocity=velocity)
+    fastest = float(np.abs(velocity - np.median(velocity)).max())
+    if fastest > 20.0:
+        raise InputError(
+            f"belt_velocity: expected m/s, found changes of up to {fastest:.3g}, which looks like mm/s: give "
+            'Signal(belt_velocity, "mm/s")'
+        )
+    return detect_perturbations(
+        butterworth_lowpass(velocity, rate_hz, cutoff_hz, order),
+        rate_hz,
+        rest_before_s,
+        rest_after_s,
+        threshold_fraction,
+        signal_to_noise,
+        merge_s,
+        "belt_velocity",
     )

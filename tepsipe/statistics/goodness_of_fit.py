@@ -4,20 +4,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tepsipe.errors import InputError
 
-def vaf(measured: np.ndarray, predicted: np.ndarray) -> float:
-    """Uncentred variance accounted for (VAF, %), thesis eq (3-1): means are *not* removed.
+
+def vaf(measured: np.ndarray, predicted: np.ndarray, *, centred: bool = False) -> float:
+    """Uncentred variance accounted for (VAF, %), thesis eq (3-1): means are removed only if ``centred``.
 
     Parameters
     ----------
     measured, predicted : ndarray, shape (n,)
         Signals in the same unit.
+    centred : bool
+        Whether the mean of either signal is removed first (-).
 
     Returns
     -------
     float
         100 % for a perfect prediction, 0 % for a prediction of zero, without lower bound.
+
+    Raises
+    ------
+    InputError
+        If the signals have not the same shape.
     """
+    if np.shape(measured) != np.shape(predicted):
+        raise InputError(
+            f"vaf: expected two signals of the same shape, found {np.shape(measured)} and "
+            f"{np.shape(predicted)}: cut one of the two"
+        )
+    if centred:
+        measured, predicted = measured - np.mean(measured), predicted - np.mean(predicted)
     return float(100.0 * (1.0 - np.sum((measured - predicted) ** 2) / np.sum(measured**2)))
 
 

@@ -1,7 +1,7 @@
 """The family of treadmill models: fit, evaluate, save and apply them."""
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from tepsipe.treadmill.mass_spring_damper import (
 )
 from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
 from tepsipe.treadmill.ripple import RippleOptions, RippleTracker, fit_ripple_tracker
-from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_hnat2014, fit_output_error
+from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_discrete_output_error, fit_hnat2014
 
 MODEL_MEANINGS = {
     "mean-subtraction": "mean over the perturbations of the empty belt, subtracted condition by condition",
@@ -57,21 +57,21 @@ class FamilyOptions:
         Length of the finite impulse responses towards future and past (s); fir-causal has no lead.
     spectral_segment_s : float
         Length of the segments of spectral estimates (s).
-    ripple : RippleOptions
-        Detection and tracking of ripple, added to the model "fir".
     shortest_s : float
         Shortest total time for a calibration (s).
+    ripple : RippleOptions or None
+        Detection and tracking of ripple, added to the model "fir"; None where it is not tracked.
     frame : ndarray, shape (3,), optional
         The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load.
     """
 
-    hnat2014_evaluations: int
-    output_error_order: int
-    fir_lead_s: float
-    fir_lag_s: float
-    spectral_segment_s: float
-    ripple: RippleOptions
-    shortest_s: float
+    hnat2014_evaluations: int = 100
+    output_error_order: int = 3
+    fir_lead_s: float = 0.1
+    fir_lag_s: float = 0.4
+    spectral_segment_s: float = 2.56
+    shortest_s: float = 15.0
+    ripple: RippleOptions | None = field(default_factory=RippleOptions)
     frame: np.ndarray | None = None
 
 
@@ -162,14 +162,14 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     Raises
     ------
     InputError
-        If the name is unknown or the recordings cannot calibrate the model.
+        If the name is unknown, its options are missing or the recordings cannot calibrate the model.
     """
     check_recordings(recordings, options.shortest_s)
     fits = {
         "mean-subtraction": lambda: fit_mean_subtraction(recordings),
         "mass-spring-damper": lambda: fit_mass_spring_damper(recordings),
         "hnat2014": lambda: fit_hnat2014(recordings, options.hnat2014_evaluations),
-        "output-error": lambda: fit_output_error(recordings, options.output_error_order),
+        "output-error": lambda: fit_discrete_output_error(recordings, options.output_error_order),
         "fir-causal": lambda: fit_finite_response(recordings, 0.0, options.fir_lag_s),
         "fir": lambda: fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
         "spectral": lambda: fit_spectral(recordings, options.spectral_segment_s),
@@ -182,6 +182,8 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     }
     if name not in fits:
         raise InputError(f"expected a treadmill model of {', '.join(FAMILY)}, found {name!r}: correct it")
+    if name == "ripple-tracking" and options.ripple is None:
+        raise InputError(f"expected options of the ripple for the model {name!r}, found none: give them")
     first = recordings[0]
     return FittedModel(name, fits[name](), first.unit, first.lowpass, tuple(r.name for r in recordings))
 
@@ -239,7 +241,7 @@ def save_models(path: str | Path, models: list[FittedModel]) -> None:
     Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def load_models(path: str | Path) -> dict[str, FittedModel]:
+def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
     """Name -> model, from a file written by `save_models` (units as in the models' classes).
 
     Raises

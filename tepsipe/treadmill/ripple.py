@@ -34,9 +34,9 @@ class RippleOptions:
         T (s). A shorter memory follows faster, but mistakes more of the signal near the ripple for ripple.
     """
 
-    most_orders: int
-    line_to_floor: float
-    memory_s: float
+    most_orders: int = 12
+    line_to_floor: float = 30.0
+    memory_s: float = 20.0
 
 
 @dataclass(frozen=True)

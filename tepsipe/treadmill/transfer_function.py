@@ -83,7 +83,7 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
     return DiscreteTransfer(*coefficients(found.x), recordings[0].rate_hz, bool(found.success))
 
 
-def fit_output_error(
+def fit_discrete_output_error(
     recordings: list[BeltRecording], order: int, most_evaluations: int = 60
 ) -> DiscreteTransfer:
     """Output-error model of any order, by Gauss-Newton from the Steiglitz-McBride solution.

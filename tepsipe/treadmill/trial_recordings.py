@@ -14,7 +14,7 @@ from tepsipe.errors import InputError, listed
 from tepsipe.io.trial import Trial
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import WindowOptions, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
 from tepsipe.signals.time_alignment import marker_delay
 from tepsipe.treadmill.recording import BeltRecording
 
@@ -109,7 +109,7 @@ def plate_recordings(
     time, rate = trial.time, trial.rate_hz
     at_rest = rest_samples(time, options.window)
     moving = options.detection(trial.values("belt_velocity"), rate)
-    onsets = tuple(p.start for p in find_perturbations(moving, rate, options.window, name))
+    onsets = tuple(p.start for p in perturbations_of(moving, rate, options.window, name))
     length = round(options.segment_s * rate)
     if onsets[-1] + length > time.size or min(np.diff(onsets), default=length) < length:
         raise InputError(

@@ -41,7 +41,6 @@ from tepsipe.virtual_lab.motion_capture import MarkerPath
 # names of the person's markers, in the strober's order
 MARKERS = ("foot1", "foot2", "ankle", "shank1", "shank2", "thigh1", "thigh2", "thigh3")
 MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
-JOINTS = ("ankle", "knee", "hip")
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import h5py
 import yaml
 
 from tepsipe.io.trial import checksum
+from tepsipe.mechanics.engines import engine_version
 
 config = snakemake.params.config
 raw = {}
@@ -31,6 +32,8 @@ files = {
     )
     if path
 }
+name = snakemake.params.engine
+engine = None if name is None else {"name": name, "version": engine_version(name)}
 canonical = json.dumps(config, sort_keys=True).encode()
 with open(snakemake.output.provenance, "w", encoding="utf-8") as file:
     json.dump(
@@ -39,6 +42,7 @@ with open(snakemake.output.provenance, "w", encoding="utf-8") as file:
             "modified": snakemake.params.code["modified"],
             "python": platform.python_version(),
             "packages": {name: version(name) for name in packages},
+            "engine": engine,
             "config_sha256": hashlib.sha256(canonical).hexdigest(),
             "seed": config["study"]["seed"],
             "files": files,

@@ -32,6 +32,7 @@ simulated = simulate_condition(
     Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
     joints,
     snakemake.params.step_s,
+    snakemake.params.engine,
 )
 write_result(snakemake.output.fit, simulation_result(simulated))
 write_forward(snakemake.output.forward, forward_scores(condition, simulated))

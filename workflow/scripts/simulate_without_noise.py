@@ -24,6 +24,7 @@ simulated = {
         foot,
         (joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"], stiffness),
         snakemake.params.step_s,
+        snakemake.params.engine,
     )
     for stiffness in joint["stiffness_Nm_per_rad"]
 }

@@ -7,13 +7,13 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions
-from tepsipe.identification.window_regression import regress_torque
+from tepsipe.identification.estimators import Record, estimate
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMotion, segment_motion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, measured_load, recordings_of_loads, zero_line
@@ -102,17 +102,16 @@ def analyse_foot(
     rate, time = trial.rate_hz, trial.time
     lowpass = Lowpass(dummy.lowpass_cutoff_hz, dummy.lowpass_order, True)
     belt_velocity = lowpass(trial.values("belt_velocity"), rate)
-    perturbations = find_perturbations(belt_velocity, rate, dummy.window, "belt velocity")
+    perturbations = perturbations_of(belt_velocity, rate, dummy.window, "belt velocity")
     at_rest = rest_samples(time, dummy.window)
     motion = segment_motion(
         time,
         trial.values("marker_position"),
-        trial.axes["marker"].tolist(),
         dummy.leg_markers,
         dummy.leg.com_m,
-        rate,
-        dummy.lowpass_cutoff_hz,
-        dummy.lowpass_order,
+        labels=trial.axes["marker"].tolist(),
+        cutoff_hz=dummy.lowpass_cutoff_hz,
+        order=dummy.lowpass_order,
     )
     delay = foot_delay(trial, name, options, lowpass, at_rest)
     side = foot_side(trial, name, options, lowpass, at_rest, motion, delay)
@@ -147,7 +146,10 @@ def analyse_foot(
                 "in the configuration"
             )
         windows = windows_from_onset(perturbations, pathway.window_s, rate, time.size, name)
-        regressions[key] = regress_torque(motion, torque, windows, at_rest, pathway.estimator)
+        regressions[key] = estimate(
+            pathway.estimator,
+            Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest),
+        )
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,

@@ -1,21 +1,23 @@
 """TEP-SIPE on the ankle dummy, from one trial to its parameters by every pathway (thesis section 3-1-2)."""
 
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.identification.output_error import ESTIMATOR, OutputError, fit_output_error
-from tepsipe.identification.window_regression import WindowedFits, damping_per_skew, regress_perturbations
+from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
+from tepsipe.identification.output_error import OutputError
+from tepsipe.identification.window_regression import WindowedFits, damping_per_skew
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, impedance_torque
 from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.joint_torque import leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import WindowOptions, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 
@@ -87,8 +89,6 @@ class DummyAnalysis:
     marker_noise_m : float
         Root mean square of the component that the filter removes from the leg's markers at rest (m per
         coordinate).
-    output_errors : dict of str to OutputError
-        Pathway -> measured and simulated angle (rad), where the output error was the estimator.
     """
 
     time: np.ndarray
@@ -99,7 +99,11 @@ class DummyAnalysis:
     damping_per_skew: dict[str, float]
     marker_residual_rms_m: float
     marker_noise_m: float
-    output_errors: dict[str, OutputError] = field(default_factory=dict)
+
+    @property
+    def output_errors(self) -> dict[str, OutputError]:
+        """Pathway -> measured and simulated angle (rad), where the output error was the estimator."""
+        return {name: found for name, found in self.regressions.items() if isinstance(found, OutputError)}
 
 
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
@@ -130,59 +134,41 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         return butterworth_lowpass(x, rate, options.lowpass_cutoff_hz, options.lowpass_order)
 
     belt_velocity = lowpass(trial.values("belt_velocity"))
-    perturbations = find_perturbations(belt_velocity, rate, options.window, "belt velocity")
+    perturbations = perturbations_of(belt_velocity, rate, options.window, "belt velocity")
     at_rest = rest_samples(time, options.window)
     motions = {
         instants: segment_motion(
             time,
             trial.values(MARKER_SIGNALS[instants]),
-            trial.axes["marker"].tolist(),
             options.leg_markers,
             options.leg.com_m,
-            rate,
-            options.lowpass_cutoff_hz,
-            options.lowpass_order,
+            labels=trial.axes["marker"].tolist(),
+            cutoff_hz=options.lowpass_cutoff_hz,
+            order=options.lowpass_order,
         )
         for instants in sorted({pathway.marker_instants for pathway in pathways.values()})
     }
-    problems = {
-        name: (
-            motions[pathway.marker_instants],
-            options.leg,
-            perturbations,
-            at_rest,
-            pathway.torque,
-            pathway.estimator,
-        )
-        for name, pathway in pathways.items()
-        if pathway.estimator != ESTIMATOR
-    }
-    output_errors = {
-        name: fit_output_error(
-            motions[pathway.marker_instants],
-            lowpass(belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)),
-            belt_velocity,
-            options.leg,
-            perturbations,
-            at_rest,
-        )
-        for name, pathway in pathways.items()
-        if pathway.estimator == ESTIMATOR
-    }
-    regressions = {
-        name: output_errors[name].regression
-        if name in output_errors
-        else regress_perturbations(*problems[name])
-        for name in pathways
-    }
+    regressions, skews = {}, {}
+    for name, pathway in pathways.items():
+        motion, estimator = motions[pathway.marker_instants], find_estimator(pathway.estimator)
+        given = {"motion": motion, "perturbations": perturbations, "at_rest": at_rest, "leg": options.leg}
+        if "torque" in estimator.needs:
+            given["torque"] = leg_pathway_torque(pathway.torque, options.leg, motion)
+            thesis = pathway.estimator == LEAST_SQUARES_THESIS
+            skews[name] = damping_per_skew(
+                motion, options.leg, perturbations, at_rest, pathway.torque, thesis=thesis
+            )
+        if "foot_position" in estimator.needs:
+            foot = belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)
+            given |= {"foot_position": lowpass(foot), "belt_velocity": belt_velocity}
+        regressions[name] = estimate(pathway.estimator, Record(**given))
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
         belt_command=trial.values("belt_command"),
         regressions=regressions,
-        output_errors=output_errors,
         pathways=pathways,
-        damping_per_skew={name: damping_per_skew(*problem) for name, problem in problems.items()},
+        damping_per_skew=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
     )

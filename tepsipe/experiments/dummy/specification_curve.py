@@ -21,14 +21,20 @@ import numpy as np
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, foot_delay, foot_side, windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, belt_fixed_position
-from tepsipe.identification.output_error import ESTIMATOR, fit_output_error
-from tepsipe.identification.window_regression import ESTIMATORS, WindowedFits, regress_torque
+from tepsipe.identification.estimators import (
+    LEAST_SQUARES,
+    LEAST_SQUARES_THESIS,
+    OUTPUT_ERROR,
+    Record,
+    estimate,
+)
+from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMotion, marker_positions, motion_of_markers
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
 
 CHOICES = ("torque", "filter", "filtered", "reference", "window", "estimator")
 TORQUES = ("leg-thesis", "leg", "foot-thesis", "foot")
@@ -168,7 +174,7 @@ def specify_dummy(
     known = filters(dummy, options)
     standard = next(iter(known))
     velocity = known[standard](trial.values("belt_velocity"), rate)
-    perturbations = find_perturbations(velocity, rate, dummy.window, "belt velocity")
+    perturbations = perturbations_of(velocity, rate, dummy.window, "belt velocity")
     at_rest = rest_samples(trial.time, dummy.window)
     delay = foot_delay(trial, name, foot, known[standard], at_rest)
     signals = {key: _signals(trial, name, dummy, foot, x, at_rest, delay) for key, x in known.items()}
@@ -200,23 +206,23 @@ def specify_dummy(
                 if filtered == "torque only":
                     values = lowpass(values, rate)
                 for window, chosen in windows.items():
-                    for estimator in ESTIMATORS:
+                    for estimator in (LEAST_SQUARES_THESIS, LEAST_SQUARES):
                         for reference in REFERENCES:
                             rest = at_rest if reference == REFERENCES[0] else before
                             regression = _regress(motion, values, chosen, rest, estimator)
                             add((torque, key, filtered, reference, window, estimator), regression)
     position = belt_fixed_position(trial, dummy.belt_fixed_labels, "aligned")
     for key, lowpass in known.items():
-        found = fit_output_error(
-            signals[key].motions["leg"],
-            lowpass(position, rate),
-            lowpass(trial.values("belt_velocity"), rate),
-            dummy.leg,
-            perturbations,
-            at_rest,
+        record = Record(
+            motion=signals[key].motions["leg"],
+            foot_position=lowpass(position, rate),
+            belt_velocity=lowpass(trial.values("belt_velocity"), rate),
+            leg=dummy.leg,
+            perturbations=perturbations,
+            at_rest=at_rest,
         )
         filtered = NONE if key == NONE else FILTERED[0]
-        add((NONE, key, filtered, REFERENCES[0], WHOLE_TRIAL, ESTIMATOR), found.regression)
+        add((NONE, key, filtered, REFERENCES[0], WHOLE_TRIAL, OUTPUT_ERROR), estimate(OUTPUT_ERROR, record))
     return sorted(rows, key=lambda row: (row.K_Nm_per_rad, row.choices))
 
 
@@ -253,7 +259,7 @@ def _regress(
 ) -> WindowedFits:
     """Windowed least squares with one rest (samples at rest), or one per perturbation (samples before it)."""
     if not isinstance(rest, int):
-        return regress_torque(motion, torque, windows, rest, estimator)
+        return estimate(estimator, Record(motion=motion, torque=torque, perturbations=windows, at_rest=rest))
     alone = []
     for window in windows:
         # only the part of the trial that one perturbation needs
@@ -267,7 +273,8 @@ def _regress(
         )
         placed = replace(window, start=rest, stop=rest + window.stop - window.start)
         before = np.arange(cut.time.size) < rest
-        alone.append(regress_torque(cut, torque[part], [placed], before, estimator))
+        one = Record(motion=cut, torque=torque[part], perturbations=[placed], at_rest=before)
+        alone.append(estimate(estimator, one))
     joined = {
         key: np.concatenate([getattr(found, key)[rest:] for found in alone])
         for key in ("torque", "predicted", "regressors")

@@ -25,7 +25,7 @@ from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
 from tepsipe.mechanics.segment_kinematics import segment_motion
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
 from tepsipe.statistics.goodness_of_fit import vaf
 
 MEASURED_TORQUES = {"tau": "leg-thesis", "tau_consistent": "leg"}
@@ -81,6 +81,7 @@ def simulate_condition(
     foot: Foot,
     joints: dict[str, np.ndarray],
     step_s: float,
+    engine: str = "pybullet",
 ) -> SimulatedCondition:
     """Simulate a recorded trial with every set of parameters.
 
@@ -96,6 +97,8 @@ def simulate_condition(
         Parameter set -> I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     step_s : float
         Step of the simulation (s).
+    engine : {"pybullet", "mujoco", "equations", "auto"}
+        What moves the dummy.
 
     Returns
     -------
@@ -115,12 +118,11 @@ def simulate_condition(
     motion = segment_motion(
         time,
         trial.values("marker_position"),
-        trial.axes["marker"].tolist(),
         options.leg_markers,
         options.leg.com_m,
-        rate,
-        options.lowpass_cutoff_hz,
-        options.lowpass_order,
+        labels=trial.axes["marker"].tolist(),
+        cutoff_hz=options.lowpass_cutoff_hz,
+        order=options.lowpass_order,
     )
     torques = {}
     for name, pathway in MEASURED_TORQUES.items():
@@ -140,12 +142,13 @@ def simulate_condition(
             Joint(inertia, damping, stiffness, reference),
             step_s,
             standing,
+            engine=engine,
         )
     return SimulatedCondition(
         time=time,
         theta=motion.theta - standing,
         torques=torques,
-        perturbations=find_perturbations(velocity, rate, options.window, "belt velocity"),
+        perturbations=perturbations_of(velocity, rate, options.window, "belt velocity"),
         joints=joints,
         simulations=simulations,
     )

@@ -8,11 +8,17 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import find_perturbations, rest_samples
+from tepsipe.signals.perturbations import perturbations_of, rest_samples
 
 
 def simulate_trial(
-    trial: Trial, name: str, options: DummyOptions, foot: Foot, parameters: np.ndarray, step_s: float
+    trial: Trial,
+    name: str,
+    options: DummyOptions,
+    foot: Foot,
+    parameters: np.ndarray,
+    step_s: float,
+    engine: str = "pybullet",
 ) -> SimulatedTrial:
     """Simulate the dummy, upright at rest, on the belt motion of a recorded trial.
 
@@ -30,6 +36,8 @@ def simulate_trial(
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     step_s : float
         Step of the simulation (s).
+    engine : {"pybullet", "mujoco", "equations", "auto"}
+        What moves the dummy.
 
     Returns
     -------
@@ -45,8 +53,17 @@ def simulate_trial(
         trial.values("belt_velocity"), trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order
     )
     velocity = velocity - np.median(velocity[rest_samples(trial.time, options.window)])
-    found = find_perturbations(velocity, trial.rate_hz, options.window, "belt velocity")
-    s = simulate_dummy(trial.time, velocity, options.leg, foot, Joint(*parameters), step_s, must_stand=True)
+    found = perturbations_of(velocity, trial.rate_hz, options.window, "belt velocity")
+    s = simulate_dummy(
+        trial.time,
+        velocity,
+        options.leg,
+        foot,
+        Joint(*parameters),
+        step_s,
+        must_stand=True,
+        engine=engine,
+    )
     return SimulatedTrial(
         name=name,
         time=s.time,

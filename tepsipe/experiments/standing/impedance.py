@@ -29,7 +29,7 @@ from scipy.optimize import nnls
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
-from tepsipe.identification.parallel_cascade import delayed
+from tepsipe.identification.cascade_pathways import delayed
 from tepsipe.io.estimates import Estimate
 
 ACTIVE = ("none", "velocity", "emg")

@@ -9,11 +9,11 @@ is that of both ankles.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError, listed
+from tepsipe.experiments.standing.options import TORQUES, Person, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.stance import stance_fault
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.anthropometry import Feet, StandingBody
 from tepsipe.mechanics.inverse_dynamics import (
     PlateLoad,
     single_joint_torque,
@@ -21,123 +21,12 @@ from tepsipe.mechanics.inverse_dynamics import (
     standing_torque_as_printed,
 )
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import ramp_onset
-from tepsipe.signals.perturbations import Perturbation, WindowOptions, find_perturbations
-from tepsipe.signals.resampling import runs_of
+from tepsipe.signals.perturbations import Perturbation, perturbations_of
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
-
-TORQUES = ("ankle-thesis", "ankle", "single-joint")
-BELTS = {"left": "right", "right": "left"}
-
-
-@dataclass(frozen=True)
-class TorquePathway:
-    """Definition of one ankle torque (names, no units).
-
-    Attributes
-    ----------
-    torque : {"ankle-thesis", "ankle", "single-joint"}
-        Free body: the feet by the thesis equation, the feet, or the body as one inverted pendulum.
-    treadmill_model : str or None
-        Model of the belt-induced load that is subtracted from Fy and Mx; None for the loads as measured.
-    """
-
-    torque: str
-    treadmill_model: str | None
-
-
-@dataclass(frozen=True)
-class Person:
-    """Properties and markers of the person.
-
-    Attributes
-    ----------
-    mass_kg : float
-        Of the whole body (kg).
-    feet : Feet
-        Both feet (kg, kg·m²).
-    body : StandingBody
-        Body above the ankles (kg, m, kg·m²).
-    foot_com_m, ankle_height_m : float
-        Anterior offset of the feet's centre of mass from the ankles, height of the ankles (m).
-    foot, shank, thigh : SegmentMarkers
-        Markers with anterior and longitudinal offset: from the ankle, the ankle and the knee (m).
-    """
-
-    mass_kg: float
-    feet: Feet
-    body: StandingBody
-    foot_com_m: float
-    ankle_height_m: float
-    foot: SegmentMarkers
-    shank: SegmentMarkers
-    thigh: SegmentMarkers
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Names of all markers, each once (no unit)."""
-        return tuple(dict.fromkeys((*self.foot.labels, *self.shank.labels, *self.thigh.labels)))
-
-
-@dataclass(frozen=True)
-class StanceLimits:
-    """Limits of standing still on the belt; exceeding one indicates a step or a stumble.
-
-    Attributes
-    ----------
-    foot_shift_m, foot_lift_m : float
-        Displacement of the foot's markers relative to the belt, and above their height at rest (m).
-    other_belt : float
-        Fraction of the weight on the other belt (-).
-    unloading : float
-        Fraction of the weight that leaves the plate for longer than ``unloading_s``, for example into the
-        harness (-).
-    unloading_s : float
-        Shorter unloading counts as a jolt (s).
-    lean_rad : float
-        Angle of the shank relative to its median (rad).
-    """
-
-    foot_shift_m: float
-    foot_lift_m: float
-    other_belt: float
-    unloading: float
-    unloading_s: float
-    lean_rad: float
-
-
-@dataclass(frozen=True)
-class StandingOptions:
-    """Options of the post-processing.
-
-    Attributes
-    ----------
-    person : Person
-        The person (kg, m).
-    belt : str
-        The belt on which both feet stand, left or right.
-    lowpass, stretch_lowpass : Lowpass
-        Filter of all signals; filter of the angles that determine which muscles are stretched first.
-    window : WindowOptions
-        Search for perturbations and rest (s).
-    quiet_after_s : float
-        Time after a perturbation that does not count as unperturbed (s).
-    limits : StanceLimits
-        Limits beyond which a trial contains a step or a stumble (m, rad, -).
-    """
-
-    person: Person
-    belt: str
-    lowpass: Lowpass
-    stretch_lowpass: Lowpass
-    window: WindowOptions
-    quiet_after_s: float
-    limits: StanceLimits
 
 
 @dataclass(frozen=True)
@@ -228,7 +117,7 @@ def process_standing(
     """
     time, rate, person = trial.time, trial.rate_hz, options.person
     moving = options.lowpass(trial.values("belt_velocity"), rate)
-    perturbations = find_perturbations(moving, rate, options.window, name)
+    perturbations = perturbations_of(moving, rate, options.window, name)
     unperturbed = _unperturbed(time, rate, perturbations, options, name)
     loads = filtered_load(trial, name, options.belt, options.lowpass)
     carried_kg = _carried_mass(loads["Fz"], unperturbed, options, name)
@@ -406,106 +295,3 @@ def _onset(trial: Trial, start: int, stop: int) -> float:
     sign = np.sign(velocity[-1] - np.median(velocity))
     # the detected start precedes the motion by up to the width of the filter
     return float(ramp_onset(time, sign * velocity, trial.time[max(0, start - round(0.02 * rate))]))
-
-
-def stance_fault(
-    trial: Trial,
-    options: StandingOptions,
-    positions: np.ndarray,
-    hidden: np.ndarray,
-    shank: np.ndarray,
-    belt_velocity: np.ndarray,
-    f_z: np.ndarray,
-) -> str | None:
-    """Reason why a trial is not one of quiet standing: a step, a stumble, or weight on another support.
-
-    Parameters
-    ----------
-    trial : Trial
-        Forces of both belts (N).
-    options : StandingOptions
-        Person, belt and limits (units in their names).
-    positions : ndarray, shape (n, markers, 2)
-        y, z of the filtered markers (m).
-    hidden : ndarray of bool, shape (n, person's markers)
-        True where a marker was hidden (-): bridged positions are ignored.
-    shank, belt_velocity, f_z : ndarray, shape (n,)
-        Angle of the shank (rad), belt (m/s) and vertical force on the feet's belt (N).
-
-    Returns
-    -------
-    str or None
-        One sentence (times in s), or None if the person stood still.
-    """
-    time, rate, limits, person = trial.time, trial.rate_hz, options.limits, options.person
-    labels = trial.axes["marker"].tolist()
-    travelled = CubicSpline(time, belt_velocity).antiderivative()(time)
-    for label in person.foot.labels:
-        y, z = positions[:, labels.index(label)].T
-        seen = ~_widened(hidden[:, person.labels.index(label)], round(0.1 * rate))
-        slid = y - travelled
-        # the logged velocity of the belt drifts, and so does its integral: only a shift within 2 s counts
-        shift = np.abs(slid - _median_before(slid, seen, round(2.0 * rate)))
-        lift = np.abs(z - np.median(z[seen])) if seen.any() else np.zeros(z.size)
-        for what, amount, most in (
-            ("moved on the belt", shift, limits.foot_shift_m),
-            ("was lifted", lift, limits.foot_lift_m),
-        ):
-            beyond = np.flatnonzero(seen & (amount > most))
-            if beyond.size:
-                return (
-                    f"the foot's marker {label!r} {what} by {100.0 * amount[seen].max():.2g} cm at "
-                    f"{time[beyond[0]]:.1f} s, where standing allows {100.0 * most:g} cm: a step, repeat "
-                    "the trial"
-                )
-    weight = person.mass_kg * person.body.gravity_m_per_s2
-    other = (
-        trial.axes["belt"].tolist().index(BELTS[options.belt])
-        if BELTS[options.belt] in trial.axes["belt"]
-        else None
-    )
-    if other is not None:
-        aside = options.lowpass(trial.values("force")[:, other, 2].astype(float), rate)
-        beyond = np.flatnonzero(np.abs(aside) > limits.other_belt * weight)
-        if beyond.size:
-            return (
-                f"{np.abs(aside).max() / weight:.0%} of the weight was on the other belt at "
-                f"{time[beyond[0]]:.1f} s, where standing allows {limits.other_belt:.0%}: a step, repeat "
-                "the trial"
-            )
-    for start, stop in runs_of(f_z < (1.0 - limits.unloading) * weight):
-        if stop - start > limits.unloading_s * rate:
-            return (
-                f"{1.0 - f_z[start:stop].min() / weight:.0%} of the weight left the plate at "
-                f"{time[start]:.1f} s for {(stop - start) / rate:.2g} s, where standing allows "
-                f"{limits.unloading:.0%}: a stumble into the harness, repeat the trial"
-            )
-    lean = np.abs(shank - np.median(shank))
-    seen = ~_widened(hidden.any(axis=1), round(0.1 * rate))
-    beyond = np.flatnonzero(seen & (lean > limits.lean_rad))
-    if beyond.size:
-        return (
-            f"the shank leaned {np.degrees(lean[seen].max()):.2g} degrees from upright at "
-            f"{time[beyond[0]]:.1f} s, where standing allows {np.degrees(limits.lean_rad):.2g}: a stumble, "
-            "repeat the trial"
-        )
-    return None
-
-
-def _widened(marked: np.ndarray, samples: int) -> np.ndarray:
-    """Boolean array with every run of True extended by ``samples`` at both ends, shape (n,)."""
-    wide = marked.copy()
-    for start, stop in runs_of(marked):
-        wide[max(0, start - samples) : stop + samples] = True
-    return wide
-
-
-def _median_before(x: np.ndarray, seen: np.ndarray, samples: int) -> np.ndarray:
-    """Median of the visible samples among the ``samples`` before each, shape (n,), about every 0.1 s.
-
-    A centred median would follow a marker that moves to another place and stays there (unit of ``x``).
-    """
-    places = np.arange(0, x.size, max(1, samples // 20))
-    before = [slice(max(0, k - samples), k + 1) for k in places]
-    medians = [np.median(x[part][seen[part]] if seen[part].any() else x[part]) for part in before]
-    return np.interp(np.arange(x.size), places, medians)

@@ -51,19 +51,8 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
     InputError
         If the file is missing, truncated or not C3D, its unit is unknown, or a marker is missing.
     """
-    import ezc3d
-
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
-    _refuse_truncated(path)
-    try:
-        file = ezc3d.c3d(str(path))
-    except Exception as error:  # ezc3d raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "
-            "it is damaged, export it again"
-        ) from error
+    file = open_c3d(path)
     point = file["parameters"]["POINT"]
     unit = str(point["UNITS"]["value"][0]).strip() if point["UNITS"]["value"] else ""
     if unit not in METRES_PER_UNIT:
@@ -88,6 +77,28 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
     positions = METRES_PER_UNIT[unit] * points.transpose(2, 1, 0)
     positions[residuals.T < 0.0] = np.nan
     return Markers(float(point["RATE"]["value"][0]), tuple(labels), positions)
+
+
+def open_c3d(path: Path):
+    """A C3D file as ezc3d reads it (units as its parameters say).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or not C3D.
+    """
+    import ezc3d
+
+    if not path.is_file():
+        raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
+    _refuse_truncated(path)
+    try:
+        return ezc3d.c3d(str(path))
+    except Exception as error:  # ezc3d raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "
+            "it is damaged, export it again"
+        ) from error
 
 
 def _refuse_truncated(path: Path) -> None:

@@ -73,30 +73,8 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
         If the file is missing, truncated, damaged or not EDF, time has gaps, the trigger or all
         muscles are missing, a label is not unique, channels differ in rate, or a unit is unknown.
     """
-    import edfio  # it takes as long to import as a recording takes to read
-
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: expected an EDF file, found no file: correct its path in the trial sheet")
-    _refuse_truncated(path)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what edfio would repair is refused here
-            file = edfio.read_edf(path, lazy_load_data=True, header_encoding="latin-1")
-            continuous = file.is_continuous
-            found = {}
-            for each in file.signals:
-                found.setdefault(each.label.strip(), []).append(each)
-    except Exception as error:  # edfio raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected an EDF file, found one that cannot be read ({type(error).__name__}): "
-            "it is damaged, export it again"
-        ) from error
-    if not continuous:
-        raise InputError(
-            f"{path}: expected one continuous recording, found gaps between its records (EDF+D): export it "
-            "without pauses, or each part as a trial of its own"
-        )
+    found = open_edf(path)
     if trigger_label not in found:
         raise InputError(
             f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: name the "
@@ -138,6 +116,40 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
         limits=np.array([np.sort(s * ends) for s, (_, _, ends) in zip(in_uv, scaled[:-1], strict=True)]),
         missing=tuple(muscle for muscle in channels if muscle not in muscles),
     )
+
+
+def open_edf(path: Path) -> dict[str, list]:
+    """Channels of an EDF or EDF+ file by label, as edfio reads them (units as their headers say).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated, damaged or not EDF, or time has gaps.
+    """
+    import edfio  # it takes as long to import as a recording takes to read
+
+    if not path.is_file():
+        raise InputError(f"{path}: expected an EDF file, found no file: correct its path in the trial sheet")
+    _refuse_truncated(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what edfio would mend is refused here
+            file = edfio.read_edf(path, lazy_load_data=True, header_encoding="latin-1")
+            continuous = file.is_continuous
+            found: dict[str, list] = {}
+            for each in file.signals:
+                found.setdefault(each.label.strip(), []).append(each)
+    except Exception as error:  # edfio raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected an EDF file, found one that cannot be read ({type(error).__name__}): "
+            "it is damaged, export it again"
+        ) from error
+    if not continuous:
+        raise InputError(
+            f"{path}: expected one continuous recording, found gaps between its records (EDF+D): export it "
+            "without pauses, or each part as a trial of its own"
+        )
+    return found
 
 
 def _physical(path: Path, label: str, channel) -> tuple[str, np.ndarray, np.ndarray]:

@@ -16,8 +16,7 @@ from tepsipe.experiments.dummy.specification_curve import (
     WINDOWS,
     Specification,
 )
-from tepsipe.identification.output_error import ESTIMATOR
-from tepsipe.identification.window_regression import ESTIMATORS
+from tepsipe.identification.estimators import ESTIMATORS, OUTPUT_ERROR
 from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, WIDTH_IN, plt
@@ -28,7 +27,7 @@ _ORDER = {
     "filtered": FILTERED,
     "reference": REFERENCES,
     "window": (*WINDOWS, WHOLE_TRIAL),
-    "estimator": (*ESTIMATORS, ESTIMATOR),
+    "estimator": tuple(ESTIMATORS),
 }
 _TITLES = {
     "torque": "Torque",
@@ -58,9 +57,9 @@ def plot_specification(rows: list[Specification]) -> Figure:
     roles = {
         AS_PRINTED: [k for k, row in enumerate(rows) if row.role == AS_PRINTED],
         RECOMMENDED: [k for k, row in enumerate(rows) if row.role == RECOMMENDED],
-        ESTIMATOR: [k for k, row in enumerate(rows) if row.estimator == ESTIMATOR],
+        OUTPUT_ERROR: [k for k, row in enumerate(rows) if row.estimator == OUTPUT_ERROR],
     }
-    colours = {AS_PRINTED: "as printed", RECOMMENDED: "recommended", ESTIMATOR: "compensated"}
+    colours = {AS_PRINTED: "as printed", RECOMMENDED: "recommended", OUTPUT_ERROR: "compensated"}
     for axis, quantity, values in (
         (top, "K", np.array([row.K_Nm_per_rad for row in rows])),
         (middle, "B", np.array([row.B_Nms_per_rad for row in rows])),

@@ -10,7 +10,6 @@ from tepsipe.reporting.figures.style import COLOURS, CYCLE, new_figure
 
 TASK_COLOURS = ("#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b")
 DETECTOR_STYLES = {"threshold": ":", "teager-kaiser": "--", "changepoint": "-"}
-MARKS = "os^Dv<>"
 
 
 def _task_colours(tasks: list[str]) -> dict[str, str]:

@@ -6,8 +6,15 @@ import pandas as pd
 from tepsipe.reporting.figures.names import PARAMETER_SETS
 from tepsipe.reporting.numbers.format import number, percent, span_of_decimals
 
+# who moves the dummy, as the report says it
+ENGINES = {
+    "pybullet": "the multi-body engine PyBullet",
+    "mujoco": "the multi-body engine MuJoCo",
+    "equations": "a Runge-Kutta method for its equations of motion",
+}
 
-def forward_data(forward: pd.DataFrame, step_s: float) -> dict:
+
+def forward_data(forward: pd.DataFrame, step_s: float, engine: str) -> dict:
     """Numbers of the forward simulations as text.
 
     Parameters
@@ -16,6 +23,8 @@ def forward_data(forward: pd.DataFrame, step_s: float) -> dict:
         Rows of ``forward.csv`` (%).
     step_s : float
         Step of the simulation (s).
+    engine : {"pybullet", "mujoco", "equations"}
+        What moved the dummy.
 
     Returns
     -------
@@ -45,6 +54,7 @@ def forward_data(forward: pd.DataFrame, step_s: float) -> dict:
     return {
         "rows": rows,
         "step_ms": number(1e3 * step_s, 2),
+        "engine": ENGINES[engine],
         "conditions": str(forward.condition.nunique()),
         "unsettled": [
             f"{row.condition} with the {PARAMETER_SETS[row.parameter_set]} parameters ({row.state})"

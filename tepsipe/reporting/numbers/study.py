@@ -173,10 +173,12 @@ def provenance_data(provenance: dict) -> dict:
     commit = provenance["commit"] or "not a git checkout"
     if provenance["modified"]:
         commit += ", with uncommitted changes"
+    engine = provenance["engine"]
     return {
         "facts": [
             ["Commit", commit],
             ["Python", provenance["python"]],
+            *([["Engine of the simulations", f"{engine['name']} {engine['version']}"]] if engine else []),
             ["Configuration, SHA-256", provenance["config_sha256"]],
             ["Seed of the analysis", str(provenance["seed"])],
         ],

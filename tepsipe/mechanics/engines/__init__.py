@@ -1,0 +1,125 @@
+"""Engines that move the dummy: each in a module of its own, which alone imports it and only when it is used.
+
+An engine is a function that takes a `Task` and returns a `Swing` (`interface.py`). A new one is a module with
+such a function `simulate` and an entry in `ENGINES`; the test that compares all engines then runs it, too.
+"""
+
+import importlib.metadata
+import importlib.util
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from tepsipe.errors import InputError
+
+if TYPE_CHECKING:  # who only asks for a name does not wait for numpy
+    from tepsipe.mechanics.engines.interface import Swing, Task
+
+AUTO = "auto"
+
+
+def _pybullet() -> "Callable[[Task], Swing]":
+    from tepsipe.mechanics.engines.pybullet import simulate
+
+    return simulate
+
+
+def _mujoco() -> "Callable[[Task], Swing]":
+    from tepsipe.mechanics.engines.mujoco import simulate
+
+    return simulate
+
+
+def _equations() -> "Callable[[Task], Swing]":
+    from tepsipe.mechanics.engines.equations import simulate
+
+    return simulate
+
+
+# in the order in which "auto" asks for them
+ENGINES = {"pybullet": _pybullet, "mujoco": _mujoco, "equations": _equations}
+# what has to be installed, and how; the equations need nothing
+INSTALLED_BY = {
+    "pybullet": "pip install 'tepsipe[pybullet]' (it has wheels for CPython 3.11 on Linux x86-64 only)",
+    "mujoco": "pip install 'tepsipe[mujoco]'",
+}
+
+
+def installed_engines() -> list[str]:
+    """Names of the engines that are installed, in the order in which "auto" takes them (no units)."""
+    return [name for name in ENGINES if name not in INSTALLED_BY or importlib.util.find_spec(name)]
+
+
+def resolved_engine(engine: str) -> str:
+    """Name of the engine that a setting means, without importing it (no units).
+
+    Parameters
+    ----------
+    engine : {"pybullet", "mujoco", "equations", "auto"}
+        "auto" takes the first of the others that is installed.
+
+    Returns
+    -------
+    str
+        "pybullet", "mujoco" or "equations".
+
+    Raises
+    ------
+    InputError
+        If there is no such engine, or it is not installed.
+    """
+    there = installed_engines()
+    if engine == AUTO:
+        return there[0]
+    if engine not in ENGINES:
+        raise InputError(
+            f"engine: expected one of {', '.join(ENGINES)} or {AUTO}, found {engine!r}: correct it"
+        )
+    if engine not in there:
+        raise InputError(
+            f"engine: expected one that is installed ({', '.join(there)}), found {engine!r}: install it with "
+            f"{INSTALLED_BY[engine]}, or choose {AUTO!r}"
+        )
+    return engine
+
+
+def engine_version(engine: str) -> str:
+    """Version of an engine, of tepsipe itself for the equations, which are its own (no units).
+
+    Raises
+    ------
+    InputError
+        If there is no such engine, or it is not installed.
+    """
+    name = resolved_engine(engine)
+    return importlib.metadata.version(name if name in INSTALLED_BY else "tepsipe")
+
+
+def simulate(engine: str, task: "Task") -> "Swing":
+    """Let an engine move the dummy.
+
+    Parameters
+    ----------
+    engine : {"pybullet", "mujoco", "equations", "auto"}
+        Which one.
+    task : Task
+        Dummy, belt and clock (units in their names).
+
+    Returns
+    -------
+    Swing
+        Motion and forces at the recorded instants (rad, N, Nm).
+
+    Raises
+    ------
+    InputError
+        If there is no such engine, or it is not installed or cannot be loaded.
+    """
+    name = resolved_engine(engine)
+    try:
+        run = ENGINES[name]()
+    except ImportError as error:
+        raise InputError(
+            f"engine: expected {name} to be usable, found that it cannot be loaded ({error}): install it "
+            f"again, or choose another engine"
+        ) from None
+    return run(task)

@@ -1,0 +1,117 @@
+"""What every engine is given, and what it returns: the dummy on the belt, and how it moved."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline, PPoly
+
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg
+
+FALLEN_RAD = 0.5 * np.pi
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Joint between foot and leg, thesis eq (2-1).
+
+    Attributes
+    ----------
+    inertia_Nms2_per_rad : float
+        I (Nms2/rad), without the leg's own; may be negative as long as J is not.
+    damping_Nms_per_rad : float
+        B (Nms/rad); may be negative.
+    stiffness_Nm_per_rad : float
+        K (Nm/rad); may be negative.
+    rest_angle_rad : float
+        theta_ref (rad), at which the joint is not bent.
+    """
+
+    inertia_Nms2_per_rad: float
+    damping_Nms_per_rad: float
+    stiffness_Nm_per_rad: float
+    rest_angle_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class Task:
+    """A dummy, the motion of its foot, and the clock; checked before an engine sees it.
+
+    Attributes
+    ----------
+    leg, foot : Leg, Foot
+        Segments (kg, m, kg m2).
+    joint : Joint
+        I, B, K and theta_ref (Nms2/rad, Nms/rad, Nm/rad, rad).
+    velocity : CubicSpline
+        Velocity of the belt (m/s) over the time since the first sample (s).
+    path : PPoly
+        Its integral (m), zero at the first sample.
+    samples : int
+        Number of recorded instants.
+    interval_s : float
+        Time between them (s).
+    stride : int
+        Steps of the simulation per recorded instant (-).
+    start_angle_rad, start_rate_rad_per_s : float
+        theta (rad) and theta' (rad/s) at the first instant.
+    """
+
+    leg: Leg
+    foot: Foot
+    joint: Joint
+    velocity: CubicSpline
+    path: PPoly
+    samples: int
+    interval_s: float
+    stride: int
+    start_angle_rad: float
+    start_rate_rad_per_s: float
+
+    @property
+    def step_s(self) -> float:
+        """Step of the simulation h (s)."""
+        return self.interval_s / self.stride
+
+    @property
+    def steps(self) -> int:
+        """Number of instants a step apart, the first and the last sample's among them (samples)."""
+        return (self.samples - 1) * self.stride + 1
+
+    def elapsed(self, samples: int) -> np.ndarray:
+        """The first so many recorded instants, since the first of them (s), shape (samples,)."""
+        return self.interval_s * np.arange(samples)
+
+
+@dataclass(frozen=True)
+class Swing:
+    """How the leg moved and what it did to the foot, at the recorded instants before it fell.
+
+    Attributes
+    ----------
+    theta, theta_d, theta_dd : ndarray, shape (n,)
+        Leg angle (rad), its rate (rad/s) and acceleration (rad/s2).
+    f_y, f_z : ndarray, shape (n,)
+        Force of the belt on the foot (N).
+    m_x : ndarray, shape (n,)
+        Moment of the belt on the foot about the x axis (Nm), in the belt's surface where the ankle starts.
+    f_ay, f_az : ndarray, shape (n,)
+        Force of the leg on the foot (N).
+    fell_after_s : float or None
+        Time from the first instant to the first step at which |theta| exceeds a quarter turn (s).
+    """
+
+    theta: np.ndarray
+    theta_d: np.ndarray
+    theta_dd: np.ndarray
+    f_y: np.ndarray
+    f_z: np.ndarray
+    m_x: np.ndarray
+    f_ay: np.ndarray
+    f_az: np.ndarray
+    fell_after_s: float | None
+
+
+def in_world_frame(theta: np.ndarray, across: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Components y and z (N) of a force given across and along a leg that is turned by theta (rad)."""
+    s, c = np.sin(theta), np.cos(theta)
+    return c * across + s * along, c * along - s * across

@@ -1,0 +1,64 @@
+"""From the configuration, where each value stands once, to the complete settings of every experiment."""
+
+import copy
+
+ON_THE_PLATE = ("dummy", "weight", "empty", "standing")
+
+
+def plate_treadmill(config: dict, experiment: str) -> dict:
+    """Belt, rate (Hz) and filter (Hz, -) of an experiment on the plate treadmill."""
+    shared = {key: value for key, value in config["plate_treadmill"].items() if key != "exceptions"}
+    return shared | config["plate_treadmill"]["exceptions"].get(experiment, {})
+
+
+def plate_key(config: dict, experiment: str, key: str) -> str:
+    """Where the configuration says it, for messages."""
+    own = config["plate_treadmill"]["exceptions"].get(experiment, {})
+    return f"plate_treadmill.exceptions.{experiment}.{key}" if key in own else f"plate_treadmill.{key}"
+
+
+def settings_of(config: dict) -> dict:
+    """The configuration, with what the plate treadmill's section says written into its experiments.
+
+    ``ingest`` of each gets ``resample_rate_hz``, and of the empty belt None for what it has no markers for.
+    All but the empty belt get ``belt``; ``analysis`` gets ``lowpass_order`` and ``lowpass_cutoff_hz``, of the
+    weight ``cutoffs_hz``, the shared one first.
+    """
+    settings = copy.deepcopy(config)
+    no_markers = {"max_gap_s": None, "marker_sampling_hz": None}
+    for experiment in ON_THE_PLATE:
+        section, plate = settings[experiment], plate_treadmill(config, experiment)
+        rate = {"resample_rate_hz": plate["resample_rate_hz"]}
+        section["ingest"] = no_markers | section["ingest"] | rate
+        if experiment == "empty":
+            continue
+        section["belt"] = plate["belt"]
+        analysis = section["analysis"]
+        analysis["lowpass_order"] = plate["lowpass_order"]
+        if experiment == "weight":
+            analysis["cutoffs_hz"] = [plate["lowpass_cutoff_hz"], *analysis.pop("other_cutoffs_hz")]
+        else:
+            analysis["lowpass_cutoff_hz"] = plate["lowpass_cutoff_hz"]
+    return settings
+
+
+def only(section: dict, *keys: str) -> dict:
+    """Some of a section's entries: a rule that is given no more is not run again for the others."""
+    return {key: section[key] for key in keys}
+
+
+def without(section: dict, *keys: str) -> dict:
+    """All of a section's entries but some."""
+    return {key: value for key, value in section.items() if key not in keys}
+
+
+def pick(settings: dict, *paths: str) -> dict:
+    """What stands at some paths, keys with dots in between, in sections as before."""
+    picked: dict = {}
+    for path in paths:
+        *sections, key = path.split(".")
+        source, target = settings, picked
+        for name in sections:
+            source, target = source[name], target.setdefault(name, {})
+        target[key] = source[key]
+    return picked
