@@ -51,5 +51,9 @@ rule all:
         "<results>/report/report.html",
 
 
+onstart:
+    start_jobs_when_jobs_end()
+
+
 onerror:
     say_what_stopped()

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.identification.admittance_fit import (
@@ -229,7 +229,7 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
     rows = []
     for estimator, fit in analysis.fits.items():
         names = ("wristalyzer", condition, PATHWAY, estimator)
-        half = stats.t.ppf(0.975, fit.degrees_of_freedom) * fit.standard_error
+        half = scipy.stats.t.ppf(0.975, fit.degrees_of_freedom) * fit.standard_error
         for k, quantity in enumerate(PARAMETERS):
             low, high = fit.parameters[k] - half[k], fit.parameters[k] + half[k]
             if quantity == "K" and estimator == "spectral-fit-periods":

@@ -8,8 +8,7 @@ log is the complex logarithm, so e weighs gain and phase alike.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
-from scipy.optimize import least_squares
+import scipy
 
 from tepsipe.mechanics.impedance_model import admittance
 from tepsipe.signals.spectra import FrequencyResponse
@@ -174,7 +173,7 @@ def fit_scaled(estimate: FrequencyResponse, bounds: Bounds, start: np.ndarray | 
 
 
 def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
-    solution = least_squares(
+    solution = scipy.optimize.least_squares(
         function,
         start,
         bounds=(bounds.lower, bounds.upper),
@@ -284,7 +283,7 @@ def profile_stiffness(
     for direction in (range(centre, stiffness.size), range(centre - 1, -1, -1)):
         start = np.clip(best.parameters[:2], bounds.lower[:2] + 1e-9, bounds.upper[:2] - 1e-9)
         for k in direction:
-            solution = least_squares(
+            solution = scipy.optimize.least_squares(
                 lambda p, held: residuals(np.array([p[0], p[1], held]), estimate),
                 start,
                 bounds=(bounds.lower[:2], bounds.upper[:2]),
@@ -293,7 +292,7 @@ def profile_stiffness(
             )
             cost[k], start = 2.0 * solution.cost, solution.x
     freedom = 2 * estimate.frequency_hz.size - 3
-    limit = best.cost * (1.0 + stats.f.ppf(0.95, 1, freedom) / freedom)
+    limit = best.cost * (1.0 + scipy.stats.f.ppf(0.95, 1, freedom) / freedom)
     return StiffnessProfile(stiffness, cost, float(limit), _interval(stiffness, cost, limit))
 
 

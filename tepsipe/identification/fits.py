@@ -7,6 +7,7 @@ returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 
 from tepsipe.errors import InputError, quoted, refuse_other_kind
 from tepsipe.identification.arguments import (
@@ -240,8 +241,6 @@ def fit_admittance(
     InputError
         If the response has too few frequencies, or bounds contradict each other.
     """
-    from scipy import stats
-
     from tepsipe.identification.admittance_fit import (
         TABLE_3_2,
         Bounds,
@@ -278,7 +277,7 @@ def fit_admittance(
             f"{bounds.lower.tolist()} and {bounds.upper.tolist()}: correct one of the three"
         )
     found = (fit_as_printed if thesis else fit_scaled)(band, bounds)
-    half = stats.t.ppf(0.5 + 0.5 * confidence, found.degrees_of_freedom) * found.standard_error
+    half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, found.degrees_of_freedom) * found.standard_error
     quantities = {
         name: Quantity(float(value), UNITS[name], float(error), float(value - reach), float(value + reach))
         for name, value, error, reach in zip(

@@ -38,8 +38,7 @@ theta_ref neutral angle of the joint (rad); delta delay of the angle after the f
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import least_squares
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.identification.window_regression import WindowedFits, regress_perturbations
@@ -121,7 +120,9 @@ def simulate_leg(
     phi_dd = derivative(time, phi_d)
     # the same equation, differentiated with respect to J, B and K
     moved = [phi, *(simulate_angle(motion, -force, rate) for force in (phi_dd, phi_d, phi)), phi_d]
-    late = CubicSpline(time, np.column_stack(moved))(np.clip(time - delay, time[0], time[-1]))
+    late = scipy.interpolate.CubicSpline(time, np.column_stack(moved))(
+        np.clip(time - delay, time[0], time[-1])
+    )
     return rest + late[:, 0], np.column_stack([late[:, 1:4], np.ones(time.size), -late[:, 4]])
 
 
@@ -165,9 +166,9 @@ def match_angle(
         If the foot or the belt does not move, or the angle does not determine the parameters.
     """
     time = motion.time
-    belt_position = CubicSpline(time, belt_velocity).antiderivative()(time)
+    belt_position = scipy.interpolate.CubicSpline(time, belt_velocity).antiderivative()(time)
     moved = {
-        name: CubicSpline(time, position)(time, 2)
+        name: scipy.interpolate.CubicSpline(time, position)(time, 2)
         for name, position in (("markers", foot_position), ("belt", belt_position))
     }
     for name, acceleration in moved.items():
@@ -180,7 +181,7 @@ def match_angle(
     other = moved["belt" if source == "instruments" else source]
     x, low, high = _start(motion, leg, at_rest)
     # the belt velocity gives a less noisy acceleration, and so a better starting point
-    solution = least_squares(
+    solution = scipy.optimize.least_squares(
         lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[0] - motion.theta,
         x,
         jac=lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[1],

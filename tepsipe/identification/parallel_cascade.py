@@ -28,7 +28,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, signal
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.identification.cascade_fit import (
@@ -215,7 +215,8 @@ def _record(angle, torque, rate_hz, kept, training, lowpass, options) -> _Record
         squared=lowpass(turned**2),
         intrinsic=lagged(filtered, np.arange(-reach, reach + 1)),
         reflex={
-            s: signal.oaconvolve(u[:, None], kernels, axes=0)[: u.size] / rate_hz for s, u in velocity.items()
+            s: scipy.signal.oaconvolve(u[:, None], kernels, axes=0)[: u.size] / rate_hz
+            for s, u in velocity.items()
         },
         velocity=velocity,
         rate_hz=rate_hz,
@@ -365,7 +366,7 @@ def _fit_muscle(record, structure, options, block, draws, rng) -> MuscleFit:
         left = y[:training] - made.columns[:training] @ solve(made)
         return float(left @ left)
 
-    found = optimize.minimize(
+    found = scipy.optimize.minimize(
         error,
         np.log(MUSCLE_START),
         method="Nelder-Mead",
@@ -405,7 +406,7 @@ def _fit_muscle(record, structure, options, block, draws, rng) -> MuscleFit:
         bootstrap=np.column_stack(
             [drawn[:, at] / made.scale[at], frequency * np.exp(drawn[:, -2]), damping * np.exp(drawn[:, -1])]
         ),
-        response=gain * signal.impulse(muscle, T=time)[1],
+        response=gain * scipy.signal.impulse(muscle, T=time)[1],
         predicted=predicted,
         vaf=evaluate_held_out(y, predicted, training),
     )

@@ -11,7 +11,7 @@ tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest).
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
@@ -198,8 +198,8 @@ def damping_per_skew(
         As `regress_perturbations`.
     """
     instants = np.clip(motion.time[:, None] + [-skew_s, skew_s], motion.time[0], motion.time[-1])
-    y_dd = CubicSpline(motion.time, motion.y_dd)(instants)
-    z_dd = CubicSpline(motion.time, motion.z_dd)(instants)
+    y_dd = scipy.interpolate.CubicSpline(motion.time, motion.y_dd)(instants)
+    z_dd = scipy.interpolate.CubicSpline(motion.time, motion.z_dd)(instants)
     damping = [
         regress_perturbations(
             replace(motion, y_dd=y_dd[:, k], z_dd=z_dd[:, k]),

@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.trial import Signal, Trial
@@ -219,7 +219,7 @@ def belt_clock(time: np.ndarray) -> BeltClock:
     index = np.arange(time.size)
     slope, start = np.polyfit(index, time, 1)
     deviation = time - (start + slope * index)
-    smoothed = median_filter(deviation, size=min(SMOOTHED_STAMPS, time.size), mode="reflect")
+    smoothed = scipy.ndimage.median_filter(deviation, size=min(SMOOTHED_STAMPS, time.size), mode="reflect")
     regular = bool(np.abs(smoothed).max() <= REGULAR_WITHIN_PERIODS * slope)
     period = slope
     if not regular:

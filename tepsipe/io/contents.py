@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy
 
 from tepsipe.errors import InputError
 
@@ -249,10 +250,8 @@ def _of_edf(path: Path) -> Contents:
 
 
 def _of_mat(path: Path) -> Contents:
-    from scipy import io
-
     try:
-        content = io.loadmat(path, squeeze_me=True)
+        content = scipy.io.loadmat(path, squeeze_me=True)
     except NotImplementedError as error:
         raise InputError(
             f"{path}: expected a MATLAB file up to version 7.2, found version 7.3: save it with -v7"

@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine, simulate
@@ -144,7 +144,7 @@ def simulate_dummy(
     interval = _sampling_interval(time, belt_velocity)
     _check_dummy(leg, foot, joint, start_angle_rad, start_rate_rad_per_s, must_stand)
     stride = _check_step(step_s, interval, leg, joint)
-    velocity = CubicSpline(interval * np.arange(time.size), belt_velocity)
+    velocity = scipy.interpolate.CubicSpline(interval * np.arange(time.size), belt_velocity)
     path = velocity.antiderivative()
     task = Task(
         leg=leg,

@@ -8,6 +8,7 @@ The thesis prints s = lambda + j2f; the factor pi is needed for f in Hz.
 """
 
 import numpy as np
+import scipy
 
 PARAMETERS = ("I", "B", "K")
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
@@ -71,7 +72,7 @@ def simulate_angle(parameters: np.ndarray, torque: np.ndarray, rate_hz: float) -
     ndarray, shape (n,)
         theta (rad); not finite if the parameters are unstable and the torque lasts long enough.
     """
-    from scipy import signal  # heavy, and needed here only
-
-    numerator, denominator, _ = signal.cont2discrete(([1.0], list(parameters)), 1.0 / rate_hz, method="foh")
-    return signal.lfilter(np.ravel(numerator), denominator, torque)
+    numerator, denominator, _ = scipy.signal.cont2discrete(
+        ([1.0], list(parameters)), 1.0 / rate_hz, method="foh"
+    )
+    return scipy.signal.lfilter(np.ravel(numerator), denominator, torque)

@@ -1,7 +1,7 @@
 """Time derivatives of sampled signals."""
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 
 def derivative(time: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -23,4 +23,4 @@ def derivative(time: np.ndarray, x: np.ndarray) -> np.ndarray:
     ndarray, shape of ``x``
         Derivative (unit of ``x`` per s).
     """
-    return CubicSpline(time, x)(time, 1)
+    return scipy.interpolate.CubicSpline(time, x)(time, 1)

@@ -10,7 +10,7 @@ Each filter is a fourth-order zero-lag Butterworth filter; orders are counted as
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, signal
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import butterworth_bandpass, butterworth_lowpass, notch
@@ -235,18 +235,18 @@ def _at_limits(x: np.ndarray, limits: np.ndarray) -> np.ndarray:
     tolerance = LIMIT_TOLERANCE * (high - low)
     run = np.ones(CLIPPED_RUN, dtype=bool)
     at_low, at_high = x <= low + tolerance, x >= high - tolerance
-    return ndimage.binary_opening(at_low, run) | ndimage.binary_opening(at_high, run)
+    return scipy.ndimage.binary_opening(at_low, run) | scipy.ndimage.binary_opening(at_high, run)
 
 
 def _held(x: np.ndarray, rate_hz: float) -> np.ndarray:
     """Samples of long runs at the channel's own extremes, shape (n,), where an amplifier saturates."""
     run = np.ones(max(2, round(HELD_S * rate_hz)), dtype=bool)
-    return ndimage.binary_opening(x == x.max(), run) | ndimage.binary_opening(x == x.min(), run)
+    return scipy.ndimage.binary_opening(x == x.max(), run) | scipy.ndimage.binary_opening(x == x.min(), run)
 
 
 def _levels(x: np.ndarray, rate_hz: float, mains_hz: float, window: int) -> tuple[np.ndarray, np.ndarray]:
     """Root mean square of everything and of the hum in the evaluated band (uV), each of shape (windows,)."""
-    frequency, _, density = signal.spectrogram(
+    frequency, _, density = scipy.signal.spectrogram(
         x, rate_hz, window="hann", nperseg=window, noverlap=0, detrend="constant"
     )
     power = density * (frequency[1] - frequency[0])

@@ -13,7 +13,7 @@ An artefact w(t) that scales with the size a_i of the perturbation is removed by
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 
@@ -126,7 +126,7 @@ def cut_epochs(
     instants = np.clip(onsets[inside][:, None] + time, grid[0], grid[-1])
     return Responses(
         time=time,
-        values=CubicSpline(grid, x)(instants),
+        values=scipy.interpolate.CubicSpline(grid, x)(instants),
         kept=tuple(np.flatnonzero(inside).tolist()),
         dropped=tuple(np.flatnonzero(~inside).tolist()),
     )

@@ -7,7 +7,7 @@ band-pass is a second-order high-pass and a second-order low-pass, each applied 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.units import samples
@@ -82,7 +82,7 @@ def butterworth_lowpass(
             f"found {cutoff_hz:g} Hz: change the cutoff in the configuration"
         )
     _refuse_odd(order)
-    sections = signal.butter(order // 2, cutoff_hz, fs=rate_hz, output="sos")
+    sections = scipy.signal.butter(order // 2, cutoff_hz, fs=rate_hz, output="sos")
     return _both_ways(sections, x, rate_hz, cutoff_hz, axis)
 
 
@@ -125,7 +125,7 @@ def butterworth_bandpass(
             f"({0.5 * rate_hz:g} Hz), found {low:g} Hz and {high:g} Hz: change the band in the configuration"
         )
     _refuse_odd(order)
-    sections = signal.butter(order // 2, (low, high), btype="bandpass", fs=rate_hz, output="sos")
+    sections = scipy.signal.butter(order // 2, (low, high), btype="bandpass", fs=rate_hz, output="sos")
     return _both_ways(sections, x, rate_hz, low, axis)
 
 
@@ -161,7 +161,7 @@ def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, a
             f"notch must lie between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), found "
             f"{frequency_hz:g} Hz with a width of {width_hz:g} Hz: change it in the configuration"
         )
-    sections = signal.tf2sos(*signal.iirnotch(frequency_hz, frequency_hz / width_hz, fs=rate_hz))
+    sections = scipy.signal.tf2sos(*scipy.signal.iirnotch(frequency_hz, frequency_hz / width_hz, fs=rate_hz))
     return _both_ways(sections, x, rate_hz, width_hz, axis)
 
 
@@ -185,7 +185,7 @@ def _both_ways(
         raise InputError("signal to filter holds NaN or infinite samples: fill or cut them first")
     # the default padding is a few samples only
     padding = min(x.shape[axis] - 1, int(np.ceil(2.0 * rate_hz / slowest_hz)))
-    return signal.sosfiltfilt(sections, x, axis=axis, padlen=padding)
+    return scipy.signal.sosfiltfilt(sections, x, axis=axis, padlen=padding)
 
 
 @dataclass(frozen=True)
@@ -221,5 +221,5 @@ class Lowpass:
                 f"expected a low-pass cutoff below half the sampling rate ({0.5 * rate_hz:g} Hz), found "
                 f"{self.cutoff_hz:g} Hz: change the cutoffs in the configuration"
             )
-        sections = signal.butter(self.order, self.cutoff_hz, fs=rate_hz, output="sos")
-        return signal.sosfilt(sections, x, axis=0)
+        sections = scipy.signal.butter(self.order, self.cutoff_hz, fs=rate_hz, output="sos")
+        return scipy.signal.sosfilt(sections, x, axis=0)

@@ -24,8 +24,7 @@ energy operator; Staude (2001) for whitening and likelihood.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, ndimage, signal
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 
@@ -226,7 +225,7 @@ def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fr
     falls = np.flatnonzero(np.diff(motion[first:]) <= 0.0)
     top = first + (int(falls[0]) if falls.size else motion.size - 1 - first)
     fine = np.linspace(time[0], time[top], 10 * top + 1)
-    z = CubicSpline(time, motion)(fine)
+    z = scipy.interpolate.CubicSpline(time, motion)(fine)
     last = int(np.flatnonzero(z < rise_fraction * motion[top])[-1])
     t, z = fine[: last + 1], z[: last + 1]
     low, high = max(baseline_until_s, t[0]), t[-1] - 0.5 * step
@@ -303,8 +302,8 @@ def _looked_at(time: np.ndarray, x: np.ndarray, options: OnsetOptions) -> np.nda
     if order == 0 or covariance[0] == 0.0:
         return np.abs(x)
     covariance[0] *= 1.0 + 1e-6  # otherwise singular for a rest that can be predicted exactly
-    a = linalg.solve_toeplitz(covariance[:-1], covariance[1:])
-    e = np.abs(signal.lfilter(np.concatenate([[1.0], -a]), 1.0, x, axis=1))
+    a = scipy.linalg.solve_toeplitz(covariance[:-1], covariance[1:])
+    e = np.abs(scipy.signal.lfilter(np.concatenate([[1.0], -a]), 1.0, x, axis=1))
     e[:, :order] = e[:, order : order + 1]  # the samples before them are not recorded
     return e
 
@@ -397,7 +396,7 @@ def _ramp_starts(t: np.ndarray, y: np.ndarray, longest: int) -> np.ndarray:
 
 def _moving_mean(time: np.ndarray, y: np.ndarray, window_s: float) -> np.ndarray:
     """Centred moving mean along the last axis over an odd number of samples."""
-    return ndimage.uniform_filter1d(
+    return scipy.ndimage.uniform_filter1d(
         y, 2 * round(0.5 * window_s * _rate(time) - 0.5) + 1, axis=-1, mode="nearest"
     )
 

@@ -6,7 +6,7 @@ No function extrapolates: a result exists only where its source was recorded.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 
@@ -131,7 +131,9 @@ def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tup
     knots = np.flatnonzero(around & ~missing)
     gaps = np.flatnonzero(missing)
     filled = columns.copy()
-    filled[gaps] = CubicSpline(knots, columns[knots])(np.clip(gaps, present[0], present[-1]))
+    filled[gaps] = scipy.interpolate.CubicSpline(knots, columns[knots])(
+        np.clip(gaps, present[0], present[-1])
+    )
     return filled.reshape(x.shape), missing
 
 
@@ -221,7 +223,7 @@ def resample(
         )
     if band_hz is not None:
         x = _band_limit(x, (time.size - 1) / (time[-1] - time[0]), band_hz)
-    return CubicSpline(time, x)(new_time)
+    return scipy.interpolate.CubicSpline(time, x)(new_time)
 
 
 def _band_limit(x: np.ndarray, rate_hz: float, band_hz: float) -> np.ndarray:
@@ -306,7 +308,9 @@ def align_sequential_samples(
     frame_time = np.arange(frames) / rate_hz
     aligned = np.empty((frames - 1, markers, positions.shape[2]))
     for k in range(markers):
-        aligned[:, k] = CubicSpline(frame_time + k / marker_sampling_hz, positions[:, k])(frame_time[1:])
+        aligned[:, k] = scipy.interpolate.CubicSpline(frame_time + k / marker_sampling_hz, positions[:, k])(
+            frame_time[1:]
+        )
     return frame_time[1:], aligned
 
 

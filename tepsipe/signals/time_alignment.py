@@ -6,7 +6,7 @@ the velocity of the belt, which the treadmill logs, so the delay is measured in 
 """
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.differentiation import derivative
@@ -46,7 +46,7 @@ def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarr
             f"{what}: expected a marker and a belt that move, found one that stands still: check the "
             "belt-fixed markers, and that the belt was perturbed"
         )
-    spline = CubicSpline(time, moved)
+    spline = scipy.interpolate.CubicSpline(time, moved)
     for _ in range(6):
         shifted = np.clip(time + delay, time[0], time[-1])
         left, slope = spline(shifted) - belt_velocity, spline(shifted, 1)
@@ -65,4 +65,4 @@ def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarr
 
 def advanced(time: np.ndarray, x: np.ndarray, delay_s: float) -> np.ndarray:
     """``x`` advanced by a delay (s), shape (n, ...), at the instants ``time`` (s); ends are held."""
-    return CubicSpline(time, x)(np.clip(time + delay_s, time[0], time[-1]))
+    return scipy.interpolate.CubicSpline(time, x)(np.clip(time + delay_s, time[0], time[-1]))

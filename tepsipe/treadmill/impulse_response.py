@@ -9,7 +9,7 @@ that is logged later than the load, or smoothed.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.treadmill.recording import BeltRecording
@@ -42,7 +42,7 @@ class ImpulseResponse:
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """L (unit of the load), shape (n,)."""
-        full = signal.oaconvolve(recording.acceleration, self.taps)
+        full = scipy.signal.oaconvolve(recording.acceleration, self.taps)
         return full[self.lead : self.lead + recording.acceleration.size]
 
 
@@ -112,8 +112,8 @@ def fit_spectral(recordings: list[BeltRecording], segment_s: float) -> ImpulseRe
         part = slice(inside[0], inside[-1] + 1)
         options = {"fs": rate, "nperseg": min(samples, part.stop - part.start), "noverlap": samples // 2}
         options |= {"nfft": samples, "detrend": False}
-        s_aa = s_aa + signal.welch(r.acceleration[part], **options)[1]
-        s_al = s_al + signal.csd(r.acceleration[part], r.load[part], **options)[1]
+        s_aa = s_aa + scipy.signal.welch(r.acceleration[part], **options)[1]
+        s_al = s_al + scipy.signal.csd(r.acceleration[part], r.load[part], **options)[1]
     response = s_al / (s_aa + RIDGE * s_aa.max())
-    taps = np.fft.fftshift(np.fft.irfft(response, samples)) * signal.windows.hann(samples, sym=False)
+    taps = np.fft.fftshift(np.fft.irfft(response, samples)) * scipy.signal.windows.hann(samples, sym=False)
     return ImpulseResponse(taps, samples // 2, rate)

@@ -22,9 +22,7 @@ one mass, and it can be inverted: the true load follows from the measured one.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.fft import next_fast_len
-from scipy.interpolate import CubicSpline
-from scipy.optimize import least_squares
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.treadmill.recording import BeltRecording
@@ -156,7 +154,7 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
         start, low, high = [0.5, 1.0, 0.1], [0.0, 0.0, 0.0], [np.inf, np.inf, np.inf]
     else:  # ms, m/s, share, s
         start, low, high = [1.0, 0.2, 0.02, 0.05], [-20.0, 0.01, -0.5, 0.005], [20.0, 5.0, 0.9, 2.0]
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         lambda x: solve(x)[1], start, bounds=(low, high), diff_step=1e-3, x_scale=np.maximum(start, 0.02)
     )
     converged = bool(found.success and not found.active_mask.any())
@@ -166,7 +164,9 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
 def _motion(recording: BeltRecording, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
     """Columns a, w, w / sqrt(v_0^2 + w^2), and the last times M."""
     raw = recording.raw_velocity
-    raw_acceleration = CubicSpline(np.arange(raw.size) / recording.rate_hz, raw).derivative()
+    raw_acceleration = scipy.interpolate.CubicSpline(
+        np.arange(raw.size) / recording.rate_hz, raw
+    ).derivative()
     w = raw + lag_s * raw_acceleration(np.arange(raw.size) / recording.rate_hz)
     # friction is non-linear: it is computed from unfiltered motion, then filtered like the measured load
     rubbing = recording.through_lowpass(w / np.hypot(friction_speed_m_per_s, w))
@@ -185,7 +185,7 @@ def _mount_response(s: np.ndarray, share: float, time_s: float) -> np.ndarray:
 def _filtered(x: np.ndarray, rate_hz: float, response) -> np.ndarray:
     """``x``, shape (n,) or (n, c), filtered by a response given over s; ``x`` begins and ends at rest."""
     columns = x.reshape(x.shape[0], -1)
-    padded = next_fast_len(x.shape[0] + round(rate_hz), real=True)
+    padded = scipy.fft.next_fast_len(x.shape[0] + round(rate_hz), real=True)
     s = 2j * np.pi * np.fft.rfftfreq(padded, 1.0 / rate_hz)[:, None]
     out = np.fft.irfft(response(s) * np.fft.rfft(columns, padded, axis=0), padded, axis=0)
     return out[: x.shape[0]].reshape(x.shape)

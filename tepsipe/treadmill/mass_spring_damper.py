@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tepsipe.errors import InputError, listed
 from tepsipe.treadmill.recording import BeltRecording
@@ -106,5 +106,5 @@ def fit_mass_spring_damper(recordings: list[BeltRecording]) -> MassSpringDamper:
 
 def _motion(recording: BeltRecording) -> np.ndarray:
     v = recording.velocity - recording.velocity.mean()
-    y = recording.through_lowpass(signal.detrend(recording.position))
+    y = recording.through_lowpass(scipy.signal.detrend(recording.position))
     return np.column_stack([recording.acceleration, v, y, np.ones_like(v)])

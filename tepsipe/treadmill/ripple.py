@@ -11,7 +11,7 @@ regression with exponential forgetting (memory T), regularised by the amplitude 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from tepsipe.treadmill.recording import BeltRecording
 
@@ -180,7 +180,9 @@ def spectrum_over_distance(recording: BeltRecording, load: np.ndarray) -> Distan
     tapered = (over_distance - over_distance.mean()) * np.hanning(samples)
     power = (4.0 / samples * np.abs(np.fft.rfft(tapered))) ** 2
     return DistanceSpectrum(
-        np.fft.rfftfreq(samples, step), power, median_filter(power, MEDIAN_LINES, mode="reflect")
+        np.fft.rfftfreq(samples, step),
+        power,
+        scipy.ndimage.median_filter(power, MEDIAN_LINES, mode="reflect"),
     )
 
 

@@ -9,8 +9,7 @@ J. Biomech. 47, 3758-3761).
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
-from scipy.optimize import least_squares
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.treadmill.recording import BeltRecording
@@ -47,7 +46,7 @@ class DiscreteTransfer:
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """L (unit of the load), shape (n,)."""
-        return signal.lfilter(self.numerator, self.denominator, recording.acceleration)
+        return scipy.signal.lfilter(self.numerator, self.denominator, recording.acceleration)
 
 
 def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> DiscreteTransfer:
@@ -71,10 +70,10 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
 
     def error(x: np.ndarray) -> np.ndarray:
         b, f = coefficients(x)
-        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
+        left = [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
         return np.clip(np.nan_to_num(np.concatenate(left), nan=1e6), -1e6, 1e6)
 
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         error,
         np.full(5, PUBLISHED_START),
         bounds=(-PUBLISHED_BOUND, PUBLISHED_BOUND),
@@ -118,21 +117,23 @@ def fit_discrete_output_error(
         if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
             return np.concatenate([np.full(int(r.evaluated.sum()), 1e6) for r in recordings])
         return np.concatenate(
-            [(signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
+            [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
         )
 
     def jacobian(z: np.ndarray) -> np.ndarray:
         b, f = split(z * scale)
         blocks = []
         for r in recordings:
-            by_input = signal.lfilter([1.0], f, r.acceleration)
-            by_output = -signal.lfilter([1.0], f, signal.lfilter(b, f, r.acceleration))
+            by_input = scipy.signal.lfilter([1.0], f, r.acceleration)
+            by_output = -scipy.signal.lfilter([1.0], f, scipy.signal.lfilter(b, f, r.acceleration))
             columns = [_delayed(by_input, k) for k in range(order + 1)]
             columns += [_delayed(by_output, k) for k in range(1, order + 1)]
             blocks.append(np.column_stack(columns)[r.evaluated])
         return np.concatenate(blocks) * scale
 
-    found = least_squares(error, start / scale, jac=jacobian, ftol=1e-6, max_nfev=most_evaluations)
+    found = scipy.optimize.least_squares(
+        error, start / scale, jac=jacobian, ftol=1e-6, max_nfev=most_evaluations
+    )
     b, f = split(found.x * scale)
     if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
         raise InputError(
@@ -149,7 +150,7 @@ def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int 
     for _ in range(rounds):
         rows, right = [], []
         for r in recordings:
-            a, load = (signal.lfilter([1.0], f, x) for x in (r.acceleration, r.load))
+            a, load = (scipy.signal.lfilter([1.0], f, x) for x in (r.acceleration, r.load))
             columns = [_delayed(a, k) for k in range(order + 1)]
             columns += [-_delayed(load, k) for k in range(1, order + 1)]
             rows.append(np.column_stack(columns)[r.evaluated])
@@ -157,7 +158,7 @@ def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int 
         x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-10)[0]
         f = _stabilised(np.concatenate([[1.0], x[order + 1 :]]))
         b = x[: order + 1]
-        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
+        left = [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
         cost = sum(float(e @ e) for e in left)
         if best is None or cost < best[0]:
             best = (cost, np.concatenate([b, f[1:]]))

@@ -8,7 +8,7 @@ the first and after the last perturbation is subtracted.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError, listed
 from tepsipe.io.trial import Trial
@@ -203,7 +203,7 @@ def recordings_of_loads(
 
 def _weight_position(trial: Trial, options: PlateOptions, velocity: np.ndarray) -> np.ndarray:
     if options.weight_motion == "belt":
-        return CubicSpline(trial.time, velocity).antiderivative()(trial.time)
+        return scipy.interpolate.CubicSpline(trial.time, velocity).antiderivative()(trial.time)
     return _marker_position(trial, options.lowpass)
 
 

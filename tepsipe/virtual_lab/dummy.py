@@ -14,8 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
+import scipy
 
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import integrate
@@ -117,7 +116,9 @@ def move_dummy(
     moving = drive.belt_mass_kg + dummy.foot_mass_kg + m
     about_pivot = dummy.leg_inertia_kgm2 + m * r * r
     gravity_moment = m * g * r * math.sin(dummy.rest_angle_rad)
-    bending_at_rest = brentq(lambda phi: rubber.moment(phi, 0.0) - gravity_moment, -1.0, 1.0, xtol=1e-14)
+    bending_at_rest = scipy.optimize.brentq(
+        lambda phi: rubber.moment(phi, 0.0) - gravity_moment, -1.0, 1.0, xtol=1e-14
+    )
     neutral = dummy.rest_angle_rad - bending_at_rest
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
@@ -139,7 +140,7 @@ def move_dummy(
         time=time,
         belt_position=y,
         belt_velocity=v,
-        belt_acceleration=CubicSpline(time, v)(time, 1),
+        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
         angle=th,
         angle_rate=w,
         reaction=_reaction(dummy, time, y, v, th, w),
@@ -158,7 +159,7 @@ def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
     spin_x = (
         m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * v - dummy.leg_inertia_kgm2 * w
     )
-    rate = CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
+    rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
     g = dummy.gravity_m_per_s2
     fy = rate[:, 0]
     fz = rate[:, 1] + (dummy.foot_mass_kg + m) * g
@@ -183,8 +184,8 @@ def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMo
     list of callable
         Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
     """
-    belt = CubicSpline(motion.time, motion.belt_position)
-    angle = CubicSpline(motion.time, motion.angle)
+    belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
+    angle = scipy.interpolate.CubicSpline(motion.time, motion.angle)
 
     def place(instant: np.ndarray, forward, up) -> np.ndarray:
         x = np.full(instant.shape, dummy.position_x_m + markers.lateral_m)

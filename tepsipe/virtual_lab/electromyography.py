@@ -27,7 +27,7 @@ from datetime import date
 from pathlib import Path
 
 import numpy as np
-from scipy import signal
+import scipy
 
 MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
 CHANNELS = tuple(f"EMG {muscle}" for muscle in MUSCLES)
@@ -261,5 +261,5 @@ def _shaped_noise(
 
 def _filtered(transfer: tuple[list, np.ndarray], x: np.ndarray, rate_hz: float) -> np.ndarray:
     """Output of a linear system (numerator, denominator in s) that starts at rest, along the first axis."""
-    numerator, denominator, _ = signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
-    return signal.lfilter(np.ravel(numerator), denominator, x, axis=0)
+    numerator, denominator, _ = scipy.signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
+    return scipy.signal.lfilter(np.ravel(numerator), denominator, x, axis=0)

@@ -38,7 +38,7 @@ What the transducers feel is not the reaction on the load alone. In the order in
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 BELTS = ("left", "right")
 TRANSDUCERS = ("z_front_left", "z_front_right", "z_rear_left", "z_rear_right", "x_front", "x_rear", "y")
@@ -177,7 +177,7 @@ def wandering_lag(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Gene
     kept = np.exp(-1.0 / (truth.belt_lag_wander_s * rate_hz))
     steps = rng.standard_normal(n)
     steps[1:] *= np.sqrt(1.0 - kept**2)
-    wander = signal.lfilter([1.0], [1.0, -kept], steps)
+    wander = scipy.signal.lfilter([1.0], [1.0, -kept], steps)
     return truth.belt_lag_s * np.exp(truth.belt_lag_wander * (wander - 0.5 * truth.belt_lag_wander))
 
 
@@ -307,5 +307,5 @@ def plate_voltages(
 
 def _filtered(transfer: tuple[list, list], x: np.ndarray, rate_hz: float) -> np.ndarray:
     """Output of a linear system (numerator, denominator in s) that starts at rest."""
-    numerator, denominator, _ = signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
-    return signal.lfilter(np.ravel(numerator), denominator, x)
+    numerator, denominator, _ = scipy.signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
+    return scipy.signal.lfilter(np.ravel(numerator), denominator, x)

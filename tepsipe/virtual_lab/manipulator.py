@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.rubber import Rubber
@@ -154,7 +154,9 @@ def record_manipulator(
     lead = round(truth.lead_s * rate)
     applied = np.concatenate([np.zeros(lead), command, np.zeros(round(truth.tail_s * rate) + 1)])
     white = trial_rng.standard_normal(applied.size)
-    ripple = signal.sosfilt(signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white)
+    ripple = scipy.signal.sosfilt(
+        scipy.signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white
+    )
     applied = (applied + truth.ripple_Nm * ripple / ripple.std()).tolist()
     last = len(applied) - 1
 
@@ -178,12 +180,10 @@ def _log(
     rng: np.random.Generator,
 ) -> ManipulatorRecording:
     """Sample the angle irregularly, as the operating system of the logging computer lets it."""
-    from scipy.interpolate import CubicHermiteSpline
-
     step = 1.0 / truth.log_rate_hz
     instants = np.arange(step, time[-1] - step, step)
     instants = instants + np.clip(rng.normal(0.0, truth.log_jitter_s, instants.size), -0.4 * step, 0.4 * step)
-    angle = CubicHermiteSpline(time, states[:, 0], states[:, 1])(instants)
+    angle = scipy.interpolate.CubicHermiteSpline(time, states[:, 0], states[:, 1])(instants)
     angle = truth.encoder_step_rad * np.round(angle / truth.encoder_step_rad)
     angle += truth.encoder_zero_rad
     repeated = rng.random(instants.size) < truth.repeated_fraction

@@ -31,7 +31,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.virtual_lab.anthropometry import Segment, feet, shanks, thighs, upper_body
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
@@ -332,7 +332,7 @@ def move_person(
         time=time,
         belt_position=y,
         belt_velocity=v,
-        belt_acceleration=CubicSpline(time, v)(time, 1),
+        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
         reaction=_reaction(person, chain, a, time, y, v, states[:, 3:6], states[:, 6:9]),
         angles=states[:, 3:6],
         rates=states[:, 6:9],
@@ -425,7 +425,7 @@ def _reaction(person: PersonTruth, chain, a: np.ndarray, time, y, v, th, w) -> n
     momentum_z = com_vz @ mass
     # about x, right-handed (positive turns y towards z); th turns z towards y, hence its minus
     spin_x = (com_y * com_vz - com_z * com_vy) @ mass - w @ inertia - both_feet.mass_kg * foot_z * v
-    rate = CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
+    rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
     g = person.gravity_m_per_s2
     fy = rate[:, 0]
     fz = rate[:, 1] + (mass.sum() + both_feet.mass_kg) * g
@@ -453,8 +453,8 @@ def person_marker_paths(
     list of callable
         Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
     """
-    belt = CubicSpline(motion.time, motion.belt_position)
-    angles = CubicSpline(motion.time, motion.angles[:, :2])
+    belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
+    angles = scipy.interpolate.CubicSpline(motion.time, motion.angles[:, :2])
     shank_m = shanks(person.mass_kg, person.stature_m).length_m
 
     def place(instant: np.ndarray, forward, up) -> np.ndarray:

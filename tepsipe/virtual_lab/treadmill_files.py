@@ -4,7 +4,7 @@ from pathlib import Path
 
 import ezc3d
 import numpy as np
-from scipy.io import savemat
+import scipy
 
 from tepsipe.virtual_lab.force_plate import BELTS, COMPONENTS, TRANSDUCERS
 
@@ -42,7 +42,7 @@ def write_treadmill_log(
         "command_m_per_s": command.astype(np.float32)[:, None],
         "trigger_V": trigger.astype(np.float32)[:, None],
     }
-    savemat(path, content, do_compression=True)
+    scipy.io.savemat(path, content, do_compression=True)
     # the header holds the date of writing: the same study must give the same bytes
     with open(path, "r+b") as file:
         file.write(b"MATLAB 5.0 MAT-file, instrumented treadmill log".ljust(116))

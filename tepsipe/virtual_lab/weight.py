@@ -9,7 +9,7 @@ its linear and angular momentum, differentiated numerically: no free-body equati
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import integrate
@@ -81,7 +81,7 @@ def move_weight(
         time=time,
         belt_position=y,
         belt_velocity=v,
-        belt_acceleration=CubicSpline(time, v)(time, 1),
+        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
         reaction=np.zeros((time.size, 6)) if weight is None else weight_reaction(weight, time, y, v),
     )
 
@@ -104,7 +104,7 @@ def weight_reaction(weight: WeightTruth, time: np.ndarray, y: np.ndarray, v: np.
     momentum_y = weight.mass_kg * v
     # about x, right-handed (positive turns y towards z)
     spin_x = -weight.com_height_m * momentum_y
-    rate = CubicSpline(time, np.column_stack([momentum_y, spin_x]))(time, 1)
+    rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, spin_x]))(time, 1)
     fy = rate[:, 0]
     fz = np.full_like(fy, weight.mass_kg * weight.gravity_m_per_s2)
     mx = rate[:, 1] + (weight.position_y_m + y) * fz
@@ -128,7 +128,7 @@ def weight_marker_paths(weight: WeightTruth, motion: BeltMotion) -> list[MarkerP
     list of callable
         Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
     """
-    belt = CubicSpline(motion.time, motion.belt_position)
+    belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
 
     def corner(right: float, forward: float) -> MarkerPath:
         x = weight.position_x_m + 0.5 * right * weight.width_m

@@ -131,6 +131,16 @@ def figure_files(name):
     return files
 
 
+def start_jobs_when_jobs_end():
+    """On this computer Snakemake's scheduler need not look for work but when a job has ended.
+
+    Its limit of 100 starts in a second sets a timer after every start, and each timer, when it ends, the
+    next: hundreds of them come to look once a second, which costs more than any rule. A cluster keeps it.
+    """
+    if workflow.local_exec:
+        workflow.scheduler.job_rate_limiter = None
+
+
 def say_what_stopped():
     """After a failed run: the sentence of every job that stopped, and where a bug left its trace."""
     print("\nWhat stopped:", file=sys.stderr)

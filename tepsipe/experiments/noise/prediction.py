@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 import numpy as np
-from scipy import linalg, signal
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.noise.filtered_noise import WindowedTrial
@@ -70,7 +70,7 @@ def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, r
     block[:, 1, 0] = p * leg.gravity_m_per_s2 - stiffness
     block[:, 2, 3] = rate_hz
     block[~stable] = 0.0
-    step = linalg.expm(block / rate_hz)
+    step = scipy.linalg.expm(block / rate_hz)
     a, b, c = step[:, :2, :2], step[:, :2, 2], step[:, :2, 3]
     trace, determinant = a[:, 0, 0] + a[:, 1, 1], np.linalg.det(a)
     # the same as a recursion in theta alone: theta_k depends on u_k by c, on u_k-1 by b - c, through A
@@ -82,7 +82,7 @@ def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, r
     numerator[:, 2] += determinant * c[:, 0]
     theta = np.full((stable.size, belt_velocity.size), np.nan)
     for k in np.flatnonzero(stable):
-        theta[k] = signal.lfilter(numerator[k], [1.0, -trace[k], determinant[k]], belt_velocity)
+        theta[k] = scipy.signal.lfilter(numerator[k], [1.0, -trace[k], determinant[k]], belt_velocity)
     return theta
 
 

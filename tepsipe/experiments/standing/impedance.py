@@ -24,8 +24,7 @@ whole responses: perturbed and unperturbed responses are both resampled, torque 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal, stats
-from scipy.optimize import nnls
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
@@ -114,7 +113,7 @@ class StandingFit:
         # resampling n responses within each trial underestimates their spread and the tails
         n, freedom = self.responses, self.responses - len(self.curves)
         deviations = np.sqrt(n / freedom) * (draws[1:] - draws[0])
-        tails = stats.t.ppf(0.975, freedom) / stats.norm.ppf(0.975)
+        tails = scipy.stats.t.ppf(0.975, freedom) / scipy.stats.norm.ppf(0.975)
         low, high = tails * np.percentile(deviations, [2.5, 97.5])
         value = float(draws[0])
         return value, float(deviations.std()), value + float(low), value + float(high)
@@ -141,7 +140,7 @@ def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
     """
     ratio = 2.0 * twitch_s / step_s
     denominator = np.array([(1.0 + ratio) ** 2, 2.0 * (1.0 - ratio**2), (1.0 - ratio) ** 2])
-    return signal.lfilter(
+    return scipy.signal.lfilter(
         np.array([1.0, 2.0, 1.0]) / denominator[0], denominator / denominator[0], u, axis=-1
     )
 
@@ -339,7 +338,7 @@ def _solve(j: np.ndarray, torque: np.ndarray, linear: int, active: str) -> np.nd
     scale[scale == 0.0] = 1.0
     scaled = j / scale
     both = np.column_stack([scaled, -scaled[:, :linear]])
-    found = nnls(both, torque)[0]
+    found = scipy.optimize.nnls(both, torque)[0]
     solution = found[: j.shape[1]].copy()
     solution[:linear] -= found[j.shape[1] :]
     return solution / scale

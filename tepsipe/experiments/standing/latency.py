@@ -10,7 +10,7 @@ of the latency.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
@@ -138,7 +138,7 @@ def muscle_latency(
         own = responses.emg[usable][..., column]
         belt = responses.perturbed["belt_velocity"][usable]
         sizes.append(np.take_along_axis(belt, np.abs(belt).argmax(axis=1)[:, None], axis=1)[:, 0])
-        pooled.append(CubicSpline(responses.emg_time, own, axis=1)(time))
+        pooled.append(scipy.interpolate.CubicSpline(responses.emg_time, own, axis=1)(time))
     emg = np.concatenate(pooled)
     if emg.shape[0] < 5:
         return f"expected at least 5 responses that stretch {muscle}, found {emg.shape[0]}"

@@ -1,7 +1,7 @@
 """When a trial is not one of standing: steps, lifted feet, other support."""
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.experiments.standing.options import BELTS, StandingOptions
 from tepsipe.io.trial import Trial
@@ -39,7 +39,7 @@ def stance_fault(
     """
     time, rate, limits, person = trial.time, trial.rate_hz, options.limits, options.person
     labels = trial.axes["marker"].tolist()
-    travelled = CubicSpline(time, belt_velocity).antiderivative()(time)
+    travelled = scipy.interpolate.CubicSpline(time, belt_velocity).antiderivative()(time)
     for label in person.foot.labels:
         y, z = positions[:, labels.index(label)].T
         seen = ~_widened(hidden[:, person.labels.index(label)], round(0.1 * rate))

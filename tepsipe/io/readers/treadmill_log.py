@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.text_file import read_text
@@ -85,15 +86,13 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
     InputError
         If the file is missing, truncated or not MATLAB's, a variable is missing, or lengths differ.
     """
-    from scipy.io import loadmat
-
     path = Path(path)
     if not path.is_file():
         raise InputError(
             f"{path}: expected a treadmill log, found no file: correct its path in the trial sheet"
         )
     try:
-        content = loadmat(path)
+        content = scipy.io.loadmat(path)
     except Exception as error:  # scipy raises many kinds on damaged files
         raise InputError(
             f"{path}: expected a MATLAB file (version 7 or older), found one that cannot be read "

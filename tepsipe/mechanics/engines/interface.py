@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
+import scipy
 
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
@@ -59,8 +59,8 @@ class Task:
     leg: Leg
     foot: Foot
     joint: Joint
-    velocity: CubicSpline
-    path: PPoly
+    velocity: "scipy.interpolate.CubicSpline"
+    path: "scipy.interpolate.PPoly"
     samples: int
     interval_s: float
     stride: int

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.reporting.figures.names import PROFILES, short_name, unit_symbol, words
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, new_figure
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 
 def _around(result: Result, index: int, before_s: float, after_s: float) -> tuple[slice, np.ndarray]:
@@ -20,6 +20,7 @@ def _around(result: Result, index: int, before_s: float, after_s: float) -> tupl
     return shown, time[shown] - time[start]
 
 
+@in_style
 def plot_perturbations(results: dict[str, Result]) -> Figure:
     """Commanded and actual belt velocity of every condition, one perturbation each (ms, m/s)."""
     groups = {
@@ -46,6 +47,7 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
     return figure
 
 
+@in_style
 def plot_window(result: Result, name: str, pathway: str) -> Figure:
     """One perturbation and the window that is fitted: belt, angle and torque (s, m/s, rad, N·m)."""
     figure, axes = new_figure(3, 1, 4.4, sharex=True)
@@ -75,6 +77,7 @@ def plot_window(result: Result, name: str, pathway: str) -> Figure:
     return figure
 
 
+@in_style
 def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
     """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation as boxes, one per condition."""
     figure, axes = new_figure(3, 1, 5.2, sharex=True)
@@ -106,6 +109,7 @@ def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
     return figure
 
 
+@in_style
 def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: str = "inside") -> Figure:
     """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every pathway with 95 % intervals.
 
@@ -141,6 +145,7 @@ def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: s
     return figure
 
 
+@in_style
 def plot_torque(result: Result, name: str, pathways: dict[str, str]) -> Figure:
     """Torque of each pathway and its prediction during one perturbation (s, N·m).
 

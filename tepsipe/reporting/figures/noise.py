@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.reporting.figures.names import short_name, unit_symbol, words
-from tepsipe.reporting.figures.style import COLOURS, new_figure
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 TARGETS = {"tau": r"noise on $\tau$", "theta": r"noise on $\theta$", "both": "noise on both"}
 PROCESSINGS = {
@@ -17,6 +17,7 @@ PROCESSINGS = {
 }
 
 
+@in_style
 def plot_estimates(
     rows: list[NoiseRow], conditions: list[str], snr_db: float, truth: tuple[float, float, float]
 ) -> Figure:
@@ -67,6 +68,7 @@ def plot_estimates(
     return figure
 
 
+@in_style
 def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figure:
     """Root mean square error of I, B, K over the draws, relative to the truth, against the SNR (%, dB)."""
     figure, axes = new_figure(3, 3, 5.6, sharex=True, sharey=True)

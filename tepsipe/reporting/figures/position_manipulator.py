@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, new_figure
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 BAND_HZ = (0.5, 40.0)
 RESPONSES = (
@@ -22,6 +22,7 @@ RESPONSES = (
 )
 
 
+@in_style
 def plot_impedance(results: dict[str, Result]) -> Figure:
     """Spectral estimate of the impedance and fitted model, with coherence (Hz, N·m/rad)."""
     figure, axes = new_figure(3, 1, 3.7, sharex=True, height_ratios=[1.7, 1.1, 0.8])
@@ -48,6 +49,7 @@ def plot_impedance(results: dict[str, Result]) -> Figure:
     return figure
 
 
+@in_style
 def plot_held_out(results: dict[str, Result]) -> Figure:
     """Torque at the start of the held-out part, measured and predicted by both models (s, N·m)."""
     figure, axes = new_figure(len(results), 1, 0.7 + 2.3 * len(results), squeeze=False)
@@ -74,6 +76,7 @@ def plot_held_out(results: dict[str, Result]) -> Figure:
     return figure
 
 
+@in_style
 def plot_responses(results: dict[str, Result]) -> Figure:
     """Impulse responses of both pathways, and cross-validated VAF against the delay (s, N·m/rad, %)."""
     figure, axes = new_figure(1, 3, 2.9, width_ratios=[1.0, 1.35, 0.8])

@@ -19,7 +19,7 @@ from tepsipe.experiments.dummy.specification_curve import (
 from tepsipe.identification.estimators import ESTIMATORS, OUTPUT_ERROR
 from tepsipe.mechanics.impedance_model import UNITS
 from tepsipe.reporting.figures.names import unit_symbol, words
-from tepsipe.reporting.figures.style import COLOURS, WIDTH_IN, plt
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 # rows of a choice that have a given order; filters are sorted, none last
 _ORDER = {
@@ -40,16 +40,17 @@ _TITLES = {
 _SHOWN = {"K": (-10.0, 25.0), "B": (-0.3, 0.6)}  # N·m/rad, N·m·s/rad
 
 
+@in_style
 def plot_specification(rows: list[Specification]) -> Figure:
     """K (N·m/rad) and B (N·m·s/rad) of every specification, sorted by K, and its choices.
 
     Values beyond the axes are triangles at their edge.
     """
     levels = _levels(rows)
-    figure, (top, middle, below) = plt.subplots(
+    figure, (top, middle, below) = new_figure(
         3,
         1,
-        figsize=(WIDTH_IN, 7.6),
+        7.6,
         sharex=True,
         height_ratios=[2.4, 1.3, 0.19 * sum(1 + len(names) for names in levels.values())],
     )

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import words
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, new_figure
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 TASK_COLOURS = ("#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b")
 DETECTOR_STYLES = {"threshold": ":", "teager-kaiser": "--", "changepoint": "-"}
@@ -22,6 +22,7 @@ def _nothing(figure: Figure, sentence: str) -> Figure:
     return figure
 
 
+@in_style
 def plot_processed(result: Result) -> Figure:
     """Ankle angle, velocity, acceleration and torque of a whole trial: Figure 4-13 (s, rad, N·m)."""
     figure, axes = new_figure(4, 1, 4.9, sharex=True)
@@ -49,6 +50,7 @@ def plot_processed(result: Result) -> Figure:
     return figure
 
 
+@in_style
 def plot_activity(result: Result) -> Figure:
     """Electromyograms after every perturbation, and fore-aft force: Figure 4-14 (ms, uV, N)."""
     muscles, arrays = result.facts["muscles"], result.arrays
@@ -76,6 +78,7 @@ def plot_activity(result: Result) -> Figure:
     return figure
 
 
+@in_style
 def plot_ensembles(trials: dict[str, Result], groups: dict[str, list[str]], muscles: list[str]) -> Figure:
     """Rectified electromyograms, mean and standard deviation over the perturbations of each trial (ms, uV).
 
@@ -112,6 +115,7 @@ def plot_ensembles(trials: dict[str, Result], groups: dict[str, list[str]], musc
     return figure
 
 
+@in_style
 def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
     """Mean rectified electromyograms from the start of the stretch, and latencies of muscles (ms, uV)."""
     latencies = {task: result.facts["latencies"] for task, result in results.items()}
@@ -159,6 +163,7 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
     return figure
 
 
+@in_style
 def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figure:
     """Mean torque after perturbations, and its intrinsic and active parts (ms, N·m)."""
     there = [
@@ -192,6 +197,7 @@ def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figu
     return figure
 
 
+@in_style
 def plot_stiffness(
     trials: dict[str, Result],
     tasks: dict[str, Result],
@@ -240,6 +246,7 @@ def plot_stiffness(
     return figure
 
 
+@in_style
 def plot_windows(results: dict[str, Result], window_s: float) -> Figure:
     """Ankle stiffness against the length of the window, without active torque (ms, N·m/rad)."""
     figure, axis = new_figure(height_in=3.0)
@@ -257,6 +264,7 @@ def plot_windows(results: dict[str, Result], window_s: float) -> Figure:
     return figure
 
 
+@in_style
 def plot_joints(results: dict[str, Result]) -> Figure:
     """Rotation of shank, thigh and knee after a perturbation, equal for one rigid body (ms, mrad)."""
     shown = {task: result for task, result in results.items() if "mean/time" in result.arrays}

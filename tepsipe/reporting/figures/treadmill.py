@@ -5,11 +5,12 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import unit_symbol
-from tepsipe.reporting.figures.style import COLOURS, new_figure
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 from tepsipe.reporting.figures.weight import MODEL_COLOURS
 from tepsipe.treadmill.calibration import ModelScore
 
 
+@in_style
 def plot_calibration(result: Result, scores: list[ModelScore], chosen: str, seconds: float = 6.0) -> Figure:
     """Measured, predicted and compensated load of the first test recording (s, unit of the load)."""
     facts = result.facts
@@ -44,6 +45,7 @@ def plot_calibration(result: Result, scores: list[ModelScore], chosen: str, seco
     return figure
 
 
+@in_style
 def plot_cutoffs(scores: list[ModelScore], test: str) -> Figure:
     """RMS before and after compensation, and R2 with its limit, against the filter's cutoff (Hz)."""
     rows = [s for s in scores if s.test == test]
@@ -77,6 +79,7 @@ def plot_cutoffs(scores: list[ModelScore], test: str) -> Figure:
     return figure
 
 
+@in_style
 def plot_ripple(result: Result) -> Figure:
     """Amplitude spectrum of the residual over cycles per metre, without and with tracking (1/m)."""
     figure, axes = new_figure(height_in=2.9)

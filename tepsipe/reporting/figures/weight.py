@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import short_name
-from tepsipe.reporting.figures.style import COLOURS, new_figure
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 from tepsipe.treadmill.calibration import ModelScore
 
 PROFILE_COLOURS = {"S": "#1668a8", "M": "#c8371b"}
@@ -34,6 +34,7 @@ def _shades(names: list[str]) -> dict[str, tuple]:
     return shades | {name: COLOURS["other"] for name in names if name not in shades}
 
 
+@in_style
 def plot_added_forces(
     empty: dict[str, Result], weight: dict[str, Result], filter_name: str, shown: list[str]
 ) -> Figure:
@@ -56,6 +57,7 @@ def plot_added_forces(
     return figure
 
 
+@in_style
 def plot_masses(results: dict[str, Result], mass_kg: float) -> Figure:
     """Estimated mass of the weight over all perturbations (kg)."""
     figure, axes = new_figure(height_in=2.9)
@@ -77,6 +79,7 @@ def plot_masses(results: dict[str, Result], mass_kg: float) -> Figure:
     return figure
 
 
+@in_style
 def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> Figure:
     """R2 of every model on held-out trials, by the recordings of its fit (-)."""
     chosen = [s for s in scores if s.load == load and s.cutoff_hz == cutoff_hz]
@@ -116,6 +119,7 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
     return figure
 
 
+@in_style
 def plot_model_responses(result: Result, condition: str, models: list[str]) -> Figure:
     """Belt-induced force under the weight, measured and predicted, mean over perturbations (ms, N)."""
     figure, axes = new_figure(1, 2, 3.1)

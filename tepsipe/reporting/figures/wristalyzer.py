@@ -7,11 +7,12 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import admittance
-from tepsipe.reporting.figures.style import COLOURS, new_figure
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 LOWEST_HZ = 0.5
 
 
+@in_style
 def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figure:
     """Segment of the torque perturbation with the lowest and the highest scale factor (s, N·m)."""
     figure, axes = new_figure(height_in=2.6)
@@ -50,6 +51,7 @@ def _label_frequency_axes(axes, limits: tuple[float, float]) -> None:
     axes[0].figure.align_ylabels()
 
 
+@in_style
 def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
     """Spectral estimate, phase and coherence far beyond the fitted band (Hz, rad/(N·m), degrees)."""
     figure, axes = new_figure(3, 1, 4.6, sharex=True)
@@ -80,6 +82,7 @@ def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, floa
     return figure
 
 
+@in_style
 def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
     """Spectral estimate beside the fitted model in the fitted band (Hz, rad/(N·m), degrees)."""
     figure, axes = new_figure(3, 1, 4.6, sharex=True)
@@ -101,6 +104,7 @@ def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float])
     return figure
 
 
+@in_style
 def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: float = 10.0) -> Figure:
     """Measured and predicted angle (s, rad)."""
     figure, axes = new_figure(height_in=2.8)
@@ -123,6 +127,7 @@ def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: floa
     return figure
 
 
+@in_style
 def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> Figure:
     """Result of the fit for other starting values of K, and the profile of K (N·m/rad, -)."""
     figure, axes = new_figure(1, 3, 2.8)
@@ -170,6 +175,7 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
     return figure
 
 
+@in_style
 def plot_averaging(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
     """Averaging over neighbouring frequencies against averaging over periods (Hz, rad/(N·m))."""
     figure, axes = new_figure(3, 1, 4.6, sharex=True)
