@@ -196,7 +196,7 @@ def calibrate_treadmill(
     Parameters
     ----------
     train, test : BeltRecording or sequence of BeltRecording
-        From `belt_recording`, not filtered (N or Nm, m/s). A recording must not be in both.
+        From `belt_recording`, not filtered (N or N·m, m/s). A recording must not be in both.
     models : sequence of str
         Which models to fit (`tepsipe.treadmill.registry.MODEL_MEANINGS`).
     cutoff_hz : float

@@ -28,13 +28,13 @@ class Record:
     motion : JointMotion or None
         Angle of the joint with its derivatives (s, rad), filtered; a `SegmentMotion` for output error.
     torque : ndarray or None, shape (n,)
-        Torque of the joint (Nm), filtered as the motion is.
+        Torque of the joint (N·m), filtered as the motion is.
     perturbations : list of Perturbation or None
         Windows (samples).
     at_rest : ndarray of bool or None, shape (n,)
         Samples at rest (-).
     leg : Leg or None
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     foot_position, belt_velocity : ndarray or None, shape (n,)
         Position of the foot along the belt (m), and logged velocity of the belt (m/s), filtered as the
         motion is.
@@ -146,7 +146,7 @@ def estimate(name: str, record: Record) -> "WindowedFits":
     Returns
     -------
     WindowedFits
-        What the estimator found (Nms2/rad, Nms/rad, Nm/rad).
+        What the estimator found (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
     Raises
     ------

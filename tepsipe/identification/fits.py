@@ -56,7 +56,7 @@ def fit_impedance(
     time : array_like or Signal, shape (n,)
         Instants (s), on a regular clock.
     angle, torque : array_like or Signal, shape (n,)
-        theta (rad) and tau (Nm), positive when it resists a positive angle; not filtered.
+        theta (rad) and tau (N·m), positive when it resists a positive angle; not filtered.
     perturbations : sequence of Perturbation or of (start, stop), optional
         Windows, first sample and the first after it (samples), for example from `find_perturbations`.
     rest : ndarray of bool, shape (n,), or (float, float), optional
@@ -139,7 +139,7 @@ def fit_output_error(
     belt_velocity : array_like or Signal, shape (n,)
         Logged velocity of the belt (m/s), not filtered.
     leg : Leg
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     perturbations : sequence of Perturbation or of (start, stop)
         Windows (samples), from `find_perturbations`.
     rest : ndarray of bool, shape (n,), or (float, float), optional
@@ -218,7 +218,7 @@ def fit_admittance(
     Parameters
     ----------
     response : FrequencyResponse
-        Admittance theta/tau with its coherence (Hz, rad/Nm), from ``frequency_response(time, torque,
+        Admittance theta/tau with its coherence (Hz, rad/(N·m)), from ``frequency_response(time, torque,
         angle)``.
     band_hz : (float, float), optional
         Frequencies to fit (Hz); all of them if left out.
@@ -325,7 +325,7 @@ def fit_parallel_cascade(
     time : array_like or Signal, shape (n,)
         Instants (s), on a regular clock.
     angle, torque : array_like or Signal, shape (n,)
-        theta (rad) and tau (Nm), positive when it resists a positive angle; not filtered.
+        theta (rad) and tau (N·m), positive when it resists a positive angle; not filtered.
     training_fraction : float
         First part of the record that is fitted (-).
     cut_s : float

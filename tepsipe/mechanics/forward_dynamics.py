@@ -39,17 +39,17 @@ class ForwardSimulation:
     time : ndarray, shape (n,)
         Recorded instants (s), fewer than given if the leg falls.
     theta, theta_d, theta_dd : ndarray, shape (n,)
-        Leg angle (rad), its rate (rad/s) and acceleration (rad/s2).
+        Leg angle (rad), its rate (rad/s) and acceleration (rad/s²).
     torque : ndarray, shape (n,)
-        tau of eq (2-1) (Nm), positive when it resists positive theta.
+        tau of eq (2-1) (N·m), positive when it resists positive theta.
     foot_y, foot_y_d, foot_y_dd : ndarray, shape (n,)
-        Position of foot and ankle from where they start (m), velocity (m/s) and acceleration (m/s2).
+        Position of foot and ankle from where they start (m), velocity (m/s) and acceleration (m/s²).
     y_dd, z_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s2).
+        Acceleration of the leg's centre of mass (m/s²).
     f_y, f_z : ndarray, shape (n,)
         Ground reaction, force of the belt on the foot (N), as F_y and F_z in eq (3-7).
     m_x : ndarray, shape (n,)
-        Moment of the belt on the foot about the x axis (Nm), in the belt's surface where the ankle starts.
+        Moment of the belt on the foot about the x axis (N·m), in the belt's surface where the ankle starts.
     f_ay, f_az : ndarray, shape (n,)
         Joint reaction, force of the leg on the foot (N), as F_Ay and F_Az in eq (3-7): -m y'', -m (g + z'').
     state : {"settles", "grows", "falls"}
@@ -83,7 +83,7 @@ class ForwardSimulation:
 
 
 def rest_angle_of_standing(leg: Leg, stiffness: float, standing_angle: float) -> float:
-    """theta_ref (rad) of a joint of ``stiffness`` K (Nm/rad) on which the leg stands at an angle (rad).
+    """theta_ref (rad) of a joint of ``stiffness`` K (N·m/rad) on which the leg stands at an angle (rad).
 
     K (theta - theta_ref) = m g r sin(theta).
     """
@@ -115,9 +115,9 @@ def simulate_dummy(
     belt_velocity : ndarray, shape (n,)
         Recorded velocity of the belt (m/s).
     leg, foot : Leg, Foot
-        The dummy's segments (kg, m, kg m2).
+        The dummy's segments (kg, m, kg·m²).
     joint : Joint
-        I, B, K and theta_ref (Nms2/rad, Nms/rad, Nm/rad, rad).
+        I, B, K and theta_ref (N·m·s²/rad, N·m·s/rad, N·m/rad, rad).
     step_s : float
         Step of the simulation (s), a whole part of the sampling interval.
     start_angle_rad, start_rate_rad_per_s : float
@@ -130,7 +130,7 @@ def simulate_dummy(
     Returns
     -------
     ForwardSimulation
-        Motion, torque and forces (s, rad, Nm, m, N).
+        Motion, torque and forces (s, rad, N·m, m, N).
 
     Raises
     ------
@@ -193,7 +193,7 @@ def simulate_dummy(
 
 
 def _about_the_ankle(leg: Leg, joint: Joint) -> tuple[float, float]:
-    """J (kg m2) and K - m g r (Nm/rad)."""
+    """J (kg·m²) and K - m g r (N·m/rad)."""
     about_ankle = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2 + joint.inertia_Nms2_per_rad
     upright = joint.stiffness_Nm_per_rad - leg.mass_kg * leg.gravity_m_per_s2 * leg.com_m
     return about_ankle, upright

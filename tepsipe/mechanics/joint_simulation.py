@@ -31,7 +31,7 @@ def simulate_joint(
     belt_velocity : array_like or Signal, shape (n,)
         Velocity of the belt (m/s).
     leg : Leg
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     I, B, K : float
         Inertia (N·m·s²/rad, without the leg's own), damping (N·m·s/rad), stiffness (N·m/rad) of the joint.
     rest_angle_rad : float
@@ -46,7 +46,7 @@ def simulate_joint(
     Returns
     -------
     ForwardSimulation
-        Angle (rad), torque (Nm), forces (N) and accelerations (m/s2) at the instants.
+        Angle (rad), torque (N·m), forces (N) and accelerations (m/s²) at the instants.
 
     Raises
     ------

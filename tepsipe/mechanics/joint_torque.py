@@ -17,14 +17,14 @@ def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np
     motion : SegmentMotion
         From `segment_motion` (s, rad, m).
     leg : Leg
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     thesis : bool
         Whether to take the equation as printed, whose stiffness is K - 2 m g r (-).
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (Nm), positive when it resists positive theta.
+        tau (N·m), positive when it resists positive theta.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np
 
 
 def leg_pathway_torque(pathway: str, leg: Leg, motion: SegmentMotion) -> np.ndarray:
-    """Torque (Nm) by one of `TORQUE_PATHWAYS`, shape (n,).
+    """Torque (N·m) by one of `TORQUE_PATHWAYS`, shape (n,).
 
     Raises
     ------

@@ -58,7 +58,7 @@ class PersonTruth:
     position_x_m, position_y_m : float
         Where the ankles are on the plate (m).
     gravity_m_per_s2 : float
-        Acceleration of gravity (m/s2).
+        Acceleration of gravity (m/s²).
     """
 
     mass_kg: float
@@ -82,9 +82,9 @@ class MuscleTruth:
     stretch : list of 3 float
         Lengthening per angle of ankle, knee and hip (-): w.
     force_Nm : list of 3 float
-        Torque of full drive that resists the angles of ankle, knee and hip (Nm): F.
+        Torque of full drive that resists the angles of ankle, knee and hip (N·m): F.
     balance_per_Nm : list of 2 float
-        Drive per wanted torque at the ankle, while that is positive and negative (1/Nm).
+        Drive per wanted torque at the ankle, while that is positive and negative (1/N·m).
     """
 
     latency_s: float
@@ -128,7 +128,7 @@ class NervesTruth:
     balance_Nm_per_rad, balance_Nms_per_rad : float
         Wanted torque at the ankle per lean of the centre of mass, and per its rate.
     wander_Nm, wander_s : float
-        Standard deviation and correlation time of what balance adds of itself (Nm, s).
+        Standard deviation and correlation time of what balance adds of itself (N·m, s).
     """
 
     reflex_threshold_rad_per_s: float
@@ -178,7 +178,7 @@ class PersonMotion(BeltMotion):
 
 
 def segments(person: PersonTruth) -> tuple[Segment, Segment, Segment]:
-    """Shanks, thighs and upper body (kg, m, kg m2)."""
+    """Shanks, thighs and upper body (kg, m, kg·m²)."""
     size = person.mass_kg, person.stature_m
     return shanks(*size), thighs(*size), upper_body(*size, person.ankle_height_m)
 
@@ -192,14 +192,14 @@ def _carried(chain: tuple[Segment, ...]) -> np.ndarray:
 
 
 def critical_stiffness(person: PersonTruth) -> float:
-    """What topples all that the ankles carry (Nm/rad): m g h."""
+    """What topples all that the ankles carry (N·m/rad): m g h."""
     chain = segments(person)
     mass = np.array([segment.mass_kg for segment in chain])
     return float(person.gravity_m_per_s2 * (mass @ _carried(chain)).sum())
 
 
 def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
-    """Torque that balance adds of itself (Nm), shape (n,): an Ornstein-Uhlenbeck process."""
+    """Torque that balance adds of itself (N·m), shape (n,): an Ornstein-Uhlenbeck process."""
     kept = math.exp(-1.0 / (nerves.wander_s * rate_hz))
     steps = rng.standard_normal(n) * math.sqrt(1.0 - kept**2)
     state, out = float(rng.standard_normal()), np.empty(n)
@@ -240,7 +240,7 @@ def move_person(
     Returns
     -------
     PersonMotion
-        Motion, drive and reaction on the grid of the integration (s, m, rad, N, Nm).
+        Motion, drive and reaction on the grid of the integration (s, m, rad, N, N·m).
 
     Raises
     ------
@@ -364,7 +364,7 @@ class _Nerves:
         self._to_v = (-decay * step, decay * (1.0 - step))
 
     def step(self, state) -> tuple[list[float], list[float]]:
-        """Drive (-) and active torque at ankle, knee and hip (Nm) one step after ``state``.
+        """Drive (-) and active torque at ankle, knee and hip (N·m) one step after ``state``.
 
         The first call, with the first state, gives them at the first state itself.
         """

@@ -107,7 +107,7 @@ def simulate(engine: str, task: "Task") -> "Swing":
     Returns
     -------
     Swing
-        Motion and forces at the recorded instants (rad, N, Nm).
+        Motion and forces at the recorded instants (rad, N, N·m).
 
     Raises
     ------

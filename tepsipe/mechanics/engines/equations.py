@@ -15,7 +15,7 @@ The leg's first two equations, put into its third, leave the one that is integra
 
 where G = hypot(g, y_f'') and phi = atan2(y_f'', g) are size and tilt of gravity as it is felt on the belt.
 The other equations give the forces. Symbols: theta leg angle, positive when the leg tips towards +y (rad);
-y_f position of the foot (m); F_y, F_z (N) and M_x (Nm) of the belt on the foot, the moment in the belt's
+y_f position of the foot (m); F_y, F_z (N) and M_x (N·m) of the belt on the foot, the moment in the belt's
 surface where the ankle starts; I, B, K, theta_ref of the joint; m, r, I_l, g of the leg and m_f, l_f of the
 foot as in `inverse_dynamics`.
 """
@@ -38,7 +38,7 @@ def simulate(task: Task) -> Swing:
     Returns
     -------
     Swing
-        Motion and forces at the recorded instants (rad, N, Nm).
+        Motion and forces at the recorded instants (rad, N, N·m).
     """
     theta, theta_d, fell_after_s = _integrate(task)
     theta, theta_d = theta[:: task.stride], theta_d[:: task.stride]
@@ -69,7 +69,7 @@ def simulate(task: Task) -> Swing:
 
 
 def _about_the_ankle(task: Task) -> float:
-    """J (kg m2)."""
+    """J (kg·m²)."""
     return task.leg.inertia_kgm2 + task.leg.mass_kg * task.leg.com_m**2 + task.joint.inertia_Nms2_per_rad
 
 

@@ -63,7 +63,7 @@ def simulate(task: Task) -> Swing:
     Returns
     -------
     Swing
-        Motion and forces at the recorded instants (rad, N, Nm).
+        Motion and forces at the recorded instants (rad, N, N·m).
     """
     model = _built(task)
     data = mujoco.MjData(model)
@@ -137,10 +137,10 @@ def _swing(
 def _reactions(
     model: mujoco.MjModel, data: mujoco.MjData, y_dd: np.ndarray, theta: np.ndarray, theta_d: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What acts while the leg passes through given states: theta'' (rad/s2), and all that sensors show.
+    """What acts while the leg passes through given states: theta'' (rad/s²), and all that sensors show.
 
     Shape (n,), and (n, 9): force of the belt on the foot (N) and its moment about the point under the ankle
-    (Nm), force of the foot on the leg in the leg's own frame (N), x, y, z each.
+    (N·m), force of the foot on the leg in the leg's own frame (N), x, y, z each.
     """
     model.opt.disableflags &= ~SENSORS_OFF
     data.act[0] = 0.0

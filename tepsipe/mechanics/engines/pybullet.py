@@ -34,7 +34,7 @@ def simulate(task: Task) -> Swing:
     Returns
     -------
     Swing
-        Motion and forces at the recorded instants (rad, N, Nm).
+        Motion and forces at the recorded instants (rad, N, N·m).
     """
     h = task.step_s
     pushed = np.diff(task.path(h * np.arange(-1, task.steps + 1)), 2) / h**2
@@ -72,7 +72,7 @@ class _Dummy:
         pybullet.resetJointState(self.body, LEG, theta, theta_d, self.client)
 
     def step(self, y_dd: float, theta: float, theta_d: float) -> None:
-        """One step under y_f'' (m/s2) and the torque of the joint at theta, theta'."""
+        """One step under y_f'' (m/s²) and the torque of the joint at theta, theta'."""
         tau = self.b * theta_d + self.k * (theta - self.theta_ref)
         pybullet.setGravity(0.0, -y_dd, -self.g, self.client)
         # by position, which is faster: two targets that a torque has not, the torque, three gains
@@ -157,8 +157,8 @@ def _swing(dummy: _Dummy, y_dd: np.ndarray, theta: float, theta_d: float):
 def _reactions(dummy: _Dummy, y_dd: np.ndarray, theta: np.ndarray, theta_d: np.ndarray):
     """What acts while the leg passes through given states, from one step out of each.
 
-    theta'' (rad/s2), shape (n,); force on the leg, across it and along it (N), shape (n, 2); force on the
-    foot in y and z (N) and moment about x (Nm), in the belt's surface under the ankle, shape (n, 3).
+    theta'' (rad/s²), shape (n,); force on the leg, across it and along it (N), shape (n, 2); force on the
+    foot in y and z (N) and moment about x (N·m), in the belt's surface under the ankle, shape (n, 3).
     """
     for link in (FOOT, LEG):
         pybullet.enableJointForceTorqueSensor(dummy.body, link, True, dummy.client)
