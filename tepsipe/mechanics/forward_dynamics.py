@@ -1,6 +1,6 @@
 """Forward simulation of the ankle dummy (thesis sections 2-1-3 and 3-1-3).
 
-The foot follows the recorded belt and does not rotate; the leg turns about the ankle against the joint:
+The foot follows the recorded belt and does not rotate; the leg rotates about the ankle against the joint:
 
     tau = I theta'' + B theta' + K (theta - theta_ref)                                             (2-1)
     J theta'' = m g r sin(theta) - m r y_f'' cos(theta) - B theta' - K (theta - theta_ref),
@@ -9,9 +9,9 @@ The foot follows the recorded belt and does not rotate; the leg turns about the 
 Symbols: theta leg angle, positive when the leg tips towards +y (rad); y_f position of the foot (m); I, B, K,
 theta_ref of the joint; m, r, I_l, g of the leg and m_f, l_f of the foot as in `inverse_dynamics`.
 
-An engine moves the dummy (`tepsipe.mechanics.engines`): PyBullet or MuJoCo, which have bodies instead of the
-second equation, or a Runge-Kutta method, which integrates it. Here is what they share: what can be simulated,
-and what comes out.
+An engine simulates the dummy (`tepsipe.mechanics.engines`): PyBullet or MuJoCo with rigid bodies in place of
+the second equation, or a Runge-Kutta method that integrates it. This module holds what the engines share: the
+checks of the input and the result.
 """
 
 import cmath
@@ -103,10 +103,10 @@ def simulate_dummy(
     must_stand: bool = False,
     engine: str = "pybullet",
 ) -> ForwardSimulation:
-    """Move the dummy's foot as the belt was recorded and let the leg swing.
+    """Simulate the dummy's leg for a recorded velocity of the belt.
 
-    Between its samples the belt's velocity is a cubic spline. A leg beyond a quarter turn has fallen: the
-    simulation stops, and the result ends with the last recorded instant before.
+    The belt velocity is interpolated by a cubic spline. A leg beyond a quarter turn has fallen: the
+    simulation stops, and the result ends with the last recorded instant before the fall.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def simulate_dummy(
     must_stand : bool
         Refuse a joint that cannot hold the leg upright, K <= m g r (-).
     engine : {"pybullet", "mujoco", "equations", "auto"}
-        What moves the dummy; "auto" takes the first of the others that is installed.
+        Engine of the simulation; "auto" takes the first of the others that is installed.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Simulate a joint under a leg on a moving belt: what an estimator should find again."""
+"""Simulate a joint of known impedance under a leg on a moving belt, to test estimators."""
 
 import numpy as np
 
@@ -37,11 +37,11 @@ def simulate_joint(
     rest_angle_rad : float
         Angle at which the joint is not bent (rad).
     foot : Foot
-        The foot (kg, m); that of the thesis if left out.
+        The foot (kg, m); by default that of the thesis.
     engine : {"auto", "pybullet", "mujoco", "equations"}
-        What integrates the equations; ``auto`` takes the first of the others that is installed.
+        Engine of the simulation; ``auto`` takes the first of the others that is installed.
     step_s : float, optional
-        Step of the simulation, at most this long (s); 1 ms if left out.
+        Longest step of the simulation (s); by default 1 ms.
 
     Returns
     -------

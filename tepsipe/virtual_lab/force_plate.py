@@ -19,12 +19,12 @@ What the transducers feel is not the reaction on the load alone. In the order in
 
        F_friction = (F_0 + mu N) tanh(v_r / v_0) + c v_r
 
-   Seen from the load it leads the velocity and so passes for mass, the more the slower the belt: the
-   apparent mass c_eff T falls with amplitude as the friction saturates. What the upper run of the
-   belt weighs more than the lower run, which moves the other way, is felt as a mass; and the rollers,
-   which spin up against the frame, as a pitch moment -(I / r) v'.
-2. Floor. The building trembles near its own frequency and shakes the frame, whose mass lies about at
-   the height of the belt: a fore-aft force that has nothing to do with the perturbations.
+   At the load this friction leads the velocity and so resembles a mass, the more the slower the belt: the
+   apparent mass c_eff T falls with amplitude as the friction saturates. The excess mass of the upper run
+   of the belt over the lower run, which moves the other way, acts as a mass; the rollers, accelerated
+   against the frame, as a pitch moment -(I / r) v'.
+2. Floor. The building vibrates near its natural frequency and shakes the frame, whose mass lies about at
+   the height of the belt: a fore-aft force that is independent of the perturbations.
 3. Frame. It sways fore and aft, Fy and Mx, on the transducer's stiffness and with the mass of frame
    and load: a second-order resonance, lower under a heavier load. Its gain below the resonance makes
    a load seem heavier at higher frequencies.

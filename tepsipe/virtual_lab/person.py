@@ -1,9 +1,9 @@
 """A person standing with both feet on the belt: four rigid bodies, five muscles, two delayed loops.
 
 Generalised coordinates: y belt position (m); th_1, th_2, th_3 angles of shanks, thighs and upper body from
-the vertical, positive when they tip towards +y (rad), both legs as one. The feet ride on the belt and do not
-rotate. With m_i mass, r_i centre of mass from the lower joint, l_i length, I_i inertia of segment i, and a_ij
-how far angle j carries the centre of mass of segment i (l_j below it, r_i in it, 0 above it):
+the vertical, positive when they tip towards +y (rad), both legs as one. The feet move with the belt and do
+not rotate. With m_i mass, r_i centre of mass from the lower joint, l_i length, I_i inertia of segment i, and
+a_ij lever of angle j on the centre of mass of segment i (l_j below it, r_i in it, 0 above it):
 
     H_jk = sum_i m_i a_ij a_ik + I_j (j = k),     p_j = sum_i m_i a_ij,     M = belt, feet and segments
 
@@ -15,12 +15,12 @@ how far angle j carries the centre of mass of segment i (l_j below it, r_i in it
 
 A joint's torque resists its angle phi (ankle th_1, knee th_2 - th_1, hip th_3 - th_2) and has two parts:
 
-    tau = tau_0 + K (phi - phi_0) + B phi'   intrinsic: at once
-        + sum_m F_m (x_m - tone_m)           active: what the muscles' drive brings about, late
+    tau = tau_0 + K (phi - phi_0) + B phi'   intrinsic: without delay
+        + sum_m F_m (x_m - tone_m)           active: from the drive of the muscles, delayed
 
-Muscle m is driven by e_m = [tone_m + stretch reflex + balance]_+ . Its reflex answers the speed at which it
-was stretched a latency L_m ago, s = sum w_mj phi_j' (t - L_m), above a threshold: G_m [s - s_0]_+ . Balance
-answers where the centre of mass was a longer delay ago, and wanders. Force follows the drive like a
+Muscle m is driven by e_m = [tone_m + stretch reflex + balance]_+ . Its reflex responds to the stretch
+velocity a latency L_m earlier, s = sum w_mj phi_j' (t - L_m), above a threshold: G_m [s - s_0]_+ . Balance
+responds to the centre of mass a longer delay earlier, and has a random part. Force follows the drive as a
 critically damped twitch of second order, T^2 x'' + 2 T x' + x = e.
 
 The reaction on the plate is the rate of the body's linear and angular momentum, differentiated numerically:

@@ -1,4 +1,4 @@
-"""What every engine is given, and what it returns: the dummy on the belt, and how it moved."""
+"""Input and output of every engine: the dummy with its belt motion, and the simulated motion and forces."""
 
 from dataclasses import dataclass
 
@@ -34,7 +34,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Task:
-    """A dummy, the motion of its foot, and the clock; checked before an engine sees it.
+    """A dummy, the motion of its foot, and the clock; already checked.
 
     Attributes
     ----------
@@ -78,13 +78,13 @@ class Task:
         return (self.samples - 1) * self.stride + 1
 
     def elapsed(self, samples: int) -> np.ndarray:
-        """The first so many recorded instants, since the first of them (s), shape (samples,)."""
+        """Leading recorded instants, counted from the first (s), shape (samples,)."""
         return self.interval_s * np.arange(samples)
 
 
 @dataclass(frozen=True)
 class Swing:
-    """How the leg moved and what it did to the foot, at the recorded instants before it fell.
+    """Motion of the leg and forces on the foot, at the recorded instants before a fall.
 
     Attributes
     ----------
