@@ -62,8 +62,8 @@ _RENEWED = 2
 class OutputError(WindowedFits):
     """I, B, K of the simulated angle.
 
-    The parameters (Nms2/rad, Nms/rad, Nm/rad) are contributions of the intervals from onset to onset, whose
-    mean is the estimate; torque (Nm) and VAF (%) are those of the pathway ``leg``, for comparison only.
+    The parameters (N·m·s²/rad, N·m·s/rad, N·m/rad) are contributions of the intervals from onset to onset,
+    whose mean is the estimate; torque (N·m) and VAF (%) are those of pathway ``leg``, for comparison only.
 
     Attributes
     ----------

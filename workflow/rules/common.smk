@@ -86,7 +86,7 @@ def protocol(experiment):
 
 
 def raw_files(experiment=None):
-    """Param function: kind -> path of the trial's raw files, recorded or made."""
+    """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
 
 

@@ -1,5 +1,5 @@
-# Raw files to one self-describing HDF5 file per trial. Nothing here knows whether a file was
-# recorded or made.
+# Raw files to one self-describing HDF5 file per trial. Recorded and simulated files are
+# treated alike.
 
 
 rule ingest_wristalyzer:

@@ -1,4 +1,4 @@
-"""Refuse configuration that is not understood, in one sentence each, before anything is computed."""
+"""Checks of the configuration before anything is computed; each raises one sentence."""
 
 import difflib
 import math
@@ -27,7 +27,7 @@ def load_yaml(path: str | Path) -> dict:
 
 
 class _UniqueKeys(yaml.SafeLoader):
-    """A loader that refuses the same key twice, which YAML readers otherwise pass over."""
+    """A loader that refuses a repeated key, which YAML readers otherwise accept."""
 
 
 def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
@@ -53,11 +53,11 @@ _UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _map
 
 
 def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
-    """Raise one sentence for the first thing in ``content`` that the closed schema refuses."""
+    """Raise one sentence for the first part of ``content`` that the closed schema refuses."""
     _refuse_not_finite(content, name, "")
     schema = yaml.safe_load(Path(schema_path).read_text(encoding="utf-8"))
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
-    # a misspelt key also counts as a missing one: tell about the key that is there
+    # a misspelt key also counts as a missing one: report the key that was found
     errors.sort(key=lambda e: (e.validator != "additionalProperties", list(map(str, e.path))))
     if errors:
         raise InputError(f"{name}: {_sentence(errors[0], schema, content)}")
@@ -106,7 +106,7 @@ def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> st
     answer = answer_for_key(key, known, everywhere)
     if answer is None:
         elsewhere = [path for path in everywhere if path.rpartition(".")[2] == unknown]
-        # a misspelt key may also be one that has moved
+        # a misspelt key may have moved
         likely = {name: name for name in known} | moved_from(where)
         close = difflib.get_close_matches(unknown, likely, n=1, cutoff=0.5)
         if elsewhere:
@@ -119,7 +119,7 @@ def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> st
 
 
 def _old_name(path, content: dict) -> str | None:
-    """What to say of an incomplete entry under an old name, for example a pathway, or None."""
+    """Hint for an incomplete entry under an old name, for example a pathway, or None."""
     for name in path:
         answer = renamed(VALUES, name, content) if isinstance(content, dict) else None
         if answer:
@@ -156,7 +156,7 @@ def _refuse_unknown(name: str, key: str, found: str | None, section: str, known)
 
 
 def check_config(config: dict, name: str) -> None:
-    """What a schema cannot say: names that must refer to each other, and order."""
+    """Checks beyond the schema: names that refer to each other, and order."""
     config = settings_of(config)
     dummy, wristalyzer = config["dummy"], config["wristalyzer"]
     for key in ("as_printed", "recommended"):
@@ -323,7 +323,7 @@ def _check_treadmill(config: dict, name: str) -> None:
     if analysis["zero_lag"] and analysis["lowpass_order"] % 2:
         raise InputError(
             f"{name}: expected an even belt.analysis.lowpass_order, because the filter is "
-            f"bidirectional, found {analysis['lowpass_order']}: correct one of the two"
+            f"zero-lag, found {analysis['lowpass_order']}: correct one of the two"
         )
 
 
@@ -384,7 +384,7 @@ def _check_models_of_pathways(section: str, pathways: dict, family: list[str], n
 
 
 def check_one_treadmill(config: dict, experiments, name: str) -> None:
-    """Models of the treadmill hold for one belt, rate and filter: with the weight there are no exceptions."""
+    """Models of the treadmill hold for one belt, rate and filter; exceptions are refused with the weight."""
     shared = config["plate_treadmill"]
     for experiment, own in shared["exceptions"].items():
         if not {experiment, "weight"} <= set(experiments):

@@ -1,7 +1,7 @@
-"""The facts of every experiment that the workflow must know before the first job: adding one begins here.
+"""Table of the experiments, with all properties that the workflow needs before the first job.
 
-The rest of the workflow asks this table: the trial sheet for raw files and columns, the study for figures,
-tables and files, the report for the settings that it prints.
+A new experiment begins with an entry here. The trial sheet takes raw files and columns from this table, the
+study takes figures, tables and files, and the report takes the settings that it prints.
 """
 
 from dataclasses import dataclass, field
@@ -9,24 +9,24 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Experiment:
-    """What the workflow must know of an experiment.
+    """Properties of an experiment.
 
     Attributes
     ----------
-    raw_files : kind of raw file -> the name that the laboratory gives it, None where it makes none
+    raw_files : kind of raw file -> its name in the virtual laboratory, None if that makes none
         The kinds are columns of the trial sheet.
-    category, figures : category of the HTML report, and what is drawn.
+    category, figures : category of the HTML report, and names of the figures.
     optional_files : kinds of raw file that a recorded trial may lack.
-    profiles : those of trials that are made.
-    pulsed, at_random : whether perturbations stand apart, in intervals, and whether these may be a range.
+    profiles : perturbation profiles of simulated trials.
+    pulsed, at_random : whether perturbations are separate pulses, and whether their intervals may be a range.
     models : models of the treadmill that its trials calibrate or validate, or None.
-    tasks : what the laboratory's person can be told, a recorded one anything; none where nobody is told.
-    table_columns : what a table holds -> column of the sheet that names it, where tables differ.
-    fitted : whether trials have fits and estimates of their own.
-    cross_validated : whether all trials are predicted with the parameters of each.
-    thesis_tables : table of the thesis -> how the names of its conditions begin.
+    tasks : tasks of the simulated person, a recorded one may have any; empty if trials have no task.
+    table_columns : quantity -> column of the sheet that names its column, if the tables of trials differ.
+    fitted : whether each trial has its own fit and estimates.
+    cross_validated : whether the parameters of each trial predict all trials.
+    thesis_tables : table of the thesis -> common beginning of the names of its conditions.
     printed : settings that the report prints.
-    true : constants of the laboratory that estimates are compared with.
+    true : constants of the laboratory, as the truth of the estimates.
     """
 
     raw_files: dict[str, str | None]
@@ -48,7 +48,7 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a study that has no trials of its own, but needs those of several experiments."""
+    """A part of a study without trials of its own, which needs the trials of several experiments."""
 
     needs: tuple[str, ...]
     category: str
@@ -124,7 +124,7 @@ EXPERIMENTS = {
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
         profiles=PULSES,
         models="plate",
-        category="What the treadmill adds to the force",
+        category="Belt-induced force",
         figures=(
             "figure_4_5",
             "figure_4_6",
@@ -168,7 +168,7 @@ EXPERIMENTS = {
         models="belt",
         table_columns={"time": "time_column", "load": "load_column", "velocity": "velocity_column"},
         fitted=False,
-        category="What the treadmill adds to the load",
+        category="Belt-induced load of an empty treadmill",
         figures=("figure_belt_prediction", "figure_belt_cutoff", "figure_belt_ripple"),
         printed=(
             "analysis.shown_cutoff_hz",

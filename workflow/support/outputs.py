@@ -1,4 +1,4 @@
-"""The files that a study makes, as its rules name them."""
+"""Output files of a study, as named by its rules."""
 
 from workflow.support.experiments import APPENDIX, CAPTIONS, EXPERIMENTS, PARTS
 from workflow.support.study import Study
@@ -62,18 +62,18 @@ def estimates(study: Study) -> list[str]:
 
 
 def task_fits(study: Study) -> list[str]:
-    """What the trials of each task gave together."""
+    """Joint result of the trials of each task."""
     return [f"<results>/fits/standing_tasks/{task}.h5" for task in study.tasks()]
 
 
 def plate_models(study: Study) -> list[str]:
-    """Models of the plate's load, where there are any: of Fy, then of Mx."""
+    """Models of the belt-induced force and moment of the plate, if any: of Fy, then of Mx."""
     loads = ("Fy", "Mx") if study.has("weight") else ()
     return [f"<results>/treadmill_models/plate_{load}.json" for load in loads]
 
 
 def model_files(study: Study, experiment: str) -> list[str]:
-    """What a calibration of treadmill models keeps for the report: responses, and scores."""
+    """Responses and scores of a calibration of treadmill models, for the report."""
     if not study.has(experiment):
         return []
     name = EXPERIMENTS[experiment].models
@@ -86,12 +86,12 @@ def model_scores(study: Study) -> list[str]:
 
 
 def models(study: Study) -> list[str]:
-    """The table of the treadmill's models, where there are any."""
+    """The table of the treadmill models, if any."""
     return ["<results>/tables/treadmill_models.csv"] if model_scores(study) else []
 
 
 def thesis_tables(study: Study) -> list[str]:
-    """The thesis's tables, where there is something to compare."""
+    """The tables of the thesis, if the study has trials to compare."""
     return [f"<results>/tables/{name}.csv" for name in study.thesis_tables()]
 
 
@@ -107,22 +107,22 @@ def noise(study: Study) -> list[str]:
 
 
 def specification(study: Study) -> list[str]:
-    """One trial of the dummy by every combination of choices."""
+    """Specification curve: one trial of the dummy, analysed with every combination of choices."""
     return ["<results>/tables/specification.csv"] if study.has("dummy") else []
 
 
 def recovery(study: Study) -> list[str]:
-    """The comparison with the truth, where there is a truth."""
+    """The comparison with the truth, if there is one."""
     return [] if study.config["study"]["virtual_lab"] is None else ["<results>/tables/recovery.csv"]
 
 
 def claims(study: Study) -> list[str]:
-    """The check of the thesis's statements, where there is something to compare."""
+    """The check of the claims of the thesis, if the study has trials to compare."""
     return [] if study.config["study"]["reported"] is None else ["<results>/tables/claims.csv"]
 
 
 def everything(study: Study) -> list[str]:
-    """What `all` asks for, but for the HTML report, which shows it."""
+    """Inputs of the rule `all`, except the HTML report, which shows them."""
     return [
         f"<results>/report/{study.config['study']['name']}.pdf",
         "<results>/provenance.json",

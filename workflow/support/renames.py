@@ -1,10 +1,10 @@
-"""What was called something else before, or stood elsewhere: the one table that answers old names.
+"""Former names and places of keys, values and experiments, for messages about old configurations.
 
-A name is answered only where it is refused anyway: an unknown key, a value that is none of those expected, a
-name that is looked up and not found. A pathway of your own may have any name.
+The table is consulted only where a name is refused: an unknown key, an unexpected value, or a name that is
+looked up and not found. A pathway of your own may have any name.
 """
 
-# sections and keys, whatever the file, and experiments of the trial sheet
+# sections and keys of all files, and experiments of the trial sheet
 KEYS = {
     "pilot": "standing",
     "ankle": "position_manipulator",
@@ -30,7 +30,7 @@ VALUES = {
     "reflex-free": "pre-reflex-window",
     "published": "hnat2014",
 }
-# keys of the configuration that stand elsewhere; their sections are called as today
+# keys of the configuration that moved, in sections under their present names
 MOVED = {
     "dummy.ingest.resample_rate_hz": "plate_treadmill.resample_rate_hz",
     "dummy.analysis.lowpass_cutoff_hz": "plate_treadmill.lowpass_cutoff_hz",
@@ -58,7 +58,7 @@ REMOVED = {
 
 
 def answer_for_key(path: str, known: list[str], everywhere: list[str]) -> str | None:
-    """What became of an unknown key, or None.
+    """Hint for an unknown key that was renamed, moved or removed, or None.
 
     ``path`` has the sections around the key, dots in between; ``known`` are the keys that are known in its
     place, ``everywhere`` the paths of all keys of the file.
@@ -71,7 +71,7 @@ def answer_for_key(path: str, known: list[str], everywhere: list[str]) -> str | 
 
 
 def moved_from(section: str) -> dict[str, str]:
-    """Name -> path today of the keys that a section had before."""
+    """Name -> present path of the former keys of a section."""
     return {
         old.rpartition(".")[2]: new.partition(",")[0]
         for old, new in MOVED.items()
@@ -80,6 +80,6 @@ def moved_from(section: str) -> dict[str, str]:
 
 
 def renamed(table: dict[str, str], name: object, known) -> str | None:
-    """Say what a name is called now, if it is an old one and its new one is known."""
+    """Hint with the present name of an old one, if that is known; else None."""
     new = table.get(name) if isinstance(name, str) else None
     return f"renamed to {new!r}" if new is not None and new in known else None

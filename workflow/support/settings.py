@@ -1,4 +1,4 @@
-"""From the configuration, where each value stands once, to the complete settings of every experiment."""
+"""Complete settings of every experiment, from a configuration in which each value stands once."""
 
 import copy
 
@@ -12,17 +12,17 @@ def plate_treadmill(config: dict, experiment: str) -> dict:
 
 
 def plate_key(config: dict, experiment: str, key: str) -> str:
-    """Where the configuration says it, for messages."""
+    """Place of the setting in the configuration, for messages."""
     own = config["plate_treadmill"]["exceptions"].get(experiment, {})
     return f"plate_treadmill.exceptions.{experiment}.{key}" if key in own else f"plate_treadmill.{key}"
 
 
 def settings_of(config: dict) -> dict:
-    """The configuration, with what the plate treadmill's section says written into its experiments.
+    """The configuration, with the settings of the plate treadmill copied into its experiments.
 
-    ``ingest`` of each gets ``resample_rate_hz``, and of the empty belt None for what it has no markers for.
-    All but the empty belt get ``belt``; ``analysis`` gets ``lowpass_order`` and ``lowpass_cutoff_hz``, of the
-    weight ``cutoffs_hz``, the shared one first.
+    ``ingest`` of each gets ``resample_rate_hz``; that of the empty belt gets None for settings of markers.
+    All but the empty belt get ``belt``. ``analysis`` gets ``lowpass_order`` and ``lowpass_cutoff_hz``; that
+    of the weight gets ``cutoffs_hz``, the shared one first.
     """
     settings = copy.deepcopy(config)
     no_markers = {"max_gap_s": None, "marker_sampling_hz": None}
@@ -43,7 +43,7 @@ def settings_of(config: dict) -> dict:
 
 
 def only(section: dict, *keys: str) -> dict:
-    """Some of a section's entries: a rule that is given no more is not run again for the others."""
+    """Selected entries of a section: a rule with these parameters is not rerun for changes of the others."""
     return {key: section[key] for key in keys}
 
 
@@ -53,7 +53,7 @@ def without(section: dict, *keys: str) -> dict:
 
 
 def pick(settings: dict, *paths: str) -> dict:
-    """What stands at some paths, keys with dots in between, in sections as before."""
+    """Values at given paths (keys joined by dots), in their sections."""
     picked: dict = {}
     for path in paths:
         *sections, key = path.split(".")

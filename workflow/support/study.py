@@ -1,4 +1,4 @@
-"""Look-ups on the trials and settings of a study: what the rules ask, without Snakemake."""
+"""Look-ups of the rules on the trials and settings of a study, independent of Snakemake."""
 
 from pathlib import Path
 
@@ -16,8 +16,8 @@ def any_of(names) -> str:
 class Study:
     """A checked configuration and its trials.
 
-    ``settings`` are those of every experiment, with what experiments share; ``trials`` map (experiment,
-    condition) to rows of the trial sheet, in its order; ``experiments`` are those that have trials.
+    ``settings`` are the complete settings of every experiment; ``trials`` maps (experiment, condition) to
+    rows of the trial sheet, in its order; ``experiments`` are those with trials.
     """
 
     def __init__(self, config: dict, trials: dict[tuple, TrialRow]) -> None:
@@ -25,10 +25,10 @@ class Study:
         self.settings = settings_of(config)
         self.experiments = list(dict.fromkeys(experiment for experiment, _ in trials))
 
-    # ---- what there is ---------------------------------------------------------------------------
+    # ---- experiments and files -------------------------------------------------------------------
 
     def has(self, name: str) -> bool:
-        """Whether an experiment is in the study, or all that a part of it needs."""
+        """Whether an experiment, or all experiments that a part needs, are in the study."""
         needs = PARTS[name].needs if name in PARTS else (name,)
         return set(needs) <= set(self.experiments)
 
@@ -37,7 +37,7 @@ class Study:
         return [condition for name, condition in self.trials if name == experiment]
 
     def made(self, experiment: str) -> list[str]:
-        """Those of them that the virtual laboratory makes."""
+        """Conditions of an experiment that are simulated."""
         names = self.conditions(experiment)
         return [c for c in names if self.trials[experiment, c].source == "virtual_lab"]
 
@@ -46,7 +46,7 @@ class Study:
         return {e: self.conditions(e) for e in self.experiments if EXPERIMENTS[e].fitted or not fitted}
 
     def all_made(self) -> dict[str, list[str]]:
-        """Experiment -> conditions that the virtual laboratory makes."""
+        """Experiment -> conditions that are simulated."""
         return {experiment: self.made(experiment) for experiment in self.experiments}
 
     def of_trials(self, pattern: str, experiment: str) -> list[str]:
@@ -54,7 +54,7 @@ class Study:
         return [pattern.format(condition=condition) for condition in self.conditions(experiment)]
 
     def raw_files(self, experiment: str, condition: str, results: str) -> dict[str, str]:
-        """Kind -> path of a trial's raw files: recorded, or made below the folder of the results."""
+        """Kind -> path of a trial's raw files: recorded, or simulated below the folder of the results."""
         row = self.trials[experiment, condition]
         if row.source == "recorded":
             return row.files
@@ -62,15 +62,15 @@ class Study:
         return {kind: f"{folder}/{name}" for kind, name in EXPERIMENTS[experiment].raw_files.items()}
 
     def raw_inputs(self, experiment: str, condition: str, results: str) -> list[str]:
-        """The same without recorded ones that are missing: these stop their own job, not the whole study."""
+        """As `raw_paths`, without missing recorded files: these stop their own job, not the whole study."""
         made = self.trials[experiment, condition].source == "virtual_lab"
         paths = self.raw_files(experiment, condition, results).values()
         return [path for path in paths if made or Path(path).is_file()]
 
-    # ---- what the trial sheet says of trials -----------------------------------------------------------
+    # ---- properties of trials, from the trial sheet ---------------------------------------------------
 
     def protocol(self, experiment: str, condition: str) -> dict:
-        """What the belt is to do in a trial that is made."""
+        """Motion of the belt in a simulated trial."""
         row = self.trials[experiment, condition]
         random = EXPERIMENTS[experiment].at_random
         return {
@@ -93,11 +93,11 @@ class Study:
         return [[e, c, role] for e in ("empty", "weight") for c, role in self.roles(e).items()]
 
     def task_of(self) -> dict[str, str]:
-        """Condition -> what the standing person was told."""
+        """Condition -> task of the standing person."""
         return {c: self.trials["standing", c].task for c in self.conditions("standing")}
 
     def tasks(self) -> list[str]:
-        """What the person was told, in the order of the trial sheet."""
+        """Tasks of the person, in the order of the trial sheet."""
         return list(dict.fromkeys(self.task_of().values()))
 
     def of_task(self, pattern: str, task: str) -> list[str]:
@@ -113,7 +113,7 @@ class Study:
         return groups
 
     def made_tasks(self) -> dict[str, str]:
-        """Condition -> task of the person's trials that are made, and of tasks that are made as a whole."""
+        """Condition -> task of simulated trials, and of tasks whose trials are all simulated."""
         told, made = self.task_of(), set(self.made("standing"))
         whole = [task for task in self.tasks() if made >= {c for c in told if told[c] == task}]
         return {c: task for c, task in told.items() if c in made} | {task: task for task in whole}
@@ -128,29 +128,29 @@ class Study:
         return list(chosen.values())
 
     def averaged_noise_conditions(self) -> list[str]:
-        """Those of Table 4-4 and Figure 4-12: with sinusoidal perturbations, or all where there are none."""
+        """Trials of Table 4-4 and Figure 4-12: with sinusoidal perturbations, or all if there are none."""
         names = self.noise_conditions()
         return [name for name in names if name.startswith("sine")] or names
 
     def same_profile(self, condition: str) -> list[str]:
-        """The noise study's trials with the same profile as one of them, itself included."""
+        """The noise study's trials with the profile of a given trial, which is included."""
         profile = self.trials["dummy", condition].profile
         return [c for c in self.noise_conditions() if self.trials["dummy", c].profile == profile]
 
-    # ---- what is shown -----------------------------------------------------------------------------
+    # ---- tables and figures ------------------------------------------------------------------------
 
     def shown(self, experiment: str, wanted: str, role: str | None = None) -> str:
-        """The configured condition, or the last of the sheet, of the role, where it is not among them."""
+        """The configured condition; if the study lacks it, the last of its role in the sheet."""
         names = [c for c, own in self.roles(experiment).items() if role in (None, own)]
         return wanted if wanted in names or not names else names[-1]
 
     def shown_several(self, experiment: str, wanted: list[str]) -> list[str]:
-        """The configured conditions that the study has, or all where it has none of them."""
+        """The configured conditions that the study has, or all if it has none of them."""
         names = self.conditions(experiment)
         return [name for name in names if name in wanted] or names
 
     def thesis_tables(self) -> dict[str, str]:
-        """Thesis table -> its experiment, of the tables that have conditions in this study."""
+        """Thesis table -> its experiment, for the tables that have conditions in this study."""
         tables = {name: e for e in self.experiments for name in EXPERIMENTS[e].thesis_tables}
         return {name: e for name, e in tables.items() if self.table_conditions(name)}
 
@@ -161,13 +161,13 @@ class Study:
         return [c for c in self.conditions(experiment) if c.startswith(begins)]
 
     def table_pathways(self, table: str) -> list[list]:
-        """[pathway, estimator or None] as printed and recommended."""
+        """[pathway, estimator or None] of the thesis as printed, and as recommended."""
         if table_experiment(table) == "wristalyzer":
             return [["admittance", "spectral-fit"], ["admittance", "spectral-fit-periods"]]
         return [[self.settings["dummy"][key], None] for key in ("as_printed", "recommended")]
 
     def active_estimators(self) -> list[str]:
-        """Estimators of the standing person that separate the muscles' torque."""
+        """Estimators of the standing person that separate the muscle torque."""
         choices = self.settings["standing"]["estimators"]
         return [name for name, choice in choices.items() if choice["active"] != "none"]
 
@@ -178,7 +178,7 @@ class Study:
         return {name: pick(self.settings[name], *paths) for name, paths in named.items()}
 
     def true(self) -> list[str]:
-        """Constants of the laboratory that estimates of trials that it made are compared with."""
+        """Constants of the laboratory, as the truth for the estimates of simulated trials."""
         return [path for e, made in self.all_made().items() if made for path in EXPERIMENTS[e].true]
 
 

@@ -1,4 +1,4 @@
-"""The trial sheet: one row per trial, made by the virtual laboratory or recorded."""
+"""The trial sheet: one row per trial, simulated by the virtual laboratory or recorded."""
 
 import csv
 import difflib
@@ -35,8 +35,8 @@ class TrialRow:
     """One row of the sheet.
 
     ``interval_s`` is the shortest, ``longest_interval_s`` the longest time between perturbations. ``files``
-    maps kinds of raw file to paths, and is empty for the laboratory's. ``role`` and ``task`` (what a person
-    was told) are None where trials have none. ``columns`` maps time, load and velocity to names in the
+    maps kinds of raw file to paths, and is empty for simulated trials. ``role`` and ``task`` (instruction of
+    the person) are None where trials have none. ``columns`` maps time, load and velocity to names in the
     header of the trial's table.
     """
 
@@ -109,7 +109,7 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
 
 
 def check_sources(trials: dict[tuple, TrialRow], path: str | Path, virtual_lab: str | None) -> None:
-    """Refuse trials to be made where there is no laboratory, and the weight without the empty belt."""
+    """Refuse simulated trials if there is no laboratory, and the weight without the empty belt."""
     for (experiment, condition), row in trials.items():
         if row.source == "virtual_lab" and virtual_lab is None:
             raise InputError(
@@ -232,7 +232,7 @@ def _positive(cell: str, name: str, here: str) -> float | None:
 
 
 def _task(cells: dict[str, str], here: str) -> str | None:
-    """What a standing person was told."""
+    """Task of a standing person."""
     experiment, task = cells["experiment"], cells.get("task", "")
     tasks = EXPERIMENTS[experiment].tasks
     if not tasks:
@@ -276,7 +276,7 @@ def _role(cells: dict[str, str], here: str) -> str | None:
 
 
 def _columns(cells: dict[str, str], here: str) -> dict[str, str]:
-    """Names of a table's columns, by what they hold."""
+    """Names of a table's columns, by quantity."""
     experiment = cells["experiment"]
     named_by = EXPERIMENTS[experiment].table_columns
     columns: dict[str, str] = {}
