@@ -47,7 +47,7 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        study_outputs(),
+        outputs.everything(STUDY),
         "<results>/report/report.html",
 
 

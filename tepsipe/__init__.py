@@ -1,8 +1,8 @@
 """Joint impedance from transient endpoint perturbations (TEP-SIPE).
 
 Arrays in, one result out. Arguments are NumPy arrays in SI units, or ``Signal(values, unit)``, which is
-converted. Options are keyword-only, have their unit in their name, and default to what we recommend;
-``thesis=True`` gives the thesis's choice. Whatever cannot be used is refused with an `InputError` of one
+converted. Options are keyword-only, carry their unit in their name, and default to the recommended method;
+``thesis=True`` selects the method of the thesis. Input that cannot be used raises an `InputError` with one
 sentence.
 
 Read
@@ -11,19 +11,19 @@ Read
 
 Signals
     lowpass               zero-lag Butterworth filter
-    find_perturbations    where the belt moved
+    find_perturbations    windows in which the belt moved
     frequency_response    response and coherence of two signals
     vaf                   variance accounted for (thesis eq 3-1)
 
 Mechanics
-    Leg, SegmentMarkers   masses and lengths, and where markers are placed
+    Leg, SegmentMarkers   masses and lengths, and positions of markers
     segment_motion        angle and accelerations of a segment from its markers
     joint_torque          torque of the joint by inverse dynamics
     simulate_joint        motion and forces of a joint of known impedance
 
 Identification: each returns an ImpedanceFit with .I .B .K, intervals, .vaf, .summary(), .to_frame(), .plot()
-    fit_impedance         angle and torque, perturbation by perturbation or as one record
-    fit_output_error      angle and motion of the foot, no torque
+    fit_impedance         angle and torque, per perturbation or over one record
+    fit_output_error      angle and motion of the foot, without a torque
     fit_admittance        a frequency response (Wristalyzer)
     fit_parallel_cascade  intrinsic stiffness and stretch reflex
     ImpedanceFit          the result

@@ -1,8 +1,7 @@
 """The command line: ``tepsipe fit``, ``tepsipe calibrate``, ``tepsipe info``.
 
-Every command is thin over the public functions. It ends with 0, or with one sentence on the standard error
-and
-2 where its input cannot be used.
+Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
+to the standard error and returns 2.
 """
 
 import argparse
@@ -37,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"tepsipe: {error}", file=sys.stderr)
         return 2
-    except BrokenPipeError:  # the reader of the output has gone
+    except BrokenPipeError:  # the output has been closed
         return 0
     except OSError as error:
         print(
@@ -221,7 +220,7 @@ def _info(chosen: argparse.Namespace) -> None:
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:
-    """Files to write, none of which is an input, drawn without a screen."""
+    """Names of the files to write, none of which is an input; figures are drawn without a screen."""
     import matplotlib
 
     matplotlib.use("Agg")

@@ -3,8 +3,8 @@
     python tests/installed_wheel.py [--extra mujoco] [further arguments of pytest]
 
 The environment is made with pip by the interpreter that runs this. Wheel, environment and copies of tests and
-configuration are in a temporary folder, away from the checkout, so that tests can only import the installed
-library. Tests of the workflow stay behind: they need Snakemake and the checkout.
+configuration are in a temporary folder, away from the checkout: tests can only import the installed library.
+Tests of the workflow stay behind, because they need Snakemake and the checkout.
 """
 
 import argparse

@@ -45,7 +45,7 @@ def test_human_joint(root, tmp_path):
 
 
 def test_study_trial(root, tmp_path, dummy_files, shipped_config):
-    options = TreadmillOptions(**shipped_config["dummy"]["ingest"])
+    options = TreadmillOptions(**shipped_config["dummy"]["ingest"], resample_rate_hz=250.0)
     labels = shipped_config["dummy"]["files"]["marker_labels"]
     trial = ingest_treadmill_files(dummy_files, labels, options, 12.0)
     write_trial(tmp_path / "trial.h5", trial, "dummy", "sine-0.5", dummy_files, vars(options))

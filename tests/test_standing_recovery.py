@@ -44,8 +44,9 @@ PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle", "ankle-thesis"
 def choices(shipped_config):
     """The section of the standing person, and the library's options that its scripts make of it."""
     from workflow.scripts.standing_choices import active_options, estimators_of, person_of
+    from workflow.support.settings import settings_of
 
-    section = shipped_config["standing"]
+    section = settings_of(shipped_config)["standing"]
     analysis = section["analysis"]
     lowpass = analysis["lowpass_cutoff_hz"], analysis["lowpass_order"]
     standing = StandingOptions(
@@ -68,7 +69,8 @@ def choices(shipped_config):
         emg=EmgOptions(**section["emg"]),
         mains_hz=analysis["line_hz"],
     )
-    active = active_options(section["active"], section["muscles"])
+    ankle_action = {name: muscle["ankle_action"] for name, muscle in section["muscles"].items()}
+    active = active_options(section["active"], ankle_action)
     return section, standing, cutting, estimators_of(section["estimators"]), active
 
 

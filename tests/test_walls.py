@@ -60,7 +60,7 @@ def imported(path, at_import_only=False):
 
 
 def room(name):
-    return (name.split(".") + [""])[1]
+    return [*name.split("."), ""][1]
 
 
 ARROWS = {name: {n for n in imported(path) if n in NAMES} for name, path in NAMES.items()}

@@ -84,7 +84,7 @@ def belt_recording(
 
 @dataclass(frozen=True)
 class TreadmillCalibration:
-    """Models of the belt-induced load, and how well they predict recordings that they have not seen.
+    """Models of the belt-induced load, with scores of their prediction of held-out recordings.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ class TreadmillCalibration:
         Returns
         -------
         ndarray, shape (n,)
-            The rest of the load, filtered as the calibration was (unit of the load).
+            The residual load, filtered as in the calibration (unit of the load).
 
         Raises
         ------
@@ -196,15 +196,15 @@ def calibrate_treadmill(
     Parameters
     ----------
     train, test : BeltRecording or sequence of BeltRecording
-        From `belt_recording`, not filtered (N or Nm, m/s). A recording must not be in both.
+        From `belt_recording`, not filtered (N or N·m, m/s). A recording must not be in both.
     models : sequence of str
-        Which models to fit (`tepsipe.treadmill.registry.MODEL_MEANINGS`).
+        Models to fit (`tepsipe.treadmill.registry.MODEL_MEANINGS`).
     cutoff_hz : float
-        Of the low-pass that all signals pass (Hz).
+        Of the low-pass of all signals (Hz).
     order : int
-        Its order, both passes together where it runs both ways (-).
+        Its order, of both passes together if it is zero-lag (-).
     zero_lag : bool
-        Filter forwards and backwards, or forwards only, as in real time (-).
+        Filter forward and backward, or forward only, as in real time (-).
     **options
         Fields of `FamilyOptions` that differ from the default (units in their names).
 

@@ -24,7 +24,6 @@ from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, perio
 from tepsipe.statistics.goodness_of_fit import vaf
 
 PATHWAY = "admittance"
-ESTIMATORS = ("spectral-fit", "spectral-fit-periods", "spectral-fit-modulus")
 
 
 @dataclass(frozen=True)

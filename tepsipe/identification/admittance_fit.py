@@ -16,7 +16,7 @@ from tepsipe.statistics.least_squares import sem_as_printed, standard_error
 
 # typical magnitude of I, B, K for the scaled solver (N·m·s²/rad, N·m·s/rad, N·m/rad)
 TYPICAL = np.array([0.01, 0.1, 10.0])
-# starting values, lower and upper bounds of I, B, K as the thesis prints them (Nms2/rad, Nms/rad, Nm/rad)
+# starting values, lower and upper bounds of I, B, K in the thesis (N·m·s²/rad, N·m·s/rad, N·m/rad)
 TABLE_3_2 = ((0.001, 0.1, 10.0), (-10.0, 0.01, -20.0), (10.0, 10.0, 20.0))
 
 

@@ -8,7 +8,7 @@ from tepsipe.errors import InputError, quoted
 from tepsipe.signals.perturbations import Perturbation
 
 LEAST_REST_S = 0.25
-REST_MARGIN_S = 0.1  # kept away from the first perturbation
+REST_MARGIN_S = 0.1  # margin before the first perturbation
 
 
 def windows_of(perturbations: Sequence, count: int) -> list[Perturbation]:
@@ -29,7 +29,7 @@ def windows_of(perturbations: Sequence, count: int) -> list[Perturbation]:
     Raises
     ------
     InputError
-        If there is none, or one is not within the record or shorter than 4 samples.
+        If there is none, or one exceeds the record or is shorter than 4 samples.
     """
     windows = []
     for given in perturbations:

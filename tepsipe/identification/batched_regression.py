@@ -7,7 +7,7 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS
 
-RANK_TOLERANCE = 1e-14  # of what is left of a regressor of unit length without the others, squared
+RANK_TOLERANCE = 1e-14  # squared length of the residual of a regressor of unit length on the others
 
 # ---- estimators --------------------------------------------------------------------------------
 

@@ -1,6 +1,6 @@
-"""The estimators of a perturbed trial by name: one record in, one kind of fit out.
+"""Registry of the estimators of a perturbed trial: each takes a record and returns windowed fits.
 
-The study's pathways, the specification curve and the public functions choose an estimator here. To add one,
+The study's pathways, the specification curve and the public functions select an estimator here. To add one,
 write its module with a function that returns `WindowedFits`, and enter it in `ESTIMATORS`.
 """
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """What of one trial an estimator may use; what it does not need may be missing (None).
+    """Signals of one trial for an estimator; those that it does not need may be missing (None).
 
     Attributes
     ----------
     motion : JointMotion or None
         Angle of the joint with its derivatives (s, rad), filtered; a `SegmentMotion` for output error.
     torque : ndarray or None, shape (n,)
-        Torque of the joint (Nm), filtered as the motion is.
+        Torque of the joint (N·m), filtered as the motion is.
     perturbations : list of Perturbation or None
         Windows (samples).
     at_rest : ndarray of bool or None, shape (n,)
         Samples at rest (-).
     leg : Leg or None
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     foot_position, belt_velocity : ndarray or None, shape (n,)
         Position of the foot along the belt (m), and logged velocity of the belt (m/s), filtered as the
         motion is.
@@ -51,12 +51,12 @@ class Record:
 
 @dataclass(frozen=True)
 class Estimator:
-    """One way from a record to I, B, K.
+    """An estimator of I, B, K from a record.
 
     Attributes
     ----------
     meaning : str
-        What it does, in a few words (no unit).
+        Description in a few words (no unit).
     needs : tuple of str
         Parts of a `Record` that it uses.
     function : callable
@@ -73,7 +73,7 @@ class Estimator:
         return self.needs == OF_WINDOWS
 
 
-# modules are imported when their estimator runs: a job pays for the one that it uses
+# modules are imported when their estimator runs, to keep the start of other jobs short
 def _windowed(thesis: bool) -> Callable:
     def function(record: Record):
         from tepsipe.identification.window_regression import regress_torque
@@ -146,7 +146,7 @@ def estimate(name: str, record: Record) -> "WindowedFits":
     Returns
     -------
     WindowedFits
-        What the estimator found (Nms2/rad, Nms/rad, Nm/rad).
+        Estimates of every window (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
     Raises
     ------

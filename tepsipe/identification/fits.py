@@ -1,4 +1,4 @@
-"""Estimate the impedance of a joint from arrays: the functions that notebooks use.
+"""Public functions that estimate the impedance of a joint from arrays.
 
 Every function takes arrays in SI units, or `Signal`s that name their unit, filters all of them alike, and
 returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
@@ -45,25 +45,25 @@ def fit_impedance(
 ) -> ImpedanceFit:
     """I, B, K of a joint from its angle and torque, by least squares.
 
-    With perturbations, tau = I theta'' + B theta' + K (theta - theta_rest) is fitted to every perturbation by
-    itself, tau from its value at rest (windowed least squares, thesis eq 3-9), and the estimates are
-    averaged. Intervals are bootstrapped over the perturbations. Without perturbations
-    tau = I theta'' + B theta' + K theta + offset is fitted to the whole record; intervals are bootstrapped
-    over blocks of it.
+    With perturbations, tau = I theta'' + B theta' + K (theta - theta_rest) is fitted to each perturbation
+    separately, with tau relative to its value at rest (windowed least squares, thesis eq 3-9), and the
+    estimates are averaged. Intervals are bootstrapped over the perturbations. Without perturbations,
+    tau = I theta'' + B theta' + K theta + offset is fitted to the whole record, and intervals are
+    bootstrapped over blocks of the record.
 
     Parameters
     ----------
     time : array_like or Signal, shape (n,)
         Instants (s), on a regular clock.
     angle, torque : array_like or Signal, shape (n,)
-        theta (rad) and tau (Nm), positive when it resists a positive angle; not filtered.
+        theta (rad) and tau (N·m), positive when it resists a positive angle; not filtered.
     perturbations : sequence of Perturbation or of (start, stop), optional
         Windows, first sample and the first after it (samples), for example from `find_perturbations`.
     rest : ndarray of bool, shape (n,), or (float, float), optional
-        Samples at rest, or unperturbed time at the trial's start and end (s). Left out: the time before the
+        Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
     cutoff_hz : float or None
-        Of the zero-lag Butterworth low-pass that all signals pass (Hz); None where they are filtered already.
+        Of the zero-lag Butterworth low-pass of all signals (Hz); None if they are filtered already.
     order : int
         Its order, both passes together (-).
     thesis : bool
@@ -124,11 +124,10 @@ def fit_output_error(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> ImpedanceFit:
-    """I, B, K of the joint under a leg on a moving belt, without any torque (output error).
+    """I, B, K of the joint under a leg on a moving belt, without a torque (output error).
 
-    The angle is simulated over the whole trial from the motion of the foot, and its parameters are those for
-    which the error is orthogonal to instruments from the belt's logged velocity. See
-    `tepsipe.identification.output_error`.
+    The angle is simulated over the whole trial from the motion of the foot. The estimate makes the error
+    orthogonal to instruments from the logged belt velocity. See `tepsipe.identification.output_error`.
 
     Parameters
     ----------
@@ -139,11 +138,11 @@ def fit_output_error(
     belt_velocity : array_like or Signal, shape (n,)
         Logged velocity of the belt (m/s), not filtered.
     leg : Leg
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     perturbations : sequence of Perturbation or of (start, stop)
         Windows (samples), from `find_perturbations`.
     rest : ndarray of bool, shape (n,), or (float, float), optional
-        Samples at rest, or unperturbed time at the trial's start and end (s). Left out: the time before the
+        Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
     cutoff_hz : float
         Of the zero-lag Butterworth low-pass (Hz), that of ``motion``.
@@ -218,18 +217,18 @@ def fit_admittance(
     Parameters
     ----------
     response : FrequencyResponse
-        Admittance theta/tau with its coherence (Hz, rad/Nm), from ``frequency_response(time, torque,
+        Admittance theta/tau with its coherence (Hz, rad/(N·m)), from ``frequency_response(time, torque,
         angle)``.
     band_hz : (float, float), optional
-        Frequencies to fit (Hz); all of them if left out.
+        Frequencies to fit (Hz); by default all.
     start : sequence of float, optional
-        Starting values of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad); from the response if left out.
+        Starting values of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad); by default from the response.
     lower, upper : sequence of float, optional
-        Bounds of I, B, K (units as ``start``); none if left out.
+        Bounds of I, B, K (units as ``start``); by default none.
     thesis : bool
         The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2 (-).
     confidence : float
-        Probability of the intervals (-). They take residuals for independent and equally noisy.
+        Probability of the intervals (-), which assume independent residuals of equal variance.
 
     Returns
     -------
@@ -287,7 +286,7 @@ def fit_admittance(
     model = admittance(found.parameters, band.frequency_hz)
     residual = np.abs(band.response - model) ** 2
     notes = (*([] if found.converged else ["The search did not converge: do not use these numbers."]),)
-    notes += ("A parameter lies at its bound: its value is the bound's.",) if found.at_bound else ()
+    notes += ("A parameter lies at its bound: its value is that of the bound.",) if found.at_bound else ()
     return ImpedanceFit(
         estimator="spectral-fit-modulus" if thesis else "spectral-fit",
         quantities=quantities,
@@ -325,13 +324,13 @@ def fit_parallel_cascade(
     time : array_like or Signal, shape (n,)
         Instants (s), on a regular clock.
     angle, torque : array_like or Signal, shape (n,)
-        theta (rad) and tau (Nm), positive when it resists a positive angle; not filtered.
+        theta (rad) and tau (N·m), positive when it resists a positive angle; not filtered.
     training_fraction : float
         First part of the record that is fitted (-).
     cut_s : float
         Time that is cut at both ends (s).
     cutoff_hz : float
-        Of the zero-lag Butterworth low-pass that all signals pass (Hz).
+        Of the zero-lag Butterworth low-pass of all signals (Hz).
     order : int
         Its order, both passes together (-).
     resample_rate_hz : float
@@ -351,8 +350,7 @@ def fit_parallel_cascade(
     -------
     ImpedanceFit
         Intrinsic I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), reflex gain (N·m·s/rad) and delay (s); VAF of
-        the
-        held-out torque (%).
+        the held-out torque (%).
 
     Raises
     ------
@@ -419,7 +417,7 @@ def fit_parallel_cascade(
         low, high = found.delay_range_s
         notes = (
             f"The record does not separate reflex delays between {low:g} and {high:g} s; "
-            f"{found.structure.delay_s:g} s is the one nearest to what is expected.",
+            f"{found.structure.delay_s:g} s is the one nearest to the expected delay.",
         )
     measured = butterworth_lowpass(torque, rate_hz, cutoff_hz, order)[kept]
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])

@@ -51,7 +51,6 @@ from tepsipe.signals.time_alignment import LONGEST_S
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit
 
-SOURCES = ("instruments", "markers", "belt")
 # bounds of the angular frequency (rad/s) and damping ratio (-) of the search
 _LOWEST_RAD_PER_S = 0.6
 _LARGEST_RATIO = 3.0
@@ -63,8 +62,8 @@ _RENEWED = 2
 class OutputError(WindowedFits):
     """I, B, K of the simulated angle.
 
-    The parameters (Nms2/rad, Nms/rad, Nm/rad) are contributions of the intervals from onset to onset, whose
-    mean is the estimate; torque (Nm) and VAF (%) are those of the pathway ``leg``, for comparison only.
+    The parameters (N·m·s²/rad, N·m·s/rad, N·m/rad) are contributions of the intervals from onset to onset,
+    whose mean is the estimate; torque (N·m) and VAF (%) are those of pathway ``leg``, for comparison only.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""One result for every way to estimate impedance: I, B, K, their intervals, and how well they predict."""
+"""Result of every estimator of impedance: I, B, K, their intervals, and the VAF of the prediction."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -63,7 +63,7 @@ class Curve:
     measured, predicted : ndarray, shape (n,)
         The signals (unit in ``label``); complex where ``x`` are frequencies.
     label : str
-        What they are, with the unit.
+        Quantity and unit.
     shaded : ndarray, shape (w, 2)
         Intervals of ``x`` that were fitted (unit of ``x``); empty if all of it was.
     """
@@ -87,19 +87,19 @@ class ImpedanceFit:
         ``I`` (N·m·s²/rad), ``B`` (N·m·s/rad), ``K`` (N·m/rad), and what else the estimator gives, each with
         its unit and interval.
     vaf : float
-        Variance accounted for (%) of what the estimator fits, see ``vaf_of``.
+        Variance accounted for (%) of the fitted signal, see ``vaf_of``.
     vaf_of : str
-        What the VAF is of.
+        Fitted signal.
     confidence : float
         Probability of the intervals (-).
     curve : Curve
-        What was measured, and what the estimate predicts (units there).
+        Measured and predicted signal (units there).
     details : object
-        The estimator's own result, with everything that it found.
+        The estimator's complete result.
     windows : ndarray, shape (w, 3)
         I, B, K of every perturbation (N·m·s²/rad, N·m·s/rad, N·m/rad); empty where one fit serves all.
     notes : tuple of str
-        What a reader of the numbers must know, one sentence each.
+        Caveats for the interpretation, one sentence each.
     """
 
     estimator: str

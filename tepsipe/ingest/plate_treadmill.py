@@ -39,16 +39,17 @@ class TreadmillOptions:
     ----------
     resample_rate_hz : float
         Rate of the trial, that of the motion capture (Hz).
-    max_gap_s : float
-        Longest time for which a marker may be hidden (s).
+    max_gap_s : float or None
+        Longest time for which a marker may be hidden (s); None where there are no markers.
     marker_sampling_hz : float or None
-        Rate of sequential marker sampling within a frame (Hz); None if all are sampled simultaneously.
+        Rate of sequential marker sampling within a frame (Hz); None if all are sampled at
+        once, or there are none.
     trigger_threshold_V : float
         Voltage above which the trigger line is high (V).
     """
 
     resample_rate_hz: float
-    max_gap_s: float
+    max_gap_s: float | None
     marker_sampling_hz: float | None
     trigger_threshold_V: float
 

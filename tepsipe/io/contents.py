@@ -1,4 +1,4 @@
-"""What is in a file of any kind that a reader knows: channels, rates, units and gaps."""
+"""Contents of a file of any readable kind: channels, rates, units and gaps."""
 
 import csv
 import re
@@ -23,13 +23,13 @@ class Channel:
     name : str
         Its name in the file.
     unit : str
-        Its unit as the file says; empty if it does not.
+        Its unit as given in the file; empty if there is none.
     rate_hz : float or None
-        Sampling rate (Hz); None where the file does not tell.
+        Sampling rate (Hz); None where the file gives none.
     shape : tuple of int
         Samples, and further axes (-).
     missing : int
-        Number of instants at which something is missing (-).
+        Number of instants with missing samples (-).
     low, high : float
         Smallest and largest value (``unit``); NaN where there are no numbers.
     """
@@ -56,14 +56,14 @@ class Channel:
 
 @dataclass(frozen=True)
 class Contents:
-    """What a file holds.
+    """Contents of a file.
 
     Attributes
     ----------
     kind : str
-        What kind of file it is.
+        Kind of file.
     facts : dict of str to str
-        What else it says of itself (units in the text).
+        Further properties given in the file (units in the text).
     channels : list of Channel
         Its signals.
     """
@@ -96,7 +96,7 @@ class Contents:
 
 
 def contents_of(path: str | Path) -> Contents:
-    """Look into a file: a text table, C3D, EDF, MATLAB, HDF5 of the study, or treadmill models.
+    """Contents of a file: a text table, C3D, EDF, MATLAB, HDF5 of the study, or treadmill models.
 
     Parameters
     ----------
@@ -106,12 +106,12 @@ def contents_of(path: str | Path) -> Contents:
     Returns
     -------
     Contents
-        Kind, facts and channels (units as the file says).
+        Kind, facts and channels (units as in the file).
 
     Raises
     ------
     InputError
-        If the file is missing, of no kind that a reader knows, or damaged.
+        If the file is missing, damaged, or of a kind that cannot be read.
     """
     path = Path(path)
     if not path.is_file():
@@ -184,7 +184,7 @@ def _of_table(path: Path) -> Contents:
     except InputError as error:
         if "expected a number" not in str(error):
             raise
-        for name in unique:  # a column of text: read the others
+        for name in unique:  # a column of text is skipped
             try:
                 columns |= read_text_table(path, {name: name}, delimiter)
             except InputError:

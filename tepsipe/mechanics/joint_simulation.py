@@ -1,4 +1,4 @@
-"""Simulate a joint under a leg on a moving belt: what an estimator should find again."""
+"""Simulate a joint of known impedance under a leg on a moving belt, to test estimators."""
 
 import numpy as np
 
@@ -31,22 +31,22 @@ def simulate_joint(
     belt_velocity : array_like or Signal, shape (n,)
         Velocity of the belt (m/s).
     leg : Leg
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     I, B, K : float
         Inertia (N·m·s²/rad, without the leg's own), damping (N·m·s/rad), stiffness (N·m/rad) of the joint.
     rest_angle_rad : float
         Angle at which the joint is not bent (rad).
     foot : Foot
-        The foot (kg, m); that of the thesis if left out.
+        The foot (kg, m); by default that of the thesis.
     engine : {"auto", "pybullet", "mujoco", "equations"}
-        What integrates the equations; ``auto`` takes the first of the others that is installed.
+        Engine of the simulation; ``auto`` takes the first of the others that is installed.
     step_s : float, optional
-        Step of the simulation, at most this long (s); 1 ms if left out.
+        Longest step of the simulation (s); by default 1 ms.
 
     Returns
     -------
     ForwardSimulation
-        Angle (rad), torque (Nm), forces (N) and accelerations (m/s2) at the instants.
+        Angle (rad), torque (N·m), forces (N) and accelerations (m/s²) at the instants.
 
     Raises
     ------

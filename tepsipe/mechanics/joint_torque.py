@@ -1,4 +1,4 @@
-"""The torque of the joint from the motion of the leg, by name of the pathway."""
+"""Torque of the joint by inverse dynamics of the leg, for a pathway given by name."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from tepsipe.mechanics.segment_kinematics import SegmentMotion
 
 
 def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np.ndarray:
-    """Torque of the joint by inverse dynamics of the leg alone, no force plate needed.
+    """Torque of the joint by inverse dynamics of the leg, without a force plate.
 
     Derived consistently (`leg_torque`), or as thesis eq (3-8) prints it (`leg_torque_as_printed`).
 
@@ -17,19 +17,19 @@ def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np
     motion : SegmentMotion
         From `segment_motion` (s, rad, m).
     leg : Leg
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     thesis : bool
         Whether to take the equation as printed, whose stiffness is K - 2 m g r (-).
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (Nm), positive when it resists positive theta.
+        tau (N·m), positive when it resists positive theta.
 
     Raises
     ------
     InputError
-        If ``motion`` or ``leg`` is something else.
+        If ``motion`` or ``leg`` is of another type.
     """
     refuse_other_kind(motion, SegmentMotion, "joint_torque", "segment_motion")
     refuse_other_kind(leg, Leg, "joint_torque", "Leg")
@@ -37,7 +37,7 @@ def joint_torque(motion: SegmentMotion, leg: Leg, *, thesis: bool = False) -> np
 
 
 def leg_pathway_torque(pathway: str, leg: Leg, motion: SegmentMotion) -> np.ndarray:
-    """Torque (Nm) by one of `TORQUE_PATHWAYS`, shape (n,).
+    """Torque (N·m) by one of `TORQUE_PATHWAYS`, shape (n,).
 
     Raises
     ------

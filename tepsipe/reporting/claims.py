@@ -284,9 +284,3 @@ def write_claims(path: str | Path, rows: list[dict]) -> None:
         writer.writeheader()
         for row in rows:
             writer.writerow({k: f"{v:.10g}" if isinstance(v, float) else v for k, v in row.items()})
-
-
-def read_claims(path: str | Path) -> list[dict[str, str]]:
-    """Rows of `write_claims`, as text (units in the column ``unit``)."""
-    with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))

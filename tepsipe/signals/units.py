@@ -1,6 +1,6 @@
 """Samples in SI units, from arrays or from signals that name their unit.
 
-Every public function reads its arguments here, so that a wrong unit, shape or sample is one sentence.
+Every public function reads its arguments here; a wrong unit, shape or sample raises one sentence.
 """
 
 import math
@@ -10,7 +10,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, quoted
 
-# what one unit holds of another: (from, to) -> factor
+# conversion of units: (from, to) -> factor
 FACTORS = {
     ("ms", "s"): 1e-3,
     ("us", "s"): 1e-6,
@@ -50,12 +50,12 @@ SPELLINGS = {
 
 
 def factor(unit: str, wanted: str, name: str) -> float:
-    """What to multiply samples in ``unit`` by to have them in ``wanted`` (unit of ``wanted`` over ``unit``).
+    """Factor that converts samples from ``unit`` to ``wanted`` (unit of ``wanted`` over ``unit``).
 
     Parameters
     ----------
     unit, wanted : str
-        Unit as it is written, and the unit to convert to.
+        Given unit, and the unit to convert to.
     name : str
         Names the signal in messages.
 
@@ -67,7 +67,7 @@ def factor(unit: str, wanted: str, name: str) -> float:
     Raises
     ------
     InputError
-        If the one is no multiple of the other.
+        If the units are of different quantities or unknown.
     """
     unit = unit.strip()
     unit = SPELLINGS.get(unit, unit)
@@ -99,11 +99,11 @@ def samples(
     values : array_like or Signal
         Samples in ``unit``; an object with the attributes ``values`` and ``unit`` is converted.
     unit : str
-        The unit that is wanted.
+        Required unit.
     name : str
         Names the argument in messages.
     shape : sequence of int or None
-        The shape that is wanted, None for any length.
+        Required shape, None for any length.
     missing : bool
         Whether NaN is allowed (-).
 

@@ -57,10 +57,10 @@ class FamilyOptions:
         Length of the finite impulse responses towards future and past (s); fir-causal has no lead.
     spectral_segment_s : float
         Length of the segments of spectral estimates (s).
-    ripple : RippleOptions
-        Detection and tracking of ripple, added to the model "fir".
     shortest_s : float
         Shortest total time for a calibration (s).
+    ripple : RippleOptions or None
+        Detection and tracking of ripple, added to the model "fir"; None where it is not tracked.
     frame : ndarray, shape (3,), optional
         The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load.
     """
@@ -70,8 +70,8 @@ class FamilyOptions:
     fir_lead_s: float = 0.1
     fir_lag_s: float = 0.4
     spectral_segment_s: float = 2.56
-    ripple: RippleOptions = field(default_factory=RippleOptions)
     shortest_s: float = 15.0
+    ripple: RippleOptions | None = field(default_factory=RippleOptions)
     frame: np.ndarray | None = None
 
 
@@ -162,7 +162,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     Raises
     ------
     InputError
-        If the name is unknown or the recordings cannot calibrate the model.
+        If the name is unknown, its options are missing or the recordings cannot calibrate the model.
     """
     check_recordings(recordings, options.shortest_s)
     fits = {
@@ -182,6 +182,8 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     }
     if name not in fits:
         raise InputError(f"expected a treadmill model of {', '.join(FAMILY)}, found {name!r}: correct it")
+    if name == "ripple-tracking" and options.ripple is None:
+        raise InputError(f"expected options of the ripple for the model {name!r}, found none: give them")
     first = recordings[0]
     return FittedModel(name, fits[name](), first.unit, first.lowpass, tuple(r.name for r in recordings))
 

@@ -69,9 +69,9 @@ class BeltMotion:
     time : ndarray, shape (n,)
         Grid of the integration (s).
     belt_position, belt_velocity, belt_acceleration : ndarray, shape (n,)
-        Motion of the belt along y (m, m/s, m/s2).
+        Motion of the belt along y (m, m/s, m/s²).
     reaction : ndarray, shape (n, 6)
-        Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (Nm).
+        Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (N·m).
     """
 
     time: np.ndarray

@@ -34,13 +34,13 @@ class DummyTruth:
     foot_mass_kg, foot_height_m : float
         Brick (kg, m).
     leg_mass_kg, leg_length_m, leg_inertia_kgm2 : float
-        Rod: mass (kg), length (m), moment of inertia about its centre of mass (kg m2).
+        Rod: mass (kg), length (m), moment of inertia about its centre of mass (kg·m²).
     rest_angle_rad : float
         Angle at which the leg stands still (rad).
     position_x_m, position_y_m : float
         Where the foot stands on the plate (m).
     gravity_m_per_s2 : float
-        Acceleration of gravity (m/s2).
+        Acceleration of gravity (m/s²).
     """
 
     foot_mass_kg: float
@@ -109,7 +109,7 @@ def move_dummy(
     Returns
     -------
     DummyMotion
-        Motion and reaction on the grid of the integration (s, m, rad, N, Nm).
+        Motion and reaction on the grid of the integration (s, m, rad, N, N·m).
     """
     m, r = dummy.leg_mass_kg, 0.5 * dummy.leg_length_m
     g = dummy.gravity_m_per_s2

@@ -54,7 +54,7 @@ class EmgTruth:
     cross_talk : float
         Share of a neighbouring muscle's signal (-): C beside its diagonal.
     artefact_uV_per_m_per_s2, artefact_s : float
-        Artefact of a lasting acceleration of the belt (uV per m/s2), G, and time in which skin and cables
+        Artefact of a lasting acceleration of the belt (uV per m/s²), G, and time in which skin and cables
         follow (s): T.
     hum_uV, hum_hz, hum_third : float
         Amplitude (uV) and frequency (Hz) of the mains' hum, and its third harmonic as a share of it (-).
@@ -105,7 +105,7 @@ def record_emg(
     drive : ndarray, shape (n, 5)
         Neural drive of MUSCLES (-), not negative.
     belt_acceleration : ndarray, shape (n,)
-        Acceleration of the belt under the subject (m/s2).
+        Acceleration of the belt under the subject (m/s²).
     ends_s : float
         Instant that the recording must reach (s); the recorder stops at the end of a whole second.
     rng : numpy.random.Generator

@@ -1,9 +1,9 @@
 """A person standing with both feet on the belt: four rigid bodies, five muscles, two delayed loops.
 
 Generalised coordinates: y belt position (m); th_1, th_2, th_3 angles of shanks, thighs and upper body from
-the vertical, positive when they tip towards +y (rad), both legs as one. The feet ride on the belt and do not
-rotate. With m_i mass, r_i centre of mass from the lower joint, l_i length, I_i inertia of segment i, and a_ij
-how far angle j carries the centre of mass of segment i (l_j below it, r_i in it, 0 above it):
+the vertical, positive when they tip towards +y (rad), both legs as one. The feet move with the belt and do
+not rotate. With m_i mass, r_i centre of mass from the lower joint, l_i length, I_i inertia of segment i, and
+a_ij lever of angle j on the centre of mass of segment i (l_j below it, r_i in it, 0 above it):
 
     H_jk = sum_i m_i a_ij a_ik + I_j (j = k),     p_j = sum_i m_i a_ij,     M = belt, feet and segments
 
@@ -15,12 +15,12 @@ how far angle j carries the centre of mass of segment i (l_j below it, r_i in it
 
 A joint's torque resists its angle phi (ankle th_1, knee th_2 - th_1, hip th_3 - th_2) and has two parts:
 
-    tau = tau_0 + K (phi - phi_0) + B phi'   intrinsic: at once
-        + sum_m F_m (x_m - tone_m)           active: what the muscles' drive brings about, late
+    tau = tau_0 + K (phi - phi_0) + B phi'   intrinsic: without delay
+        + sum_m F_m (x_m - tone_m)           active: from the drive of the muscles, delayed
 
-Muscle m is driven by e_m = [tone_m + stretch reflex + balance]_+ . Its reflex answers the speed at which it
-was stretched a latency L_m ago, s = sum w_mj phi_j' (t - L_m), above a threshold: G_m [s - s_0]_+ . Balance
-answers where the centre of mass was a longer delay ago, and wanders. Force follows the drive like a
+Muscle m is driven by e_m = [tone_m + stretch reflex + balance]_+ . Its reflex responds to the stretch
+velocity a latency L_m earlier, s = sum w_mj phi_j' (t - L_m), above a threshold: G_m [s - s_0]_+ . Balance
+responds to the centre of mass a longer delay earlier, and has a random part. Force follows the drive as a
 critically damped twitch of second order, T^2 x'' + 2 T x' + x = e.
 
 The reaction on the plate is the rate of the body's linear and angular momentum, differentiated numerically:
@@ -42,7 +42,6 @@ from tepsipe.virtual_lab.motion_capture import MarkerPath
 # names of the person's markers, in the strober's order
 MARKERS = ("foot1", "foot2", "ankle", "shank1", "shank2", "thigh1", "thigh2", "thigh3")
 MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
-JOINTS = ("ankle", "knee", "hip")
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ class PersonTruth:
     position_x_m, position_y_m : float
         Where the ankles are on the plate (m).
     gravity_m_per_s2 : float
-        Acceleration of gravity (m/s2).
+        Acceleration of gravity (m/s²).
     """
 
     mass_kg: float
@@ -84,9 +83,9 @@ class MuscleTruth:
     stretch : list of 3 float
         Lengthening per angle of ankle, knee and hip (-): w.
     force_Nm : list of 3 float
-        Torque of full drive that resists the angles of ankle, knee and hip (Nm): F.
+        Torque of full drive that resists the angles of ankle, knee and hip (N·m): F.
     balance_per_Nm : list of 2 float
-        Drive per wanted torque at the ankle, while that is positive and negative (1/Nm).
+        Drive per wanted torque at the ankle, while that is positive and negative (1/N·m).
     """
 
     latency_s: float
@@ -130,7 +129,7 @@ class NervesTruth:
     balance_Nm_per_rad, balance_Nms_per_rad : float
         Wanted torque at the ankle per lean of the centre of mass, and per its rate.
     wander_Nm, wander_s : float
-        Standard deviation and correlation time of what balance adds of itself (Nm, s).
+        Standard deviation and correlation time of what balance adds of itself (N·m, s).
     """
 
     reflex_threshold_rad_per_s: float
@@ -180,7 +179,7 @@ class PersonMotion(BeltMotion):
 
 
 def segments(person: PersonTruth) -> tuple[Segment, Segment, Segment]:
-    """Shanks, thighs and upper body (kg, m, kg m2)."""
+    """Shanks, thighs and upper body (kg, m, kg·m²)."""
     size = person.mass_kg, person.stature_m
     return shanks(*size), thighs(*size), upper_body(*size, person.ankle_height_m)
 
@@ -194,14 +193,14 @@ def _carried(chain: tuple[Segment, ...]) -> np.ndarray:
 
 
 def critical_stiffness(person: PersonTruth) -> float:
-    """What topples all that the ankles carry (Nm/rad): m g h."""
+    """What topples all that the ankles carry (N·m/rad): m g h."""
     chain = segments(person)
     mass = np.array([segment.mass_kg for segment in chain])
     return float(person.gravity_m_per_s2 * (mass @ _carried(chain)).sum())
 
 
 def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
-    """Torque that balance adds of itself (Nm), shape (n,): an Ornstein-Uhlenbeck process."""
+    """Torque that balance adds of itself (N·m), shape (n,): an Ornstein-Uhlenbeck process."""
     kept = math.exp(-1.0 / (nerves.wander_s * rate_hz))
     steps = rng.standard_normal(n) * math.sqrt(1.0 - kept**2)
     state, out = float(rng.standard_normal()), np.empty(n)
@@ -242,7 +241,7 @@ def move_person(
     Returns
     -------
     PersonMotion
-        Motion, drive and reaction on the grid of the integration (s, m, rad, N, Nm).
+        Motion, drive and reaction on the grid of the integration (s, m, rad, N, N·m).
 
     Raises
     ------
@@ -378,7 +377,7 @@ class _Nerves:
         self._to_v = (-decay * step, decay * (1.0 - step))
 
     def step(self, state) -> tuple[list[float], list[float]]:
-        """Drive (-) and active torque at ankle, knee and hip (Nm) one step after ``state``.
+        """Drive (-) and active torque at ankle, knee and hip (N·m) one step after ``state``.
 
         The first call, with the first state, gives them at the first state itself.
         """

@@ -50,7 +50,7 @@ def write_treadmill_log(
 
 
 def write_calibration(path: Path, calibration: np.ndarray) -> None:
-    """Write the 12 x 14 calibration matrix as CSV: a row per component and belt (N/V, Nm/V)."""
+    """Write the 12 x 14 calibration matrix as CSV: a row per component and belt (N/V, N·m/V)."""
     lines = [",".join(["component", "unit", *CHANNELS]) + "\n"]
     names = [(belt, component) for belt in BELTS for component in COMPONENTS]
     for (belt, component), row in zip(names, calibration, strict=True):

@@ -34,7 +34,7 @@ class WeightTruth:
     position_x_m, position_y_m : float
         Where the weight stands on the plate (m).
     gravity_m_per_s2 : float
-        Acceleration of gravity (m/s2).
+        Acceleration of gravity (m/s²).
     """
 
     mass_kg: float
@@ -66,7 +66,7 @@ def move_weight(
     Returns
     -------
     BeltMotion
-        Motion and reaction on the grid of the integration (s, m, N, Nm).
+        Motion and reaction on the grid of the integration (s, m, N, N·m).
     """
     moving = drive.belt_mass_kg + (0.0 if weight is None else weight.mass_kg)
     force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
@@ -100,7 +100,7 @@ def weight_reaction(weight: WeightTruth, time: np.ndarray, y: np.ndarray, v: np.
     Returns
     -------
     ndarray, shape (n, 6)
-        Fx, Fy, Fz (N), Mx, My, Mz (Nm).
+        Fx, Fy, Fz (N), Mx, My, Mz (N·m).
     """
     momentum_y = weight.mass_kg * v
     # about x, right-handed (positive turns y towards z)

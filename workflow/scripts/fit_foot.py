@@ -24,7 +24,7 @@ found = analyse_foot(
         foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
         ankle_label=choice["ankle_label"],
         belt_fixed_labels=tuple(choice["belt_fixed_labels"]),
-        belt=choice["belt"],
+        belt=snakemake.params.belt,
     ),
     {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},
     {
@@ -32,7 +32,6 @@ found = analyse_foot(
         for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=True)
     },
 )
-draws = snakemake.params.analysis["bootstrap_draws"]
-intervals = bootstrap_pathways(found, draws, snakemake.params.seed)
+intervals = bootstrap_pathways(found, snakemake.params.bootstrap_draws, snakemake.params.seed)
 write_result(snakemake.output.fit, dummy_result(found, intervals))
 write_estimates(snakemake.output.estimates, dummy_estimates(condition, found, intervals))

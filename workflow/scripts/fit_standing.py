@@ -67,23 +67,22 @@ fits, notes = fit_all(
     name,
     list(params.pathways),
     estimators_of(params.estimators),
-    active_options(params.active, params.muscles),
+    active_options(params.active, params.ankle_action),
     analysis["bootstrap_draws"],
     params.seed,
 )
-recommended = params.recommended["pathway"]
-torques = {"as_printed": params.as_printed, "recommended": recommended}
+torques = {"as_printed": params.as_printed, "recommended": params.recommended}
 facts = {
     "left_out": [*responses.left_out, *(notes if responses.count else [])],
     "perturbations": int(standing.onsets_s.size),
     "responses": responses.count,
     "muscles": responses.muscles,
-    **over_sway(responses, recommended),
+    **over_sway(responses, params.recommended),
     "marker_delay_s": standing.delay_s,
     "critical_stiffness_Nm_per_rad": person.body.critical_stiffness,
 }
 write_result(snakemake.output.responses, trial_epochs_result(standing, responses, torques))
-write_result(snakemake.output.fit, standing_result([responses], fits, recommended, [], facts))
+write_result(snakemake.output.fit, standing_result([responses], fits, params.recommended, [], facts))
 write_estimates(
     snakemake.output.estimates, fit_estimates(condition, fits, person.body.critical_stiffness, [])
 )

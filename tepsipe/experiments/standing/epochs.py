@@ -5,7 +5,7 @@ are cut from undisturbed standing. All are baseline-corrected by their mean just
 removes slow sway. An unreliable epoch is omitted and reported, never averaged silently.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -380,20 +380,6 @@ def _emg_responses(
         "emg_time": emg_time,
         "emg": cut(processed.band_passed, onsets),
     }
-
-
-def select_epochs(responses: StandingEpochs, kept: np.ndarray) -> StandingEpochs:
-    """Responses to a selection of perturbations, by a boolean or index array, shape (responses,) (-)."""
-    return replace(
-        responses,
-        perturbed={key: x[kept] for key, x in responses.perturbed.items()},
-        stretch={key: x[kept] for key, x in responses.stretch.items()},
-        drive=responses.drive[kept],
-        envelope=responses.envelope[kept],
-        emg=responses.emg[kept],
-        usable=responses.usable[kept],
-        onsets_s=responses.onsets_s[kept],
-    )
 
 
 # ---- to and from a result's file -------------------------------------------------------------------

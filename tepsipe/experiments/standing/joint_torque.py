@@ -89,7 +89,7 @@ def process_standing(
     pathways: dict[str, TorquePathway],
     models: dict[str, dict[str, FittedModel]],
 ) -> StandingTrial:
-    """Post-process a trial: joint angles, centre of pressure, ankle torque by every pathway.
+    """Post-process a trial: joint angles, centre of pressure (eq 3-13), ankle torque by every pathway.
 
     Parameters
     ----------

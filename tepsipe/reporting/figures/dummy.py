@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.reporting.figures.names import PROFILES, short_name, unit_symbol
+from tepsipe.reporting.figures.names import PROFILES, short_name, unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 
@@ -131,7 +131,7 @@ def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: s
                 linewidth=0.9,
                 capsize=1.8,
                 color=COLOURS[colours[pathway]],
-                label=pathway,
+                label=words(pathway),
             )
         axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
     if legend == "outside":
@@ -167,7 +167,7 @@ def plot_torque(result: Result, name: str, pathways: dict[str, str]) -> Figure:
             label="prediction",
         )
         vaf = result.arrays[f"{pathway}/vaf_per_perturbation"][index]
-        axis.set(xlabel="Time from the onset (s)", title=f"{pathway}: VAF {vaf:.2f} % in the window")
+        axis.set(xlabel="Time from the onset (s)", title=f"{words(pathway)}: VAF {vaf:.2f} % in the window")
         axis.margins(y=0.25)
         axis.legend(loc="lower right", title=name)
     axes[0, 0].set_ylabel(r"Torque $\tau_A$ (N·m)")

@@ -1,4 +1,4 @@
-"""Names of conditions (thesis Figure 4-4) and symbols of units in figures and tables."""
+"""Names of conditions (thesis Figure 4-4) and of choices, and symbols of units, in figures and tables."""
 
 PROFILES = {"sine": "sinusoidal", "minjerk": "minimum jerk"}
 # sets of parameters of the simulated dummy
@@ -15,6 +15,28 @@ UNIT_SYMBOLS = {
     "Nm/rad2": "N·m/rad²",
     "Nm": "N·m",
 }
+# names in configurations and files -> words in figures, where hyphens do not simply become spaces
+WORDS = {
+    "leg-thesis-as-sampled": "leg, thesis equation, as sampled",
+    "leg-output-error": "leg, output error",
+    "windowed-least-squares-thesis": "windowed least squares, thesis",
+    "per segment": "per perturbation",
+    "teager-kaiser": "Teager-Kaiser",
+    "changepoint": "change point",
+}
+
+
+def words(name: str) -> str:
+    """A pathway, estimator, filter or detector as figures show it (no unit).
+
+    For example "leg, thesis equation" for leg-thesis and "zero-lag 20 Hz" for bidirectional 20 Hz.
+    """
+    if name in WORDS:
+        return WORDS[name]
+    for kind, label in (("bidirectional ", "zero-lag "), ("unidirectional ", "forward-only ")):
+        if name.startswith(kind):
+            return label + name.removeprefix(kind)
+    return name.replace("-thesis", ", thesis equation").replace("-", " ")
 
 
 def unit_symbol(unit: str) -> str:

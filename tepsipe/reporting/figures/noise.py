@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.reporting.figures.names import short_name, unit_symbol
+from tepsipe.reporting.figures.names import short_name, unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 TARGETS = {"tau": r"noise on $\tau$", "theta": r"noise on $\theta$", "both": "noise on both"}
@@ -56,7 +56,7 @@ def plot_estimates(
                     capsize=1.6,
                     linewidth=0.8,
                     color=colour,
-                    label=name,
+                    label=words(name),
                 )
             if column == 0:
                 axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
@@ -91,10 +91,10 @@ def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figu
                 )
                 colour, mark = PROCESSINGS[name]
                 axis.fill_between(levels, low, high, color=colour, alpha=0.15, linewidth=0.0)
-                axis.semilogy(levels, middle, color=colour, marker=mark, markersize=2.6, label=name)
+                axis.semilogy(levels, middle, color=colour, marker=mark, markersize=2.6, label=words(name))
             axis.set_ylim(3e-2, 1e4)
             if column == 0:
-                axis.set_ylabel(f"error of ${quantity}$ (%)")
+                axis.set_ylabel(f"RMS error of ${quantity}$ (%)")
     for axis in axes[2]:
         axis.set_xlabel("SNR (dB)")
     handles, names = axes[0, 0].get_legend_handles_labels()

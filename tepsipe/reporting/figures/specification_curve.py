@@ -18,7 +18,7 @@ from tepsipe.experiments.dummy.specification_curve import (
 )
 from tepsipe.identification.estimators import ESTIMATORS, OUTPUT_ERROR
 from tepsipe.mechanics.impedance_model import UNITS
-from tepsipe.reporting.figures.names import unit_symbol
+from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 # rows of a choice that have a given order; filters are sorted, none last
@@ -32,7 +32,7 @@ _ORDER = {
 _TITLES = {
     "torque": "Torque",
     "filter": "Filter",
-    "filtered": "Filtered",
+    "filtered": "Filtered signals",
     "reference": "Rest",
     "window": "Window",
     "estimator": "Estimator",
@@ -88,10 +88,10 @@ def plot_specification(rows: list[Specification]) -> Figure:
 def _label(role: str, rows: list[Specification], chosen: list[int]) -> str:
     values = [rows[k].K_Nm_per_rad for k in chosen]
     if not values:
-        return role
+        return words(role)
     low, high = min(values), max(values)
     range_of_k = f"{low:.2f}" if len(values) == 1 else f"{low:.2f} to {high:.2f}"
-    return f"{role}: $K$ = {range_of_k} N·m/rad"
+    return f"{words(role)}: $K$ = {range_of_k} N·m/rad"
 
 
 def _draw_values(
@@ -133,7 +133,7 @@ def _draw_choices(
                 if i in marked:
                     axis.vlines(i, y - 0.46, y + 0.46, color=marked[i], linewidth=1.6, zorder=3)
             places.append(y)
-            labels.append(name)
+            labels.append(words(name))
             y += 1.0
     axis.set_yticks(places, labels, fontsize=7.5)
     for place, title in titles:

@@ -5,11 +5,11 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
+from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 TASK_COLOURS = ("#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b")
 DETECTOR_STYLES = {"threshold": ":", "teager-kaiser": "--", "changepoint": "-"}
-MARKS = "os^Dv<>"
 
 
 def _task_colours(tasks: list[str]) -> dict[str, str]:
@@ -152,10 +152,12 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
         axes[0, column].set(title=task)
         axes[-1, column].set(xlabel="Time from the start of the stretch (ms)")
     handles = [
-        axes[0, 0].plot([], [], style, color=COLOURS["model"], linewidth=1.0, label=name)[0]
+        axes[0, 0].plot([], [], style, color=COLOURS["model"], linewidth=1.0, label=words(name))[0]
         for name, style in DETECTOR_STYLES.items()
     ]
-    handles.append(axes[0, 0].fill([], [], color=COLOURS["window"], label=f"95 % interval, {detector}")[0])
+    handles.append(
+        axes[0, 0].fill([], [], color=COLOURS["window"], label=f"95 % interval, {words(detector)}")[0]
+    )
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
     figure.align_ylabels()
     return figure
@@ -185,7 +187,7 @@ def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figu
             axis.plot(time, intrinsic + active, color=COLOURS["model"], label="model")
             axis.plot(time, intrinsic, "--", color=COLOURS["recommended"], label="intrinsic part")
             axis.plot(time, active, "--", color=COLOURS["compensated"], label="active part")
-            axis.set(title=f"{task}, {name}")
+            axis.set(title=f"{task}, {words(name)}")
             axis.margins(x=0.0)
             if column == 0:
                 axis.set(ylabel=r"$\tau_A$ relative to unperturbed standing (N·m)")
@@ -230,7 +232,7 @@ def plot_stiffness(
                 axis.axhspan(low, high, color=colours[task], alpha=0.16, linewidth=0.0)
                 axis.axhline(value, color=colours[task], linewidth=0.9)
         axis.axhline(critical_stiffness, color=COLOURS["measured"], linewidth=0.8, linestyle="--")
-        axis.set(title=estimator, xlabel="Rotation of the ankle (mrad)")
+        axis.set(title=words(estimator), xlabel="Rotation of the ankle (mrad)")
         axis.set_ylim(bottom=0.0)
     axes[0, 0].set(ylabel="$K$ (N·m/rad)")
     handles = [

@@ -5,7 +5,6 @@ from functools import wraps
 from pathlib import Path
 
 import matplotlib
-from cycler import cycler
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -44,7 +43,7 @@ STYLE = {
     "grid.linewidth": 0.5,
     "lines.linewidth": 1.1,
     "legend.frameon": False,
-    "axes.prop_cycle": cycler(color=CYCLE),
+    "axes.prop_cycle": matplotlib.cycler(color=CYCLE),
     "svg.fonttype": "path",
     "svg.hashsalt": "tepsipe",
     "path.simplify_threshold": 0.3,
