@@ -2,6 +2,7 @@
 
 import difflib
 import math
+from functools import cache
 from pathlib import Path
 
 import jsonschema
@@ -26,7 +27,7 @@ def load_yaml(path: str | Path) -> dict:
         raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
 
 
-class _UniqueKeys(yaml.SafeLoader):
+class _UniqueKeys(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
     """A loader that refuses a repeated key, which YAML readers otherwise accept."""
 
 
@@ -55,12 +56,17 @@ _UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _map
 def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
     """Raise one sentence for the first part of ``content`` that the closed schema refuses."""
     _refuse_not_finite(content, name, "")
-    schema = yaml.safe_load(Path(schema_path).read_text(encoding="utf-8"))
+    schema = _schema(Path(schema_path))
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
     # a misspelt key also counts as a missing one: report the key that was found
     errors.sort(key=lambda e: (e.validator != "additionalProperties", list(map(str, e.path))))
     if errors:
         raise InputError(f"{name}: {_sentence(errors[0], schema, content)}")
+
+
+@cache
+def _schema(path: Path) -> dict:
+    return load_yaml(path)
 
 
 def _refuse_not_finite(content, name: str, where: str) -> None:
