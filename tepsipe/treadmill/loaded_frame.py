@@ -20,6 +20,7 @@ one mass, and it can be inverted: the true load follows from the measured one.
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -136,11 +137,16 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
             return LoadedFrame(shape, motion, 0.0, 1.0, 0.0, 1.0, rate)
         return LoadedFrame(frame, motion, 1e-3 * x[0], x[1], x[2], x[3], rate)
 
+    # of a gradient's evaluations only some move lag and friction
+    @lru_cache(maxsize=4 * len(recordings))
+    def motion(k: int, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
+        return _motion(recordings[k], lag_s, friction_speed_m_per_s)
+
     def solve(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         trial = model(x, np.zeros(4))
         rows, rest = [], []
-        for r in recordings:
-            moved = _motion(r, trial.lag_s, trial.friction_speed_m_per_s)
+        for k, r in enumerate(recordings):
+            moved = motion(k, trial.lag_s, trial.friction_speed_m_per_s)
             inputs = np.column_stack([moved[:, : 2 if frame is None else 4], r.carried])
             responses = _filtered(inputs, r.rate_hz, trial._response(r.carried_kg))[r.evaluated]
             rows.append(responses[:, :-1])
@@ -163,11 +169,7 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
 
 def _motion(recording: BeltRecording, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
     """Columns a, w, w / sqrt(v_0^2 + w^2), and the last times M."""
-    raw = recording.raw_velocity
-    raw_acceleration = scipy.interpolate.CubicSpline(
-        np.arange(raw.size) / recording.rate_hz, raw
-    ).derivative()
-    w = raw + lag_s * raw_acceleration(np.arange(raw.size) / recording.rate_hz)
+    w = recording.raw_velocity + lag_s * recording.raw_acceleration
     # friction is non-linear: it is computed from unfiltered motion, then filtered like the measured load
     rubbing = recording.through_lowpass(w / np.hypot(friction_speed_m_per_s, w))
     sliding = recording.velocity + lag_s * recording.acceleration

@@ -4,8 +4,10 @@ Symbols: v belt velocity (m/s), a belt acceleration (m/s²), L belt-induced load
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
@@ -63,6 +65,12 @@ class BeltRecording:
         """Distance that the belt has travelled since the recording's start (m), shape (n,), not filtered."""
         v = self.raw_velocity
         return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1])) / self.rate_hz])
+
+    @cached_property
+    def raw_acceleration(self) -> np.ndarray:
+        """Derivative of ``raw_velocity`` (m/s²), shape (n,), by a cubic spline."""
+        time = np.arange(self.raw_velocity.size) / self.rate_hz
+        return scipy.interpolate.CubicSpline(time, self.raw_velocity).derivative()(time)
 
     def through_lowpass(self, x: np.ndarray) -> np.ndarray:
         """``x``, shape (n,) or (n, c), filtered like the recording's signals (unit of ``x``)."""

@@ -121,17 +121,19 @@ def move_dummy(
     )
     neutral = dummy.rest_angle_rad - bending_at_rest
 
+    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    moment, sin, cos, mr, mgr = rubber.moment, math.sin, math.cos, m * r, m * g * r
+
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q, th, w = state
-        u, q_rate = drive.force(command(t - drive.delay_s) - v, q)
-        s, c = math.sin(th), math.cos(th)
-        coupling = m * r * c
-        push = u - drive.viscous_Ns_per_m * v + m * r * s * w * w
-        turn = m * g * r * s - rubber.moment(th - neutral, w)
+        u, q_rate = force(command(t - delay) - v, q)
+        s, c = sin(th), cos(th)
+        coupling = mr * c
+        push = u - viscous * v + mr * s * w * w
+        turn = mgr * s - moment(th - neutral, w)
         determinant = moving * about_pivot - coupling * coupling
         v_rate = (about_pivot * push - coupling * turn) / determinant
-        w_rate = (moving * turn - coupling * push) / determinant
-        return (v, v_rate, q_rate, w, w_rate)
+        return v, v_rate, q_rate, w, (moving * turn - coupling * push) / determinant
 
     start = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
     time, states = integrate(derivative, start, duration_s, rate_hz)

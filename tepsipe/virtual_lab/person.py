@@ -28,6 +28,7 @@ no free-body equation is used here.
 """
 
 import math
+from array import array
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +36,7 @@ import scipy
 
 from tepsipe.virtual_lab.anthropometry import Segment, feet, shanks, thighs, upper_body
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
-from tepsipe.virtual_lab.integrate import runge_kutta_step
+from tepsipe.virtual_lab.integrate import stepper
 from tepsipe.virtual_lab.motion_capture import MarkerPath
 
 # names of the person's markers, in the strober's order
@@ -267,13 +268,13 @@ def move_person(
     rest_k = rest_h + load[1]
     rest_a = rest_k + load[0]
     sin, cos = math.sin, math.cos
-    viscous, delay = drive.viscous_Ns_per_m, drive.delay_s
+    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
     # torques of the muscles at the start and at the end of the step, and the step's start
     active = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q, th1, th2, th3, w1, w2, w3 = state
-        u, q_rate = drive.force(command(t - delay) - v, q)
+        u, q_rate = force(command(t - delay) - v, q)
         late = (t - active[6]) * rate_hz
         tau_a = rest_a + k_a * (th1 - s1) + b_a * w1 + active[0] + late * active[3]
         tau_k = rest_k + k_k * (th2 - th1 - s2 + s1) + b_k * (w2 - w1) + active[1] + late * active[4]
@@ -310,22 +311,24 @@ def move_person(
         return (v, (push - e1 * d1 - e2 * d2 - e3 * d3) / moving, q_rate, w1, w2, w3, d1, d2, d3)
 
     steps = math.ceil(duration_s * rate_hz)
-    states = np.empty((steps + 1, 9))
-    drives = np.empty((steps + 1, len(MUSCLES)))
     state = (0.0, 0.0, 0.0, s1, s2, s3, 0.0, 0.0, 0.0)
-    states[0] = state
+    step, h = stepper(len(state)), 1.0 / rate_hz
     nerves_of = _Nerves(muscles, task, nerves, p.tolist(), (s1, s2, s3), steps, rate_hz, rng)
-    drives[0], torques = nerves_of.step(state)
+    driven, torques = nerves_of.step(state)
+    states, drives = array("d", state), array("d", driven)
     for k in range(steps):
-        drives[k + 1], ahead = nerves_of.step(state)
+        driven, ahead = nerves_of.step(state)
+        drives.extend(driven)
         active[:3] = torques
         active[3:6] = [after - before for before, after in zip(torques, ahead, strict=True)]
         active[6] = k / rate_hz
         torques = ahead
-        state = runge_kutta_step(derivative, k / rate_hz, state, 1.0 / rate_hz)
-        states[k + 1] = state
-        if not all(abs(angle) < 0.7 for angle in state[3:6]):
+        state = step(derivative, k / rate_hz, state, h)
+        states.extend(state)
+        if not (-0.7 < state[3] < 0.7 and -0.7 < state[4] < 0.7 and -0.7 < state[5] < 0.7):
             raise FloatingPointError("the virtual person falls: check stiffness, damping and balance")
+    states = np.array(states).reshape(steps + 1, -1)
+    drives = np.array(drives).reshape(steps + 1, -1)
     time = np.arange(steps + 1) / rate_hz
     y, v = states[:, 0], states[:, 1]
     return PersonMotion(
@@ -344,14 +347,24 @@ class _Nerves:
     """Drive and active torque, step by step, from what was sensed a latency ago."""
 
     def __init__(self, muscles, task, nerves, p, stance, steps, rate_hz, rng):
-        self._muscles = [muscles[name] for name in MUSCLES]
-        self._task, self._nerves = task, nerves
+        self._nerves = nerves
         self._weights = [part / sum(p) for part in p]
         self._stance = stance
         self._wander = wander(nerves, steps + 2, rate_hz, rng).tolist()
-        # in steps; the drive one step ahead is known, because every latency is longer than a step
-        self._late = [muscle.latency_s * rate_hz for muscle in self._muscles]
         self._balance_late = nerves.balance_delay_s * rate_hz
+        own = [muscles[name] for name in MUSCLES]
+        # latencies in steps; the drive one step ahead is known, because every latency is longer than a step
+        self._constants = [
+            (
+                tone,
+                muscle.balance_per_Nm,
+                gain,
+                muscle.latency_s * rate_hz,
+                tuple(muscle.force_Nm),
+                tuple(muscle.stretch),
+            )
+            for muscle, tone, gain in zip(own, task.tone, task.reflex_s_per_rad, strict=True)
+        ]
         self._stretched: list[list[float]] = [[] for _ in MUSCLES]
         self._leaned: list[float] = []
         self._twitch = [(tone, 0.0) for tone in task.tone]
@@ -369,13 +382,9 @@ class _Nerves:
         The first call, with the first state, gives them at the first state itself.
         """
         self._k += 1
-        k, nerves, task = self._k, self._nerves, self._task
+        k, nerves = self._k, self._nerves
         _, _, _, th1, th2, th3, w1, w2, w3 = state
-        rates = (w1, w2 - w1, w3 - w2)
         if k:
-            for muscle, history in zip(self._muscles, self._stretched, strict=True):
-                a, b, c = muscle.stretch
-                history.append(a * rates[0] + b * rates[1] + c * rates[2])
             f1, f2, f3 = self._weights
             s1, s2, s3 = self._stance
             lean = f1 * (th1 - s1) + f2 * (th2 - s2) + f3 * (th3 - s3)
@@ -383,25 +392,32 @@ class _Nerves:
             self._leaned.append(nerves.balance_Nm_per_rad * lean + nerves.balance_Nms_per_rad * rate)
         wanted = _at(self._leaned, k - self._balance_late) + self._wander[k]
         side = 0 if wanted >= 0.0 else 1
-        drives, torques = [], [0.0, 0.0, 0.0]
-        for m, muscle in enumerate(self._muscles):
-            stretch = _at(self._stretched[m], k - self._late[m]) - nerves.reflex_threshold_rad_per_s
-            e = task.tone[m] + muscle.balance_per_Nm[side] * wanted
-            if stretch > 0.0:
-                e += task.reflex_s_per_rad[m] * stretch
-            e = max(e, 0.0)
-            x, v = self._twitch[m]
+        knee, hip = w2 - w1, w3 - w2
+        threshold, drive_before, twitch = nerves.reflex_threshold_rad_per_s, self._drive_before, self._twitch
+        (xx, xv), (vx, vv) = self._to_x, self._to_v
+        drives, ankle_Nm, knee_Nm, hip_Nm = [], 0.0, 0.0, 0.0
+        for m, (tone, balance, gain, late, forces, (a, b, c)) in enumerate(self._constants):
+            history = self._stretched[m]
             if k:
-                held = 0.5 * (self._drive_before[m] + e)
-                (xx, xv), (vx, vv) = self._to_x, self._to_v
+                history.append(a * w1 + b * knee + c * hip)
+            stretch = _at(history, k - late) - threshold
+            e = tone + balance[side] * wanted
+            if stretch > 0.0:
+                e += gain * stretch
+            if e < 0.0:
+                e = 0.0
+            x, v = twitch[m]
+            if k:
+                held = 0.5 * (drive_before[m] + e)
                 x, v = held + xx * (x - held) + xv * v, vx * (x - held) + vv * v
-                self._twitch[m] = (x, v)
-            self._drive_before[m] = e
+                twitch[m] = (x, v)
+            drive_before[m] = e
             drives.append(e)
-            over = x - task.tone[m]
-            for j, force in enumerate(muscle.force_Nm):
-                torques[j] += force * over
-        return drives, torques
+            over = x - tone
+            ankle_Nm += forces[0] * over
+            knee_Nm += forces[1] * over
+            hip_Nm += forces[2] * over
+        return drives, [ankle_Nm, knee_Nm, hip_Nm]
 
 
 def _at(history: list[float], place: float) -> float:

@@ -69,11 +69,12 @@ def move_weight(
         Motion and reaction on the grid of the integration (s, m, N, N·m).
     """
     moving = drive.belt_mass_kg + (0.0 if weight is None else weight.mass_kg)
+    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q = state
-        u, q_rate = drive.force(command(t - drive.delay_s) - v, q)
-        return (v, (u - drive.viscous_Ns_per_m * v) / moving, q_rate)
+        u, q_rate = force(command(t - delay) - v, q)
+        return v, (u - viscous * v) / moving, q_rate
 
     time, states = integrate(derivative, (0.0, 0.0, 0.0), duration_s, rate_hz)
     y, v, _ = states.T
