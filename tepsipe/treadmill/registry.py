@@ -26,10 +26,10 @@ MODEL_MEANINGS = {
     "hnat2014": "discrete second-order model, as published",
     "output-error": "discrete model of chosen order, output error",
     "fir-causal": "finite impulse response, past acceleration only",
-    "fir": "finite impulse response with a short look ahead",
+    "fir": "finite impulse response with a short look-ahead",
     "spectral": "spectral estimate H1, non-causal",
     "loaded-frame": "frame, friction and mounts, which depend on the load",
-    "ripple-tracking": "fir, and the ripple of the rollers tracked",
+    "ripple-tracking": "fir with tracking of the roller ripple",
 }
 FORMAT = "tepsipe treadmill models 1"
 FAMILY = tuple(MODEL_MEANINGS)
