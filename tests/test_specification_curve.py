@@ -21,6 +21,7 @@ from tepsipe.experiments.dummy.specification_curve import (
 )
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.figures.specification_curve import plot_specification
 from tepsipe.reporting.numbers.dummy import specification_data
 
@@ -116,5 +117,5 @@ def test_figure_has_a_row_for_every_value_of_every_choice(rows):
     figure = plot_specification(rows)
     labels = [label.get_text() for label in figure.axes[2].get_yticklabels()]
     for row in rows:
-        assert set(row.choices) - {"none"} <= set(labels)
+        assert {words(choice) for choice in row.choices if choice != "none"} <= set(labels)
     assert len(labels) == 4 + 4 + 3 + 2 + 4 + 3
