@@ -109,6 +109,13 @@ def test_pandas_and_pyplot_are_imported_in_reporting_or_when_a_result_is_shown()
                 assert room(name) == "reporting", f"{name} imports {other} when it is imported"
 
 
+def test_scipys_packages_are_imported_when_they_are_used():
+    """`import scipy`, then scipy.signal.lfilter: the package is loaded when it is first named."""
+    for name, path in NAMES.items():
+        for other in imported(path):
+            assert not other.startswith("scipy."), f"{name} imports {other}"
+
+
 def test_every_engine_is_imported_by_its_own_module_only():
     knowing = defaultdict(set)
     for name, path in NAMES.items():
