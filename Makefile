@@ -1,5 +1,6 @@
 # make            build the environment, run the study to results/report/thesis.pdf
 # make test       build the environment if needed, run the tests
+# make quick      the same without tests that are slow or run a study
 # make lint       the same for the lint and format checks
 # make format     rewrite the code in the project's format
 # make wheel-test build a wheel, install it into an environment of its own, run the library's tests there
@@ -13,7 +14,7 @@ VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2
 BIN := .venv/bin
 CORES ?= 2
 
-.PHONY: study test lint format environment wheel-test
+.PHONY: study test quick lint format environment wheel-test
 
 # where PyBullet is not installed, another engine moves the simulated dummy
 ENGINE = $$($(BIN)/python -c 'import pybullet' 2>/dev/null || echo --configfile config/any-engine.yaml)
@@ -21,8 +22,14 @@ ENGINE = $$($(BIN)/python -c 'import pybullet' 2>/dev/null || echo --configfile 
 study: environment
 	$(BIN)/snakemake -c$(CORES) $(ENGINE)
 
+# processes share the tests; those that change the same study stay together
+PYTEST = $(BIN)/python -m pytest -n $(CORES) --dist loadgroup
+
 test: environment
-	$(BIN)/python -m pytest
+	$(PYTEST)
+
+quick: environment
+	$(PYTEST) -m "not slow and not study"
 
 lint: environment
 	$(BIN)/ruff check .

@@ -47,8 +47,12 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        study_outputs(),
+        outputs.everything(STUDY),
         "<results>/report/report.html",
+
+
+onstart:
+    start_jobs_when_jobs_end()
 
 
 onerror:

@@ -29,6 +29,7 @@ from tepsipe.mechanics.engines import engine_version, installed_engines
 from tepsipe.mechanics.forward_dynamics import ForwardSimulation, Joint, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.signals.filters import butterworth_lowpass
+from workflow.support.settings import settings_of
 
 JOINT = Joint(inertia_Nms2_per_rad=0.0, damping_Nms_per_rad=0.1, stiffness_Nm_per_rad=10.0)
 STEPS_S = (0.001, 0.002, 0.004)
@@ -95,9 +96,15 @@ def errors(found: ForwardSimulation, true: dict[str, np.ndarray]) -> tuple[float
 
 def main() -> None:
     """Print CPU time (ms per simulated second), ratio of the trial's length to it, and errors (rad, -)."""
-    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))["dummy"]
+    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    config = settings_of(config)["dummy"]
     geometry = config["geometry"]
-    leg = Leg(*(geometry[k] for k in ("leg_mass_kg", "leg_com_m", "leg_inertia_kgm2", "gravity_m_per_s2")))
+    leg = Leg(
+        mass_kg=geometry["leg_mass_kg"],
+        com_m=geometry["leg_com_m"],
+        inertia_kgm2=geometry["leg_inertia_kgm2"],
+        gravity_m_per_s2=geometry["gravity_m_per_s2"],
+    )
     foot = Foot(geometry["foot_mass_kg"], geometry["foot_height_m"])
     given = len(sys.argv) > 1
     instants, velocity = recorded(Path(sys.argv[1]), config["analysis"]) if given else made_up()

@@ -43,7 +43,7 @@ CELLS = ("tau", "theta", "both")
 
 def made_up(duration_s: float = 70.0, rate_hz: float = 250.0) -> SimulatedTrial:
     """A linearised dummy (I 0.015, B 0.1, K 10) pushed by a smooth belt every 4 s."""
-    leg, foot = Leg(0.4, 0.4485, 0.027, 9.81), Foot(2.1, 0.055)
+    leg, foot = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027), Foot(2.1, 0.055)
     n = np.arange(round(duration_s * rate_hz))
     onsets = np.arange(1500, n.size - 2000, 1000)
     pulse = np.arange(26) / 25.0

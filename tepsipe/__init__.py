@@ -1,3 +1,75 @@
-"""Joint impedance from transient endpoint perturbations (TEP-SIPE)."""
+"""Joint impedance from transient endpoint perturbations (TEP-SIPE).
+
+Arrays in, one result out. Arguments are NumPy arrays in SI units, or ``Signal(values, unit)``, which is
+converted. Options are keyword-only, carry their unit in their name, and default to the recommended method;
+``thesis=True`` selects the method of the thesis. Input that cannot be used raises an `InputError` with one
+sentence.
+
+Read
+    read_trial            a trial's HDF5 file, as the study writes it
+    Trial, Signal         what it holds
+
+Signals
+    lowpass               zero-lag Butterworth filter
+    find_perturbations    windows in which the belt moved
+    frequency_response    response and coherence of two signals
+    vaf                   variance accounted for (thesis eq 3-1)
+
+Mechanics
+    Leg, SegmentMarkers   masses and lengths, and positions of markers
+    segment_motion        angle and accelerations of a segment from its markers
+    joint_torque          torque of the joint by inverse dynamics
+    simulate_joint        motion and forces of a joint of known impedance
+
+Identification: each returns an ImpedanceFit with .I .B .K, intervals, .vaf, .summary(), .to_frame(), .plot()
+    fit_impedance         angle and torque, per perturbation or over one record
+    fit_output_error      angle and motion of the foot, without a torque
+    fit_admittance        a frequency response (Wristalyzer)
+    fit_parallel_cascade  intrinsic stiffness and stretch reflex
+    ImpedanceFit          the result
+
+Treadmill
+    belt_recording        load and velocity of an accelerated belt
+    calibrate_treadmill   models of the belt-induced load, fitted and validated
+    load_treadmill_models models from a file
+"""
+
+import importlib
 
 __version__ = "0.1.0"
+
+# public name -> where it is defined; imported when it is first used
+_PUBLIC = {
+    "InputError": "tepsipe.errors",
+    "read_trial": "tepsipe.io.trial",
+    "Trial": "tepsipe.io.trial",
+    "Signal": "tepsipe.io.trial",
+    "lowpass": "tepsipe.signals.filters",
+    "find_perturbations": "tepsipe.signals.perturbations",
+    "frequency_response": "tepsipe.signals.spectra",
+    "vaf": "tepsipe.statistics.goodness_of_fit",
+    "Leg": "tepsipe.mechanics.inverse_dynamics",
+    "SegmentMarkers": "tepsipe.mechanics.segment_kinematics",
+    "segment_motion": "tepsipe.mechanics.segment_kinematics",
+    "joint_torque": "tepsipe.mechanics.joint_torque",
+    "simulate_joint": "tepsipe.mechanics.joint_simulation",
+    "fit_impedance": "tepsipe.identification.fits",
+    "fit_output_error": "tepsipe.identification.fits",
+    "fit_admittance": "tepsipe.identification.fits",
+    "fit_parallel_cascade": "tepsipe.identification.fits",
+    "ImpedanceFit": "tepsipe.identification.result",
+    "belt_recording": "tepsipe.experiments.belt",
+    "calibrate_treadmill": "tepsipe.experiments.belt",
+    "load_treadmill_models": "tepsipe.treadmill.registry",
+}
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name: str):
+    if name in _PUBLIC:
+        return getattr(importlib.import_module(_PUBLIC[name]), name)
+    raise AttributeError(f"module 'tepsipe' has no attribute {name!r}; it offers {', '.join(_PUBLIC)}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*_PUBLIC, "__version__"])

@@ -21,3 +21,18 @@ def listed(names, most: int = 20) -> str:
     names = list(names)
     shown = ", ".join(quoted(name) for name in names[:most]) or "nothing"
     return shown if len(names) <= most else f"{shown} and {len(names) - most} more"
+
+
+def refuse_other_kind(value: object, kind: type, function: str, maker: str) -> None:
+    """Refuse an argument (no unit) of ``function`` that is no ``kind``, which ``maker`` would make.
+
+    Raises
+    ------
+    InputError
+        If the argument is something else.
+    """
+    if not isinstance(value, kind):
+        raise InputError(
+            f"{function}: expected a {kind.__name__}, found {quoted(type(value).__name__)}: make one with "
+            f"tepsipe.{maker}"
+        )

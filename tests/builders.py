@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
-from tepsipe.signals.spectra import SpectralEstimate
+from tepsipe.signals.spectra import FrequencyResponse
 
 # thesis Table 2-2
 LEG = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027, gravity_m_per_s2=9.81)
@@ -125,7 +125,7 @@ def noisy_spectrum(parameters, noise, rng, frequency_hz=None):
     weight = np.sqrt(1.0 / frequency)
     errors = rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size)
     response = second_order_response(parameters, frequency) * np.exp(noise * errors / weight)
-    return SpectralEstimate(frequency, response, np.ones_like(frequency), 5)
+    return FrequencyResponse(frequency, response, np.ones_like(frequency), 5)
 
 
 def trial_of(rate_hz, **signals):

@@ -5,6 +5,10 @@ import os
 import sys
 from pathlib import Path
 
+# one thread for every process, and for those that it starts: the number is fixed when numpy is imported
+for library in ("OMP", "OPENBLAS", "MKL"):
+    os.environ[f"{library}_NUM_THREADS"] = "1"
+
 import numpy as np
 import pytest
 import yaml
@@ -15,6 +19,12 @@ from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # for `workflow`, which is not installed
+
+
+def pytest_collection_modifyitems(config, items):
+    """Where several processes share the tests, those that take longest start first."""
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: item.get_closest_marker("study") is None)
 
 
 @pytest.fixture

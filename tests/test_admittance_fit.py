@@ -14,7 +14,7 @@ from tepsipe.identification.admittance_fit import (
     residuals,
     residuals_as_printed,
 )
-from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged, period_averaged
+from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged
 
 # thesis Table 3-2
 BOUNDS = Bounds(
@@ -28,7 +28,7 @@ JOINT = np.array([0.015, 0.1, 8.0])
 @pytest.mark.parametrize("joint", [(0.015, 0.1, 10.0), (0.005, 0.3, 15.0), (0.05, 0.05, 3.0)])
 def test_noise_free_joint_is_found_exactly(joint):
     frequency = np.arange(1.0, 9.01, 0.1)
-    exact = SpectralEstimate(frequency, second_order_response(joint, frequency), np.ones_like(frequency), 1)
+    exact = FrequencyResponse(frequency, second_order_response(joint, frequency), np.ones_like(frequency), 1)
     fit = fit_scaled(exact, BOUNDS)
     assert fit.parameters == pytest.approx(joint, rel=1e-6)
     assert fit.cost < 1e-10
@@ -62,6 +62,7 @@ def test_interval_from_the_standard_error_covers_the_joint(rng):
     assert (covered / repeats <= 0.99).all()
 
 
+@pytest.mark.slow
 def test_profile_interval_covers_the_stiffness(rng):
     covered, repeats, grid = 0, 40, np.linspace(7.0, 9.0, 21)
     for _ in range(repeats):
@@ -149,7 +150,7 @@ def test_incoherent_frequencies_do_not_count(rng):
     spoilt = estimate.response.copy()
     spoilt[::5] *= 3.0
     coherence = np.where(np.arange(spoilt.size) % 5 == 0, 0.0, 1.0)
-    fit = fit_scaled(SpectralEstimate(estimate.frequency_hz, spoilt, coherence, 1), BOUNDS)
+    fit = fit_scaled(FrequencyResponse(estimate.frequency_hz, spoilt, coherence, 1), BOUNDS)
     assert fit.parameters == pytest.approx(JOINT, rel=1e-6)
 
 

@@ -1,6 +1,7 @@
 """Configuration and trial sheet: what is not understood stops the run with one sentence."""
 
 import copy
+from dataclasses import replace
 
 import pytest
 import yaml
@@ -11,13 +12,15 @@ from tepsipe.reporting.claims import MEASURES
 from workflow.support.check import (
     check_against_schema,
     check_config,
+    check_one_treadmill,
     check_plate_models,
-    check_same_belt,
-    check_same_processing,
     load_yaml,
 )
+from workflow.support.experiments import EXPERIMENTS
 from workflow.support.reach import reached_by
-from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, PROFILES, RAW_FILES, read_trial_sheet
+from workflow.support.renames import KEYS, MOVED, REMOVED, VALUES
+from workflow.support.settings import only, pick, settings_of, without
+from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
 
 
@@ -151,9 +154,14 @@ UNKNOWN_KEYS = [
     ({"dumy": {}}, "dumy", "dummy"),
     ({"study": {"sed": 1}}, "study.sed", "seed"),
     (
+        {"wristalyzer": {"analysis": {"lowpass_cutof_hz": 20.0}}},
+        "wristalyzer.analysis.lowpass_cutof_hz",
+        "lowpass_cutoff_hz",
+    ),
+    (
         {"dummy": {"analysis": {"lowpass_cutof_hz": 20.0}}},
         "dummy.analysis.lowpass_cutof_hz",
-        "lowpass_cutoff_hz",
+        "plate_treadmill.lowpass_cutoff_hz",
     ),
     (
         {"dummy": {"pathways": {"leg": {"estimater": "x"}}}},
@@ -179,7 +187,7 @@ def test_unknown_key_is_named_with_the_one_that_was_meant(changes, key, meant, r
 
 def test_unknown_key_of_sections_that_share_their_keys_is_shown_in_each(refused):
     text = refused({"position_manipulator": {"marker_sampling_hz": 250}})
-    for section in ("dummy", "weight", "empty"):
+    for section in ("dummy", "weight", "standing"):
         assert f"'{section}.ingest.marker_sampling_hz'" in text
 
 
@@ -205,9 +213,15 @@ WRONG_VALUES = [
     ({"study": {"seed": "many"}}, "study.seed", "integer"),
     ({"study": {"seed": 1.5}}, "study.seed", "integer"),
     ({"study": {"virtual_lab": 3}}, "study.virtual_lab", "string or null"),
-    ({"dummy": {"analysis": {"lowpass_cutoff_hz": -20.0}}}, "lowpass_cutoff_hz", "above 0"),
-    ({"dummy": {"analysis": {"lowpass_cutoff_hz": "20 Hz"}}}, "lowpass_cutoff_hz", "number"),
-    ({"dummy": {"analysis": {"lowpass_order": 3}}}, "lowpass_order", "one of 2, 4, 6, 8"),
+    ({"plate_treadmill": {"lowpass_cutoff_hz": -20.0}}, "lowpass_cutoff_hz", "above 0"),
+    ({"plate_treadmill": {"lowpass_cutoff_hz": "20 Hz"}}, "lowpass_cutoff_hz", "number"),
+    ({"plate_treadmill": {"lowpass_order": 3}}, "lowpass_order", "one of 2, 4, 6, 8"),
+    ({"plate_treadmill": {"belt": "both"}}, "plate_treadmill.belt", "'left', 'right'"),
+    (
+        {"plate_treadmill": {"exceptions": {"dummy": {"lowpass_order": 3}}}},
+        "plate_treadmill.exceptions.dummy.lowpass_order",
+        "one of 2, 4, 6, 8",
+    ),
     ({"dummy": {"analysis": {"threshold_fraction": 1.0}}}, "threshold_fraction", "below 1"),
     ({"dummy": {"ingest": {"max_gap_s": True}}}, "max_gap_s", "number"),
     ({"wristalyzer": {"analysis": {"fit_band_hz": [1.0]}}}, "fit_band_hz", "at least 2 items"),
@@ -219,7 +233,6 @@ WRONG_VALUES = [
     ({"belt": {"ingest": {"shortest_s": 0}}}, "belt.ingest.shortest_s", "above 0"),
     ({"dummy": {"pathways": {"leg": {"torque": "foot"}}}}, "leg.torque", "'leg', 'leg-thesis'"),
     ({"dummy": None}, "dummy", "object"),
-    ({"standing": {"belt": "both"}}, "standing.belt", "'left', 'right'"),
     ({"standing": {"muscles": {"TA": {"ankle_action": 2}}}}, "TA.ankle_action", "one of -1, 0, 1"),
     ({"standing": {"muscles": {"TA": {"lengthened_by": {"ankle": "1"}}}}}, "lengthened_by.ankle", "number"),
     ({"standing": {"pathways": {"ankle": {"torque": "leg"}}}}, "ankle.torque", "'single-joint'"),
@@ -338,8 +351,28 @@ MISFITS = [
         ["standing.analysis.stretch_cutoff_hz", "125 Hz"],
     ),
     (
-        {"standing": {"analysis": {"lowpass_cutoff_hz": 130.0}}},
-        ["standing.analysis.lowpass_cutoff_hz", "125 Hz"],
+        {"plate_treadmill": {"lowpass_cutoff_hz": 130.0}},
+        ["plate_treadmill.lowpass_cutoff_hz", "plate_treadmill.resample_rate_hz", "125 Hz"],
+    ),
+    (
+        {"plate_treadmill": {"exceptions": {"standing": {"resample_rate_hz": 100.0}}}},
+        [
+            "standing.analysis.stretch_cutoff_hz",
+            "plate_treadmill.exceptions.standing.resample_rate_hz",
+            "50 Hz",
+        ],
+    ),
+    (
+        {"plate_treadmill": {"exceptions": {"dummy": {"lowpass_cutoff_hz": 125.0}}}},
+        ["plate_treadmill.exceptions.dummy.lowpass_cutoff_hz", "plate_treadmill.resample_rate_hz (125 Hz)"],
+    ),
+    (
+        {"plate_treadmill": {"exceptions": {"dummy": {"lowpass_cutoff_hz": 10.0}}}},
+        ["dummy.specification.other_cutoff_hz", "plate_treadmill.exceptions.dummy.lowpass_cutoff_hz (10 Hz)"],
+    ),
+    (
+        {"weight": {"analysis": {"other_cutoffs_hz": [10.0, 20.0]}}},
+        ["weight.analysis.other_cutoffs_hz", "plate_treadmill.lowpass_cutoff_hz", "20 Hz"],
     ),
 ]
 
@@ -643,8 +676,8 @@ def test_validation_on_the_recording_that_calibrated_is_refused(sheet):
 def plate_sheet(sheet, monkeypatch):
     """A sheet with recordings of the empty and the loaded plate in the given roles."""
     for experiment in ("empty", "weight"):
-        monkeypatch.setitem(RAW_FILES, experiment, {"log": "log.mat"})
-        monkeypatch.setitem(PROFILES, experiment, ("sine", "minjerk"))
+        log_only = replace(EXPERIMENTS[experiment], raw_files={"log": "log.mat"})
+        monkeypatch.setitem(EXPERIMENTS, experiment, log_only)
 
     def write(empty=(), weight=()):
         rows = [
@@ -691,6 +724,23 @@ def test_roles_of_the_empty_and_loaded_plate_count_together(empty, weight, plate
 )
 def test_role_that_the_empty_or_loaded_plate_lacks_is_named(empty, weight, said, plate_sheet):
     assert said in refuse_sheet(plate_sheet(empty, weight))
+
+
+def test_weight_without_the_empty_belt_is_refused(plate_sheet):
+    for there, missing in (("weight", "empty"), ("empty", "weight")):
+        path = plate_sheet(**{there: ["calibrate", "validate"]})
+        with pytest.raises(InputError) as caught:
+            check_sources(read_trial_sheet(path, "."), path, None)
+        assert_one_sentence(caught.value, path, f"trials of {missing} beside those of {there}")
+
+
+def test_trial_to_be_made_without_a_laboratory_is_refused(sheet):
+    path = sheet(GOOD)
+    trials = read_trial_sheet(path, ".")
+    check_sources(trials, path, "config/virtual_lab.yaml")
+    with pytest.raises(InputError) as caught:
+        check_sources(trials, path, None)
+    assert_one_sentence(caught.value, path, "dummy/sine-0.3", "study.virtual_lab is null")
 
 
 # ---- a person who is told something, perturbed at random -----------------------------------------
@@ -743,7 +793,7 @@ STANDING_MISTAKES = [
     (GOOD | NO_EXTRAS, {"interval_s": "4-8"}, ["interval_s", "'4-8'"]),
     (STANDING, {"profile": "minjerk"}, ["sine, negative-sine", "'minjerk'"]),
     (STANDING, {"task": "-"}, ["task of relax or stiff", "standing/relax-pos-0.4", "'-'"]),
-    (STANDING, {"task": ""}, ["task of relax or stiff", "what the person was told"]),
+    (STANDING, {"task": ""}, ["task of relax or stiff", "the instruction of the person"]),
     (STANDING, {"task": "relaxed"}, ["task of relax or stiff", "'relaxed'"]),
     (STANDING, {"emg": "emg.edf"}, ["'emg.edf'", "recorded"]),
     (RECORDED_STANDING, {"task": "eyes closed"}, ["letters, digits, dots and hyphens", "'eyes closed'"]),
@@ -808,8 +858,8 @@ def test_models_of_a_treadmill_that_was_never_measured_are_refused_in_one_senten
         ({"weight": {"models": {"family": ["fir", "loaded-frame", "ripple-tracking"]}}}, "'ripple-tracking'"),
         ({"weight": {"models": {"family": ["fir"]}}}, "dummy.foot.pathways.foot-compensated-short"),
         (
-            {"weight": {"analysis": {"cutoffs_hz": [20.0, 125.0]}}},
-            "expected weight.analysis.cutoffs_hz below",
+            {"weight": {"analysis": {"other_cutoffs_hz": [10.0, 125.0]}}},
+            "expected weight.analysis.other_cutoffs_hz below",
         ),
         ({"belt": {"analysis": {"zero_lag": True, "lowpass_order": 3}}}, "expected an even"),
     ],
@@ -818,38 +868,264 @@ def test_models_that_cannot_be_fitted_are_refused_before_the_run(changes, said, 
     assert said in refused(changes)
 
 
-@pytest.mark.parametrize("carried", ["dummy", "standing"])
-@pytest.mark.parametrize(
-    ("section", "changes", "said"),
-    [
-        (None, {"ingest": {"resample_rate_hz": 200.0}}, "200 Hz for {carried}"),
-        ("weight", {"ingest": {"resample_rate_hz": 500.0}}, "500 Hz for weight"),
-        ("empty", {"ingest": {"resample_rate_hz": 500.0}}, "500 Hz for empty"),
-        (None, {"analysis": {"lowpass_cutoff_hz": 15.0}}, "found 15 Hz of order 4 and 20 Hz of order 4"),
-        (None, {"analysis": {"lowpass_order": 2}}, "found 20 Hz of order 2 and 20 Hz of order 4"),
-        ("weight", {"analysis": {"cutoffs_hz": [10.0, 20.0]}}, "make {carried}.analysis and weight.analysis"),
-    ],
-)
-def test_what_is_carried_and_the_weight_must_be_processed_alike(carried, section, changes, said, config):
-    check_same_processing(config, carried, "my-study")
-    with pytest.raises(InputError) as caught:
-        check_same_processing(merged(config, {section or carried: changes}), carried, "my-study")
-    assert_one_sentence(caught.value, "my-study", said.format(carried=carried))
+# ---- one treadmill for all that is on it --------------------------------------------------------
+
+
+def test_what_the_plate_treadmill_says_is_said_to_each_of_its_experiments(config):
+    config["plate_treadmill"] |= {
+        "belt": "left",
+        "resample_rate_hz": 200.0,
+        "lowpass_cutoff_hz": 15.0,
+        "lowpass_order": 2,
+    }
+    settings = settings_of(config)
+    for name in ("dummy", "weight", "empty", "standing"):
+        assert settings[name]["ingest"]["resample_rate_hz"] == 200.0
+    for name in ("dummy", "weight", "standing"):
+        assert settings[name]["belt"] == "left"
+        assert settings[name]["analysis"]["lowpass_order"] == 2
+    for name in ("dummy", "standing"):
+        assert settings[name]["analysis"]["lowpass_cutoff_hz"] == 15.0
+    assert settings["weight"]["analysis"]["cutoffs_hz"] == [15.0, 10.0]
+    assert settings["empty"]["ingest"] == {
+        "resample_rate_hz": 200.0,
+        "max_gap_s": None,
+        "marker_sampling_hz": None,
+        "trigger_threshold_V": 2.5,
+    }
+    assert settings["wristalyzer"] == config["wristalyzer"]
+
+
+def test_settings_are_a_copy(config):
+    before = copy.deepcopy(config)
+    settings_of(config)["dummy"]["analysis"]["merge_s"] = 1.0
+    assert config == before
+
+
+@pytest.mark.parametrize(("name", "other"), [("dummy", "standing"), ("standing", "dummy")])
+def test_an_exception_holds_for_its_experiment_alone(name, other, config, root):
+    own = {"belt": "left", "resample_rate_hz": 200.0, "lowpass_cutoff_hz": 15.0, "lowpass_order": 2}
+    config["plate_treadmill"]["exceptions"] = {name: own}
+    check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "my-study")
+    check_config(config, "my-study")
+    settings = settings_of(config)
+    assert settings[name]["belt"] == "left"
+    assert settings[name]["ingest"]["resample_rate_hz"] == 200.0
+    assert settings[name]["analysis"]["lowpass_cutoff_hz"] == 15.0
+    assert settings[name]["analysis"]["lowpass_order"] == 2
+    assert settings[other]["belt"] == "right"
+    assert settings[other]["ingest"]["resample_rate_hz"] == 250.0
+    assert settings[other]["analysis"]["lowpass_cutoff_hz"] == 20.0
 
 
 @pytest.mark.parametrize(
-    ("carried", "changes", "key"),
+    "own",
+    [{"belt": "left"}, {"resample_rate_hz": 200.0}, {"lowpass_cutoff_hz": 15.0}, {"lowpass_order": 2}],
+    ids=lambda own: next(iter(own)),
+)
+@pytest.mark.parametrize("name", ["dummy", "standing"])
+def test_models_of_the_treadmill_allow_no_exception(name, own, config):
+    ((key, value),) = own.items()
+    config["plate_treadmill"]["exceptions"] = {name: own}
+    with pytest.raises(InputError) as caught:
+        check_one_treadmill(config, ["weight", "empty", name], "my-study")
+    assert_one_sentence(
+        caught.value, "my-study", f"plate_treadmill.{key}", f"exceptions.{name}", str(value), "weight"
+    )
+    check_one_treadmill(config, ["dummy", "standing"], "my-study")
+    check_one_treadmill(config, ["weight", "empty"], "my-study")
+    config["plate_treadmill"]["exceptions"] = {name: only(config["plate_treadmill"], key)}
+    check_one_treadmill(config, ["weight", "empty", name], "my-study")
+
+
+def test_parts_of_a_section_are_taken_by_their_keys():
+    section = {"a": 1, "b": {"c": 2, "d": 3}, "e": 4}
+    assert only(section, "e", "a") == {"a": 1, "e": 4}
+    assert without(section, "a", "x") == {"b": {"c": 2, "d": 3}, "e": 4}
+    assert pick(section, "a", "b.d") == {"a": 1, "b": {"d": 3}}
+    with pytest.raises(KeyError):
+        pick(section, "b.x")
+
+
+# ---- what had another name or stood elsewhere -----------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "new"),
     [
-        ("dummy", {"dummy": {"foot": {"belt": "left"}}}, "dummy.foot.belt"),
-        ("standing", {"standing": {"belt": "left"}}, "standing.belt"),
-        ("standing", {"weight": {"belt": "left"}}, "standing.belt"),
+        ({"pilot": {"belt": "left"}}, "pilot", "standing"),
+        ({"ankle": {"analysis": {"cut_s": 2.0}}}, "ankle", "position_manipulator"),
+        ({"treadmill": {"files": {"delimiter": "comma"}}}, "treadmill", "belt"),
+        ({"dummy": {"foot": {"riding_labels": ["ankle"]}}}, "dummy.foot.riding_labels", "belt_fixed_labels"),
+        (
+            {"weight": {"ingest": {"strober_frequency_hz": None}}},
+            "weight.ingest.strober_frequency_hz",
+            "marker_sampling_hz",
+        ),
+        ({"belt": {"analysis": {"bidirectional": True}}}, "belt.analysis.bidirectional", "zero_lag"),
+        (
+            {"belt": {"models": {"published_evaluations": 50}}},
+            "belt.models.published_evaluations",
+            "hnat2014_evaluations",
+        ),
+        (
+            {"position_manipulator": {"analysis": {"intrinsic_reflex": {"folds": 5}}}},
+            "position_manipulator.analysis.intrinsic_reflex",
+            "parallel_cascade",
+        ),
+        (
+            {
+                "dummy": {
+                    "geometry": {"leg_markers": [{"label": "leg1", "across_m": 0.0, "along_m": 0.1}] * 2}
+                }
+            },
+            "dummy.geometry.leg_markers.0.across_m",
+            "anterior_offset_m",
+        ),
+        (
+            {
+                "standing": {
+                    "person": {
+                        "thigh_markers": [{"label": "thigh1", "anterior_offset_m": 0.0, "along_m": 0.1}] * 2
+                    }
+                }
+            },
+            "standing.person.thigh_markers.0.along_m",
+            "longitudinal_offset_m",
+        ),
     ],
 )
-def test_what_is_carried_must_stand_on_the_belt_of_the_weight(carried, changes, key, config):
-    check_same_belt(config, carried, "my-study")
+def test_old_key_is_answered_with_its_new_name(changes, key, new, refused):
+    assert refused(changes) == f"my-study: unknown key {key!r}: renamed to {new!r}"
+
+
+def test_old_key_of_the_laboratory_is_answered_with_its_new_name(shipped_truth, root):
+    schema = root / "workflow/schemas/virtual_lab.schema.yaml"
+    for changes, key, new in (
+        ({"pilot": {}}, "pilot", "standing"),
+        (
+            {"treadmill": {"capture": {"strober_hz": 2500.0}}},
+            "treadmill.capture.strober_hz",
+            "marker_sampling_hz",
+        ),
+    ):
+        with pytest.raises(InputError) as caught:
+            check_against_schema(merged(shipped_truth, changes), schema, "lab.yaml")
+        assert str(caught.value) == f"lab.yaml: unknown key {key!r}: renamed to {new!r}"
+    # what has moved in the configuration has not moved here
     with pytest.raises(InputError) as caught:
-        check_same_belt(merged(config, changes), carried, "my-study")
-    assert_one_sentence(caught.value, "my-study", key, "weight.belt", "left")
+        check_against_schema(merged(shipped_truth, {"weight": {"belt": "left"}}), schema, "lab.yaml")
+    assert "moved" not in str(caught.value)
+
+
+@pytest.mark.parametrize("key", MOVED)
+def test_moved_key_is_answered_with_its_new_place(key, refused):
+    changes = 1
+    for name in reversed(key.split(".")):
+        changes = {name: changes}
+    assert refused(changes) == f"my-study: unknown key {key!r}: moved to {MOVED[key]}"
+
+
+@pytest.mark.parametrize("key", REMOVED)
+def test_key_that_did_nothing_is_answered_with_its_removal(key, refused):
+    changes = 1
+    for name in reversed(key.split(".")):
+        changes = {name: changes}
+    text = refused(changes)
+    assert text.startswith(f"my-study: unknown key {key!r}: no longer needed, because ")
+    assert text.endswith(": remove it")
+
+
+OLD_VALUES = [
+    ({"dummy": {"pathways": {"mine": {"torque": "leg-printed"}}}}, "dummy.pathways.mine.torque"),
+    (
+        {"dummy": {"pathways": {"mine": {"torque": "leg", "marker_instants": "as-strobed"}}}},
+        "dummy.pathways.mine.marker_instants",
+    ),
+    (
+        {"dummy": {"pathways": {"leg": {"estimator": "segment-regression"}}}},
+        "dummy.pathways.leg.estimator",
+    ),
+    (
+        {"dummy": {"foot": {"pathways": {"foot": {"estimator": "segment-regression-printed"}}}}},
+        "dummy.foot.pathways.foot.estimator",
+    ),
+    (
+        {"dummy": {"foot": {"pathways": {"foot": {"torque": "foot-printed"}}}}},
+        "dummy.foot.pathways.foot.torque",
+    ),
+    ({"standing": {"pathways": {"ankle": {"torque": "ankle-printed"}}}}, "standing.pathways.ankle.torque"),
+    ({"weight": {"models": {"family": ["fir", "published"]}}}, "weight.models.family.1"),
+    ({"dummy": {"as_printed": "leg-printed"}}, "dummy.as_printed"),
+    ({"dummy": {"as_printed": "leg-printed-as-strobed"}}, "dummy.as_printed"),
+    ({"standing": {"as_printed": "ankle-printed"}}, "standing.as_printed"),
+    ({"standing": {"recommended": {"estimator": "reflex-free"}}}, "standing.recommended.estimator"),
+    ({"belt": {"chosen": "published"}}, "belt.chosen"),
+    (
+        {"standing": {"pathways": {"ankle": {"treadmill_model": "published"}}}},
+        "standing.pathways.ankle.treadmill_model",
+    ),
+]
+
+
+def values_in(changes):
+    return [
+        v for value in changes.values() for v in (values_in(value) if isinstance(value, dict) else [value])
+    ]
+
+
+@pytest.mark.parametrize(
+    ("changes", "where"), OLD_VALUES, ids=lambda case: case if isinstance(case, str) else ""
+)
+def test_old_value_is_answered_with_its_new_name(changes, where, refused, config):
+    # a pathway of one's own needs the rest, too
+    mine = {"torque": "leg", "marker_instants": "aligned", "estimator": "windowed-least-squares"}
+    if "mine" in where:
+        changes = {"dummy": {"pathways": {"mine": mine | changes["dummy"]["pathways"]["mine"]}}}
+    text = refused(changes)
+    (old,) = [old for old in VALUES if f"found {old!r}" in text]
+    assert where in text
+    assert text.endswith(f": renamed to {VALUES[old]!r}")
+
+
+@pytest.mark.parametrize(
+    ("changes", "old"),
+    [
+        ({"dummy": {"pathways": {"leg-printed": {"marker_instants": "as-sampled"}}}}, "leg-printed"),
+        ({"standing": {"estimators": {"reflex-free": {"window_s": 0.05}}}}, "reflex-free"),
+    ],
+)
+def test_change_of_a_pathway_under_its_old_name_is_answered_with_its_new_one(changes, old, refused):
+    assert f"{old} was renamed to {VALUES[old]!r}" in refused(changes)
+
+
+def test_pathway_of_ones_own_may_have_an_old_name(config, root):
+    config["dummy"]["pathways"]["leg-printed"] = dict(config["dummy"]["pathways"]["leg"])
+    config["dummy"]["recommended"] = "leg-printed"
+    check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "my-study")
+    check_config(config, "my-study")
+
+
+def test_no_name_of_today_is_also_an_old_one(config, root):
+    schema = yaml.safe_load((root / "workflow/schemas/config.schema.yaml").read_text(encoding="utf-8"))
+    sections = set(schema["properties"])
+    assert not {old for old in KEYS if old in sections}
+    for old, new in (MOVED | REMOVED).items():
+        section = schema
+        for name in old.split(".")[:-1]:
+            section = section["properties"][name]
+            if "$ref" in section:
+                section = schema["$defs"][section["$ref"].rpartition("/")[2]]
+        assert old.rpartition(".")[2] not in section["properties"], f"{old} is there: {new}"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("pilot", "standing"), ("ankle", "position_manipulator"), ("treadmill", "belt")]
+)
+def test_old_experiment_of_a_sheet_is_answered_with_its_new_name(old, new, sheet):
+    text = refuse_sheet(sheet(GOOD, GOOD | {"experiment": old}))
+    assert "line 3" in text
+    assert text.endswith(f"found {old!r}: renamed to {new!r}")
 
 
 # ---- what a script reaches ---------------------------------------------------------------------
@@ -883,7 +1159,7 @@ def test_modules_are_followed_through_imports_and_no_further(tmp_path):
 
 
 def test_ingest_reaches_its_readers_and_no_estimator(root):
-    reached = reached_by("workflow/scripts/ingest_dummy.py", str(root))
+    reached = reached_by("workflow/scripts/ingest_plate_treadmill.py", str(root))
     for name in ("ingest/plate_treadmill", "signals/resampling", "io/readers/c3d", "io/trial", "errors"):
         assert f"tepsipe/{name}.py" in reached
     assert "workflow/scripts/job.py" in reached

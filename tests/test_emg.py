@@ -1,4 +1,4 @@
-"""Electromyograms are processed as printed; a faulty channel is told from a weak but healthy muscle."""
+"""Electromyograms are processed as printed; a faulty channel is separated from a weak but healthy muscle."""
 
 from time import perf_counter
 
@@ -189,7 +189,7 @@ def test_hum_below_its_level_is_no_fault_whatever_its_share(times, faulty, rng):
 def test_noise_that_no_muscle_makes_is_a_fault(times, faulty, rng):
     x = emg(np.full(SAMPLES, times * NOISE_UV), rng)
     found = fault(x, limits=np.array([-32768.0, 32767.0]))
-    assert (found is not None and "more than a muscle makes" in found) is faulty
+    assert (found is not None and "more than a muscle generates" in found) is faulty
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])

@@ -1,4 +1,4 @@
-"""The bidirectional filters: their gain, their missing phase, and what they refuse."""
+"""The zero-lag filters: their gain, their missing phase, and what they refuse."""
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ def test_columns_are_filtered_one_by_one_along_either_axis(rng):
 
 @pytest.mark.parametrize("cutoff_hz", [0.0, -5.0, 125.0, 300.0, np.nan])
 def test_cutoff_outside_of_what_the_rate_can_hold_is_refused(cutoff_hz):
-    with pytest.raises(InputError, match="cutoff must lie between 0 and half the sampling rate"):
+    with pytest.raises(InputError, match="expected a cutoff between 0 and half the sampling rate"):
         butterworth_lowpass(TIME, RATE, cutoff_hz)
 
 

@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.identification.estimators import Record, estimate
 from tepsipe.identification.window_regression import regress_torque
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
@@ -121,14 +122,18 @@ def test_regression_takes_any_torque_and_refers_it_to_rest(rng):
     torque = 0.02 * m.theta_dd + 0.3 * m.theta_d + 12.0 * m.theta + 5.0
     windows = [Perturbation(500, 600, 0.1), Perturbation(1000, 1100, 0.1)]
     at_rest = m.time < 1.9
-    found = regress_torque(m, torque, windows, at_rest, "windowed-least-squares")
+    found = regress_torque(m, torque, windows, at_rest)
     assert found.parameters == pytest.approx(np.tile([0.02, 0.3, 12.0], (2, 1)), rel=1e-6)
     assert found.torque_rest_Nm == pytest.approx(12.0 * m.theta[0] + 5.0)
     assert found.vaf_trial == pytest.approx(100.0)
-    printed = regress_torque(m, torque, windows, at_rest, "windowed-least-squares-thesis")
+    printed = regress_torque(m, torque, windows, at_rest, thesis=True)
     assert np.abs(printed.mean - [0.02, 0.3, 12.0]).max() > 1.0  # 5 Nm at rest are not stiffness
+    record = Record(motion=m, torque=torque, perturbations=windows, at_rest=at_rest)
+    assert estimate("windowed-least-squares", record).parameters.tolist() == found.parameters.tolist()
     with pytest.raises(InputError, match=r"expected an estimator of .*, found 'ols'"):
-        regress_torque(m, torque, windows, at_rest, "ols")
+        estimate("ols", record)
+    with pytest.raises(InputError, match="found none of 'leg', 'foot_position', 'belt_velocity'"):
+        estimate("output-error", record)
 
 
 # ---- a whole trial -----------------------------------------------------------------------------

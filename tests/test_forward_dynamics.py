@@ -129,6 +129,7 @@ def exact():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SWINGS)
 def test_trial_of_70_s_follows_the_exact_equation_of_motion(exact, name, engine):
     joint, angle, rate = SWINGS[name]
@@ -367,6 +368,7 @@ for engine in sys.argv[3:]:
 """
 
 
+@pytest.mark.slow
 def test_every_bit_is_the_same_again_and_in_another_process(root, tmp_path):
     expected = []
     names = installed_engines()[::-1]  # the equations first: others are imported only when they are used

@@ -25,7 +25,9 @@ from tepsipe.signals.perturbations import WindowOptions
 FOOT = Foot(mass_kg=2.1, height_m=0.055)
 OPTIONS = DummyOptions(
     leg=LEG,
-    leg_markers=SegmentMarkers((), np.empty((0, 2))),  # the noise study reads the belt alone
+    leg_markers=SegmentMarkers(
+        ("ankle", "knee"), [[0.0, 0.0], [0.0, 0.8]]
+    ),  # the noise study reads the belt alone
     lowpass_cutoff_hz=20.0,
     lowpass_order=4,
     window=WindowOptions(

@@ -60,6 +60,7 @@ def test_every_detector_is_within_five_milliseconds(detector, events, peak):
     assert abs(np.median(found)) + np.median(np.abs(found - np.median(found))) < 5e-3
 
 
+@pytest.mark.slow
 def test_change_point_does_not_depend_on_the_size_of_the_burst_as_a_threshold_does():
     drift = {
         detector: abs(

@@ -16,8 +16,8 @@ from tepsipe.experiments.position_manipulator import (
     parallel_cascade_estimates,
     position_manipulator_result,
 )
-from tepsipe.identification.parallel_cascade import (
-    ParallelCascadeOptions,
+from tepsipe.identification.cascade_fit import ParallelCascadeOptions
+from tepsipe.identification.cascade_pathways import (
     delayed,
     knot_responses,
     lagged,
@@ -213,6 +213,7 @@ def test_reflex_predicts_what_stiffness_alone_cannot(rng):
     assert both.impedance[2] == pytest.approx(STIFFNESS, rel=0.1)
 
 
+@pytest.mark.slow
 def test_intervals_cover_the_joint_where_the_penalty_is_weak(rng):
     repeats, weak = 10, replace(REFLEX, reflex_delays_s=(0.04, 0.04), penalties=(1e-4,))
     known = {"K": STIFFNESS, "reflex_gain": GAIN, "reflex_frequency": FREQUENCY_HZ, "reflex_damping": ZETA}
@@ -226,6 +227,7 @@ def test_intervals_cover_the_joint_where_the_penalty_is_weak(rng):
     assert min(covered.values()) >= 0.7 * repeats
 
 
+@pytest.mark.slow
 def test_penalty_pulls_the_free_response_a_little_towards_none(rng):
     found = [analysed(joint_with_reflex(rng, noise=0.5)[0]) for _ in range(4)]
     assert 0.9 * GAIN < np.mean([fit.gain for fit in found]) < 1.02 * GAIN
@@ -314,6 +316,7 @@ def test_levels_of_angle_and_torque_do_not_matter(rng):
     assert moved.vaf.held_out == pytest.approx(found.vaf.held_out, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_reflex_that_comes_later_is_found_later():
     early, late = (
         analysed(joint_with_reflex(np.random.default_rng(7), delay=delay)[0]) for delay in (0.036, 0.052)
@@ -351,6 +354,7 @@ def test_delay_that_the_record_does_not_tell_is_the_expected_one(rng):
     assert found.delay_range_s == pytest.approx((8.0 / RATE, 15.0 / RATE))
 
 
+@pytest.mark.slow
 def test_same_seed_gives_the_same_intervals(rng):
     trial, _ = joint_with_reflex(rng, noise=0.1)
     first, again, other = (analysed(trial, seed).gain_bootstrap for seed in (1, 1, 2))

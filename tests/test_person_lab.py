@@ -733,6 +733,7 @@ def test_halved_step_changes_next_to_nothing(shipped_truth, profile, force_limit
     assert np.abs(coarse.belt_position - fine.belt_position[::2]).max() < belt_m
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("task", TASKS)
 @pytest.mark.parametrize("profile", ["sine", "negative-sine"])
 def test_person_stays_upright_under_the_largest_pulses(shipped_truth, pulsed, task, profile):

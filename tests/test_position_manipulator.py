@@ -51,6 +51,7 @@ def test_noise_free_joint_is_recovered(rng):
     assert found.vaf.held_out > 99.999
 
 
+@pytest.mark.slow
 def test_intervals_over_blocks_cover_the_joint(rng):
     covered, repeats = np.zeros(3), 30
     for _ in range(repeats):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.figures.names import short_name, unit_symbol, words
 from tepsipe.reporting.numbers.format import number, percent, span
 from tepsipe.reporting.numbers.study import provenance_data, slips_data, table_data
 from tepsipe.reporting.thesis_tables import TableRow
@@ -99,3 +99,34 @@ def test_provenance_names_the_engine_that_ran(engine, shown):
     facts = provenance_data(record)["facts"]
     assert [text for name, text in facts if name == "Engine of the simulations"] == shown
     assert ["Python", "3.13.0"] in facts
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("leg-thesis", "leg, thesis equation"),
+        ("leg-thesis-as-sampled", "leg, thesis equation, as sampled"),
+        ("foot-compensated", "foot compensated"),
+        ("windowed-least-squares", "windowed least squares"),
+        ("windowed-least-squares-thesis", "windowed least squares, thesis"),
+        ("bidirectional 20 Hz", "zero-lag 20 Hz"),
+        ("unidirectional 20 Hz", "forward-only 20 Hz"),
+        ("teager-kaiser", "Teager-Kaiser"),
+    ],
+)
+def test_figures_show_words_for_names(name, shown):
+    assert words(name) == shown
+
+
+def test_units_are_typeset_in_figures_and_kept_in_files():
+    assert [unit_symbol(u) for u in ("Nms2/rad", "Nms/rad", "Nm/rad", "Nm", "N", "%")] == [
+        "N·m·s²/rad",
+        "N·m·s/rad",
+        "N·m/rad",
+        "N·m",
+        "N",
+        "%",
+    ]
+    row = TableRow("leg", "regression", "I", "Nms2/rad", [0.0], [None])
+    assert table_data([row], ["a"], ["A"])[0]["rows"][0]["unit"] == "N·m·s²/rad"
+    assert row.unit == "Nms2/rad"

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from belt_builders import OPTIONS, RATE_HZ, RIPPLE, swaying_belt
+from builders import assert_one_sentence
 
+from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.registry import evaluate, fit_model
 from tepsipe.treadmill.ripple import fit_ripple_tracker, spectrum_over_distance
@@ -60,6 +62,13 @@ def test_tracked_ripple_leaves_little_more_than_the_noise(rng):
     settled = replace(test, evaluated=np.arange(test.load.size) > 2000)
     assert 0.3 < evaluate(tracked, [settled]).rms_after < 0.33
     assert evaluate(tracked, [test]).rms_after < 0.4
+
+
+def test_ripple_is_not_tracked_without_options(rng):
+    train = swaying_belt(with_ripple(rng), rng, 30.0)
+    with pytest.raises(InputError) as caught:
+        fit_model("ripple-tracking", [train], replace(SHORT, ripple=None))
+    assert_one_sentence(caught.value, "options of the ripple", "'ripple-tracking'")
 
 
 @pytest.mark.parametrize("last", [37, 3000, 3005, 5999])

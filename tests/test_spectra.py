@@ -5,7 +5,7 @@ import pytest
 from builders import assert_one_sentence, multisine_record, second_order_response
 
 from tepsipe.errors import InputError
-from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged, period_averaged
+from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged
 
 JOINT = np.array([0.015, 0.1, 8.0])
 RATE = 256.0
@@ -96,7 +96,7 @@ def test_jump_between_the_ends_looks_coherent_beyond_the_band_unless_it_is_taper
 
 def test_band_keeps_both_of_its_ends():
     frequency = np.arange(1.0, 20.0)
-    whole = SpectralEstimate(frequency, frequency * 1j, np.ones(19), 3)
+    whole = FrequencyResponse(frequency, frequency * 1j, np.ones(19), 3)
     band = whole.band(2.0, 9.0)
     assert band.frequency_hz.tolist() == [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
     assert band.response[0] == 2j
@@ -104,7 +104,7 @@ def test_band_keeps_both_of_its_ends():
 
 
 def test_band_with_too_few_frequencies_is_refused():
-    whole = SpectralEstimate(np.arange(1.0, 20.0), np.ones(19), np.ones(19), 3)
+    whole = FrequencyResponse(np.arange(1.0, 20.0), np.ones(19), np.ones(19), 3)
     with pytest.raises(InputError) as caught:
         whole.band(2.0, 4.0)
     assert_one_sentence(caught.value, "4 frequencies", "3")

@@ -328,6 +328,7 @@ def test_interval_is_widened_for_few_responses(trials, responses, wider, quantil
     assert (low, high) == pytest.approx((10.0 - half, 10.0 + half), rel=1e-6)
 
 
+@pytest.mark.slow
 # of 60 intervals 57 should cover; fewer than 51 would, once in 1300 such tests
 @pytest.mark.parametrize(("trials", "responses"), [(1, 8), (6, 5)])
 def test_intervals_cover_the_stiffness(trials, responses):

@@ -30,7 +30,8 @@ from standing_builders import (
 )
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.joint_torque import TorquePathway, process_standing
+from tepsipe.experiments.standing.joint_torque import process_standing
+from tepsipe.experiments.standing.options import TorquePathway
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.treadmill.registry import fit_model
 

@@ -7,13 +7,9 @@ import numpy as np
 import pytest
 
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
-from tepsipe.experiments.standing.joint_torque import (
-    StanceLimits,
-    StandingOptions,
-    TorquePathway,
-    process_standing,
-)
+from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.latency import muscle_latency
+from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
 from tepsipe.experiments.standing.results import fit_all
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.standing import ingest_standing_files
@@ -22,6 +18,8 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import OnsetOptions
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
+
+pytestmark = pytest.mark.slow
 
 DURATION_S = 45.0
 TRIALS = (("sine", 0.4), ("sine", 0.5), ("negative-sine", 0.4), ("negative-sine", 0.5))
@@ -46,8 +44,9 @@ PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle", "ankle-thesis"
 def choices(shipped_config):
     """The section of the standing person, and the library's options that its scripts make of it."""
     from workflow.scripts.standing_choices import active_options, estimators_of, person_of
+    from workflow.support.settings import settings_of
 
-    section = shipped_config["standing"]
+    section = settings_of(shipped_config)["standing"]
     analysis = section["analysis"]
     lowpass = analysis["lowpass_cutoff_hz"], analysis["lowpass_order"]
     standing = StandingOptions(
@@ -70,7 +69,8 @@ def choices(shipped_config):
         emg=EmgOptions(**section["emg"]),
         mains_hz=analysis["line_hz"],
     )
-    active = active_options(section["active"], section["muscles"])
+    ankle_action = {name: muscle["ankle_action"] for name, muscle in section["muscles"].items()}
+    active = active_options(section["active"], ankle_action)
     return section, standing, cutting, estimators_of(section["estimators"]), active
 
 

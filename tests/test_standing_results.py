@@ -15,8 +15,9 @@ from standing_builders import (
 
 from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of
 from tepsipe.experiments.standing.impedance import ActiveOptions, StandingEstimator
-from tepsipe.experiments.standing.joint_torque import TorquePathway, process_standing
+from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.latency import MuscleLatency
+from tepsipe.experiments.standing.options import TorquePathway
 from tepsipe.experiments.standing.results import (
     fit_all,
     fit_estimates,

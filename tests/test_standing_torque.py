@@ -188,7 +188,7 @@ def test_pendulum_by_hand():
 
 def test_pendulum_is_the_dummys_leg_on_a_moving_ankle(rng):
     theta, theta_d, theta_dd, y_dd, z_dd = 0.3 * rng.standard_normal((5, 30))
-    leg = Leg(BODY.mass_kg, BODY.com_m, BODY.inertia_kgm2, G)
+    leg = Leg(mass_kg=BODY.mass_kg, com_m=BODY.com_m, inertia_kgm2=BODY.inertia_kgm2, gravity_m_per_s2=G)
     y_com = y_dd + 0.9 * (np.cos(theta) * theta_dd - np.sin(theta) * theta_d**2)
     z_com = z_dd - 0.9 * (np.sin(theta) * theta_dd + np.cos(theta) * theta_d**2)
     found = single_joint_torque(BODY, theta, theta_dd, np.column_stack([y_dd, z_dd]))

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import yaml
 from scipy.io import loadmat, savemat
+from sharing import made_once
 
 from tepsipe.mechanics.engines import engine_version, resolved_engine
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS
@@ -42,7 +43,8 @@ OVERRIDES = {
 }
 FIGURES = ("2_4", "2_9", "3_1", "3_3", *(f"4_{k}" for k in range(1, 15)), "5_1", "b_1", "b_2", "b_13")
 PEOPLE = ("relax-neg-0.5", "stiff-pos-0.5")
-pytestmark = pytest.mark.study
+# one process runs all of them but the slowest, because most change the study that they share
+pytestmark = [pytest.mark.study, pytest.mark.xdist_group("study")]
 
 
 def write_sheet(project, rows, name="tiny"):
@@ -110,10 +112,13 @@ def digests(folder):
 
 @pytest.fixture(scope="session")
 def study(tmp_path_factory):
-    project = copy_project(tmp_path_factory.mktemp("study") / "project")
-    run = snakemake(project)
-    assert run.returncode == 0, run.stdout + run.stderr
-    return project
+    def make(folder):
+        project = copy_project(folder / "project")
+        run = snakemake(project)
+        assert run.returncode == 0, run.stdout + run.stderr
+        (folder / "digests.json").write_text(json.dumps(digests(project / "results")))
+
+    return made_once(tmp_path_factory, "study", make) / "project"
 
 
 def test_the_study_writes_every_output_of_its_contract(study):
@@ -277,11 +282,14 @@ def test_another_truth_in_the_laboratory_is_recovered_too(study):
     assert value(rows, quantity="B") == pytest.approx(0.25, rel=0.3)
 
 
-def test_one_core_or_two_give_the_same_bytes(study, tmp_path):
+@pytest.mark.xdist_group("study on one core")
+def test_one_core_or_two_give_the_same_bytes(request, tmp_path):
     again = copy_project(tmp_path / "again")
     run = snakemake(again, cores=1)
     assert run.returncode == 0, run.stdout + run.stderr
-    first, second = digests(study / "results"), digests(again / "results")
+    second = digests(again / "results")
+    # wanted no earlier: another process makes it meanwhile
+    first = json.loads((request.getfixturevalue("study").parent / "digests.json").read_text())
     assert {name for name in first if first[name] != second.get(name)} == set()
     assert first.keys() == second.keys()
 
@@ -291,49 +299,173 @@ def test_a_second_run_does_nothing(study):
     assert "Nothing to be done" in run.stdout + run.stderr
 
 
-def planned_after_an_edit(study, name):
-    module = study / name
-    text = module.read_text()
+# ---- what an edit plans: rule -> number of jobs, all of them ---------------------------------------
+
+# what stands at the end of every path: the record of file checksums and settings, and the reports
+RECORD = {"record_provenance": 1}
+REPORTS = {"write_report": 1, "write_html_report": 1, "all": 1}
+ESTIMATES = {"collect_estimates": 1, "compare_with_truth": 1, "check_claims": 1}
+# what follows from the dummy's trials, and from its estimates
+AFTER_DUMMY_ESTIMATES = {
+    "cross_validate_dummy": 1,
+    "plot_dummy": 1,
+    "plot_foot": 1,
+    "simulate_dummy": 2,
+    "collect_forward": 1,
+    "plot_simulation": 1,
+    "lay_out_table": 2,
+    **ESTIMATES,
+    **REPORTS,
+}
+AFTER_DUMMY_TRIALS = {
+    "fit_dummy": 2,
+    "fit_foot": 2,
+    "specify_dummy": 1,
+    "simulate_without_noise": 2,
+    "sweep_noise": 2,
+    "collect_noise": 1,
+    "plot_noise": 1,
+    **AFTER_DUMMY_ESTIMATES,
+}
+
+
+def planned_after_an_edit(study, name, old=None, new=None):
+    """Jobs that a dry run lists after a value is replaced, or a comment added."""
+    file = study / name
+    text = file.read_text()
+    assert old is None or text.count(old) == 1
     try:
-        module.write_text(text + "\n# an edit\n")
+        file.write_text(text + "\n# an edit\n" if old is None else text.replace(old, new))
         return jobs(snakemake(study, "-n"))
     finally:
-        module.write_text(text)
+        file.write_text(text)
+
+
+def planned_with(study, changes):
+    """Jobs that a dry run lists with other settings."""
+    write_config(study, OVERRIDES | changes, "changed")
+    return jobs(snakemake(study, "-n", config="changed"))
+
+
+def test_an_edit_of_the_dummys_rubber_makes_the_dummys_trials_again_and_no_others(study):
+    planned = planned_after_an_edit(study, "config/virtual_lab.yaml", "softening: 0.03", "softening: 0.04")
+    assert planned == {"make_dummy_trial": 2, "ingest_plate_treadmill": 2, **AFTER_DUMMY_TRIALS, **RECORD}
+
+
+def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(study):
+    planned = planned_after_an_edit(study, "config/virtual_lab.yaml", "friction_N: 15.0", "friction_N: 16.0")
+    assert planned == {
+        "make_dummy_trial": 2,
+        "make_weight_trial": 2,
+        "make_empty_trial": 2,
+        "make_standing_trial": 2,
+        "ingest_plate_treadmill": 6,
+        "ingest_standing": 2,
+        "fit_weight": 4,
+        "calibrate_plate": 1,
+        "collect_treadmill_models": 1,
+        "plot_weight": 1,
+        "fit_standing": 2,
+        "fit_standing_task": 2,
+        "plot_standing_trials": 1,
+        "plot_standing": 1,
+        **AFTER_DUMMY_TRIALS,
+        **RECORD,
+    }
+
+
+def test_an_edit_of_one_task_makes_the_trials_of_this_task_again(study):
+    stiff = "stiffness_Nm_per_rad: [600.0, 1400.0, 900.0]"
+    planned = planned_after_an_edit(study, "config/virtual_lab.yaml", stiff, stiff.replace("600", "610"))
+    assert planned == {
+        "make_standing_trial": 1,
+        "ingest_standing": 1,
+        "fit_standing": 1,
+        "fit_standing_task": 1,
+        "plot_standing_trials": 1,
+        "plot_standing": 1,
+        **ESTIMATES,
+        **RECORD,
+        **REPORTS,
+    }
+
+
+def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(study):
+    assert planned_after_an_edit(study, "config/virtual_lab.yaml") == RECORD | REPORTS
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        (
+            {"dummy": {"analysis": {"bootstrap_draws": 301}}},
+            {"fit_dummy": 2, "fit_foot": 2, **AFTER_DUMMY_ESTIMATES, **RECORD},
+        ),
+        (
+            {"dummy": {**OVERRIDES["dummy"], "foot": {"pathways": {"foot": {"window_s": 1.0}}}}},
+            {"fit_foot": 2, "plot_foot": 1, **ESTIMATES, **RECORD, **REPORTS},
+        ),
+        (
+            {"dummy": {**OVERRIDES["dummy"], "recommended": "leg-thesis"}},
+            {
+                "specify_dummy": 1,
+                "plot_dummy": 1,
+                "plot_foot": 1,
+                "simulate_dummy": 2,
+                "collect_forward": 1,
+                "plot_simulation": 1,
+                "lay_out_table": 2,
+                "check_claims": 1,
+                **RECORD,
+                **REPORTS,
+            },
+        ),
+        (
+            {"standing": {"latency": {"threshold_sd": 4.0}}},
+            {"fit_standing_task": 2, "plot_standing": 1, **ESTIMATES, **RECORD, **REPORTS},
+        ),
+        ({"belt": {"analysis": {"trimmed_s": 2.0}}}, RECORD | REPORTS),
+    ],
+    ids=[
+        "bootstrap",
+        "window of a pathway",
+        "recommended pathway",
+        "latency",
+        "experiment that is not there",
+    ],
+)
+def test_a_changed_setting_reruns_what_depends_on_it_and_nothing_else(study, changes, expected):
+    assert planned_with(study, changes) == expected
 
 
 def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(study):
     planned = planned_after_an_edit(study, "tepsipe/identification/admittance_fit.py")
-    assert planned["fit_wristalyzer"] == 2
-    assert not {
-        "fit_dummy",
-        "fit_foot",
-        "fit_weight",
-        "calibrate_plate",
-        "ingest_dummy",
-        "ingest_wristalyzer",
-        "make_dummy_trial",
-        "plot_dummy",
-    } & set(planned)
+    assert planned == {
+        "fit_wristalyzer": 2,
+        "cross_validate_wristalyzer": 1,
+        "plot_wristalyzer": 1,
+        "simulate_dummy": 2,
+        "collect_forward": 1,
+        "plot_simulation": 1,
+        "lay_out_table": 1,
+        **ESTIMATES,
+        **REPORTS,
+    }
 
 
 def test_an_edit_of_the_simulation_reruns_simulations_and_no_fit(study):
     planned = planned_after_an_edit(study, "tepsipe/mechanics/forward_dynamics.py")
     assert planned["simulate_dummy"] == planned["simulate_without_noise"] == 2
-    assert not {"fit_dummy", "fit_foot", "fit_wristalyzer", "ingest_dummy", "plot_dummy"} & set(planned)
+    assert not {"fit_dummy", "fit_foot", "fit_wristalyzer", "ingest_plate_treadmill", "plot_dummy"} & set(
+        planned
+    )
 
 
-def test_a_changed_option_reruns_only_the_steps_that_read_it(study):
-    write_config(study, {**OVERRIDES, "dummy": {"analysis": {"bootstrap_draws": 301}}}, "changed")
-    planned = jobs(snakemake(study, "-n", config="changed"))
-    assert planned["fit_dummy"] == planned["fit_foot"] == 2
-    assert not {
-        "calibrate_plate",
-        "fit_weight",
-        "fit_wristalyzer",
-        "ingest_dummy",
-        "make_dummy_trial",
-        "plot_wristalyzer",
-    } & set(planned)
+def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(study):
+    planned = planned_after_an_edit(study, "config/reported.yaml", "sine-0.5: 5.341", "sine-0.5: 5.342")
+    assert planned == {"lay_out_table": 1, **RECORD, **REPORTS}
+    planned = planned_after_an_edit(study, "config/reported.yaml", "reported: 9.996", "reported: 9.995")
+    assert planned == {"check_claims": 1, **RECORD, **REPORTS}
 
 
 def test_one_condition_alone_touches_nothing_else(study):
@@ -521,7 +653,7 @@ def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(study):
         assert not (study / f"results/bad/estimates/dummy/{condition}.csv").exists()
         (log,) = [
             text
-            for rule in ("ingest_dummy", "fit_dummy")
+            for rule in ("ingest_plate_treadmill/dummy", "fit_dummy")
             for path in [study / f"results/bad/logs/{rule}/{condition}.log"]
             if path.exists() and (text := path.read_text())
         ]
@@ -606,9 +738,15 @@ def test_recordings_that_cannot_calibrate_a_treadmill_get_one_sentence(
 @pytest.mark.parametrize(
     ("section", "words"),
     [
-        ({"dummy": {"analysis": {"lowpas_cutoff_hz": 20.0}}}, "did you mean 'lowpass_cutoff_hz'?"),
-        ({"dummy": {"analysis": {"lowpass_cutoff_hz": -20.0}}}, "expected a number above 0"),
-        ({"dummy": {"analysis": {"lowpass_cutoff_hz": "20 Hz"}}}, "expected a value of type number"),
+        ({"plate_treadmill": {"lowpas_cutoff_hz": 20.0}}, "did you mean 'lowpass_cutoff_hz'?"),
+        ({"plate_treadmill": {"lowpass_cutoff_hz": -20.0}}, "expected a number above 0"),
+        ({"plate_treadmill": {"lowpass_cutoff_hz": "20 Hz"}}, "expected a value of type number"),
+        ({"pilot": {"person": {"mass_kg": 70.0}}}, "unknown key 'pilot': renamed to 'standing'"),
+        ({"weight": {"belt": "left"}}, "unknown key 'weight.belt': moved to plate_treadmill.belt"),
+        (
+            {"plate_treadmill": {"exceptions": {"standing": {"belt": "left"}}}},
+            "found left in plate_treadmill.exceptions.standing",
+        ),
         ({"study": {"trial_sheet": "config/none.tsv"}}, "expected the trial sheet, found no file"),
         (
             {"dummy": {"simulation": {"engine": "bullet"}}},

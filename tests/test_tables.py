@@ -9,7 +9,7 @@ from builders import assert_one_sentence
 from tepsipe.errors import InputError
 from tepsipe.io.estimates import Estimate, read_estimates, write_estimates
 from tepsipe.io.result import Result, read_result, write_result
-from tepsipe.reporting.claims import COLUMNS, MEASURES, Findings, check_claims, read_claims, write_claims
+from tepsipe.reporting.claims import COLUMNS, MEASURES, Findings, check_claims, write_claims
 from tepsipe.reporting.recovery import Recovery, compare_with_truth, true_parameters, write_recovery
 from tepsipe.reporting.thesis_tables import ROWS, lay_out_table, read_table, write_table
 
@@ -263,7 +263,8 @@ def test_claims_are_written_with_their_columns(tmp_path):
     ]
     rows = check_claims(claims, findings())
     write_claims(tmp_path / "claims.csv", rows)
-    (read,) = read_claims(tmp_path / "claims.csv")
+    with open(tmp_path / "claims.csv", newline="", encoding="utf-8") as file:
+        (read,) = csv.DictReader(file)
     assert tuple(read) == COLUMNS
     assert read["claim"] == "K, as printed"
     assert (read["reported"], read["tolerance"], read["reproduced"]) == ("6.471", "0.65", "6.45")
@@ -309,6 +310,17 @@ def test_truth_is_the_joint_for_small_movements(shipped_truth):
     }
     inertia = shipped_truth["wristalyzer"]["manipulator"]["inertia_kgm2"]
     assert truth["wristalyzer"]["I"] == inertia
+
+
+def test_truth_of_some_experiments_is_theirs_alone(shipped_truth):
+    whole = true_parameters(shipped_truth)
+    for section in ("wristalyzer", "dummy", "weight"):
+        assert true_parameters({section: shipped_truth[section]}) == {section: whole[section]}
+    person = {key: shipped_truth["standing"][key] for key in ("tasks", "muscles")}
+    assert true_parameters({"standing": person}) == {
+        name: whole[name] for name in ("standing/relax", "standing/stiff")
+    }
+    assert true_parameters({}) == {}
 
 
 def test_only_parameters_of_made_trials_are_compared(shipped_truth):

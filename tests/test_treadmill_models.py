@@ -20,8 +20,8 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.coherence_limit import coherence_limit
 from tepsipe.treadmill.impulse_response import fit_finite_response
 from tepsipe.treadmill.recording import check_recordings, score
-from tepsipe.treadmill.registry import FAMILY, evaluate, fit_model, load_models, pick, save_models
-from tepsipe.treadmill.transfer_function import fit_output_error
+from tepsipe.treadmill.registry import FAMILY, evaluate, fit_model, load_treadmill_models, pick, save_models
+from tepsipe.treadmill.transfer_function import fit_discrete_output_error
 
 LINEAR = ("hnat2014", "output-error", "fir-causal", "fir", "spectral")
 CONTINUOUS = ("mass-spring-damper", *LINEAR, "ripple-tracking")
@@ -63,7 +63,7 @@ def test_output_error_model_recovers_a_transfer_function_of_its_order(poles, rng
     denominator = np.real(np.poly(poles))
     noise = 0.5  # in the load: what an equation error would take for poles
     truth = noisy(lambda v, a: signal.lfilter(numerator, denominator, a), noise, rng)
-    model = fit_output_error([restless_belt(truth, rng, 300.0)], len(poles))
+    model = fit_discrete_output_error([restless_belt(truth, rng, 300.0)], len(poles))
     assert model.order == len(poles)
     assert model.denominator == pytest.approx(denominator, abs=0.03)
     assert model.numerator == pytest.approx(numerator, abs=0.03)
@@ -338,11 +338,11 @@ def test_models_are_kept_exactly_and_applied_in_one_call(every_model, tmp_path):
     assert [m.name for m in models] == list(FAMILY)
     assert models[-1].model.order > 0, "the ripple should have been found"
     save_models(tmp_path / "models.json", models)
-    kept = load_models(tmp_path / "models.json")
+    kept = load_treadmill_models(tmp_path / "models.json")
     assert list(kept) == list(FAMILY)
     for model in models:
         assert same(pick(kept, model.name), model), model.name
-        compensated = load_models(tmp_path / "models.json")[model.name].compensate(recording)
+        compensated = load_treadmill_models(tmp_path / "models.json")[model.name].compensate(recording)
         assert np.array_equal(compensated, model.compensate(recording)), model.name
         assert np.abs(compensated - recording.load).max() > 0.1, model.name
 
@@ -372,13 +372,13 @@ def test_damaged_file_of_models_is_refused(damage, every_model, tmp_path):
     save_models(path, [m for m in every_model[0] if m.name == "fir"])
     path.write_text(DAMAGES[damage](path.read_text(encoding="utf-8")), encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        load_models(path)
+        load_treadmill_models(path)
     assert_one_sentence(caught.value, path, "fit the models again")
 
 
 def test_missing_file_of_models_and_missing_model_are_refused(every_model, tmp_path):
     with pytest.raises(InputError) as caught:
-        load_models(tmp_path / "none.json")
+        load_treadmill_models(tmp_path / "none.json")
     assert_one_sentence(caught.value, tmp_path / "none.json")
     with pytest.raises(InputError) as caught:
         pick({"fir": every_model[0][0]}, "firr")

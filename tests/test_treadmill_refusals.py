@@ -13,7 +13,7 @@ from tepsipe.treadmill.calibration import ModelScore, read_scores, write_scores
 from tepsipe.treadmill.coherence_limit import coherence_limit
 from tepsipe.treadmill.mass_spring_damper import fit_mean_subtraction
 from tepsipe.treadmill.recording import check_recordings
-from tepsipe.treadmill.registry import evaluate, fit_model, load_models
+from tepsipe.treadmill.registry import evaluate, fit_model, load_treadmill_models
 
 
 def test_noise_without_ripple_has_no_orders():
@@ -78,7 +78,7 @@ def test_segments_that_touch():
 def test_readable_json_that_holds_no_models(text, tmp_path):
     (tmp_path / "m.json").write_text(text)
     with pytest.raises(InputError):
-        load_models(tmp_path / "m.json")
+        load_treadmill_models(tmp_path / "m.json")
 
 
 @pytest.mark.parametrize("key", ["load", "acceleration", "velocity"])

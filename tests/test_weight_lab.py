@@ -26,7 +26,7 @@ from tepsipe.virtual_lab.force_plate import (
 from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.weight import MARKERS, WeightTruth, move_weight, weight_marker_paths, weight_reaction
-from tepsipe.virtual_lab.weight_trial import make_empty_trial, make_weight_trial
+from tepsipe.virtual_lab.weight_trial import make_weight_trial
 
 RATE_HZ = 2000.0
 DURATION_S = 5.0
@@ -273,10 +273,9 @@ def make(truth, experiment, folder, condition="sine-0.4"):
     """Raw files of one short trial: two perturbations, 1 s and 2 s after the trigger."""
     folder.mkdir()
     files = {"log": folder / "log.mat", "calibration": folder / "calibration.csv"}
-    make_trial = make_empty_trial
     if experiment == "weight":
-        files["markers"], make_trial = folder / "markers.c3d", make_weight_trial
-    make_trial(truth, condition, "sine", 0.4, 1.0, DURATION_S, **files)
+        files["markers"] = folder / "markers.c3d"
+    make_weight_trial(truth, condition, "sine", 0.4, 1.0, DURATION_S, **files)
     return files
 
 

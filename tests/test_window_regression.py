@@ -11,7 +11,7 @@ from tepsipe.errors import InputError
 from tepsipe.identification.window_regression import damping_per_skew, regress_perturbations
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.perturbations import WindowOptions, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
 from tepsipe.statistics.bootstrap import bootstrap_mean
 from tepsipe.statistics.least_squares import least_squares_line
 
@@ -23,17 +23,17 @@ WINDOW = WindowOptions(
     signal_to_noise=5.0,
     merge_s=0.06,
 )
-RECOMMENDED = ("leg", "windowed-least-squares")
-PRINTED = ("leg-thesis", "windowed-least-squares-thesis")
+RECOMMENDED = ("leg", False)
+PRINTED = ("leg-thesis", True)
 WEIGHT = 0.4 * 9.81 * 0.4485  # m g r (Nm/rad)
 
 
-def regress(moved, torque_pathway, estimator, leg=LEG, motion=None):
+def regress(moved, torque_pathway, thesis=False, leg=LEG, motion=None):
     """Regression over the perturbations that the belt shows; at rest before the first of them."""
-    found = find_perturbations(moved.belt_velocity, RATE_HZ, WINDOW, "belt")
+    found = perturbations_of(moved.belt_velocity, RATE_HZ, WINDOW, "belt")
     motion = moved.motion if motion is None else motion
     at_rest = motion.time < 1.9
-    return regress_perturbations(motion, leg, found, at_rest, torque_pathway, estimator)
+    return regress_perturbations(motion, leg, found, at_rest, torque_pathway, thesis=thesis)
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +74,8 @@ def test_printed_pathway_keeps_the_joints_own_inertia():
 
 
 def test_torque_left_at_rest_biases_the_printed_regression_of_a_leaning_leg(leaning):
-    left_in = regress(leaning, "leg", "windowed-least-squares-thesis")
-    taken_out = regress(leaning, "leg", "windowed-least-squares")
+    left_in = regress(leaning, "leg", thesis=True)
+    taken_out = regress(leaning, "leg")
     assert left_in.torque_rest_Nm == pytest.approx(WEIGHT * np.sin(0.02), rel=1e-6)
     assert left_in.theta_rest_rad == pytest.approx(0.02, rel=1e-6)
     assert abs(left_in.mean[2] / 10.0 - 1.0) > 0.2
@@ -83,7 +83,7 @@ def test_torque_left_at_rest_biases_the_printed_regression_of_a_leaning_leg(lean
 
 
 def test_torque_left_at_rest_does_not_matter_for_an_upright_leg(upright):
-    left_in = regress(upright, "leg", "windowed-least-squares-thesis")
+    left_in = regress(upright, "leg", thesis=True)
     assert left_in.mean == pytest.approx([0.0, 0.1, 10.0], rel=1e-5, abs=1e-8)
 
 
@@ -125,7 +125,7 @@ def test_skew_between_angle_and_position_moves_damping_and_hardly_anything_else(
 def test_damping_per_skew_is_the_projection_of_the_jerk_on_the_angular_rate(upright):
     motion = upright.motion
     found = regress(upright, *RECOMMENDED)
-    slope = damping_per_skew(motion, LEG, found.perturbations, motion.time < 1.9, *RECOMMENDED)
+    slope = damping_per_skew(motion, LEG, found.perturbations, motion.time < 1.9, "leg")
     # -m r y''' of the leg is the rate of I_l th'' + B th' + (K - m g r) th
     theta_ddd = derivative(motion.time, motion.theta_dd)
     rate = 0.027 * theta_ddd + 0.1 * motion.theta_dd + (10.0 - WEIGHT) * motion.theta_d
@@ -155,7 +155,7 @@ ON_LEG = SegmentMarkers(("ankle", "top", "middle", "low"), LAYOUT)
 
 def motion_from(positions, labels=LABELS, cutoff_hz=40.0):
     time = np.arange(positions.shape[0]) / RATE_HZ
-    return segment_motion(time, positions, labels, ON_LEG, 0.4485, RATE_HZ, cutoff_hz, 4)
+    return segment_motion(time, positions, ON_LEG, 0.4485, labels=labels, cutoff_hz=cutoff_hz)
 
 
 def test_markers_on_the_leg_give_its_motion_back(upright):
@@ -216,10 +216,10 @@ def test_leg_that_does_not_move_does_not_determine_the_parameters(upright):
     assert_one_sentence(caught.value, "I, B, K")
 
 
-def test_unknown_estimator_is_refused(upright):
+def test_unknown_torque_is_refused(upright):
     with pytest.raises(InputError) as caught:
-        regress(upright, "leg", "regression")
-    assert_one_sentence(caught.value, "windowed-least-squares", "'regression'")
+        regress(upright, "legg")
+    assert_one_sentence(caught.value, "'leg', 'leg-thesis'", "'legg'")
 
 
 def test_bootstrapped_interval_covers_a_known_mean_in_about_95_percent_of_draws(rng):

@@ -1,1 +1,1 @@
-"""One experiment of the study each: from a `Trial` to estimates and results."""
+"""The experiments of the study, one module or package each: from a `Trial` to estimates and results."""

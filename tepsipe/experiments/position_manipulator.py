@@ -2,8 +2,8 @@
 
     tau(t) = I theta'' + B theta' + K theta + offset
 
-fitted by linear regression on the first part of a trial and tested on the rest; beside it, on the same
-filtered torque, intrinsic stiffness and stretch reflex told apart (`parallel_cascade`).
+is fitted by linear regression to the first part of a trial and tested on the rest. The parallel-cascade
+model, intrinsic stiffness and stretch reflex, is fitted to the same filtered torque (`parallel_cascade`).
 """
 
 from dataclasses import dataclass
@@ -11,18 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.identification.parallel_cascade import (
-    ParallelCascadeFit,
-    ParallelCascadeOptions,
-    fit_parallel_cascade,
-)
+from tepsipe.identification.cascade_fit import ParallelCascadeFit, ParallelCascadeOptions
+from tepsipe.identification.parallel_cascade import identify_cascade
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged
+from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged
 from tepsipe.statistics.bootstrap import bootstrap_blocks
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
@@ -41,7 +38,7 @@ class PositionManipulatorOptions:
     Attributes
     ----------
     lowpass_cutoff_hz, lowpass_order : float, int
-        Bidirectional Butterworth filter (Hz, -).
+        Zero-lag Butterworth filter (Hz, -).
     cut_s : float
         Time cut at both ends (s).
     training_fraction : float
@@ -65,22 +62,22 @@ class PositionManipulatorOptions:
 
 @dataclass(frozen=True)
 class PositionManipulatorAnalysis:
-    """What one trial gives.
+    """Results of one trial.
 
     Attributes
     ----------
     time, angle, torque, predicted : ndarray, shape (n,)
-        Filtered signals after both ends are cut (s, rad, Nm) and the torque predicted (Nm).
+        Filtered signals after both ends are cut (s, rad, N·m) and the torque predicted (N·m).
     training : int
         Number of samples that were fitted (samples).
     fit : LinearFit
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad), offset (Nm).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), offset (N·m).
     bootstrap : ndarray, shape (draws, 4)
         The same for bootstrapped blocks.
-    spectrum : SpectralEstimate
-        Impedance tau/theta and coherence of the unfiltered record (Hz, Nm/rad).
+    spectrum : FrequencyResponse
+        Impedance tau/theta and coherence of the unfiltered record (Hz, N·m/rad).
     vaf : HeldOutVaf
-        How good the prediction is (%).
+        VAF of the prediction (%).
     """
 
     time: np.ndarray
@@ -90,12 +87,12 @@ class PositionManipulatorAnalysis:
     training: int
     fit: LinearFit
     bootstrap: np.ndarray
-    spectrum: SpectralEstimate
+    spectrum: FrequencyResponse
     vaf: HeldOutVaf
 
 
 def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, int, int]:
-    """Samples that are kept, how many of them are fitted, and the length of a block (samples)."""
+    """Samples that are kept, number of them that are fitted, and length of a block (samples)."""
     rate = trial.rate_hz
     cut = round(options.cut_s * rate)
     kept = slice(cut, trial.time.size - cut)
@@ -114,12 +111,12 @@ def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, in
 def analyse_position_manipulator(
     trial: Trial, options: PositionManipulatorOptions, rng: np.random.Generator
 ) -> PositionManipulatorAnalysis:
-    """Spectral estimate, coherence, and I, B, K by regression with a held-out test.
+    """Spectral estimate, coherence, and I, B, K by regression with held-out validation.
 
     Parameters
     ----------
     trial : Trial
-        ``angle`` (rad) and ``torque`` (Nm).
+        ``angle`` (rad) and ``torque`` (N·m).
     options : PositionManipulatorOptions
         Choices (units in their names).
     rng : numpy.random.Generator
@@ -128,7 +125,7 @@ def analyse_position_manipulator(
     Returns
     -------
     PositionManipulatorAnalysis
-        Spectrum, fit and tests (rad, Nm, s).
+        Spectrum, fit and tests (rad, N·m, s).
 
     Raises
     ------
@@ -151,7 +148,8 @@ def analyse_position_manipulator(
         fit = least_squares_line(regressors[:training], torque[:training])
     except np.linalg.LinAlgError as error:
         raise InputError(
-            f"expected a moving joint, found that {error}: check that the perturbation was applied"
+            f"expected a moving joint, found one that does not determine I, B, K ({error}): check that the "
+            "perturbation was applied"
         ) from error
     predicted = regressors @ fit.parameters
     raw_angle = trial.values("angle")[kept]
@@ -179,14 +177,14 @@ def analyse_parallel_cascade(
     reflex: ParallelCascadeOptions,
     rng: np.random.Generator,
 ) -> ParallelCascadeFit:
-    """Intrinsic stiffness and stretch reflex, fitted to and tested on the torque of the regression.
+    """Parallel-cascade model, fitted to and tested on the same torque as the regression.
 
     Parameters
     ----------
     trial : Trial
-        ``angle`` (rad) and ``torque`` (Nm).
+        ``angle`` (rad) and ``torque`` (N·m).
     options : PositionManipulatorOptions
-        Filter, parts of the trial and blocks, as for `analyse_position_manipulator`.
+        Filter, fitted part and blocks, as for `analyse_position_manipulator`.
     reflex : ParallelCascadeOptions
         Choices of the fit (units in their names).
     rng : numpy.random.Generator
@@ -195,7 +193,7 @@ def analyse_parallel_cascade(
     Returns
     -------
     ParallelCascadeFit
-        Both paths and the prediction (rad, Nm, s).
+        Both pathways and the prediction (rad, N·m, s).
 
     Raises
     ------
@@ -203,7 +201,7 @@ def analyse_parallel_cascade(
         If the record is too short or the joint does not move.
     """
     kept, training, block = _parts(trial, options)
-    return fit_parallel_cascade(
+    return identify_cascade(
         trial.values("angle"),
         trial.values("torque"),
         trial.rate_hz,
@@ -249,9 +247,10 @@ def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimat
 
 
 def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCascadeFit) -> list[Estimate]:
-    """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%); a second set by the muscle.
+    """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%), and those of the muscle model.
 
-    A structure without stiffening or reflex has no rows for their constants, but a gain of 0 Nms/rad.
+    A structure without angle-dependent stiffness or reflex has no rows for their parameters, except for a
+    reflex gain of 0 N·m·s/rad.
     """
     names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
 
@@ -288,7 +287,7 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
 
 
 def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:
-    """Arrays and facts of one trial, those of both paths in the group ``reflex`` (units in the result)."""
+    """Arrays and facts of one trial, with both pathways in the group ``reflex`` (units in the result)."""
     spectrum = analysis.spectrum
     model = 1.0 / admittance(analysis.fit.parameters[:3], spectrum.frequency_hz)
     arrays = {
@@ -332,7 +331,7 @@ def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: Para
 
 
 def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:
-    """Arrays of both paths with their units."""
+    """Arrays of both pathways with their units."""
     arrays = {
         "predicted_torque": (fit.predicted, "Nm"),
         "reflex_torque": (fit.reflex_torque, "Nm"),

@@ -1,13 +1,13 @@
-r"""The weight experiment: what the belt's acceleration adds to the measured force (thesis section 3-1-2).
+r"""The weight experiment: the belt-induced force under acceleration (thesis section 3-1-2).
 
 Symbols: F_y measured force (N), y_w position of the weight (m), m_w its mass (kg).
 
-    ideal force         F_hat = m_w y_w''              (3-10)
-    added by the belt   Delta F = F_y - F_hat          (3-11), there with the opposite sign
-    empty belt          F_y0
-    estimated mass      m_hat = y_w'' \ F_y            (3-12)
+    ideal force           F_hat = m_w y_w''              (3-10)
+    belt-induced force    Delta F = F_y - F_hat          (3-11), there with the opposite sign
+    empty belt            F_y0
+    estimated mass        m_hat = y_w'' \ F_y            (3-12)
 
-If the treadmill's dynamics did not depend on what it carries, Delta F would equal F_y0.
+If the dynamics of the treadmill did not depend on the load carried, Delta F would equal F_y0.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ ESTIMATOR = "least-squares"
 
 @dataclass(frozen=True)
 class WeightAnalysis:
-    """What one trial with the weight, or with the empty belt, gives.
+    """Results of one trial with the weight or with the empty belt.
 
     Attributes
     ----------
@@ -55,16 +55,16 @@ def estimate_masses(recording: BeltRecording) -> np.ndarray:
 def analyse_weight(
     recordings: dict[str, BeltRecording], draws: int, seed: int, marker_lag_s: float | None = None
 ) -> WeightAnalysis:
-    """Mass of the weight, and what the belt adds to the force.
+    """Mass of the weight, and belt-induced force.
 
     Parameters
     ----------
     recordings : dict of str to BeltRecording
-        Name of a filter -> fore-aft force (N); the first is the one that the mass is estimated with.
+        Name of a filter -> fore-aft force (N); the mass is estimated with the first.
     draws, seed : int
         Bootstrap samples over perturbations, and seed of their generator (-).
     marker_lag_s : float, optional
-        Time by which the weight's markers lag behind the belt (s), to be kept.
+        Time by which the weight's markers lag behind the belt (s), stored with the results.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def analyse_weight(
 
 
 def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) -> list[Estimate]:
-    """Tidy rows of one trial: mass (kg), its spread over perturbations, and the largest added force (N)."""
+    """Tidy rows of one trial: mass (kg), its SD over perturbations, and peak belt-induced force (N)."""
     names = (experiment, condition, PATHWAY, ESTIMATOR)
     recording = next(iter(analysis.recordings.values()))
     added = recording.segments(recording.load)
@@ -133,7 +133,7 @@ def weight_result(analysis: WeightAnalysis) -> Result:
 
 
 def shapes(empty: dict[str, Result], weight: dict[str, Result], filter_name: str) -> tuple[list, list]:
-    """Correlation of the mean Fy0 and Delta Fy (-), and ratio of their sizes (-), condition by condition."""
+    """Correlation (-) and ratio of magnitudes (-) of the mean Fy0 and Delta Fy, condition by condition."""
     alike, sizes = [], []
     for condition in [c for c in weight if c in empty]:
         f, d = (
@@ -146,7 +146,7 @@ def shapes(empty: dict[str, Result], weight: dict[str, Result], filter_name: str
 
 
 def speed_at_peak(results: dict[str, Result], filter_name: str) -> list[float]:
-    """Belt speed where the mean added force is largest, over the largest belt speed (-), by condition."""
+    """Belt speed at the peak of the mean belt-induced force, relative to the peak speed (-), by condition."""
     found = []
     for result in results.values():
         force = result.arrays[f"{filter_name}/added_force"].mean(axis=0)

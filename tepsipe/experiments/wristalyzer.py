@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.identification.admittance_fit import (
@@ -20,39 +20,38 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import SpectralEstimate, frequency_averaged, period_averaged
+from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged
 from tepsipe.statistics.goodness_of_fit import vaf
 
 PATHWAY = "admittance"
-ESTIMATORS = ("spectral-fit", "spectral-fit-periods", "spectral-fit-modulus")
 
 
 @dataclass(frozen=True)
 class WristalyzerOptions:
-    """Choices of the thesis (section 3-1-1, Table 3-2) and of the tests of them.
+    """Options of the thesis (section 3-1-1, Table 3-2) and of the tests of its choices.
 
     Attributes
     ----------
     lowpass_cutoff_hz, lowpass_order : float, int
-        Bidirectional Butterworth filter (Hz, -).
+        Zero-lag Butterworth filter (Hz, -).
     cut_s : float
         Time cut at both ends (s).
     averaged_bins : int
         Raw frequencies averaged into one (-).
     fit_band_hz : (float, float)
-        Frequencies that are fitted (Hz).
+        Lowest and highest fitted frequency (Hz).
     perturbation_period_s : float or None
         Period of the multisine (s); None if the perturbation is not periodic.
     excited_band_hz : (float, float)
-        Frequencies in the perturbation (Hz).
+        Lowest and highest frequency of the perturbation (Hz).
     bounds : Bounds
-        Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
+        Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
     random_starts : int
         Number of random starting values (-).
     tried_stiffness_Nm_per_rad : tuple of float
-        Starting values of K tried with either residual (Nm/rad).
+        Starting values of K tried with each type of residual (N·m/rad).
     profile_Nm_per_rad : (float, float, int)
-        Lowest and highest K of the profile (Nm/rad) and number of points (-).
+        Lowest and highest K of the profile (N·m/rad) and number of points (-).
     """
 
     lowpass_cutoff_hz: float
@@ -75,9 +74,9 @@ class PreparedTrial:
     Attributes
     ----------
     torque, angle : ndarray, shape (n,)
-        Whole trial (Nm, rad).
+        Whole trial (N·m, rad).
     kept : slice
-        What is left after both ends are cut (samples).
+        Samples that remain after both ends are cut (samples).
     rate_hz : float
         Sampling rate (Hz).
     """
@@ -90,19 +89,19 @@ class PreparedTrial:
     def prediction_vaf(self, parameters: np.ndarray) -> float:
         """VAF (%) of the angle predicted from the torque alone, over the kept part (thesis eq 3-1).
 
-        ``parameters`` are I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        ``parameters`` are I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
         """
         predicted = simulate_angle(parameters, self.torque, self.rate_hz)
         return vaf(self.angle[self.kept], predicted[self.kept])
 
 
 def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:
-    """Filter torque and angle alike, and find what is left after cutting (Nm, rad, samples).
+    """Filter torque and angle identically, and cut both ends (N·m, rad, samples).
 
     Raises
     ------
     InputError
-        If nothing is left.
+        If no samples remain.
     """
     rate = trial.rate_hz
 
@@ -125,29 +124,29 @@ def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:
 
 @dataclass(frozen=True)
 class WristalyzerAnalysis:
-    """What one trial gives.
+    """Results of one trial.
 
     Attributes
     ----------
     prepared : PreparedTrial
-        Filtered signals (Nm, rad).
-    spectra : dict of str to SpectralEstimate
-        Estimator -> spectral estimate over all frequencies (Hz, rad/Nm).
-    tapered : SpectralEstimate
-        The averaged estimate of the tapered record, to look beyond the perturbation's band.
+        Filtered signals (N·m, rad).
+    spectra : dict of str to FrequencyResponse
+        Estimator -> spectral estimate over all frequencies (Hz, rad/(N·m)).
+    tapered : FrequencyResponse
+        The averaged estimate of the tapered record, for frequencies above the perturbation's band.
     fits : dict of str to AdmittanceFit
         Estimator -> fit.
     profile : StiffnessProfile
-        Profile of K for the leakage-free estimate, or the averaged one without a period (Nm/rad).
+        Profile of K for the leakage-free estimate, or for the averaged one without a period (N·m/rad).
     many_starts : list of AdmittanceFit
         Fits from random starting values.
     tried : list of (float, AdmittanceFit, AdmittanceFit)
-        Starting K (Nm/rad), fit with smooth residuals, fit with the modulus.
+        Starting K (N·m/rad), fit with complex residuals, fit with the modulus.
     """
 
     prepared: PreparedTrial
-    spectra: dict[str, SpectralEstimate]
-    tapered: SpectralEstimate
+    spectra: dict[str, FrequencyResponse]
+    tapered: FrequencyResponse
     fits: dict[str, AdmittanceFit]
     profile: StiffnessProfile
     many_starts: list[AdmittanceFit]
@@ -157,16 +156,16 @@ class WristalyzerAnalysis:
 def analyse_wristalyzer(
     trial: Trial, options: WristalyzerOptions, rng: np.random.Generator
 ) -> WristalyzerAnalysis:
-    """Estimate the joint's admittance and fit I, B, K in the printed way and in two others.
+    """Estimate the admittance of the joint and fit I, B, K by three estimators.
 
     ``spectral-fit`` averages raw spectra over neighbouring frequencies as the thesis does, and minimises
-    its criterion (3-6); ``spectral-fit-modulus`` does the same with the modulus of the log ratio as
-    residual, as (3-6) reads literally; ``spectral-fit-periods`` averages whole periods instead.
+    its criterion (3-6). ``spectral-fit-modulus`` does the same with the modulus of the log ratio as
+    residual, as (3-6) is printed. ``spectral-fit-periods`` averages over whole periods instead.
 
     Parameters
     ----------
     trial : Trial
-        ``torque`` (Nm) and ``angle`` (rad).
+        ``torque`` (N·m) and ``angle`` (rad).
     options : WristalyzerOptions
         Choices (units in their names).
     rng : numpy.random.Generator
@@ -230,7 +229,7 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
     rows = []
     for estimator, fit in analysis.fits.items():
         names = ("wristalyzer", condition, PATHWAY, estimator)
-        half = stats.t.ppf(0.975, fit.degrees_of_freedom) * fit.standard_error
+        half = scipy.stats.t.ppf(0.975, fit.degrees_of_freedom) * fit.standard_error
         for k, quantity in enumerate(PARAMETERS):
             low, high = fit.parameters[k] - half[k], fit.parameters[k] + half[k]
             if quantity == "K" and estimator == "spectral-fit-periods":

@@ -8,15 +8,16 @@ log is the complex logarithm, so e weighs gain and phase alike.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
-from scipy.optimize import least_squares
+import scipy
 
 from tepsipe.mechanics.impedance_model import admittance
-from tepsipe.signals.spectra import SpectralEstimate
+from tepsipe.signals.spectra import FrequencyResponse
 from tepsipe.statistics.least_squares import sem_as_printed, standard_error
 
-# typical size of I, B, K for the scaled solver (Nms2/rad, Nms/rad, Nm/rad)
+# typical magnitude of I, B, K for the scaled solver (N·m·s²/rad, N·m·s/rad, N·m/rad)
 TYPICAL = np.array([0.01, 0.1, 10.0])
+# starting values, lower and upper bounds of I, B, K in the thesis (N·m·s²/rad, N·m·s/rad, N·m/rad)
+TABLE_3_2 = ((0.001, 0.1, 10.0), (-10.0, 0.01, -20.0), (10.0, 10.0, 20.0))
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Bounds:
     Attributes
     ----------
     start, lower, upper : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
 
     start: np.ndarray
@@ -41,7 +42,7 @@ class AdmittanceFit:
     Attributes
     ----------
     parameters, start : ndarray, shape (3,)
-        Estimate and starting values: I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        Estimate and starting values: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     cost : float
         Sum of e^2 (-); the thesis calls it error.
     sem_as_printed, standard_error : ndarray, shape (3,)
@@ -64,18 +65,41 @@ class AdmittanceFit:
     at_bound: bool
 
 
-def residuals(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
+def starting_values(estimate: FrequencyResponse) -> np.ndarray:
+    """I, B, K from which a search can start, by linear least squares of 1/H = K - I w^2 + j B w.
+
+    Every frequency has the weight of its coherence and of 1/H itself; I and B are kept positive.
+
+    Parameters
+    ----------
+    estimate : FrequencyResponse
+        Admittance H at the frequencies to fit (Hz, rad/(N·m)).
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    """
+    omega, impedance = 2.0 * np.pi * estimate.frequency_hz, 1.0 / estimate.response
+    weight = np.sqrt(estimate.coherence) / np.abs(impedance)
+    columns = np.column_stack([-weight * omega**2, weight])
+    inertia, stiffness = np.linalg.lstsq(columns, weight * impedance.real, rcond=None)[0]
+    damping = np.sum(weight**2 * omega * impedance.imag) / np.sum((weight * omega) ** 2)
+    return np.array([max(inertia, 1e-9), max(damping, 1e-9), stiffness])
+
+
+def residuals(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray:
     """Weighted complex log ratio, real parts first, then imaginary parts.
 
-    Its sum of squares is the sum of e^2 of thesis eq (3-6), but unlike the modulus it is smooth where
-    the model meets the estimate.
+    Its sum of squares is the sum of e^2 of thesis eq (3-6). Unlike the modulus it is differentiable where
+    the model equals the estimate.
 
     Parameters
     ----------
     parameters : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
-    estimate : SpectralEstimate
-        The n frequencies to fit (Hz, rad/Nm).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    estimate : FrequencyResponse
+        The n frequencies to fit (Hz, rad/(N·m)).
 
     Returns
     -------
@@ -87,15 +111,15 @@ def residuals(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
     return np.concatenate([weight * ratio.real, weight * ratio.imag])
 
 
-def residuals_as_printed(parameters: np.ndarray, estimate: SpectralEstimate) -> np.ndarray:
+def residuals_as_printed(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray:
     """e(f) of thesis eq (3-6): the modulus of the weighted complex log ratio.
 
     Parameters
     ----------
     parameters : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
-    estimate : SpectralEstimate
-        The n frequencies to fit (Hz, rad/Nm).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    estimate : FrequencyResponse
+        The n frequencies to fit (Hz, rad/(N·m)).
 
     Returns
     -------
@@ -107,19 +131,18 @@ def residuals_as_printed(parameters: np.ndarray, estimate: SpectralEstimate) -> 
     return weight * np.abs(ratio)
 
 
-def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
+def fit_as_printed(estimate: FrequencyResponse, bounds: Bounds) -> AdmittanceFit:
     """Fit with the modulus as residual, unscaled parameters and tolerances of 1e-6.
 
-    These are the defaults of the non-linear least-squares solver that was usual at the time. With
-    I = 0.001 and K = 10 in one unscaled vector, a step that matters for I is far below the
-    tolerance for K.
+    These were the defaults of a common non-linear least-squares solver at the time of the thesis. With
+    I = 0.001 and K = 10 in one unscaled vector, a significant step of I is far below the tolerance for K.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
-        Frequencies to fit (Hz, rad/Nm).
+    estimate : FrequencyResponse
+        Frequencies to fit (Hz, rad/(N·m)).
     bounds : Bounds
-        Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
+        Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
     Returns
     -------
@@ -129,15 +152,15 @@ def fit_as_printed(estimate: SpectralEstimate, bounds: Bounds) -> AdmittanceFit:
     return _fit(residuals_as_printed, estimate, bounds, bounds.start, 1.0, 1e-6)
 
 
-def fit_scaled(estimate: SpectralEstimate, bounds: Bounds, start: np.ndarray | None = None) -> AdmittanceFit:
+def fit_scaled(estimate: FrequencyResponse, bounds: Bounds, start: np.ndarray | None = None) -> AdmittanceFit:
     """Fit with smooth residuals, scaled parameters and tight tolerances.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
-        Frequencies to fit (Hz, rad/Nm).
+    estimate : FrequencyResponse
+        Frequencies to fit (Hz, rad/(N·m)).
     bounds : Bounds
-        Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
+        Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
     start : ndarray, shape (3,), optional
         Other starting values.
 
@@ -150,7 +173,7 @@ def fit_scaled(estimate: SpectralEstimate, bounds: Bounds, start: np.ndarray | N
 
 
 def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
-    solution = least_squares(
+    solution = scipy.optimize.least_squares(
         function,
         start,
         bounds=(bounds.lower, bounds.upper),
@@ -177,16 +200,16 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
 
 
 def fit_from_many_starts(
-    estimate: SpectralEstimate, bounds: Bounds, count: int, rng: np.random.Generator
+    estimate: FrequencyResponse, bounds: Bounds, count: int, rng: np.random.Generator
 ) -> list[AdmittanceFit]:
     """Repeat `fit_scaled` from the printed and from random starting values.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
-        Frequencies to fit (Hz, rad/Nm).
+    estimate : FrequencyResponse
+        Frequencies to fit (Hz, rad/(N·m)).
     bounds : Bounds
-        Starting values and bounds (Nms2/rad, Nms/rad, Nm/rad).
+        Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
     count : int
         Number of random starts (-): I and B log-uniform over 1e-4..1 and 0.01..10, K uniform between
         its bounds.
@@ -196,7 +219,7 @@ def fit_from_many_starts(
     Returns
     -------
     list of AdmittanceFit, length count + 1
-        The first is the one from the printed starting values.
+        The first starts from the printed values.
     """
     fits = [fit_scaled(estimate, bounds)]
     for _ in range(count):
@@ -213,18 +236,18 @@ def fit_from_many_starts(
 
 @dataclass(frozen=True)
 class StiffnessProfile:
-    """Cost as a function of K alone, I and B fitted anew for each K.
+    """Cost as a function of K, with I and B refitted for each K.
 
     Attributes
     ----------
     stiffness : ndarray, shape (n,)
-        K (Nm/rad).
+        K (N·m/rad).
     cost : ndarray, shape (n,)
         Smallest sum of e^2 (-).
     limit : float
         Cost at the border of the 95 % interval (-).
     interval : (float, float)
-        The interval (Nm/rad); an end is infinite if it lies outside the profile.
+        The 95 % interval (N·m/rad); an end outside the profile is infinite.
     """
 
     stiffness: np.ndarray
@@ -234,25 +257,25 @@ class StiffnessProfile:
 
 
 def profile_stiffness(
-    estimate: SpectralEstimate, bounds: Bounds, best: AdmittanceFit, stiffness: np.ndarray
+    estimate: FrequencyResponse, bounds: Bounds, best: AdmittanceFit, stiffness: np.ndarray
 ) -> StiffnessProfile:
     """Profile likelihood of K, for white residuals of unknown variance.
 
     Parameters
     ----------
-    estimate : SpectralEstimate
-        Frequencies to fit (Hz, rad/Nm).
+    estimate : FrequencyResponse
+        Frequencies to fit (Hz, rad/(N·m)).
     bounds : Bounds
-        Bounds of I and B (Nms2/rad, Nms/rad).
+        Bounds of I and B (N·m·s²/rad, N·m·s/rad).
     best : AdmittanceFit
         The fit with K free.
     stiffness : ndarray, shape (n,)
-        Values of K to hold (Nm/rad), increasing.
+        Values of K to hold (N·m/rad), increasing.
 
     Returns
     -------
     StiffnessProfile
-        Costs (-) and the interval of K (Nm/rad) where
+        Costs (-) and the interval of K (N·m/rad) where
         cost <= cost_best (1 + F_95(1, N - 3) / (N - 3)), N twice the number of frequencies.
     """
     cost = np.empty(stiffness.size)
@@ -260,7 +283,7 @@ def profile_stiffness(
     for direction in (range(centre, stiffness.size), range(centre - 1, -1, -1)):
         start = np.clip(best.parameters[:2], bounds.lower[:2] + 1e-9, bounds.upper[:2] - 1e-9)
         for k in direction:
-            solution = least_squares(
+            solution = scipy.optimize.least_squares(
                 lambda p, held: residuals(np.array([p[0], p[1], held]), estimate),
                 start,
                 bounds=(bounds.lower[:2], bounds.upper[:2]),
@@ -269,7 +292,7 @@ def profile_stiffness(
             )
             cost[k], start = 2.0 * solution.cost, solution.x
     freedom = 2 * estimate.frequency_hz.size - 3
-    limit = best.cost * (1.0 + stats.f.ppf(0.95, 1, freedom) / freedom)
+    limit = best.cost * (1.0 + scipy.stats.f.ppf(0.95, 1, freedom) / freedom)
     return StiffnessProfile(stiffness, cost, float(limit), _interval(stiffness, cost, limit))
 
 

@@ -7,6 +7,8 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS
 
+RANK_TOLERANCE = 1e-14  # squared length of the residual of a regressor of unit length on the others
+
 # ---- estimators --------------------------------------------------------------------------------
 
 
@@ -17,11 +19,11 @@ class BatchedFits:
     Attributes
     ----------
     parameters : ndarray, shape (..., 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad), per perturbation or over all of them.
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), per perturbation or over all of them.
     residuals : ndarray, shape (..., w, s)
-        tau - X p (Nm).
+        tau - X p (N·m).
     sem_as_printed : ndarray, shape (..., 3)
-        Thesis eq (3-2) of every fit; its unit is that of the parameter over the square root of Nm.
+        Thesis eq (3-2) of every fit; its unit is that of the parameter over the square root of N·m.
     """
 
     parameters: np.ndarray
@@ -30,48 +32,72 @@ class BatchedFits:
 
 
 def window_parameters(regressors: np.ndarray, torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least squares over every window of every draw, by scaled normal equations solved in one batch.
+    """Least squares over every window of every draw, by scaled normal equations solved all at once.
 
         G = S X'X S,   p = S G^-1 S X'tau,   S = diag(X'X)^(-1/2)
 
-    With columns of unit length the three regressors are far from dependent, so that normal equations
-    lose next to nothing against an orthogonal factorisation.
+    With columns of unit length the three regressors are well conditioned, so the normal equations are
+    nearly as accurate as an orthogonal factorisation. G has ones on its diagonal and a, b, c beside it;
+    Gauss's elimination, y = S X'tau, runs over all windows at a time:
+
+        d_2 = 1 - a^2,   e = c - a b,   d_3 = 1 - b^2 - e^2 / d_2
+        q_3 = (y_3 - b y_1 - (y_2 - a y_1) e / d_2) / d_3
+        q_2 = (y_2 - a y_1 - e q_3) / d_2,   q_1 = y_1 - a q_2 - b q_3,   p = S q
+        diag(G^-1) = (1 - c^2, 1 - b^2, 1 - a^2) / (d_2 d_3)
 
     Parameters
     ----------
     regressors : ndarray, shape (..., w, 3, s)
-        X' of every window (rad/s2, rad/s, rad); without the axis of the draws if all draws share it.
+        X' of every window (rad/s², rad/s, rad); without the axis of the draws if all draws share it.
     torque : ndarray, shape (..., w, s)
-        tau (Nm).
+        tau (N·m).
 
     Returns
     -------
     parameters : ndarray, shape (..., w, 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
-    gram : ndarray, shape (..., w, 3, 3)
-        X'X (products of rad/s2, rad/s and rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    inverse : ndarray, shape (..., w, 3)
+        Diagonal of (X'X)^-1 (inverse squares of rad/s², rad/s and rad).
 
     Raises
     ------
     InputError
         If a window does not determine the parameters.
     """
-    # vecdot, because matmul takes a slow path for the product of a small matrix with its transpose
-    gram = np.vecdot(regressors[..., :, None, :], regressors[..., None, :, :])
-    moment = np.vecdot(regressors, torque[..., None, :])
-    length = np.sqrt(np.diagonal(gram, axis1=-2, axis2=-1))
+    columns = np.moveaxis(regressors, -2, 0)
+    length = np.sqrt([np.vecdot(column, column) for column in columns])
     if not (length > 0.0).all():
         raise InputError(
             "perturbations: expected motion in every window, found none in one: check the windows"
         )
-    scaled = gram / (length[..., :, None] * length[..., None, :])
-    try:
-        return np.linalg.solve(scaled, (moment / length)[..., None])[..., 0] / length, gram
-    except np.linalg.LinAlgError as error:
+    a, b, c = (
+        np.vecdot(columns[i], columns[j]) / (length[i] * length[j]) for i, j in ((0, 1), (0, 2), (1, 2))
+    )
+    d2, e = 1.0 - a * a, c - a * b
+    with np.errstate(divide="ignore", invalid="ignore"):
+        d3 = 1.0 - b * b - e * e / d2
+    if not (d3 > RANK_TOLERANCE).all():
         raise InputError(
             f"perturbations: expected windows that determine {', '.join(PARAMETERS)}, found regressors that "
             "depend on each other: check the windows"
-        ) from error
+        )
+    y1, y2, y3 = (
+        y / own for y, own in zip(np.moveaxis(_moment(regressors, torque), -1, 0), length, strict=True)
+    )
+    y2 = y2 - a * y1
+    q3 = (y3 - b * y1 - y2 * e / d2) / d3
+    q2 = (y2 - e * q3) / d2
+    q1 = y1 - a * q2 - b * q3
+    inverse = np.stack([1.0 - c * c, 1.0 - b * b, d2]) / (d2 * d3 * length**2)
+    return np.stack([q1, q2, q3], axis=-1) / np.moveaxis(length, 0, -1), np.moveaxis(inverse, 0, -1)
+
+
+def _moment(regressors: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    """X'tau of every window, shape (..., w, 3); where draws share X, one product of matrices per window."""
+    if regressors.ndim == torque.ndim + 1:
+        return np.vecdot(regressors, torque[..., None, :])
+    by_window = np.moveaxis(torque, -2, 0) @ np.swapaxes(regressors, -1, -2)
+    return np.moveaxis(by_window, 0, -2)
 
 
 def regress_windows(regressors: np.ndarray, torque: np.ndarray) -> BatchedFits:
@@ -80,39 +106,38 @@ def regress_windows(regressors: np.ndarray, torque: np.ndarray) -> BatchedFits:
     Parameters
     ----------
     regressors : ndarray, shape (..., w, 3, s)
-        X' of every window (rad/s2, rad/s, rad); without the axis of the draws if all draws share it.
+        X' of every window (rad/s², rad/s, rad); without the axis of the draws if all draws share it.
     torque : ndarray, shape (..., w, s)
-        tau (Nm).
+        tau (N·m).
 
     Returns
     -------
     BatchedFits
         One fit per window (units there).
     """
-    parameters, gram = window_parameters(regressors, torque)
+    parameters, inverse = window_parameters(regressors, torque)
     residuals = torque - (parameters[..., None, :] @ regressors)[..., 0, :]
     norm = np.linalg.norm(residuals, axis=-1)[..., None]
-    inverse = np.diagonal(np.linalg.inv(gram), axis1=-2, axis2=-1)
     return BatchedFits(parameters, residuals, np.sqrt(norm * inverse))
 
 
 def instrumental_variables(
     instruments: np.ndarray, regressors: np.ndarray, torque: np.ndarray
 ) -> BatchedFits:
-    """One estimate per draw from all windows, with the belt's motion as instruments.
+    """Instrumental-variable (IV) estimate per draw from all windows, with the belt motion as instrument.
 
         p = (sum Z'X)^-1 sum Z'tau
 
-    The SEM has (Z'X)^-1 Z'Z (X'Z)^-1 for (J'J)^-1.
+    The SEM uses (Z'X)^-1 Z'Z (X'Z)^-1 in place of (J'J)^-1.
 
     Parameters
     ----------
     instruments : ndarray, shape (w, 3, s)
-        Z' of every window (m/s2, m/s, m).
+        Z' of every window (m/s², m/s, m).
     regressors : ndarray, shape (..., w, 3, s)
-        X' of every window (rad/s2, rad/s, rad).
+        X' of every window (rad/s², rad/s, rad).
     torque : ndarray, shape (..., w, s)
-        tau (Nm).
+        tau (N·m).
 
     Returns
     -------

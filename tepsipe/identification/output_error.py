@@ -1,46 +1,44 @@
-"""Output error: the joint from the foot's motion and the leg's angle alone, over the whole trial.
+"""Output error: joint impedance from the motion of the foot and the angle of the leg, over the whole trial.
 
-Equation of motion of the leg on a moving foot, no torque and no force plate in it (p = m r):
+The equation of motion of the leg on a moving foot needs neither torque nor force plate (p = m r):
 
     J theta'' = m g r sin(theta) - p y'' cos(theta) - B theta' - K (theta - theta_ref)
 
-About the angle at rest theta_0, with k_g = m g r, and with what is not linear on the right:
+About the angle at rest theta_0, with k_g = m g r, and with the non-linear terms on the right:
 
     J phi'' + B phi' + (K - k_g) phi = u,    phi = theta - theta_0
     u = -p y'' cos(theta) + k_g [sin(theta) - sin(theta_0) - (theta - theta_0)]
 
-The simulated angle is theta_0 + phi(t - delta). Its parameters x = (J, B, K, theta_0, delta) make the
-error of the simulated against the measured angle small; the joint's own inertia is
-I = J - I_l - m r^2. theta in the terms of second order is the measured one.
+The simulated angle is theta_0 + phi(t - delta). The parameters x = (J, B, K, theta_0, delta) minimise the
+error e between measured and simulated angle; the inertia of the joint is I = J - I_l - m r^2. The
+measured theta is used in the non-linear terms. y'' is the second derivative of the cubic spline through the
+positions of the foot, which is linear between samples, so the simulation is exact for that spline.
 
-y'' is that of the cubic spline through the foot's positions: between samples it runs straight, so that
-the simulation is exact for that spline.
-
-The foot's position is measured with noise. It enters u, and least squares are biased by it where
-perturbations are small. The belt's logged velocity v tells of the same motion with a noise of its own.
-So the error e(t) is made orthogonal not to its own sensitivities S = d phi / d x, but to instruments Z,
-the sensitivities of an angle that is simulated from v' instead of y'' with the least-squares parameters:
+The position of the foot is measured with noise, which enters u and biases least squares where perturbations
+are small. The logged velocity v of the belt measures the same motion with independent noise. The
+instrumental-variable (IV) estimate therefore makes e(t) orthogonal to instruments Z instead of its own
+sensitivities S = d phi / d x. Z are the sensitivities of an angle that is simulated from v' instead of y''
+with the least-squares parameters:
 
     sum Z(t)' e(t) = 0,    step of x = (sum Z' S)^-1 sum Z' e
 
-Markers' noise and the drive's are independent, so the bias goes. A wrong scale, a delay or
-an offset of v changes Z only, and does no harm.
+The noise of the markers is independent of that of the drive, so this removes the bias. An error of scale,
+a delay or an offset of v changes Z only and causes no bias.
 
-Errors are correlated in time. With c_i the sum of Z' e over one interval, from the onset of a
-perturbation to the next, x_i = x + n (sum Z' S)^-1 c_i are n contributions whose mean is x; intervals of
-x come of drawing them with replacement, which is the bootstrap over intervals to first order. It takes
-intervals for independent: they must be longer than 2 J / B, for which the leg rings.
+Errors are correlated in time. Let c_i be the sum of Z' e over one interval, from the onset of a
+perturbation to the next. Then x_i = x + n (sum Z' S)^-1 c_i are n contributions whose mean is x, and
+resampling them with replacement is the bootstrap over intervals to first order. It assumes independent
+intervals: they must be longer than 2 J / B, the time for which the leg rings.
 
-Symbols: J inertia of the leg about the ankle and of the joint (kg m2), B (Nms/rad), K (Nm/rad), m, r, I_l,
+Symbols: J inertia of the leg about the ankle and of the joint (kg·m²), B (N·m·s/rad), K (N·m/rad), m, r, I_l,
 g as in `inverse_dynamics`; y position of the foot (m); theta leg angle, positive towards +y (rad);
-theta_ref angle at which the joint is not bent (rad); delta delay of the angle after the foot (s).
+theta_ref neutral angle of the joint (rad); delta delay of the angle after the foot (s).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import least_squares
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.identification.window_regression import WindowedFits, regress_perturbations
@@ -53,40 +51,37 @@ from tepsipe.signals.time_alignment import LONGEST_S
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit
 
-ESTIMATOR = "output-error"
-SOURCES = ("instruments", "markers", "belt")
-# smallest and largest angular frequency (rad/s) and damping ratio (-) that are searched
+# bounds of the angular frequency (rad/s) and damping ratio (-) of the search
 _LOWEST_RAD_PER_S = 0.6
 _LARGEST_RATIO = 3.0
-# steps for which instruments follow the parameters (-); then they stay, and the equations have one solution
+# steps in which the instruments are updated (-); then they are fixed, so that the solution is unique
 _RENEWED = 2
 
 
 @dataclass(frozen=True)
-class OutputError:
-    """What the simulated angle tells about the joint.
+class OutputError(WindowedFits):
+    """I, B, K of the simulated angle.
+
+    The parameters (N·m·s²/rad, N·m·s/rad, N·m/rad) are contributions of the intervals from onset to onset,
+    whose mean is the estimate; torque (N·m) and VAF (%) are those of pathway ``leg``, for comparison only.
 
     Attributes
     ----------
-    regression : WindowedFits
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad) as contributions of the intervals from onset to onset, whose
-        mean is the estimate; torque (Nm) and VAF (%) as of the pathway ``leg``, for comparison only.
     angle, simulated : ndarray, shape (n,)
         Measured and simulated theta (rad).
-    theta_rest_rad, delay_s : float
+    theta_0_rad, delay_s : float
         theta_0 (rad) and delta (s).
     """
 
-    regression: WindowedFits
     angle: np.ndarray
     simulated: np.ndarray
-    theta_rest_rad: float
+    theta_0_rad: float
     delay_s: float
 
     @property
     def vaf_angle(self) -> float:
         """VAF (%) of theta - theta_0 over the whole trial."""
-        return vaf(self.angle - self.theta_rest_rad, self.simulated - self.theta_rest_rad)
+        return vaf(self.angle - self.theta_0_rad, self.simulated - self.theta_0_rad)
 
 
 def simulate_leg(
@@ -97,15 +92,15 @@ def simulate_leg(
     Parameters
     ----------
     x : ndarray, shape (5,)
-        J (kg m2), B (Nms/rad), K (Nm/rad), theta_0 (rad), delta (s).
+        J (kg·m²), B (N·m·s/rad), K (N·m/rad), theta_0 (rad), delta (s).
     leg : Leg
-        m, r, g (kg, m, m/s2).
+        m, r, g (kg, m, m/s²).
     time : ndarray, shape (n,)
         Instants, evenly spaced (s).
     theta : ndarray, shape (n,)
-        Measured angle, for the terms of second order (rad).
+        Measured angle, for the non-linear terms (rad).
     y_dd : ndarray, shape (n,)
-        Acceleration of the foot (m/s2), of the cubic spline through its positions.
+        Acceleration of the foot (m/s²), of the cubic spline through its positions.
 
     Returns
     -------
@@ -125,11 +120,13 @@ def simulate_leg(
     phi_dd = derivative(time, phi_d)
     # the same equation, differentiated with respect to J, B and K
     moved = [phi, *(simulate_angle(motion, -force, rate) for force in (phi_dd, phi_d, phi)), phi_d]
-    late = CubicSpline(time, np.column_stack(moved))(np.clip(time - delay, time[0], time[-1]))
+    late = scipy.interpolate.CubicSpline(time, np.column_stack(moved))(
+        np.clip(time - delay, time[0], time[-1])
+    )
     return rest + late[:, 0], np.column_stack([late[:, 1:4], np.ones(time.size), -late[:, 4]])
 
 
-def fit_output_error(
+def match_angle(
     motion: SegmentMotion,
     foot_position: np.ndarray,
     belt_velocity: np.ndarray,
@@ -149,13 +146,14 @@ def fit_output_error(
     belt_velocity : ndarray, shape (n,)
         Logged velocity of the belt (m/s), filtered like the leg's motion.
     leg : Leg
-        Its mass (kg), centre of mass (m) and inertia (kg m2).
+        Its mass (kg), centre of mass (m) and inertia (kg·m²).
     perturbations : list of Perturbation
-        Windows (samples): intervals begin with them, and VAFs of the torque are theirs.
+        Windows (samples): their starts delimit the intervals, and the VAF of the torque is evaluated in them.
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
     source : {"instruments", "markers", "belt"}
-        Foot's motion with the belt's as instruments, or one of the two alone by least squares.
+        Instrumental-variable estimate (motion of the foot, belt motion as instrument), or least squares
+        with the motion of the markers or of the belt alone.
 
     Returns
     -------
@@ -168,9 +166,9 @@ def fit_output_error(
         If the foot or the belt does not move, or the angle does not determine the parameters.
     """
     time = motion.time
-    belt_position = CubicSpline(time, belt_velocity).antiderivative()(time)
+    belt_position = scipy.interpolate.CubicSpline(time, belt_velocity).antiderivative()(time)
     moved = {
-        name: CubicSpline(time, position)(time, 2)
+        name: scipy.interpolate.CubicSpline(time, position)(time, 2)
         for name, position in (("markers", foot_position), ("belt", belt_position))
     }
     for name, acceleration in moved.items():
@@ -182,8 +180,8 @@ def fit_output_error(
     used = moved["belt" if source == "belt" else "markers"]
     other = moved["belt" if source == "instruments" else source]
     x, low, high = _start(motion, leg, at_rest)
-    # the drive's velocity is less noisy in the leg's acceleration: the better place to start from
-    solution = least_squares(
+    # the belt velocity gives a less noisy acceleration, and so a better starting point
+    solution = scipy.optimize.least_squares(
         lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[0] - motion.theta,
         x,
         jac=lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[1],
@@ -204,7 +202,7 @@ def fit_output_error(
         step = steps.sum(axis=0)
         x = x + step
         if (x <= low).any() or (x >= high).any():
-            raise _undetermined("parameters that run to the end of what is searched")
+            raise _undetermined("parameters at the bounds of the search")
         if np.abs(step / [x[0], x[1], x[2], 1.0, 1e-2]).max() < 1e-8:
             break
     else:
@@ -214,7 +212,9 @@ def fit_output_error(
     each[:, 0] -= leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
     conditioning = float(np.linalg.cond(normal))
     regression = _with_torque(each[:, :3], conditioning, motion, leg, perturbations, at_rest)
-    return OutputError(regression, motion.theta, angle, float(x[3]), float(x[4]))
+    return OutputError(
+        **vars(regression), angle=motion.theta, simulated=angle, theta_0_rad=float(x[3]), delay_s=float(x[4])
+    )
 
 
 def _undetermined(found: str) -> InputError:
@@ -225,7 +225,7 @@ def _undetermined(found: str) -> InputError:
 
 
 def _start(motion: SegmentMotion, leg: Leg, at_rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the search for x begins, and its bounds: the leg swings at the angle's strongest frequency."""
+    """Starting values of x, from the strongest frequency of the angle, and bounds."""
     time, rest = motion.time, float(motion.theta[at_rest].mean())
     inertia = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
     critical_stiffness = leg.mass_kg * leg.com_m * leg.gravity_m_per_s2
@@ -261,7 +261,7 @@ def _with_torque(
     at_rest: np.ndarray,
 ) -> WindowedFits:
     """Contributions of the intervals in the place of regressions, and the torque that their mean predicts."""
-    found = regress_perturbations(motion, leg, perturbations, at_rest, "leg", "windowed-least-squares")
+    found = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
     theta_dd, theta_d, theta = found.regressors.T
     predicted = impedance_torque(each.mean(axis=0), theta, theta_d, theta_dd)
     unknown = np.full(3, np.nan)

@@ -1,26 +1,25 @@
-"""Intrinsic stiffness and stretch reflex of a joint under imposed movement, told apart.
+"""Parallel-cascade model: intrinsic stiffness and stretch reflex of a joint under imposed movement.
 
-The model of Kearney, Stein & Parameswaran (1997), both paths in one regression:
+The model of Kearney, Stein & Parameswaran (1997), with both pathways in one regression:
 
     tau(t)   = tau_I(t) + tau_R(t) + offset
     tau_I(t) = sum over k of h[k] theta(t - k T) + c (theta(t) - theta_0)^2,    |k T| <= lag
     tau_R(t) = sum over k of g[k] u(t - delay - k T) T,                         0 <= k T <= length
     u(t)     = theta'(t) where theta' has the sign of ``direction``, else 0
 
-T is the sampling period, theta_0 the mean angle of the fitted part, c a stiffness that grows with the
-angle. g runs straight between its knots and is zero at both ends; its integral is the reflex gain G.
-Signals and regressors pass the same low-pass, which leaves their linear relation as it is. Minimised is
+T is the sampling period, theta_0 the mean angle of the fitted part, 2 c the angle-dependent stiffness (change
+of K per angle). g is linear between its knots and zero at both ends; its integral is the reflex gain G. All
+signals and regressors are low-pass filtered identically, which preserves their linear relation. The criterion
 
     |tau - tau_I - tau_R - offset|^2 + lambda N (|h[k], |k| > 1|^2 + |second differences of g|^2)
 
-over the N samples of the fitted part, every regressor scaled to unit size. The penalty leaves h[-1],
-h[0], h[1] alone: by central differences they are I theta'' + B theta' + K theta, so a large lambda leads
-back to that model and to no reflex. What is not linear (whether there is a reflex and in which
-direction, whether there is c, delay, lambda) is chosen by cross-validation over blocks of the fitted
-part. Intervals are those of the model that was chosen: neither the choice nor the pull of the penalty is
-in them.
+is minimised over the N samples of the fitted part, with every regressor scaled to unit size. h[-1], h[0] and
+h[1] are not penalised: by central differences they are I theta'' + B theta' + K theta, so a large lambda
+reduces the model to I, B, K without a reflex. The structure (presence and direction of the reflex, presence
+of c, delay, lambda) is selected by cross-validation over blocks of the fitted part. Confidence intervals
+hold for the selected structure: they include neither the selection nor the bias of the penalty.
 
-The muscle is a companion with three constants in place of g:
+The muscle model is a variant with three parameters in place of g:
 
     tau_R(s) = G w^2 / (s^2 + 2 zeta w s + w^2) u(s) exp(-s delay),   w = 2 pi frequency
 """
@@ -29,275 +28,36 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, signal
+import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.mechanics.impedance_model import simulate_angle
+from tepsipe.identification.cascade_fit import (
+    MuscleFit,
+    ParallelCascadeFit,
+    ParallelCascadeOptions,
+    Structure,
+)
+from tepsipe.identification.cascade_pathways import (
+    delayed,
+    knot_responses,
+    lagged,
+    muscle_response,
+    rectified_velocity,
+)
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.bootstrap import bootstrap_blocks
-from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
+from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
-# frequency (Hz) and damping (-) of the muscle: where the search begins, what it may not leave, and the
-# step of the logarithms for slopes
+# frequency (Hz) and damping ratio (-) of the muscle: starting values, bounds, and step of the logarithms for
+# numerical derivatives
 MUSCLE_START = (2.0, 1.0)
 MUSCLE_BOUNDS = ((0.2, 20.0), (0.2, 5.0))
 SLOPE = 1e-3
 
 
-# ---- the paths' parts --------------------------------------------------------------------------
-
-
-def rectified_velocity(angle: np.ndarray, rate_hz: float, direction: int) -> np.ndarray:
-    """Velocity of an angle in one direction: theta' where it has the sign of ``direction``, else 0.
-
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        theta (rad).
-    rate_hz : float
-        Sampling rate (Hz).
-    direction : {1, -1}
-        Sign of the velocity that is kept (-).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        u (rad/s).
-    """
-    velocity = derivative(np.arange(angle.size) / rate_hz, angle)
-    return np.where(direction * velocity > 0.0, velocity, 0.0)
-
-
-def delayed(x: np.ndarray, delay_s: float, rate_hz: float) -> np.ndarray:
-    """A signal later by a time, straight between samples; before its start it was as at its start.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n, ...)
-        Signal (any unit).
-    delay_s : float
-        Delay (s); a negative one is a lead, after the end of which the last sample is held.
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape of ``x``
-        x(t - delay) (unit of ``x``).
-    """
-    samples = round(delay_s * rate_hz, 6)
-    whole = int(np.floor(samples))
-    part = samples - whole
-    at = np.arange(x.shape[0]) - whole
-    held = x[np.clip(at, 0, x.shape[0] - 1)]
-    return held if part == 0.0 else (1.0 - part) * held + part * x[np.clip(at - 1, 0, x.shape[0] - 1)]
-
-
-def lagged(x: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Regressors of a response to ``x`` (any unit) at ``lags`` (samples), shape (n, lags); ends are held."""
-    at = np.arange(x.size)[:, None] - np.asarray(lags)
-    return x[np.clip(at, 0, x.size - 1)]
-
-
-def knot_responses(length_s: float, knot_s: float, rate_hz: float) -> np.ndarray:
-    """Responses that run straight between knots: one per inner knot, 1 there and 0 at all others.
-
-    Parameters
-    ----------
-    length_s, knot_s : float
-        Length, and the distance of its knots (s), at least two of which fit into it.
-    rate_hz : float
-        Sampling rate (Hz).
-
-    Returns
-    -------
-    ndarray, shape (samples, knots)
-        The responses at 0, 1 / rate, ... (-).
-    """
-    knots = max(2, round(length_s / knot_s))
-    time = np.arange(int(knots * knot_s * rate_hz) + 1) / rate_hz
-    return np.column_stack(
-        [np.interp(time, np.arange(knots + 1) * knot_s, np.eye(knots + 1)[k]) for k in range(1, knots)]
-    )
-
-
-def muscle_response(x: np.ndarray, rate_hz: float, frequency_hz: float, damping: float) -> np.ndarray:
-    """A signal through the muscle: second-order low-pass of static gain 1, at rest at first.
-
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Signal (any unit).
-    rate_hz, frequency_hz : float
-        Sampling rate, and the muscle's natural frequency (Hz).
-    damping : float
-        zeta (-).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        w^2 / (s^2 + 2 zeta w s + w^2) x (unit of ``x``).
-    """
-    w = 2.0 * np.pi * frequency_hz
-    return simulate_angle(np.array([1.0 / w**2, 2.0 * damping / w, 1.0]), x, rate_hz)
-
-
-# ---- the fit -----------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class ParallelCascadeOptions:
-    """Choices of the fit.
-
-    Attributes
-    ----------
-    intrinsic_lag_s : float
-        Longest lag and lead of the intrinsic response (s).
-    reflex_length_s, reflex_knot_s : float
-        Length of the reflex response, and the distance of its knots (s).
-    reflex_delays_s : (float, float)
-        Shortest and longest delay that is tried (s).
-    expected_delay_s : float
-        Delay to prefer among those that the record cannot tell apart (s).
-    delay_tolerance : float
-        Part of the cross-validated error by which delays must differ to be told apart (-).
-    penalties : tuple of float
-        Values of lambda that are tried (-).
-    folds : int
-        Blocks of the cross-validation (-), fewer where they would be shorter than the reflex's memory.
-    """
-
-    intrinsic_lag_s: float
-    reflex_length_s: float
-    reflex_knot_s: float
-    reflex_delays_s: tuple[float, float]
-    expected_delay_s: float
-    delay_tolerance: float
-    penalties: tuple[float, ...]
-    folds: int
-
-
-@dataclass(frozen=True)
-class Structure:
-    """What is chosen by cross-validation.
-
-    Attributes
-    ----------
-    direction : {1, -1, 0}
-        Sign of the velocity that is answered by the reflex (-), 0 for no reflex.
-    stiffening : bool
-        Whether there is c (-).
-    delay_s : float
-        Delay of the reflex (s), 0 without one.
-    penalty : float
-        lambda (-).
-    """
-
-    direction: int
-    stiffening: bool
-    delay_s: float
-    penalty: float
-
-
-@dataclass(frozen=True)
-class MuscleFit:
-    """The companion: a reflex with three constants.
-
-    Attributes
-    ----------
-    constants : ndarray, shape (3,)
-        G (Nms/rad), natural frequency (Hz), zeta (-).
-    bootstrap : ndarray, shape (draws, 3)
-        The same for bootstrapped blocks.
-    response : ndarray, shape (k,)
-        What it has in place of g (Nm/rad).
-    predicted : ndarray, shape (n,)
-        Torque (Nm).
-    vaf : HeldOutVaf
-        How good the prediction is (%).
-    """
-
-    constants: np.ndarray
-    bootstrap: np.ndarray
-    response: np.ndarray
-    predicted: np.ndarray
-    vaf: HeldOutVaf
-
-
-@dataclass(frozen=True)
-class ParallelCascadeFit:
-    """Both paths of one record.
-
-    Attributes
-    ----------
-    structure : Structure
-        What cross-validation chose.
-    predicted, reflex_torque : ndarray, shape (n,)
-        tau and tau_R (Nm) over the evaluated part of the record.
-    vaf : HeldOutVaf
-        How good the prediction is (%).
-    vaf_cross_validated : float
-        VAF (%) of the blocks of the fitted part, each predicted from the others.
-    impedance : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad) of the intrinsic path: the regression of the torque that h
-        makes of the movement on its acceleration, velocity and angle.
-    impedance_bootstrap : ndarray, shape (draws, 3)
-        The same for bootstrapped blocks.
-    stiffening : float
-        Growth of K with the angle, 2 c (Nm/rad2); 0 if there is none.
-    stiffening_bootstrap : ndarray, shape (draws,)
-        The same for bootstrapped blocks (Nm/rad2).
-    gain : float
-        G (Nms/rad), the torque that a reflex comes to per velocity that lasts; 0 without a reflex.
-    gain_bootstrap : ndarray, shape (draws,)
-        The same for bootstrapped blocks (Nms/rad).
-    reflex_share : float
-        Variance of tau_R over that of tau, in the fitted part (%).
-    intrinsic_time, intrinsic_response : ndarray, shape (m,)
-        Lag (s), and h / T behind the low-pass (Nm/rad per s).
-    reflex_time : ndarray, shape (k,)
-        Time from the stretch (s), the delay included; empty without a reflex.
-    reflex_response : ndarray, shape (k,)
-        g (Nm/rad).
-    reflex_low, reflex_high : ndarray, shape (k,)
-        Ends of its 95 % interval, for every instant by itself (Nm/rad).
-    delays : ndarray, shape (d,)
-        Delays that were tried (s); empty without a reflex.
-    delay_vaf : ndarray, shape (d,)
-        Cross-validated VAF (%) with each.
-    delay_range_s : (float, float)
-        Shortest and longest delay that the record cannot tell from the best one (s).
-    muscle : MuscleFit or None
-        The companion; None without a reflex.
-    """
-
-    structure: Structure
-    predicted: np.ndarray
-    reflex_torque: np.ndarray
-    vaf: HeldOutVaf
-    vaf_cross_validated: float
-    impedance: np.ndarray
-    impedance_bootstrap: np.ndarray
-    stiffening: float
-    stiffening_bootstrap: np.ndarray
-    gain: float
-    gain_bootstrap: np.ndarray
-    reflex_share: float
-    intrinsic_time: np.ndarray
-    intrinsic_response: np.ndarray
-    reflex_time: np.ndarray
-    reflex_response: np.ndarray
-    reflex_low: np.ndarray
-    reflex_high: np.ndarray
-    delays: np.ndarray
-    delay_vaf: np.ndarray
-    delay_range_s: tuple[float, float]
-    muscle: MuscleFit | None
-
-
 @dataclass(frozen=True)
 class _Record:
-    """Filtered signals over the whole record (Nm, rad, rad/s), and what of it is used (samples)."""
+    """Filtered signals over the whole record (N·m, rad, rad/s), and the part that is used (samples)."""
 
     torque: np.ndarray
     angle: np.ndarray
@@ -312,7 +72,7 @@ class _Record:
 
 @dataclass(frozen=True)
 class _Design:
-    """Regressors over what is kept: columns over their sizes, those sizes, the penalty without lambda."""
+    """Regressors over the part that is used: scaled columns, their scale, the penalty without lambda."""
 
     columns: np.ndarray
     scale: np.ndarray
@@ -322,7 +82,7 @@ class _Design:
     stiffening: slice
 
 
-def fit_parallel_cascade(
+def identify_cascade(
     angle: np.ndarray,
     torque: np.ndarray,
     rate_hz: float,
@@ -334,31 +94,31 @@ def fit_parallel_cascade(
     draws: int,
     rng: np.random.Generator,
 ) -> ParallelCascadeFit:
-    """Fit both paths to the first part of a record and predict all of it from the angle.
+    """Fit both pathways to the first part of a record and predict all of it from the angle.
 
     Parameters
     ----------
     angle, torque : ndarray, shape (n,)
-        Whole record, not filtered (rad, Nm).
+        Whole record, unfiltered (rad, N·m).
     rate_hz : float
         Sampling rate (Hz).
     kept : slice
-        Samples that are used; the angle before them is what the reflex remembers at their start.
+        Samples that are used; the angle before them determines the reflex at their start.
     training : int
-        How many of them, from the first on, are fitted (samples).
+        Number of them, from the first on, that are fitted (samples).
     lowpass : function of ndarray to ndarray
-        The low-pass that signals and regressors pass, along axis 0, without phase shift.
+        Zero-lag low-pass for signals and regressors, along axis 0.
     options : ParallelCascadeOptions
         Choices (units in their names).
     block, draws : int
-        Length of the bootstrapped blocks (samples), and their number of draws (-).
+        Length of the bootstrapped blocks (samples), and number of draws (-).
     rng : numpy.random.Generator
         Draws the blocks.
 
     Returns
     -------
     ParallelCascadeFit
-        Structure, paths, prediction (rad, Nm, s).
+        Structure, pathways, prediction (rad, N·m, s).
 
     Raises
     ------
@@ -434,7 +194,7 @@ def fit_parallel_cascade(
 
 
 def _percent(error, spread: float):
-    """VAF (%) of a mean squared error beside the mean square about the mean."""
+    """VAF (%) from a mean squared error and the variance of the signal."""
     return 100.0 * (1.0 - error / spread)
 
 
@@ -455,7 +215,8 @@ def _record(angle, torque, rate_hz, kept, training, lowpass, options) -> _Record
         squared=lowpass(turned**2),
         intrinsic=lagged(filtered, np.arange(-reach, reach + 1)),
         reflex={
-            s: signal.oaconvolve(u[:, None], kernels, axes=0)[: u.size] / rate_hz for s, u in velocity.items()
+            s: scipy.signal.oaconvolve(u[:, None], kernels, axes=0)[: u.size] / rate_hz
+            for s, u in velocity.items()
         },
         velocity=velocity,
         rate_hz=rate_hz,
@@ -470,7 +231,7 @@ def _design(
     options: ParallelCascadeOptions,
     reflex: np.ndarray | None = None,
 ) -> _Design:
-    """Regressors of a structure; those of the reflex follow from it, or are given, shape (n, columns)."""
+    """Regressors of a structure; those of the reflex are computed, or given with shape (n, columns)."""
     lags = record.intrinsic.shape[1]
     groups = [record.intrinsic]
     if structure.direction:
@@ -480,7 +241,7 @@ def _design(
     end = sum(group.shape[1] for group in groups)
     groups += [record.squared[:, None]] * structure.stiffening + [np.ones((record.angle.size, 1))]
     groups = [group[record.kept] for group in groups]
-    # one size for all columns of a path, so that the penalty does not bend its response
+    # one scale for all columns of a pathway, so that the penalty does not distort its response
     scale = np.concatenate(
         [np.full(group.shape[1], np.sqrt(np.mean(group[: record.training] ** 2))) for group in groups]
     )
@@ -500,7 +261,7 @@ def _design(
 
 
 def _candidates(record: _Record, options: ParallelCascadeOptions) -> list[Structure]:
-    """Structures to try; their penalty is left open."""
+    """Structures to try, without their penalty."""
     rate = record.rate_hz
     shortest, longest = options.reflex_delays_s
     first, last = int(np.ceil(shortest * rate - 1e-6)), int(np.floor(longest * rate + 1e-6))
@@ -516,14 +277,14 @@ def _candidates(record: _Record, options: ParallelCascadeOptions) -> list[Struct
 
 
 def _folds(training: int, rate_hz: float, options: ParallelCascadeOptions) -> list[np.ndarray]:
-    """Blocks of the fitted part (samples), none shorter than the reflex's memory where two of them fit."""
+    """Blocks of the fitted part (samples): at least two, otherwise none shorter than the reflex."""
     memory = (options.reflex_length_s + options.reflex_delays_s[1]) * rate_hz
     count = max(2, min(options.folds, int(training / memory)))
     return np.array_split(np.arange(training), count)
 
 
 def _fold_errors(record, structure, y, folds, options) -> np.ndarray:
-    """Mean squared error (Nm2) of every block, fitted to the others, shape (penalties, folds)."""
+    """Mean squared error (N²·m²) of every block, fitted to the others, shape (penalties, folds)."""
     design = _design(record, structure, options)
     columns = [design.columns[fold] for fold in folds]
     normal = np.array([x.T @ x for x in columns])
@@ -543,8 +304,8 @@ def _fold_errors(record, structure, y, folds, options) -> np.ndarray:
 def _choose(errors: dict[Structure, np.ndarray]) -> Structure:
     """The simplest structure whose error is within one standard error of the smallest.
 
-    The standard error is that of the difference, block by block; no reflex is simpler than one, and no
-    stiffening simpler than that.
+    The standard error is that of the difference over blocks. A structure without reflex is simpler than one
+    with, and one without angle-dependent stiffness simpler than one with.
     """
     best: dict[tuple[int, bool], Structure] = {}
     for s in errors:
@@ -563,7 +324,7 @@ def _choose(errors: dict[Structure, np.ndarray]) -> Structure:
 
 
 def _impedance_of_response(record: _Record) -> np.ndarray:
-    """What h is mapped by to I, B, K (Nms2/rad, Nms/rad, Nm/rad), shape (3, lags)."""
+    """Matrix that maps h to I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), shape (3, lags)."""
     fitted = slice(record.kept.start, record.kept.start + record.training)
     time = np.arange(record.angle.size) / record.rate_hz
     velocity = derivative(time, record.angle)
@@ -576,7 +337,7 @@ def _impedance_of_response(record: _Record) -> np.ndarray:
 
 
 def _shown_response(h: np.ndarray, rate_hz: float, lowpass) -> tuple[np.ndarray, np.ndarray]:
-    """Lag (s) and h / T behind the low-pass (Nm/rad per s), with as much room again at both ends."""
+    """Lag (s) and low-pass filtered h / T (N·m/rad per s), over twice the range of lags."""
     reach = h.size // 2
     room = round(0.25 * rate_hz)
     padded = np.concatenate([np.zeros(room), h * rate_hz, np.zeros(room)])
@@ -585,7 +346,7 @@ def _shown_response(h: np.ndarray, rate_hz: float, lowpass) -> tuple[np.ndarray,
 
 
 def _fit_muscle(record, structure, options, block, draws, rng) -> MuscleFit:
-    """Frequency and damping by a search, all else by regression, the structure as it was chosen."""
+    """Muscle model: frequency and damping by optimisation, the rest by regression, structure as selected."""
     kernels = knot_responses(options.reflex_length_s, options.reflex_knot_s, record.rate_hz).shape[0]
     u = delayed(record.velocity[structure.direction], structure.delay_s, record.rate_hz)
     y = record.torque[record.kept]
@@ -605,7 +366,7 @@ def _fit_muscle(record, structure, options, block, draws, rng) -> MuscleFit:
         left = y[:training] - made.columns[:training] @ solve(made)
         return float(left @ left)
 
-    found = optimize.minimize(
+    found = scipy.optimize.minimize(
         error,
         np.log(MUSCLE_START),
         method="Nelder-Mead",
@@ -618,7 +379,7 @@ def _fit_muscle(record, structure, options, block, draws, rng) -> MuscleFit:
     frequency, damping = np.exp(found.x)
     at = made.reflex.start
     gain = float(solution[at] / made.scale[at])
-    # one step of Gauss-Newton for every draw: the torque's slopes over both logarithms are regressors
+    # one Gauss-Newton step per draw: derivatives of the torque by both logarithms are regressors
     up, down = (
         np.column_stack(
             [
@@ -645,7 +406,7 @@ def _fit_muscle(record, structure, options, block, draws, rng) -> MuscleFit:
         bootstrap=np.column_stack(
             [drawn[:, at] / made.scale[at], frequency * np.exp(drawn[:, -2]), damping * np.exp(drawn[:, -1])]
         ),
-        response=gain * signal.impulse(muscle, T=time)[1],
+        response=gain * scipy.signal.impulse(muscle, T=time)[1],
         predicted=predicted,
         vaf=evaluate_held_out(y, predicted, training),
     )

@@ -1,27 +1,26 @@
-"""TEP-SIPE: I, B, K by linear regression over every perturbation (thesis section 3-1-2, eq 3-9).
+"""TEP-SIPE: I, B, K by windowed (per-perturbation) least squares (thesis section 3-1-2, eq 3-9).
 
     tau(t) = I theta'' + B theta' + K (theta - theta_ref)      over the samples of one perturbation
 
-As printed, theta_ref is the angle at rest. But at rest the joint already carries the weight of a
-leg that does not stand quite upright, tau_rest = K (theta_rest - theta_ref), so the printed
-regression is biased as soon as theta_rest is not 0. The recommended regression refers angle *and*
-torque to rest: tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest).
+As printed, theta_ref is the angle at rest. At rest, however, the joint carries the weight of a leg that
+is not exactly upright, tau_rest = K (theta_rest - theta_ref), so the printed regression is biased unless
+theta_rest is 0. The recommended regression refers angle *and* torque to rest:
+tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest).
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque
-from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Leg
-from tepsipe.mechanics.segment_kinematics import SegmentMotion
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.joint_torque import leg_pathway_torque
+from tepsipe.mechanics.segment_kinematics import JointMotion, SegmentMotion
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
-
-ESTIMATORS = ("windowed-least-squares-thesis", "windowed-least-squares")
 
 
 @dataclass(frozen=True)
@@ -33,14 +32,14 @@ class WindowedFits:
     perturbations : list of Perturbation
         The windows (samples).
     fits : list of LinearFit
-        One per perturbation; parameters in the order I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        One per perturbation; parameters in the order I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     torque, predicted : ndarray, shape (n,)
-        tau and its prediction from the mean parameters over the whole trial (Nm); the recommended
+        tau and its prediction from the mean parameters over the whole trial (N·m); the recommended
         regression refers both to rest.
     regressors : ndarray, shape (n, 3)
-        theta'' (rad/s2), theta' (rad/s), theta - theta_ref (rad).
+        theta'' (rad/s²), theta' (rad/s), theta - theta_ref (rad).
     theta_rest_rad, torque_rest_Nm : float
-        Angle (rad) and torque (Nm) at rest.
+        Angle (rad) and torque (N·m) at rest.
     """
 
     perturbations: list[Perturbation]
@@ -53,12 +52,12 @@ class WindowedFits:
 
     @property
     def parameters(self) -> np.ndarray:
-        """I (Nms2/rad), B (Nms/rad), K (Nm/rad) of every perturbation, shape (perturbations, 3)."""
+        """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation, shape (perturbations, 3)."""
         return np.array([fit.parameters for fit in self.fits])
 
     @property
     def mean(self) -> np.ndarray:
-        """Mean of I (Nms2/rad), B (Nms/rad), K (Nm/rad) over the perturbations, shape (3,)."""
+        """Mean of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) over the perturbations, shape (3,)."""
         return self.parameters.mean(axis=0)
 
     @property
@@ -83,7 +82,8 @@ def regress_perturbations(
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
     torque_pathway: str,
-    estimator: str,
+    *,
+    thesis: bool = False,
 ) -> WindowedFits:
     """Estimate I, B, K over every perturbation.
 
@@ -92,69 +92,66 @@ def regress_perturbations(
     motion : SegmentMotion
         Motion of the leg (s, rad, m).
     leg : Leg
-        Its mass (kg), centre of mass (m) and inertia (kg m2).
+        Its mass (kg), centre of mass (m) and inertia (kg·m²).
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
     torque_pathway : {"leg", "leg-thesis"}
         How the torque is derived.
-    estimator : {"windowed-least-squares-thesis", "windowed-least-squares"}
-        Whether the torque at rest is left in (as printed) or subtracted.
+    thesis : bool
+        Whether the torque at rest is kept, as printed, or subtracted (-).
 
     Returns
     -------
     WindowedFits
-        Parameters, predictions and measures of fit (Nm, rad, s).
+        Parameters, predictions and measures of fit (N·m, rad, s).
 
     Raises
     ------
-    KeyError
-        If the pathway is unknown.
     InputError
-        If the estimator is unknown or a perturbation does not determine the parameters.
+        If the pathway is unknown or a perturbation does not determine the parameters.
     """
-    torque = TORQUE_PATHWAYS[torque_pathway](leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
-    return regress_torque(motion, torque, perturbations, at_rest, estimator)
+    torque = leg_pathway_torque(torque_pathway, leg, motion)
+    return regress_torque(motion, torque, perturbations, at_rest, thesis=thesis)
 
 
 def regress_torque(
-    motion: SegmentMotion,
+    motion: JointMotion,
     torque: np.ndarray,
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
-    estimator: str,
+    *,
+    thesis: bool = False,
 ) -> WindowedFits:
-    """Estimate I, B, K over every perturbation from a torque of any origin.
+    """Estimate I, B, K over every perturbation from a given torque.
 
     Parameters
     ----------
-    motion : SegmentMotion
-        Motion of the leg (s, rad, m).
+    motion : JointMotion
+        Angle of the joint with its derivatives (s, rad).
     torque : ndarray, shape (n,)
-        Torque of the joint (Nm).
+        Torque of the joint (N·m).
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
-    estimator : {"windowed-least-squares-thesis", "windowed-least-squares"}
-        Whether the torque at rest is left in (as printed) or subtracted.
+    thesis : bool
+        Whether the torque at rest is kept, as printed, or subtracted (-).
 
     Returns
     -------
     WindowedFits
-        Parameters, predictions and measures of fit (Nm, rad, s).
+        Parameters, predictions and measures of fit (N·m, rad, s).
 
     Raises
     ------
     InputError
-        If the estimator is unknown or a perturbation does not determine the parameters.
+        If a perturbation does not determine the parameters.
     """
-    if estimator not in ESTIMATORS:
-        raise InputError(f"expected an estimator of {', '.join(ESTIMATORS)}, found {estimator!r}")
     theta_rest = float(motion.theta[at_rest].mean())
     torque_rest = float(torque[at_rest].mean())
-    if estimator == "windowed-least-squares":
+    if not thesis:
         torque = torque - torque_rest
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta - theta_rest])
     fits = []
@@ -177,22 +174,23 @@ def damping_per_skew(
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
     torque_pathway: str,
-    estimator: str,
+    *,
+    thesis: bool = False,
     skew_s: float = 0.001,
 ) -> float:
-    """How B moves when the leg's position is taken later than its angle.
+    """Sensitivity of B to a delay of the leg's position relative to its angle.
 
     Parameters
     ----------
-    motion, leg, perturbations, at_rest, torque_pathway, estimator
+    motion, leg, perturbations, at_rest, torque_pathway, thesis
         As for `regress_perturbations`.
     skew_s : float
-        Time by which the accelerations of the centre of mass are shifted either way (s).
+        Time by which the accelerations of the centre of mass are shifted in either direction (s).
 
     Returns
     -------
     float
-        Change of B per time of skew (Nms/rad per s).
+        Change of B per delay (N·m·s/rad per s).
 
     Raises
     ------
@@ -200,8 +198,8 @@ def damping_per_skew(
         As `regress_perturbations`.
     """
     instants = np.clip(motion.time[:, None] + [-skew_s, skew_s], motion.time[0], motion.time[-1])
-    y_dd = CubicSpline(motion.time, motion.y_dd)(instants)
-    z_dd = CubicSpline(motion.time, motion.z_dd)(instants)
+    y_dd = scipy.interpolate.CubicSpline(motion.time, motion.y_dd)(instants)
+    z_dd = scipy.interpolate.CubicSpline(motion.time, motion.z_dd)(instants)
     damping = [
         regress_perturbations(
             replace(motion, y_dd=y_dd[:, k], z_dd=z_dd[:, k]),
@@ -209,7 +207,7 @@ def damping_per_skew(
             perturbations,
             at_rest,
             torque_pathway,
-            estimator,
+            thesis=thesis,
         ).mean[1]
         for k in (0, 1)
     ]

@@ -1,28 +1,28 @@
 """From a table of an instrumented treadmill's load and belt velocity to one trial on a regular clock.
 
 Such a table is written sample by sample while the belt is accelerated, and its time stamps are often
-poorer than its samples: the load and the velocity were sampled by a regular clock, and the stamps say
-when a computer came round to writing them. Where the stamps show a regular clock, the samples are
-therefore kept as they are and the stamps are not. The trial's attributes say what was found.
+less accurate than its samples: load and velocity were sampled by a regular clock, and the stamps are the
+times at which a computer wrote them. If the stamps are consistent with a regular clock, the samples are
+therefore kept and the stamps are replaced. The attributes of the trial record what was done.
 """
 
 import re
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import refuse_short, regular_time, repair_time_stamps
 
-# Late stamps come and go, a sample that is missing moves all stamps after it: a median over this
-# many stamps tells the two apart. One missing sample moves it by half a period at least.
+# A late stamp affects one sample, a missing sample shifts all subsequent stamps: the median over this
+# many stamps separates the two. One missing sample shifts it by at least half a period.
 SMOOTHED_STAMPS = 51
 REGULAR_WITHIN_PERIODS = 0.4
-# more repeated stamps than this come from a file whose times have too few decimals
+# a larger fraction of repeated stamps means that the times in the file have too few decimals
 REPEATED_STAMPS_AT_MOST = 0.1
-# a rate this close to one of three digits is taken for it
+# a rate this close to a value with three significant digits is rounded to it
 ROUNDED_WITHIN = 1e-3
 
 KEPT, INTERPOLATED = "samples kept", "samples interpolated"
@@ -54,7 +54,7 @@ class BeltTableOptions:
     Attributes
     ----------
     load_unit : {"N", "Nm"}
-        Unit of the load: a force (N) or a moment (Nm).
+        Unit of the load: a force (N) or a moment (N·m).
     max_gap_s : float
         Longest step between samples (s).
     shortest_s : float
@@ -68,7 +68,7 @@ class BeltTableOptions:
 
 @dataclass(frozen=True)
 class BeltClock:
-    """What a table's time stamps show; see `belt_clock`.
+    """Clock of a table as inferred from its time stamps; see `belt_clock`.
 
     Attributes
     ----------
@@ -95,11 +95,11 @@ def ingest_belt_table(
     duration_s: float,
     name: str,
 ) -> Trial:
-    """Trial of an instrumented treadmill whose belt was accelerated with nothing, or a weight, on it.
+    """Trial of an instrumented treadmill whose belt was accelerated, empty or with a weight.
 
-    If the stamps show a regular clock, the samples are kept one to one and the stamps are replaced by
-    that clock. If not, both signals are interpolated linearly between their stamps: noisy samples at
-    stamps that lie close together would make a spline swing.
+    If the stamps are consistent with a regular clock, the samples are kept and the stamps are replaced by
+    that clock. If not, both signals are interpolated linearly between their stamps, because a spline
+    overshoots between noisy samples at closely spaced stamps.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def ingest_belt_table(
     Returns
     -------
     Trial
-        ``load`` (N or Nm) and ``belt_velocity`` (m/s), from time 0 on.
+        ``load`` (N or N·m) and ``belt_velocity`` (m/s), from time 0 on.
 
     Raises
     ------
@@ -161,8 +161,8 @@ def ingest_belt_table(
         repeated = float(np.mean(~keep))
         if repeated > REPEATED_STAMPS_AT_MOST:
             raise InputError(
-                f"{name}: expected time stamps that tell samples apart, found {100.0 * repeated:.0f} % of "
-                f"{columns['time']!r} equal to the one before: export it with more decimals"
+                f"{name}: expected a different time stamp for every sample, found {100.0 * repeated:.0f} % "
+                f"of {columns['time']!r} equal to the preceding one: export it with more decimals"
             )
         instants, load, velocity = time[keep], load[keep], velocity[keep]
         wanted = grid = regular_time(0.0, instants[-1], clock.rate_hz)
@@ -200,11 +200,11 @@ def ingest_belt_table(
 def belt_clock(time: np.ndarray) -> BeltClock:
     """Whether time stamps come from a regular clock, and its rate.
 
-    The clock is regular if the stamps, smoothed by a median over 51 of them, stay within 0.4 periods of
-    a straight line. Single stamps may be late by more, as when a zero step follows a double one. One
-    sample that is missing moves all stamps after it by a period, and some of them to more than that
-    distance from any line. The rate of an irregular clock is taken from the steps that are within half
-    of the median step, so that it is not lowered by missing samples.
+    The clock is regular if the stamps, smoothed by a running median over 51 of them, stay within 0.4
+    periods of a straight line. Single stamps may be later, as when a zero step follows a double one. A
+    missing sample shifts all subsequent stamps by one period, so that some of them exceed this distance from
+    any line. The rate of an irregular clock is estimated from the steps within half of the median step, so
+    that missing samples do not lower it.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def belt_clock(time: np.ndarray) -> BeltClock:
     index = np.arange(time.size)
     slope, start = np.polyfit(index, time, 1)
     deviation = time - (start + slope * index)
-    smoothed = median_filter(deviation, size=min(SMOOTHED_STAMPS, time.size), mode="reflect")
+    smoothed = scipy.ndimage.median_filter(deviation, size=min(SMOOTHED_STAMPS, time.size), mode="reflect")
     regular = bool(np.abs(smoothed).max() <= REGULAR_WITHIN_PERIODS * slope)
     period = slope
     if not regular:
@@ -232,10 +232,10 @@ def belt_clock(time: np.ndarray) -> BeltClock:
 
 
 def rounded_rate(rate_hz: float) -> float:
-    """A measured rate (Hz) without the instrument's drift, so that two recordings have the same.
+    """A measured rate (Hz), rounded so that two recordings have the same rate despite clock drift.
 
-    Rounded to three significant digits where that changes it by 0.1 % at most (100.004 becomes 100), to
-    four where not.
+    Rounded to three significant digits if that changes it by at most 0.1 % (100.004 becomes 100),
+    otherwise to four.
     """
     rounded = float(f"{rate_hz:.3g}")
     return rounded if abs(rounded - rate_hz) <= ROUNDED_WITHIN * rate_hz else float(f"{rate_hz:.4g}")
@@ -244,8 +244,8 @@ def rounded_rate(rate_hz: float) -> float:
 def refuse_other_unit(column: str, unit: str, name: str) -> None:
     """Compare the unit in brackets in a column's name with the one expected (s, N, Nm or m/s).
 
-    Brackets that hold no unit, or none at all, say nothing. ``N.m``, ``N*m``, ``N m`` and ``Nm`` are one
-    unit; so are ``m/s`` and ``m s^-1``.
+    A name without brackets, or with brackets that hold no unit, is accepted. ``N.m``, ``N*m``, ``N m`` and
+    ``Nm`` are one unit; so are ``m/s`` and ``m s^-1``.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""From a manipulator's own samples to one trial on one regular clock.
+"""From the recordings of a manipulator to one trial on one regular clock.
 
-Each function takes what the readers return, repairs and aligns it, and says in the trial's attributes
+Each function repairs and aligns the output of the readers, and records in the attributes of the trial
 what it did.
 """
 
@@ -57,7 +57,7 @@ def ingest_torque_manipulator(
         ``time`` (s), ``angle`` (in ``options.angle_unit``), ``trigger_time`` (s): 0 before the command
         starts, then the stamp at which it did.
     command : dict of ndarray, shape (m,)
-        ``time`` from the trigger (s), ``torque`` (Nm).
+        ``time`` from the trigger (s), ``torque`` (N·m).
     options : ManipulatorOptions
         Rate (Hz), longest gap (s), unit.
     duration_s : float
@@ -68,13 +68,13 @@ def ingest_torque_manipulator(
     Returns
     -------
     Trial
-        ``torque`` (Nm) and ``angle`` (rad, from its mean before the trigger).
+        ``torque`` (N·m) and ``angle`` (rad, from its mean before the trigger).
 
     Raises
     ------
     InputError
-        If time stamps cannot be repaired, samples are missing, the trigger is, either file ends
-        early, or the angle's unit is evidently another one.
+        If time stamps cannot be repaired, samples or the trigger are missing, a file ends early, or the
+        unit of the angle is evidently wrong.
     """
     repaired = repair_time_stamps(log["time"], options.max_gap_s, log_name)
     time, angle = log["time"][repaired.keep], log["angle"][repaired.keep]
@@ -101,7 +101,7 @@ def ingest_torque_manipulator(
     if time[0] > 0.0 or before.size < 10:
         raise InputError(
             f"{log_name}: expected at least 10 samples before the trigger, found {before.size}: start "
-            "the log earlier, they give the angle at rest"
+            "the log earlier, because they define the angle at rest"
         )
     rate = options.resample_rate_hz
     grid = regular_time(max(0.0, command["time"][0]), min(time[-1], command["time"][-1]), rate)
@@ -169,7 +169,7 @@ def ingest_position_manipulator(
     Parameters
     ----------
     table : dict of ndarray, shape (n,)
-        ``time`` (s), ``angle`` (in ``options.angle_unit``), ``torque`` (Nm).
+        ``time`` (s), ``angle`` (in ``options.angle_unit``), ``torque`` (N·m).
     options : TableOptions
         Rate (Hz), longest gap (s), unit and sign.
     duration_s : float
@@ -180,13 +180,13 @@ def ingest_position_manipulator(
     Returns
     -------
     Trial
-        ``angle`` (rad) and ``torque`` (Nm, positive when it resists a positive angle).
+        ``angle`` (rad) and ``torque`` (N·m, positive when it resists a positive angle).
 
     Raises
     ------
     InputError
-        If time stamps cannot be repaired, a gap is too long, the table ends early, or the angle's
-        unit is evidently another one.
+        If time stamps cannot be repaired, a gap is too long, the table ends early, or the unit of the
+        angle is evidently wrong.
     """
     repaired = repair_time_stamps(table["time"], options.max_gap_s, name)
     time = table["time"][repaired.keep]
@@ -232,7 +232,7 @@ def ingest_position_manipulator(
 
 
 def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:
-    """A joint that seems to turn by more than half a revolution was logged in another unit."""
+    """Refuse angles beyond half a revolution, which were logged in another unit."""
     swing = float(np.ptp(angle))
     if swing > np.pi:
         raise InputError(

@@ -1,7 +1,7 @@
 """From the treadmill's log and the markers, if there are any, to one trial on one clock.
 
-Time 0 is the trigger. Everything is repaired, calibrated and aligned here, and the trial's attributes
-say what was done.
+Time 0 is the trigger. All signals are repaired, calibrated and aligned here, and the attributes of the
+trial record what was done.
 """
 
 from dataclasses import dataclass
@@ -39,16 +39,17 @@ class TreadmillOptions:
     ----------
     resample_rate_hz : float
         Rate of the trial, that of the motion capture (Hz).
-    max_gap_s : float
-        Longest time for which a marker may be hidden (s).
+    max_gap_s : float or None
+        Longest time for which a marker may be hidden (s); None where there are no markers.
     marker_sampling_hz : float or None
-        Markers per second within a frame (Hz); None if all are sampled at once.
+        Rate of sequential marker sampling within a frame (Hz); None if all are sampled at
+        once, or there are none.
     trigger_threshold_V : float
         Voltage above which the trigger line is high (V).
     """
 
     resample_rate_hz: float
-    max_gap_s: float
+    max_gap_s: float | None
     marker_sampling_hz: float | None
     trigger_threshold_V: float
 
@@ -67,7 +68,7 @@ def ingest_treadmill_files(
     files : dict of str to str
         Paths of ``log`` and ``calibration``, and of ``markers`` where there are any.
     marker_labels : list of str or None
-        Markers in the order in which the strober samples them; None where there are none.
+        Markers in the order of sequential sampling; None if there are none.
     options : TreadmillOptions
         Rates (Hz), longest gap (s), trigger (V).
     duration_s : float
@@ -78,7 +79,7 @@ def ingest_treadmill_files(
     Returns
     -------
     Trial
-        Forces (N), moments (Nm), belt (m/s) and, if there are any, markers (m).
+        Forces (N), moments (N·m), belt (m/s) and, if there are any, markers (m).
 
     Raises
     ------
@@ -120,10 +121,10 @@ def ingest_treadmill(
     log : TreadmillLog
         Voltages (V), belt velocity (m/s) and trigger (V).
     calibration : CalibrationMatrix
-        Forces and moments per voltage (N/V, Nm/V).
+        Forces and moments per voltage (N/V, N·m/V).
     markers : Markers or None
-        Positions (m), NaN while hidden, in the order in which the strober samples them; None if nothing
-        on the belt carries markers.
+        Positions (m), NaN while hidden, in the order of sequential sampling; None if nothing on the belt
+        carries markers.
     options : TreadmillOptions
         Rates (Hz), longest gap (s), trigger (V).
     duration_s : float
@@ -131,13 +132,13 @@ def ingest_treadmill(
     log_name, calibration_name, markers_name : str
         Name the sources in messages; ``markers_name`` is None without markers.
     bridge_long_gaps : bool
-        Bridge what is longer than ``options.max_gap_s`` by straight lines instead of raising: for an analysis
-        that leaves out what ``marker_hidden`` marks.
+        Bridge gaps longer than ``options.max_gap_s`` by straight lines instead of raising: for an analysis
+        that omits the samples marked in ``marker_hidden``.
 
     Returns
     -------
     Trial
-        ``force`` (N), ``moment`` (Nm), ``belt_velocity`` and ``belt_command`` (m/s), and with markers
+        ``force`` (N), ``moment`` (N·m), ``belt_velocity`` and ``belt_command`` (m/s), and with markers
         ``marker_position`` (m, at common instants), ``marker_position_as_sampled`` (m, as sampled),
         ``marker_hidden``.
 
@@ -191,7 +192,7 @@ def ingest_treadmill(
     )
 
     def wrench(kind: str) -> np.ndarray:
-        """Forces F (N) or moments M (Nm) of both belts, shape (n, belts, 3)."""
+        """Forces F (N) or moments M (N·m) of both belts, shape (n, belts, 3)."""
         rows = [calibration.row(f"{kind}{axis}_{belt}") for belt in BELTS for axis in "xyz"]
         calibrated = log.voltages @ np.array(rows).T
         return resample(log_time, calibrated, grid, band).reshape(grid.size, len(BELTS), 3)
@@ -275,7 +276,7 @@ def _marker_signals(
         instants = "all markers sampled at the frame's instant"
     else:
         grid, aligned = align_sequential_samples(filled, markers.rate_hz, options.marker_sampling_hz)
-        instants = f"brought to common instants (strober {options.marker_sampling_hz:g} Hz)"
+        instants = f"interpolated at common instants (sequential sampling, {options.marker_sampling_hz:g} Hz)"
     gaps = (f"gaps up to {options.max_gap_s:g} s filled by a cubic spline",)
     if bridge_long_gaps:
         gaps += ("longer gaps bridged by straight lines",)

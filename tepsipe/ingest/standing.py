@@ -30,7 +30,7 @@ def ingest_standing_files(
     files : dict of str to str
         Paths of ``log``, ``calibration``, ``markers`` and, if muscles were recorded, ``emg``.
     marker_labels : list of str
-        Markers in the order in which the strober samples them.
+        Markers in the order of sequential sampling.
     emg_channels : dict of str to str
         Muscle -> label of its channel. A muscle without channel is named in ``emg_missing``.
     emg_trigger : str
@@ -45,7 +45,7 @@ def ingest_standing_files(
     Returns
     -------
     Trial
-        Forces (N), moments (Nm), belt (m/s), markers (m) and, if muscles were recorded, ``emg`` (uV).
+        Forces (N), moments (N·m), belt (m/s), markers (m) and, if muscles were recorded, ``emg`` (uV).
 
     Raises
     ------

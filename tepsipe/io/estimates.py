@@ -1,4 +1,4 @@
-"""Tidy rows of estimates: the study's common language (``results/tables/estimates.csv``)."""
+"""Tidy rows of estimates, the common format of all experiments (``results/tables/estimates.csv``)."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ class Estimate:
     experiment, condition : str
         The trial.
     pathway, estimator : str
-        How the torque was obtained, and how the parameters were.
+        How the torque was computed, and how the parameters were estimated.
     quantity, unit : str
         For example I in Nms2/rad, or VAF_trial in %.
     value : float

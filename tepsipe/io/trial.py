@@ -27,7 +27,7 @@ class Signal:
     unit : str
         Unit, for example ``Nm``; ``1`` for numbers without one.
     axes : tuple of str
-        Name of each axis, for example ``("time", "marker", "axis")``.
+        Name of each axis, for example ``("time", "marker", "axis")``; ``("time",)`` if left out.
     meaning : str
         What it is, in a few words.
     processing : tuple of str
@@ -36,8 +36,8 @@ class Signal:
 
     values: np.ndarray
     unit: str
-    axes: tuple[str, ...]
-    meaning: str
+    axes: tuple[str, ...] = ("time",)
+    meaning: str = ""
     processing: tuple[str, ...] = ()
 
 

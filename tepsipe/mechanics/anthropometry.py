@@ -1,10 +1,11 @@
-"""What is assumed of a body that nobody weighed in parts: fractions of mass and stature.
+"""Anthropometry: segment parameters as fractions of body mass and stature.
 
 Source: D. A. Winter (2009), Biomechanics and Motor Control of Human Movement, 4th edition, Table 4.1 and
 Figure 4.1. A foot is 0.0145 of the body's mass; its centre of mass lies half-way between ankle and second
-metatarsal, its radius of gyration is 0.475 of that length, and the foot is 0.152 of the stature long. The
-whole body's centre of mass is 0.55 of a woman's, 0.56 of a man's stature above the floor. A standing body
-turns about the ankles almost like a uniform rod: J = 4/3 m h^2 (Morasso & Schieppati 1999: 1.32).
+metatarsal, its radius of gyration is 0.475 of that length, and the length of a foot is 0.152 of the stature.
+The centre of mass of the whole body is at 0.55 of the stature above the floor for women and 0.56 for men. The
+moment of inertia of a standing body about the ankles is that of a uniform rod, J = 4/3 m h^2 (Morasso &
+Schieppati 1999: 1.32).
 """
 
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ class Feet:
     mass_kg : float
         m_f (kg).
     inertia_kgm2 : float
-        I_f about their centre of mass, for turning in the sagittal plane (kg m2).
+        I_f about their centre of mass, for turning in the sagittal plane (kg·m²).
     """
 
     mass_kg: float
@@ -33,7 +34,7 @@ class Feet:
 
 @dataclass(frozen=True)
 class StandingBody:
-    """All that the ankles carry, as if it were one rigid body: the single-joint model of standing.
+    """The body above the ankles as one rigid body: the single-joint model of standing.
 
     Attributes
     ----------
@@ -42,9 +43,9 @@ class StandingBody:
     com_m : float
         h, centre of mass above the ankles (m).
     inertia_kgm2 : float
-        I_b, about the centre of mass (kg m2).
+        I_b, about the centre of mass (kg·m²).
     gravity_m_per_s2 : float
-        g (m/s2).
+        g (m/s²).
     """
 
     mass_kg: float
@@ -54,7 +55,7 @@ class StandingBody:
 
     @property
     def critical_stiffness(self) -> float:
-        """What the ankles must at least resist with (Nm/rad): m g h."""
+        """Critical (gravitational) stiffness m g h (N·m/rad): the least stiffness for stable standing."""
         return self.mass_kg * self.gravity_m_per_s2 * self.com_m
 
 
@@ -71,23 +72,23 @@ def standing_body(
     ankle_height_m: float,
     gravity_m_per_s2: float,
 ) -> StandingBody:
-    """What stands on the ankles.
+    """Body above the ankles as one rigid body.
 
     Parameters
     ----------
     mass_kg, stature_m : float
         Of the whole body (kg, m).
     com_height : float
-        Its centre of mass above the floor, as a part of the stature (-).
+        Height of its centre of mass above the floor, as a fraction of the stature (-).
     ankle_height_m : float
-        Ankles above the floor; the feet's centre of mass is half as high (m).
+        Height of the ankles above the floor (m); the centre of mass of the feet is at half of it.
     gravity_m_per_s2 : float
-        g (m/s2).
+        g (m/s²).
 
     Returns
     -------
     StandingBody
-        Mass (kg), centre of mass (m) and moment of inertia (kg m2).
+        Mass (kg), centre of mass (m) and moment of inertia (kg·m²).
     """
     feet = both_feet(mass_kg, stature_m).mass_kg
     carried = mass_kg - feet

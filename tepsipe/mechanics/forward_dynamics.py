@@ -1,6 +1,6 @@
 """Forward simulation of the ankle dummy (thesis sections 2-1-3 and 3-1-3).
 
-The foot follows the recorded belt and does not rotate; the leg turns about the ankle against the joint:
+The foot follows the recorded belt and does not rotate; the leg rotates about the ankle against the joint:
 
     tau = I theta'' + B theta' + K (theta - theta_ref)                                             (2-1)
     J theta'' = m g r sin(theta) - m r y_f'' cos(theta) - B theta' - K (theta - theta_ref),
@@ -9,9 +9,9 @@ The foot follows the recorded belt and does not rotate; the leg turns about the 
 Symbols: theta leg angle, positive when the leg tips towards +y (rad); y_f position of the foot (m); I, B, K,
 theta_ref of the joint; m, r, I_l, g of the leg and m_f, l_f of the foot as in `inverse_dynamics`.
 
-An engine moves the dummy (`tepsipe.mechanics.engines`): PyBullet or MuJoCo, which have bodies instead of the
-second equation, or a Runge-Kutta method, which integrates it. Here is what they share: what can be simulated,
-and what comes out.
+An engine simulates the dummy (`tepsipe.mechanics.engines`): PyBullet or MuJoCo with rigid bodies in place of
+the second equation, or a Runge-Kutta method that integrates it. This module holds what the engines share: the
+checks of the input and the result.
 """
 
 import cmath
@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine, simulate
@@ -39,17 +39,17 @@ class ForwardSimulation:
     time : ndarray, shape (n,)
         Recorded instants (s), fewer than given if the leg falls.
     theta, theta_d, theta_dd : ndarray, shape (n,)
-        Leg angle (rad), its rate (rad/s) and acceleration (rad/s2).
+        Leg angle (rad), its rate (rad/s) and acceleration (rad/s²).
     torque : ndarray, shape (n,)
-        tau of eq (2-1) (Nm), positive when it resists positive theta.
+        tau of eq (2-1) (N·m), positive when it resists positive theta.
     foot_y, foot_y_d, foot_y_dd : ndarray, shape (n,)
-        Position of foot and ankle from where they start (m), velocity (m/s) and acceleration (m/s2).
+        Position of foot and ankle from where they start (m), velocity (m/s) and acceleration (m/s²).
     y_dd, z_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s2).
+        Acceleration of the leg's centre of mass (m/s²).
     f_y, f_z : ndarray, shape (n,)
         Ground reaction, force of the belt on the foot (N), as F_y and F_z in eq (3-7).
     m_x : ndarray, shape (n,)
-        Moment of the belt on the foot about the x axis (Nm), in the belt's surface where the ankle starts.
+        Moment of the belt on the foot about the x axis (N·m), in the belt's surface where the ankle starts.
     f_ay, f_az : ndarray, shape (n,)
         Joint reaction, force of the leg on the foot (N), as F_Ay and F_Az in eq (3-7): -m y'', -m (g + z'').
     state : {"settles", "grows", "falls"}
@@ -83,7 +83,7 @@ class ForwardSimulation:
 
 
 def rest_angle_of_standing(leg: Leg, stiffness: float, standing_angle: float) -> float:
-    """theta_ref (rad) of a joint of ``stiffness`` K (Nm/rad) on which the leg stands at an angle (rad).
+    """theta_ref (rad) of a joint of ``stiffness`` K (N·m/rad) on which the leg stands at an angle (rad).
 
     K (theta - theta_ref) = m g r sin(theta).
     """
@@ -103,10 +103,10 @@ def simulate_dummy(
     must_stand: bool = False,
     engine: str = "pybullet",
 ) -> ForwardSimulation:
-    """Move the dummy's foot as the belt was recorded and let the leg swing.
+    """Simulate the dummy's leg for a recorded velocity of the belt.
 
-    Between its samples the belt's velocity is a cubic spline. A leg beyond a quarter turn has fallen: the
-    simulation stops, and the result ends with the last recorded instant before.
+    The belt velocity is interpolated by a cubic spline. A leg beyond a quarter turn has fallen: the
+    simulation stops, and the result ends with the last recorded instant before the fall.
 
     Parameters
     ----------
@@ -115,9 +115,9 @@ def simulate_dummy(
     belt_velocity : ndarray, shape (n,)
         Recorded velocity of the belt (m/s).
     leg, foot : Leg, Foot
-        The dummy's segments (kg, m, kg m2).
+        The dummy's segments (kg, m, kg·m²).
     joint : Joint
-        I, B, K and theta_ref (Nms2/rad, Nms/rad, Nm/rad, rad).
+        I, B, K and theta_ref (N·m·s²/rad, N·m·s/rad, N·m/rad, rad).
     step_s : float
         Step of the simulation (s), a whole part of the sampling interval.
     start_angle_rad, start_rate_rad_per_s : float
@@ -125,12 +125,12 @@ def simulate_dummy(
     must_stand : bool
         Refuse a joint that cannot hold the leg upright, K <= m g r (-).
     engine : {"pybullet", "mujoco", "equations", "auto"}
-        What moves the dummy; "auto" takes the first of the others that is installed.
+        Engine of the simulation; "auto" takes the first of the others that is installed.
 
     Returns
     -------
     ForwardSimulation
-        Motion, torque and forces (s, rad, Nm, m, N).
+        Motion, torque and forces (s, rad, N·m, m, N).
 
     Raises
     ------
@@ -144,7 +144,7 @@ def simulate_dummy(
     interval = _sampling_interval(time, belt_velocity)
     _check_dummy(leg, foot, joint, start_angle_rad, start_rate_rad_per_s, must_stand)
     stride = _check_step(step_s, interval, leg, joint)
-    velocity = CubicSpline(interval * np.arange(time.size), belt_velocity)
+    velocity = scipy.interpolate.CubicSpline(interval * np.arange(time.size), belt_velocity)
     path = velocity.antiderivative()
     task = Task(
         leg=leg,
@@ -193,7 +193,7 @@ def simulate_dummy(
 
 
 def _about_the_ankle(leg: Leg, joint: Joint) -> tuple[float, float]:
-    """J (kg m2) and K - m g r (Nm/rad)."""
+    """J (kg·m²) and K - m g r (N·m/rad)."""
     about_ankle = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2 + joint.inertia_Nms2_per_rad
     upright = joint.stiffness_Nm_per_rad - leg.mass_kg * leg.gravity_m_per_s2 * leg.com_m
     return about_ankle, upright

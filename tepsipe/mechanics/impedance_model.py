@@ -8,7 +8,7 @@ The thesis prints s = lambda + j2f; the factor pi is needed for f in Hz.
 """
 
 import numpy as np
-from scipy import signal
+import scipy
 
 PARAMETERS = ("I", "B", "K")
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
@@ -20,14 +20,14 @@ def admittance(parameters: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     parameters : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     frequency_hz : ndarray, shape (n,)
         Frequencies (Hz).
 
     Returns
     -------
     ndarray of complex, shape (n,)
-        H (rad/Nm).
+        H (rad/(N·m)).
     """
     inertia, damping, stiffness = parameters
     s = 2j * np.pi * frequency_hz
@@ -42,28 +42,28 @@ def impedance_torque(
     Parameters
     ----------
     parameters : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     theta, theta_d, theta_dd : ndarray, shape (n,)
-        Angle from its reference (rad), its rate (rad/s) and acceleration (rad/s2).
+        Angle from its reference (rad), its rate (rad/s) and acceleration (rad/s²).
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (Nm).
+        tau (N·m).
     """
     inertia, damping, stiffness = parameters
     return inertia * theta_dd + damping * theta_d + stiffness * theta
 
 
 def simulate_angle(parameters: np.ndarray, torque: np.ndarray, rate_hz: float) -> np.ndarray:
-    """Angle of the joint at rest at first, under a torque that runs straight between its samples.
+    """Angle of a joint that starts at rest, for a torque that is linear between its samples.
 
     Parameters
     ----------
     parameters : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad); I must not be 0.
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad); I must not be 0.
     torque : ndarray, shape (n,)
-        tau (Nm).
+        tau (N·m).
     rate_hz : float
         Sampling rate (Hz).
 
@@ -72,5 +72,7 @@ def simulate_angle(parameters: np.ndarray, torque: np.ndarray, rate_hz: float) -
     ndarray, shape (n,)
         theta (rad); not finite if the parameters are unstable and the torque lasts long enough.
     """
-    numerator, denominator, _ = signal.cont2discrete(([1.0], list(parameters)), 1.0 / rate_hz, method="foh")
-    return signal.lfilter(np.ravel(numerator), denominator, torque)
+    numerator, denominator, _ = scipy.signal.cont2discrete(
+        ([1.0], list(parameters)), 1.0 / rate_hz, method="foh"
+    )
+    return scipy.signal.lfilter(np.ravel(numerator), denominator, torque)

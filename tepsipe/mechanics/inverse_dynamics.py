@@ -1,24 +1,26 @@
-"""Ankle torque from the free body of the leg, or from that of the foot (thesis eqs 3-7, 3-8 and 3-14).
+"""Ankle torque by inverse dynamics of the leg or of the foot (thesis eqs 3-7, 3-8, 3-13 and 3-14).
 
-Symbols: m leg mass (kg), r its centre of mass's distance from the ankle (m), I_l its moment of
-inertia about the centre of mass (kg m2), g gravity (m/s2); y'', z'' acceleration of the leg's centre
-of mass (m/s2); theta leg angle, positive when the leg tips towards +y (rad). m_f foot mass (kg), l_f its
-height (m); y_A, y_A'' position (m) and acceleration (m/s2) of the ankle; F_y, F_z forces (N) and M_x
-moment (Nm) of the plate on the foot, the moment about the x axis in the belt's surface. Of a standing
+Symbols: m mass of the leg (kg), r distance of its centre of mass from the ankle (m), I_l its moment of
+inertia about the centre of mass (kg·m²), g gravity (m/s²); y'', z'' acceleration of the leg's centre
+of mass (m/s²); theta leg angle, positive when the leg tips towards +y (rad). m_f foot mass (kg), l_f its
+height (m); y_A, y_A'' position (m) and acceleration (m/s²) of the ankle; F_y, F_z forces (N) and M_x
+moment (N·m) of the plate on the foot, the moment about the x axis in the surface of the belt. For a standing
 person: z_A height of the ankle (m), y_f, z_f centre of mass of the feet (m), I_f their moment of inertia
-about it (kg m2), phi_f their angle (rad).
+about it (kg·m²), phi_f their angle (rad).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from tepsipe.errors import InputError, quoted
 from tepsipe.mechanics.anthropometry import Feet, StandingBody
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Leg:
-    """Leg of the ankle dummy (thesis Table 2-2).
+    """Leg of the ankle dummy, or any rigid body on one joint (thesis Table 2-2).
 
     Attributes
     ----------
@@ -27,43 +29,65 @@ class Leg:
     com_m : float
         r, from the ankle to the centre of mass (m).
     inertia_kgm2 : float
-        I_l, about the centre of mass (kg m2).
+        I_l, about the centre of mass (kg·m²).
     gravity_m_per_s2 : float
-        g (m/s2).
+        g (m/s²).
     """
 
     mass_kg: float
     com_m: float
     inertia_kgm2: float
-    gravity_m_per_s2: float
+    gravity_m_per_s2: float = 9.81
+
+    def __post_init__(self):
+        """Refuse what no leg can be.
+
+        Raises
+        ------
+        InputError
+            If a value is no positive number, or they cannot belong to one rigid body.
+        """
+        for name, value in vars(self).items():
+            least = 0.0 if name == "inertia_kgm2" else math.ulp(0.0)  # a point mass has no inertia
+            if not (isinstance(value, int | float) and math.isfinite(value) and value >= least):
+                raise InputError(
+                    f"Leg: expected a positive number for {name}, found {quoted(value)}: correct it"
+                )
+        gyration = math.sqrt(self.inertia_kgm2 / self.mass_kg)
+        if gyration > 3.0 * self.com_m:
+            raise InputError(
+                "Leg: expected a radius of gyration, sqrt(inertia_kgm2 / mass_kg), of "
+                f"at most 3 times com_m, found {gyration:.3g} m and {self.com_m:.3g} m: check that com_m and "
+                "inertia_kgm2 are not swapped, and are in m and kg m2"
+            )
 
 
 def leg_torque(
     leg: Leg, theta: np.ndarray, theta_dd: np.ndarray, y_dd: np.ndarray, z_dd: np.ndarray
 ) -> np.ndarray:
-    """Torque of the joint, from the leg's moments about its centre of mass, derived consistently.
+    """Joint torque from the balance of moments about the leg's centre of mass.
 
-    The ankle pushes the leg with (m y'', m (g + z'')). Its lever about the centre of mass is
-    r (sin theta, cos theta) long, and the joint returns the leg with the torque tau:
+    The ankle acts on the leg with the force (m y'', m (g + z'')), whose lever arm about the centre of
+    mass is r (sin theta, cos theta). The joint acts on the leg with the restoring torque tau:
 
         tau = -[ m y'' r cos(theta) + I_l theta'' - m (g + z'') r sin(theta) ]
 
-    For the dummy tau = B theta' + K (theta - theta_ref), plus I_j theta'' if the joint itself has an
-    inertia I_j. It does not contain the leg's own inertia: a massless joint gives I = 0.
+    For the dummy tau = B theta' + K (theta - theta_ref), plus I_j theta'' if the joint has an inertia I_j
+    of its own. tau does not contain the inertia of the leg: a massless joint gives I = 0.
 
     Parameters
     ----------
     leg : Leg
-        m, r, I_l, g (kg, m, kg m2, m/s2).
+        m, r, I_l, g (kg, m, kg·m², m/s²).
     theta, theta_dd : ndarray, shape (n,)
-        Leg angle (rad) and its second derivative (rad/s2).
+        Leg angle (rad) and its second derivative (rad/s²).
     y_dd, z_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s2).
+        Acceleration of the leg's centre of mass (m/s²).
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (Nm), positive when it resists positive theta.
+        tau (N·m), positive when it resists positive theta.
     """
     m, r, i_l, g = leg.mass_kg, leg.com_m, leg.inertia_kgm2, leg.gravity_m_per_s2
     return -(m * y_dd * r * np.cos(theta) + i_l * theta_dd - m * (g + z_dd) * r * np.sin(theta))
@@ -72,29 +96,29 @@ def leg_torque(
 def leg_torque_as_printed(
     leg: Leg, theta: np.ndarray, theta_dd: np.ndarray, y_dd: np.ndarray, z_dd: np.ndarray
 ) -> np.ndarray:
-    """Torque by thesis eq (3-8) as printed, with theta measured towards +y.
+    """Joint torque by thesis eq (3-8) as printed, with theta measured towards +y.
 
         F_Ay = -m y'',  F_Az = -m g + m z''
         tau = -F_Ay r cos(theta) - F_Az r sin(theta) - I_l theta''
 
-    The equation holds for theta positive towards -y. With theta towards +y, as the arctangent of two
-    markers gives it, the translational term has one sign and the other two the opposite one, and a
-    fit returns I = I_j + 2 I_l, B, and K - 2 m g r. The overall sign is turned so that I is
-    positive, as the thesis reports it.
+    The equation holds for theta positive towards -y. With theta towards +y, as obtained from the
+    arctangent of two markers, the sign of the translational term is opposite to that of the other two, and
+    a fit returns I = I_j + 2 I_l, B, and K - 2 m g r. The overall sign is inverted so that I is positive,
+    as the thesis reports.
 
     Parameters
     ----------
     leg : Leg
-        m, r, I_l, g (kg, m, kg m2, m/s2).
+        m, r, I_l, g (kg, m, kg·m², m/s²).
     theta, theta_dd : ndarray, shape (n,)
-        Leg angle (rad) and its second derivative (rad/s2).
+        Leg angle (rad) and its second derivative (rad/s²).
     y_dd, z_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s2).
+        Acceleration of the leg's centre of mass (m/s²).
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (Nm).
+        tau (N·m).
     """
     m, r, i_l, g = leg.mass_kg, leg.com_m, leg.inertia_kgm2, leg.gravity_m_per_s2
     f_ay = -m * y_dd
@@ -107,14 +131,14 @@ TORQUE_PATHWAYS = {"leg": leg_torque, "leg-thesis": leg_torque_as_printed}
 
 @dataclass(frozen=True)
 class Foot:
-    """Foot of the ankle dummy: a brick that does not rotate, the ankle on top of it (thesis Table 2-2).
+    """Foot of the ankle dummy: a brick that does not rotate, with the ankle on its top (thesis Table 2-2).
 
     Attributes
     ----------
     mass_kg : float
         m_f (kg).
     height_m : float
-        l_f, from the belt to the ankle (m); the centre of mass is half as high, below the ankle.
+        l_f, from the belt to the ankle (m); the centre of mass is below the ankle, at half this height.
     """
 
     mass_kg: float
@@ -124,11 +148,11 @@ class Foot:
 def foot_torque(
     foot: Foot, f_y: np.ndarray, f_z: np.ndarray, m_x: np.ndarray, y_a: np.ndarray, y_a_dd: np.ndarray
 ) -> np.ndarray:
-    """Torque of the joint, from the foot's moments about the ankle.
+    """Joint torque from the balance of moments of the foot about the ankle.
 
-    The plate's wrench has the moment M_x - y_A F_z + l_f F_y about the ankle: with the centre of pressure
-    y_CoP = M_x / F_z (eq 3-13) that is F_z (y_CoP - y_A) + F_y l_f. The foot's inertia takes its share, and
-    the joint returns the rest:
+    The wrench of the plate has the moment M_x - y_A F_z + l_f F_y about the ankle, or, with the centre of
+    pressure y_CoP = M_x / F_z (eq 3-13), F_z (y_CoP - y_A) + F_y l_f. The moment that does not accelerate
+    the foot is transmitted by the joint:
 
         tau = M_x - y_A F_z + l_f F_y - m_f y_A'' l_f / 2
 
@@ -139,26 +163,25 @@ def foot_torque(
     f_y, f_z : ndarray, shape (n,)
         Forces of the plate on the foot (N).
     m_x : ndarray, shape (n,)
-        Moment of the plate on the foot about the x axis (Nm).
+        Moment of the plate on the foot about the x axis (N·m).
     y_a, y_a_dd : ndarray, shape (n,)
-        Position of the ankle on the plate (m), and its acceleration (m/s2).
+        Position of the ankle on the plate (m), and its acceleration (m/s²).
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (Nm), positive when it resists positive theta.
+        tau (N·m), positive when it resists positive theta.
     """
     m_f, l_f = foot.mass_kg, foot.height_m
     return m_x - y_a * f_z + l_f * f_y - m_f * y_a_dd * 0.5 * l_f
 
 
 def foot_torque_as_printed(foot: Foot, leg: Leg, f_y: np.ndarray, y_dd: np.ndarray) -> np.ndarray:
-    """Torque by the foot's equation as printed (thesis eq 3-7 and section 3-1-3).
+    """Joint torque by the equation of the foot as printed (thesis eq 3-7 and section 3-1-3).
 
         F_Ay = -m y'',  tau = -F_y l_f / 2 + F_Ay l_f / 2
 
-    The moment of the vertical force, F_z times the distance from the centre of pressure to the ankle, is
-    missing.
+    The moment of the vertical force, F_z times its distance from the ankle, is missing.
 
     Parameters
     ----------
@@ -167,12 +190,12 @@ def foot_torque_as_printed(foot: Foot, leg: Leg, f_y: np.ndarray, y_dd: np.ndarr
     f_y : ndarray, shape (n,)
         Force of the plate on the foot (N).
     y_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s2).
+        Acceleration of the leg's centre of mass (m/s²).
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (Nm).
+        tau (N·m).
     """
     f_ay = -leg.mass_kg * y_dd
     return -f_y * 0.5 * foot.height_m + f_ay * 0.5 * foot.height_m
@@ -180,14 +203,14 @@ def foot_torque_as_printed(foot: Foot, leg: Leg, f_y: np.ndarray, y_dd: np.ndarr
 
 @dataclass(frozen=True)
 class PlateLoad:
-    """What the plate does to the feet.
+    """Load of the plate on the feet.
 
     Attributes
     ----------
     f_y, f_z : ndarray, shape (n,)
         Fore-aft and vertical force (N).
     m_x : ndarray, shape (n,)
-        Moment about the x axis in the belt's surface (Nm).
+        Moment about the x axis in the belt's surface (N·m).
     """
 
     f_y: np.ndarray
@@ -204,10 +227,10 @@ def standing_torque(
     foot_com_dd: np.ndarray,
     foot_angle_dd: np.ndarray,
 ) -> np.ndarray:
-    """Torque of both ankles of a standing person, from the feet's moments about the ankles.
+    """Torque of both ankles of a standing person, from the balance of moments of the feet about the ankles.
 
-    What thesis eq (3-14) is meant to be. About the ankle act the plate's wrench and the feet's weight;
-    what does not move the feet is returned by the joint:
+    This is thesis eq (3-14), derived consistently. The wrench of the plate and the weight of the feet act
+    about the ankle; the moment that does not accelerate the feet is transmitted by the joint:
 
         tau = M_x - y_A F_z + z_A F_y - (y_f - y_A) m_f (g + z_f'') + (z_f - z_A) m_f y_f'' + I_f phi_f''
 
@@ -216,20 +239,20 @@ def standing_torque(
     Parameters
     ----------
     feet : Feet
-        m_f, I_f (kg, kg m2).
+        m_f, I_f (kg, kg·m²).
     gravity_m_per_s2 : float
-        g (m/s2).
+        g (m/s²).
     load : PlateLoad
-        F_y, F_z (N) and M_x (Nm).
+        F_y, F_z (N) and M_x (N·m).
     ankle, foot_com, foot_com_dd : ndarray, shape (n, 2)
-        y, z of the ankle (m), of the feet's centre of mass (m), and its acceleration (m/s2).
+        y, z of the ankle (m), of the feet's centre of mass (m), and its acceleration (m/s²).
     foot_angle_dd : ndarray, shape (n,)
-        Angular acceleration of the feet phi_f'', positive when they tip towards +y (rad/s2).
+        Angular acceleration of the feet phi_f'', positive when they tip towards +y (rad/s²).
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (Nm), positive when it resists a body that tips towards +y.
+        tau (N·m), positive when it resists a body that tips towards +y.
     """
     m_f, g = feet.mass_kg, gravity_m_per_s2
     lever = foot_com - ankle
@@ -246,18 +269,19 @@ def standing_torque_as_printed(
     foot_com: np.ndarray,
     foot_com_dd: np.ndarray,
 ) -> np.ndarray:
-    """Thesis eq (3-14) to the letter, with y_CoP = M_x / F_z (eq 3-13).
+    """Torque of both ankles by thesis eq (3-14) as printed, with y_CoP = M_x / F_z (eq 3-13).
 
         tau = (y_A - y_CoP) F_y - (y_A - y_f) m_f y_f'' - (y_A - y_f) m_f g - I_f + m_f r_Af
 
-    Its terms do not have one unit: the centre of pressure is a lever of F_z, not of F_y, I_f lacks an
-    angular acceleration, and m_f r_Af is what the parallel axis theorem makes of it without a square. The
-    horizontal force's lever, the height of the ankle, is missing. Arguments are those of `standing_torque`.
+    The units of its terms differ: the centre of pressure is a lever arm of F_z, not of F_y, I_f lacks an
+    angular acceleration, and m_f r_Af is the term of the parallel-axis theorem without the square. The
+    lever arm of the horizontal force, the height of the ankle, is missing. The arguments are those of
+    `standing_torque`.
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (the numbers of Nm, kg m2 and kg m added).
+        tau (the numbers of N·m, kg·m² and kg m added).
     """
     m_f = feet.mass_kg
     y_a, y_f = ankle[:, 0], foot_com[:, 0]
@@ -270,25 +294,25 @@ def standing_torque_as_printed(
 def single_joint_torque(
     body: StandingBody, theta: np.ndarray, theta_dd: np.ndarray, ankle_dd: np.ndarray
 ) -> np.ndarray:
-    """Torque of both ankles if all above them were one rigid body that turns with the shank.
+    """Torque of both ankles if the body above them were one rigid body that rotates with the shank.
 
-    `leg_torque` with the person for a leg: an inverted pendulum on a moving pivot,
+    This is `leg_torque` with the body in place of the leg, an inverted pendulum on a moving pivot:
 
         tau = m g h sin(theta) - (I_b + m h^2) theta'' - m h (y_A'' cos(theta) - z_A'' sin(theta))
 
     Parameters
     ----------
     body : StandingBody
-        m, h, I_b, g (kg, m, kg m2, m/s2).
+        m, h, I_b, g (kg, m, kg·m², m/s²).
     theta, theta_dd : ndarray, shape (n,)
-        Angle of the shank (rad) and its second derivative (rad/s2).
+        Angle of the shank (rad) and its second derivative (rad/s²).
     ankle_dd : ndarray, shape (n, 2)
-        Acceleration of the ankle y_A'', z_A'' (m/s2).
+        Acceleration of the ankle y_A'', z_A'' (m/s²).
 
     Returns
     -------
     ndarray, shape (n,)
-        tau (Nm), positive when it resists positive theta.
+        tau (N·m), positive when it resists positive theta.
     """
     m, h = body.mass_kg, body.com_m
     about_ankle = body.inertia_kgm2 + m * h**2

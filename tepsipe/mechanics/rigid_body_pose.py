@@ -1,8 +1,8 @@
-"""From markers to segments, angles and their derivatives in the sagittal plane (thesis section 3-1-2).
+"""Rigid-body pose of a segment from its markers in the sagittal plane (thesis section 3-1-2).
 
 y points forward along the belt, z up. theta is a segment's angle from the vertical, positive when
-the segment tips towards +y. A point that lies ``across`` in front of the segment's axis and
-``along`` it from its origin is at
+the segment tips towards +y. A point with the anterior offset ``across`` from the axis of the segment
+and the longitudinal offset ``along`` from its origin is at
 
     y = y_0 + across cos theta + along sin theta
     z = z_0 - across sin theta + along cos theta
@@ -40,14 +40,14 @@ def fit_rigid_segment(markers: np.ndarray, layout: np.ndarray, point: np.ndarray
     markers : ndarray, shape (n, k, 2)
         y, z of the segment's k >= 2 markers (m).
     layout : ndarray, shape (k, 2)
-        across, along of each marker in the segment (m).
+        Anterior and longitudinal offset of each marker in the segment (m).
     point : ndarray, shape (2,)
-        across, along of the wanted point, for example the centre of mass (m).
+        Anterior and longitudinal offset of the wanted point, for example the centre of mass (m).
 
     Returns
     -------
     SegmentPose
-        Angle (rad), position of the point (m) and misfit (m).
+        Angle (rad), position of the point (m) and marker residual RMS (m).
     """
     centre = layout.mean(axis=0)
     across, along = (layout - centre).T
@@ -61,5 +61,5 @@ def fit_rigid_segment(markers: np.ndarray, layout: np.ndarray, point: np.ndarray
     )
     error_y = y - np.outer(cosine, across) - np.outer(sine, along)
     error_z = z + np.outer(sine, across) - np.outer(cosine, along)
-    misfit = float(np.sqrt(np.mean(error_y**2 + error_z**2)))
-    return SegmentPose(angle, position, misfit)
+    residual_rms = float(np.sqrt(np.mean(error_y**2 + error_z**2)))
+    return SegmentPose(angle, position, residual_rms)

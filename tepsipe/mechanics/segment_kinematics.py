@@ -1,51 +1,86 @@
 """Motion of a body segment from its markers (thesis section 3-1-2)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, listed
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 @dataclass(frozen=True)
 class SegmentMarkers:
-    """Where the leg's markers sit and what else the kinematics needs.
+    """Where the markers of a body segment are placed.
 
     Attributes
     ----------
     labels : tuple of str
-        Markers on the leg.
+        Names of the markers on the segment.
     layout_m : ndarray, shape (k, 2)
-        In front of the leg's axis, and along it from the ankle (m).
+        Anterior offset from the segment's axis, and longitudinal offset along it from the joint (m).
     """
 
     labels: tuple[str, ...]
     layout_m: np.ndarray
 
+    def __post_init__(self):
+        """Refuse a layout that determines no pose.
+
+        Raises
+        ------
+        InputError
+            If labels repeat, the layout has not one row of two numbers per label, or is not in metres.
+        """
+        object.__setattr__(self, "labels", tuple(self.labels))
+        layout = samples(self.layout_m, "m", "SegmentMarkers: layout_m", shape=(None, 2))
+        object.__setattr__(self, "layout_m", layout)
+        if len(self.labels) != len(layout) or len(set(self.labels)) != len(self.labels) or len(layout) < 2:
+            raise InputError(
+                f"SegmentMarkers: expected at least two different labels and as many rows of layout_m, found "
+                f"{listed(self.labels)} and {len(layout)} rows: place every marker once"
+            )
+        if np.abs(layout).max() > 3.0:
+            raise InputError(
+                f"SegmentMarkers: expected offsets in m, found {np.abs(layout).max():g}, which looks like "
+                f"mm: "
+                "divide layout_m by 1000"
+            )
+
 
 @dataclass(frozen=True)
-class SegmentMotion:
-    """Motion of the leg during a trial.
+class JointMotion:
+    """Angle of a joint during a trial.
 
     Attributes
     ----------
     time : ndarray, shape (n,)
         Instants (s).
     theta, theta_d, theta_dd : ndarray, shape (n,)
-        Leg angle (rad), its rate (rad/s) and acceleration (rad/s2).
-    y_dd, z_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s2).
-    marker_residual_rms_m : float
-        Root mean square distance between markers and the rigid leg (m).
+        Angle (rad), its rate (rad/s) and acceleration (rad/s2).
     """
 
     time: np.ndarray
     theta: np.ndarray
     theta_d: np.ndarray
     theta_dd: np.ndarray
+
+
+@dataclass(frozen=True)
+class SegmentMotion(JointMotion):
+    """Motion of the leg during a trial: its angle, and the acceleration of its centre of mass.
+
+    Attributes
+    ----------
+    y_dd, z_dd : ndarray, shape (n,)
+        Acceleration of the leg's centre of mass (m/s2).
+    marker_residual_rms_m : float
+        Root mean square distance between markers and the rigid leg (m).
+    """
+
     y_dd: np.ndarray
     z_dd: np.ndarray
     marker_residual_rms_m: float
@@ -54,31 +89,31 @@ class SegmentMotion:
 def segment_motion(
     time: np.ndarray,
     positions: np.ndarray,
-    labels: list[str],
     markers: SegmentMarkers,
     com_m: float,
-    rate_hz: float,
-    cutoff_hz: float,
-    order: int,
+    *,
+    labels: Sequence[str] | None = None,
+    cutoff_hz: float = 20.0,
+    order: int = 4,
 ) -> SegmentMotion:
-    """Filter the markers, fit the rigid leg and differentiate.
+    """Filter the markers, fit the rigid segment and differentiate (thesis section 3-1-2).
 
     Parameters
     ----------
-    time : ndarray, shape (n,)
-        Instants (s).
-    positions : ndarray, shape (n, all markers, 3)
-        Marker positions x, y, z (m).
-    labels : list of str
-        Names of all markers.
+    time : array_like or Signal, shape (n,)
+        Instants (s), on a regular clock.
+    positions : array_like or Signal, shape (n, all markers, 3) or (n, all markers, 2)
+        Marker positions x, y, z or y, z (m): y along the belt, z up.
     markers : SegmentMarkers
-        Which of them are on the leg, and where (m).
+        Which of the markers are on the segment, and where (m).
     com_m : float
-        Distance of the leg's centre of mass from the ankle (m).
-    rate_hz, cutoff_hz : float
-        Sampling rate and cutoff of the low-pass filter (Hz).
+        Distance of the segment's centre of mass from the joint (m), for example ``leg.com_m``.
+    labels : sequence of str, optional
+        Names of all markers, in the order of ``positions``; those of ``markers`` if left out.
+    cutoff_hz : float
+        Of the zero-lag Butterworth low-pass (Hz).
     order : int
-        Order of the filter, both passes together (-).
+        Its order, both passes together (-).
 
     Returns
     -------
@@ -88,19 +123,36 @@ def segment_motion(
     Raises
     ------
     InputError
-        If a marker of the leg is not among ``labels``, or the markers do not move as one body.
+        If the signals cannot be used, a marker of the segment is not among ``labels``, or the markers do not
+        move as one body.
     """
-    filtered = butterworth_lowpass(marker_positions(positions, labels, markers), rate_hz, cutoff_hz, order)
-    return motion_of_markers(time, filtered, markers, com_m)
+    time, rate_hz = regular_rate(time)
+    axes = np.shape(getattr(positions, "values", positions))[-1:]
+    positions = samples(positions, "m", "positions", shape=(None, None, 2 if axes == (2,) else 3))
+    same_length(time, positions=positions)
+    labels = list(markers.labels if labels is None else labels)
+    if len(labels) != positions.shape[1]:
+        raise InputError(
+            f"labels: expected {positions.shape[1]} names, one for each marker of positions, found "
+            f"{len(labels)}: name all markers in their order"
+        )
+    if float(np.ptp(positions)) > 100.0:
+        raise InputError(
+            f"positions: expected metres, found a range of {np.ptp(positions):.3g}, which looks like mm: "
+            f"give "
+            'Signal(positions, "mm")'
+        )
+    on_segment = marker_positions(positions, labels, markers)
+    return motion_of_markers(time, butterworth_lowpass(on_segment, rate_hz, cutoff_hz, order), markers, com_m)
 
 
 def marker_positions(positions: np.ndarray, labels: list[str], markers: SegmentMarkers) -> np.ndarray:
-    """y, z (m) of the leg's markers, shape (n, k, 2), out of all markers, shape (n, all markers, 3).
+    """y, z (m) of the segment's markers, shape (n, k, 2), out of all markers, shape (n, all markers, 2 or 3).
 
     Raises
     ------
     InputError
-        If a marker of the leg is not among ``labels``.
+        If a marker of the segment is not among ``labels``.
     """
     missing = [label for label in markers.labels if label not in labels]
     if missing:
@@ -108,7 +160,7 @@ def marker_positions(positions: np.ndarray, labels: list[str], markers: SegmentM
             f"expected a marker named {missing[0]!r} on the leg, found {', '.join(labels)}: name the "
             "leg's markers in the configuration"
         )
-    return positions[:, [labels.index(label) for label in markers.labels], 1:]
+    return positions[:, [labels.index(label) for label in markers.labels], -2:]
 
 
 def motion_of_markers(

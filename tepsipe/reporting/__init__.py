@@ -1,1 +1,1 @@
-"""What a reader sees: the thesis's tables and statements, comparison with the truth, numbers and figures."""
+"""Tables and claims of the thesis, comparison with the truth, and numbers and figures of the report."""

@@ -1,4 +1,4 @@
-"""Statements of the thesis that can be checked, and what this run found (thesis chapter 4)."""
+"""Claims of the thesis that can be tested, with the findings of this run (thesis chapter 4)."""
 
 import csv
 import difflib
@@ -21,7 +21,7 @@ from tepsipe.treadmill.calibration import ModelScore
 
 @dataclass(frozen=True)
 class Findings:
-    """What the claims are measured on.
+    """Results of this run against which claims are tested.
 
     Attributes
     ----------
@@ -32,11 +32,11 @@ class Findings:
     as_printed : str
         Pathway that reproduces the thesis.
     scores : list of ModelScore
-        Of the treadmill's models (units in them).
+        Scores of the treadmill models (units in them).
     forward : list of ForwardScore
-        Of the forward simulations (%).
+        Scores of the forward simulations (%).
     table_4_4 : list of TableRow
-        Of the noise study (units in them).
+        Rows of Table 4-4 (units in them).
     """
 
     estimates: list[Estimate]
@@ -114,7 +114,7 @@ def _ratio(values: dict) -> float:
 
 
 def _unsettled(forward: list[ForwardScore]) -> float:
-    """Conditions in which a leg with TEP-SIPE parameters does not settle."""
+    """Number of conditions in which a leg with TEP-SIPE parameters does not settle."""
     if not forward:
         raise KeyError("forward")
     unsettled = {s.condition for s in forward if s.parameter_set == "tep" and s.state != "settles"}
@@ -137,7 +137,7 @@ def _least_fact(findings: Findings, fact: str) -> float:
 
 
 def _shortest_latency(findings: Findings) -> float:
-    """Of all muscles in all tasks (s)."""
+    """Shortest latency of all muscles in all tasks (s)."""
     found = [e.value for e in findings.estimates if e.quantity.startswith("latency_")]
     return min(e for e in found)
 
@@ -204,7 +204,7 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
 
 
 def _vaf_grows_with_amplitude(quantity: str) -> Callable[[Findings], bool]:
-    """Noise of fixed size takes less of a larger signal."""
+    """VAF increases with amplitude, because noise of fixed size matters less for a larger signal."""
 
     def check(f: Findings) -> bool:
         values = f.by_condition("dummy", quantity)
@@ -219,7 +219,7 @@ def _stiffness_does_not_depend_on_start(f: Findings) -> bool:
     )
 
 
-# what must hold in this run for a claim that is not reproduced to count as explained
+# condition under which a claim that is not reproduced counts as explained
 EVIDENCE: dict[str, Callable[[Findings], bool]] = {
     "wristalyzer_stiffness_at_start": _stiffness_does_not_depend_on_start,
     "printed_lowest_vaf_perturbation": _vaf_grows_with_amplitude("VAF_perturbation"),
@@ -229,21 +229,21 @@ COLUMNS = ("claim", "where", "unit", "reported", "reproduced", "tolerance", "ver
 
 
 def check_claims(claims: list[dict], findings: Findings) -> list[dict]:
-    """Measure every claim whose experiment was run, and give a verdict.
+    """Test every claim whose experiment was run.
 
     Parameters
     ----------
     claims : list of dict
         Keys claim, where, measure, unit, reported, tolerance, section (``unit`` holds for reported and
-        tolerance; the tolerance ``below`` asks for less than reported, ``above`` for more).
+        tolerance; the tolerance ``below`` requires less than reported, ``above`` more).
     findings : Findings
-        What this run found.
+        Results of this run.
 
     Returns
     -------
     list of dict
-        Keys of `COLUMNS`: the verdict is ``reproduced`` within the tolerance, ``explained`` if not but
-        the run holds the evidence for the explanation, otherwise ``not reproduced``.
+        Keys of `COLUMNS`: the verdict is ``reproduced`` within the tolerance, ``explained`` outside it if the
+        run contains the evidence for the explanation, otherwise ``not reproduced``.
 
     Raises
     ------
@@ -284,9 +284,3 @@ def write_claims(path: str | Path, rows: list[dict]) -> None:
         writer.writeheader()
         for row in rows:
             writer.writerow({k: f"{v:.10g}" if isinstance(v, float) else v for k, v in row.items()})
-
-
-def read_claims(path: str | Path) -> list[dict[str, str]]:
-    """Rows of `write_claims`, as text (units in the column ``unit``)."""
-    with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))

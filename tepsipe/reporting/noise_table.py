@@ -24,18 +24,18 @@ TABLE_COLUMNS = ("none", "tau", "theta", "both")
 def table_4_4(
     rows: list[NoiseRow], reported: dict[str, dict[str, float]], conditions: list[str], snr_db: float
 ) -> list[TableRow]:
-    """Thesis Table 4-4: means over conditions, once for every processing and simulated stiffness.
+    """Thesis Table 4-4: means over conditions, for every processing and simulated stiffness.
 
     Parameters
     ----------
     rows : list of NoiseRow
         All rows (units in them).
     reported : dict
-        Quantity -> noise target -> what the thesis printed (unit of the quantity).
+        Quantity -> noise target -> value in the thesis (unit of the quantity).
     conditions : list of str
         Trials that are averaged.
     snr_db : float
-        Signal power over noise power of the table (dB); signals without noise go in, too.
+        Signal power over noise power of the table (dB); noise-free results are included.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Where truth meets estimate: the only part of the library that is given the laboratory's constants."""
+"""Comparison of estimates with the truth, the only part of the library with the laboratory's constants."""
 
 import csv
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Recovery:
-    """One estimate beside the truth.
+    """One estimate and its true value.
 
     Attributes
     ----------
@@ -48,38 +48,38 @@ class Recovery:
 
 
 def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
-    """Experiment -> I (Nms2/rad), B (Nms/rad), K (Nm/rad) for small movements, mass (kg) or latency (s).
+    """Experiment -> I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) for small movements, mass (kg) or latency (s).
 
-    Of the standing person, experiment and task: standing/relax, standing/stiff. K and B are the intrinsic
-    ones of the ankles; a muscle's latency is the same in every task.
+    For the standing person the keys are experiment and task: standing/relax, standing/stiff. K and B are the
+    intrinsic values of the ankles; the latency of a muscle is the same in every task.
 
-    ``truth`` is the laboratory's configuration. The dummy's rubber has no inertia of its own, so the
-    inertia *at the joint* is 0 on the treadmill; in the manipulator the foot turns with the handle.
+    ``truth`` is the laboratory's configuration, or sections of it. The rubber of the dummy has no inertia, so
+    the inertia *of the joint* is 0 on the treadmill; in the manipulator the foot rotates with the handle.
     """
-    manipulator = truth["wristalyzer"]["manipulator"]
-    in_manipulator, on_belt = truth["wristalyzer"]["rubber"], truth["dummy"]["rubber"]
-    return {
-        "wristalyzer": {
-            "I": manipulator["inertia_kgm2"],
-            "B": in_manipulator["damping_Nms_per_rad"],
-            "K": in_manipulator["stiffness_Nm_per_rad"],
-        },
-        "dummy": {
-            "I": 0.0,
-            "B": on_belt["damping_Nms_per_rad"],
-            "K": on_belt["stiffness_Nm_per_rad"],
-        },
-        "weight": {"mass": truth["weight"]["mass_kg"]},
-    } | {f"standing/{task}": _of_person(truth["standing"], task) for task in truth["standing"]["tasks"]}
+    found = {}
+    if "wristalyzer" in truth:
+        inertia = truth["wristalyzer"]["manipulator"]["inertia_kgm2"]
+        found["wristalyzer"] = _of_joint(inertia, truth["wristalyzer"]["rubber"])
+    if "dummy" in truth:
+        found["dummy"] = _of_joint(0.0, truth["dummy"]["rubber"])
+    if "weight" in truth:
+        found["weight"] = {"mass": truth["weight"]["mass_kg"]}
+    for task in truth.get("standing", {}).get("tasks", ()):
+        found[f"standing/{task}"] = _of_person(truth["standing"], task)
+    return found
+
+
+def _of_joint(inertia: float, rubber: dict) -> dict[str, float]:
+    return {"I": inertia, "B": rubber["damping_Nms_per_rad"], "K": rubber["stiffness_Nm_per_rad"]}
 
 
 def _of_person(standing: dict, task: str) -> dict[str, float]:
-    told = standing["tasks"][task]
+    constants = standing["tasks"][task]
     latencies = {f"latency_{name}": muscle["latency_s"] for name, muscle in standing["muscles"].items()}
     return {
         "I": 0.0,
-        "B": told["damping_Nms_per_rad"][0],
-        "K": told["stiffness_Nm_per_rad"][0],
+        "B": constants["damping_Nms_per_rad"][0],
+        "K": constants["stiffness_Nm_per_rad"][0],
         **latencies,
     }
 
@@ -87,18 +87,18 @@ def _of_person(standing: dict, task: str) -> dict[str, float]:
 def compare_with_truth(
     estimates: list[Estimate], truth: dict, made: dict[str, list[str]], tasks: dict[str, str]
 ) -> list[Recovery]:
-    """Set every estimate of I, B, K, mass or latency of a made trial beside the truth.
+    """Compare every estimate of I, B, K, mass or latency from a simulated trial with the truth.
 
     Parameters
     ----------
     estimates : list of Estimate
         All estimates (units in them).
     truth : dict
-        The laboratory's configuration (units in its keys).
+        The laboratory's configuration, or the sections that are compared (units in its keys).
     made : dict of str to list of str
         Experiment -> conditions that the laboratory made.
     tasks : dict of str to str
-        Condition of the standing person -> task; a task of which all trials are made counts as a condition.
+        Condition of the standing person -> task; a task of simulated trials only counts as a condition.
 
     Returns
     -------

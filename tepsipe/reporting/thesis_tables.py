@@ -1,4 +1,4 @@
-"""The thesis's tables of estimates, each cell beside what the thesis printed (Tables 4-1 to 4-3)."""
+"""The thesis's tables of estimates, each value beside the reported one (Tables 4-1 to 4-3)."""
 
 import csv
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from pathlib import Path
 from tepsipe.errors import InputError
 from tepsipe.io.estimates import Estimate
 
-# SEM_x is the thesis's "standard error of the mean" as printed, SE_x the standard error as it should be
+# SEM_x is the thesis's "standard error of the mean" as printed, SE_x the standard error
 PARAMETER_ROWS = ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "SE_I", "SE_B", "SE_K"]
 ROWS = {
     "table_4_1": [*PARAMETER_ROWS, "error", "VAF_trial", "VAF_cross_validated"],
@@ -24,11 +24,11 @@ class TableRow:
     Attributes
     ----------
     pathway, estimator, quantity, unit : str
-        What the row holds.
+        Content of the row.
     values : list of float or None
-        One per condition (``unit``).
+        One value per condition (``unit``).
     reported : list of float or None
-        What the thesis printed (``unit``); None where it printed nothing.
+        Values in the thesis (``unit``); None where there is none.
     """
 
     pathway: str
@@ -46,7 +46,7 @@ def lay_out_table(
     conditions: list[str],
     blocks: list[tuple[str, str | None]],
 ) -> list[TableRow]:
-    """Lay estimates out as the thesis does, once for every pathway.
+    """Arrange estimates as in the thesis, in one block per pathway.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ def lay_out_table(
     estimates : list of Estimate
         All estimates (units in them).
     reported : dict
-        Quantity -> condition -> what the thesis printed (unit of the quantity); empty if nothing.
+        Quantity -> condition -> value in the thesis (unit of the quantity); may be empty.
     conditions : list of str
         Columns.
     blocks : list of (pathway, estimator or None)
-        One block of rows for each; None takes the estimator that the pathway has.
+        One block of rows each; None selects the estimator of the pathway.
 
     Returns
     -------

@@ -4,47 +4,47 @@ Symbols: x raw, b band-passed, r rectified, e envelope (all uV).
 
     b = band-pass(x),   r = |b|,   e = low-pass(r)
 
-Each filter is a fourth-order bidirectional Butterworth, its order counted as in `tepsipe.signals.filters`.
+Each filter is a fourth-order zero-lag Butterworth filter; orders are counted as in `tepsipe.signals.filters`.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, signal
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import butterworth_bandpass, butterworth_lowpass, notch
 
-# ---- what `channel_fault` calls a fault: a relaxed muscle shows 1 to 3 uV, the amplifier 0.5 to 1 uV
-# band in which a channel is evaluated (Hz), and the length of the windows of which it takes the median (s)
-JUDGED_BAND_HZ = (20.0, 450.0)
-JUDGED_WINDOW_S = 1.0
-# samples count as clipped in runs of so many (-), this close to a limit as a part of the range (-): three
-# steps of 16 bits. One sample does not: many programs write a channel's largest value as its limit ...
+# ---- thresholds of `channel_fault`: a relaxed muscle shows 1 to 3 uV, the amplifier alone 0.5 to 1 uV
+# band in which a channel is evaluated (Hz), and length of the windows over which medians are taken (s)
+EVALUATED_BAND_HZ = (20.0, 450.0)
+EVALUATED_WINDOW_S = 1.0
+# samples count as clipped in runs of at least this length (-), within this fraction of the range of a limit
+# (-), three steps of 16 bits. A single sample does not: many programs write the largest value as the limit
 CLIPPED_RUN = 3
 LIMIT_TOLERANCE = 5e-5
-# (a channel that never leaves a limit is flat, not clipped, where the limits are so close together (uV))
+# where the limits are closer together than this (uV), a channel that stays at a limit is flat, not clipped
 CLOSE_LIMITS_UV = 10.0
-# ... or where the channel stays exactly at its own largest or smallest value for this long (s)
+# samples also count as clipped where the channel stays at its own largest or smallest value for this long (s)
 HELD_S = 0.010
-# more than this part of all samples clipped (-): ten short artefacts in a minute stay below it
+# largest fraction of clipped samples (-); ten short artefacts in a minute stay below it
 CLIPPED_SHARE = 0.01
-# below this root mean square (uV) a window is flat: half of what an amplifier with joined inputs shows
+# below this root mean square (uV) a window is flat: half the noise of an amplifier with shorted inputs
 FLAT_UV = 0.25
-# more than this part of the windows flat (-)
+# largest fraction of flat windows (-)
 FLAT_SHARE = 0.05
-# hum of more than this root mean square (uV) that is more than this part of the channel's power (-)
+# mains hum is a fault above this root mean square (uV) and above this fraction of the channel's power (-)
 HUM_UV = 10.0
 HUM_SHARE = 0.8
-# hum is what lies this close to the mains frequency and its harmonics (Hz)
+# half-width of the bands around the mains frequency and its harmonics that count as hum (Hz)
 HUM_WIDTH_HZ = 2.0
-# root mean square (uV) that no muscle reaches at the skin for half of a trial
+# root mean square (uV) that surface electromyograms do not exceed for half of a trial
 NOISE_UV = 1500.0
 
 
 @dataclass(frozen=True)
 class EmgOptions:
-    """Choices of the processing; as they stand, those that the thesis printed.
+    """Options of the processing; the defaults are those of the thesis.
 
     Attributes
     ----------
@@ -118,10 +118,10 @@ def process_emg(raw: np.ndarray, rate_hz: float, options: EmgOptions) -> Process
 
 
 def channel_fault(raw: np.ndarray, limits: np.ndarray, rate_hz: float, mains_hz: float = 50.0) -> str | None:
-    """Say what makes a whole channel useless: NaN, clipping, a dead input, hum or noise.
+    """Reason why a whole channel is unusable: NaN, clipping, a dead input, mains hum or noise.
 
-    The thresholds are the constants at the head of this module. Offset and slow drift do not
-    count, and levels are medians over windows of one second, so that bursts and artefacts do not either.
+    The thresholds are the constants at the head of this module. Offset and slow drift are ignored. Levels
+    are medians over windows of one second, so bursts and artefacts do not affect them.
 
     Parameters
     ----------
@@ -143,11 +143,11 @@ def channel_fault(raw: np.ndarray, limits: np.ndarray, rate_hz: float, mains_hz:
         If the channel is shorter than one window.
     """
     x = np.asarray(raw, dtype=float)
-    window = round(JUDGED_WINDOW_S * rate_hz)
+    window = round(EVALUATED_WINDOW_S * rate_hz)
     if x.size < window:
         raise InputError(
-            f"channel to judge: expected at least {JUDGED_WINDOW_S:g} s, found {x.size / rate_hz:.3g} s: "
-            "record longer"
+            f"channel to evaluate: expected at least {EVALUATED_WINDOW_S:g} s, found "
+            f"{x.size / rate_hz:.3g} s: record longer"
         )
     bad = np.flatnonzero(~np.isfinite(x))
     if bad.size:
@@ -171,7 +171,7 @@ def channel_fault(raw: np.ndarray, limits: np.ndarray, rate_hz: float, mains_hz:
         )
     if held.mean() > CLIPPED_SHARE:
         return (
-            f"expected extremes that pass, found {100 * held.mean():.3g} % of the samples held at "
+            f"expected no plateaus at the extremes, found {100 * held.mean():.3g} % of the samples held at "
             f"{x.min():.4g} or {x.max():.4g} uV: the amplifier was saturated, reconnect the electrodes or "
             "lower the gain"
         )
@@ -184,8 +184,8 @@ def channel_fault(raw: np.ndarray, limits: np.ndarray, rate_hz: float, mains_hz:
         )
     if level > NOISE_UV:
         return (
-            f"expected at most {NOISE_UV:g} uV as the median root mean square, found {level:.4g} uV, more "
-            "than a muscle makes: check the channel's unit and its electrodes"
+            f"expected a median root mean square of at most {NOISE_UV:g} uV, found {level:.4g} uV, more "
+            "than a muscle generates: check the channel's unit and its electrodes"
         )
     return None
 
@@ -199,7 +199,7 @@ def clipped_perturbations(
     after_s: float,
     start_s: float = 0.0,
 ) -> np.ndarray:
-    """Tell in which perturbations a channel was clipped, if only for three samples.
+    """Perturbations in which a channel was clipped for at least three samples.
 
     Parameters
     ----------
@@ -235,22 +235,22 @@ def _at_limits(x: np.ndarray, limits: np.ndarray) -> np.ndarray:
     tolerance = LIMIT_TOLERANCE * (high - low)
     run = np.ones(CLIPPED_RUN, dtype=bool)
     at_low, at_high = x <= low + tolerance, x >= high - tolerance
-    return ndimage.binary_opening(at_low, run) | ndimage.binary_opening(at_high, run)
+    return scipy.ndimage.binary_opening(at_low, run) | scipy.ndimage.binary_opening(at_high, run)
 
 
 def _held(x: np.ndarray, rate_hz: float) -> np.ndarray:
-    """Samples of long runs at the channel's own extremes, shape (n,): an amplifier saturates first."""
+    """Samples of long runs at the channel's own extremes, shape (n,), where an amplifier saturates."""
     run = np.ones(max(2, round(HELD_S * rate_hz)), dtype=bool)
-    return ndimage.binary_opening(x == x.max(), run) | ndimage.binary_opening(x == x.min(), run)
+    return scipy.ndimage.binary_opening(x == x.max(), run) | scipy.ndimage.binary_opening(x == x.min(), run)
 
 
 def _levels(x: np.ndarray, rate_hz: float, mains_hz: float, window: int) -> tuple[np.ndarray, np.ndarray]:
     """Root mean square of everything and of the hum in the evaluated band (uV), each of shape (windows,)."""
-    frequency, _, density = signal.spectrogram(
+    frequency, _, density = scipy.signal.spectrogram(
         x, rate_hz, window="hann", nperseg=window, noverlap=0, detrend="constant"
     )
     power = density * (frequency[1] - frequency[0])
-    low, high = JUDGED_BAND_HZ
+    low, high = EVALUATED_BAND_HZ
     evaluated = (frequency >= low) & (frequency <= min(high, 0.45 * rate_hz))
     mains = np.array(_harmonics(mains_hz, 0.5 * rate_hz))
     near = np.abs(frequency[:, None] - mains).min(axis=1, initial=np.inf) <= HUM_WIDTH_HZ

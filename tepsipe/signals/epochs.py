@@ -1,11 +1,11 @@
-"""Responses cut from a regular signal around events, their ensemble, and unperturbed time beside them.
+"""Epochs cut from a regularly sampled signal around events, their ensemble, and unperturbed epochs.
 
 Symbols: x_i(t) response to event i, t time from the event (s), N number of events.
 
     mean m(t) = sum_i x_i(t) / N
     SD s(t), s(t)^2 = sum_i (x_i(t) - m(t))^2 / (N - 1),   standard error s(t) / sqrt(N)
 
-An artefact w(t) that every perturbation repeats in proportion to its size a_i is taken out by least squares:
+An artefact w(t) that scales with the size a_i of the perturbation is removed by least squares:
 
     x_i(t) = a_i w(t) + rest_i(t),   w(t) = sum_i a_i x_i(t) / sum_i a_i^2
 """
@@ -13,14 +13,14 @@ An artefact w(t) that every perturbation repeats in proportion to its size a_i i
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 
 
 @dataclass(frozen=True)
 class Responses:
-    """Responses on one time axis that is zero at the exact instant of each event.
+    """Epochs on one time axis whose zero is the exact instant of each event.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Responses:
     values : ndarray, shape (events, m) or (events, m, c)
         x_i (unit of the signal).
     kept, dropped : tuple of int
-        Numbers of the events that were cut, and of those whose window left the record (-), from 0.
+        Indices of the events with an epoch, and of those whose window exceeds the record (-), from 0.
     """
 
     time: np.ndarray
@@ -65,11 +65,11 @@ def cut_epochs(
     start_s: float = 0.0,
     outside: str = "raise",
 ) -> Responses:
-    """Cut the responses to events, aligned to their exact instants.
+    """Cut epochs around events, aligned to the exact instants of the events.
 
-    A cubic spline is evaluated at the event and at whole sampling intervals around it. It passes
-    through the samples, and keeps 99.97 % of a component at a tenth of the rate, 93 % at three
-    tenths; rectify after cutting, not before, because |x| holds still higher frequencies.
+    A cubic spline is evaluated at the event and at whole sampling intervals around it. It
+    interpolates the samples. Its gain is 99.97 % at a tenth of the sampling rate and 93 % at three
+    tenths. Rectify after cutting, not before: |x| contains higher frequencies than x.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def cut_epochs(
     start_s : float
         Instant of the first sample (s).
     outside : str
-        "raise" refuses an event whose window leaves the record, "drop" leaves it out and names it.
+        "raise" refuses an event whose window exceeds the record, "drop" omits it and lists it.
 
     Returns
     -------
@@ -94,8 +94,8 @@ def cut_epochs(
     Raises
     ------
     InputError
-        If the signal is too short or holds a NaN, there is no event, or a window leaves the record
-        and may not.
+        If the signal is too short or holds a NaN, there is no event, or a window exceeds the record
+        while ``outside`` is "raise".
     """
     x, onsets = np.asarray(x, dtype=float), np.atleast_1d(np.asarray(onsets_s, dtype=float))
     if outside not in ("raise", "drop"):
@@ -126,7 +126,7 @@ def cut_epochs(
     instants = np.clip(onsets[inside][:, None] + time, grid[0], grid[-1])
     return Responses(
         time=time,
-        values=CubicSpline(grid, x)(instants),
+        values=scipy.interpolate.CubicSpline(grid, x)(instants),
         kept=tuple(np.flatnonzero(inside).tolist()),
         dropped=tuple(np.flatnonzero(~inside).tolist()),
     )
@@ -160,28 +160,28 @@ def ensemble(responses: np.ndarray) -> Ensemble:
 
 
 def without_artefact(responses: np.ndarray, sizes: np.ndarray | None = None) -> np.ndarray:
-    """Take out what all responses share in proportion to the perturbations' sizes.
+    """Remove the component that all responses share in proportion to the sizes of the perturbations.
 
-    Electrodes and cables move alike after every perturbation; the interference pattern of a
-    muscle does not repeat. So this leaves an electromyogram (not rectified) as it is but for one part in N of
-    its power. What a reflex itself repeats, wave by wave, goes with the artefact.
+    The movement artefact of electrodes and cables is the same after every perturbation; the
+    interference pattern of a muscle is not. An unrectified electromyogram therefore loses only a fraction
+    1/N of its power. The part of a reflex that repeats wave by wave is removed with the artefact.
 
     Parameters
     ----------
     responses : ndarray, shape (events, m) or (events, m, c)
         x_i (any unit), not rectified.
     sizes : ndarray, shape (events,), optional
-        a_i (any unit), with its sign, for example peak belt velocities; without them all are 1.
+        a_i (any unit), signed, for example peak belt velocities; 1 by default.
 
     Returns
     -------
     ndarray, shape of ``responses``
-        Rest (unit of the responses).
+        Responses without the artefact (unit of the responses).
 
     Raises
     ------
     InputError
-        If there are fewer than two events, or their sizes do not belong to them or are all zero.
+        If there are fewer than two events, or the sizes differ from them in number or are all zero.
     """
     events = responses.shape[0]
     a = np.ones(events) if sizes is None else np.asarray(sizes, dtype=float)
@@ -203,10 +203,10 @@ def unperturbed_onsets(
     count: int | None,
     rng: np.random.Generator | None = None,
 ) -> np.ndarray:
-    """Instants around which a window holds no perturbation, for responses to nothing.
+    """Instants whose surrounding window holds no perturbation, for unperturbed epochs.
 
-    The windows do not overlap. Each stretch of unperturbed time is filled with as many as fit; of
-    these, ``count`` are taken.
+    The windows do not overlap. Each stretch of unperturbed time is filled with as many windows as
+    fit; ``count`` of them are taken.
 
     Parameters
     ----------

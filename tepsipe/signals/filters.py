@@ -1,15 +1,49 @@
-"""Bidirectional filters (thesis section 3-1: fourth-order Butterworth, forwards and backwards).
+"""Zero-lag (forward-backward) filters (thesis section 3-1: fourth-order Butterworth).
 
-The order counts both passes, and at each edge of a band by itself: a fourth-order bidirectional
+The order counts both passes together, separately at each edge of a band: a fourth-order zero-lag
 band-pass is a second-order high-pass and a second-order low-pass, each applied twice.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.signals.units import samples
+
+
+def lowpass(
+    x: np.ndarray, rate_hz: float, *, cutoff_hz: float = 20.0, order: int = 4, zero_lag: bool = True
+) -> np.ndarray:
+    """Butterworth low-pass (thesis section 3-1): filter all signals of a trial alike.
+
+    Parameters
+    ----------
+    x : array_like or Signal, shape (n,) or (n, c)
+        Signal (any unit).
+    rate_hz : float
+        Sampling rate (Hz).
+    cutoff_hz : float
+        Cutoff frequency (Hz).
+    order : int
+        Order (-), of both passes together where there are two.
+    zero_lag : bool
+        Forwards and backwards, without phase shift, or forwards only, as in real time (-).
+
+    Returns
+    -------
+    ndarray, shape of ``x``
+        Filtered signal (unit of ``x``).
+
+    Raises
+    ------
+    InputError
+        If the signal cannot be used, or the cutoff does not lie between 0 and half the rate.
+    """
+    dimensions = np.ndim(getattr(x, "values", x))
+    values = samples(x, getattr(x, "unit", ""), "x", shape=(None,) * max(1, dimensions))
+    return Lowpass(cutoff_hz, order, zero_lag)(values, rate_hz)
 
 
 def butterworth_lowpass(
@@ -18,7 +52,7 @@ def butterworth_lowpass(
     """Filter with a Butterworth low-pass run forwards and backwards (no phase shift).
 
     ``order`` counts both passes, as the thesis and most of the field do: a fourth-order
-    bidirectional filter is a second-order one applied twice, and its gain at the cutoff is 1/2.
+    zero-lag filter is a second-order one applied twice, and its gain at the cutoff is 1/2.
 
     Parameters
     ----------
@@ -44,11 +78,11 @@ def butterworth_lowpass(
     """
     if not 0.0 < cutoff_hz < 0.5 * rate_hz:
         raise InputError(
-            f"low-pass cutoff must lie between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
+            f"low-pass: expected a cutoff between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), "
             f"found {cutoff_hz:g} Hz: change the cutoff in the configuration"
         )
     _refuse_odd(order)
-    sections = signal.butter(order // 2, cutoff_hz, fs=rate_hz, output="sos")
+    sections = scipy.signal.butter(order // 2, cutoff_hz, fs=rate_hz, output="sos")
     return _both_ways(sections, x, rate_hz, cutoff_hz, axis)
 
 
@@ -57,8 +91,8 @@ def butterworth_bandpass(
 ) -> np.ndarray:
     """Filter with a Butterworth band-pass run forwards and backwards (no phase shift).
 
-    ``order`` counts both passes at one edge. The band-pass falls off at each edge as the low-pass
-    of the same order does; its gain at both edges is 1/2.
+    ``order`` counts both passes at one edge. The band-pass has the roll-off of the low-pass of the
+    same order at each edge; its gain at both edges is 1/2.
 
     Parameters
     ----------
@@ -81,8 +115,8 @@ def butterworth_bandpass(
     Raises
     ------
     InputError
-        If the edges do not rise between 0 and half the rate, the order is odd, the signal is too
-        short to be padded, or it holds a NaN.
+        If the edges are not in increasing order between 0 and half the rate, the order is odd, the
+        signal is too short to be padded, or it holds a NaN.
     """
     low, high = band_hz
     if not 0.0 < low < high < 0.5 * rate_hz:
@@ -91,15 +125,15 @@ def butterworth_bandpass(
             f"({0.5 * rate_hz:g} Hz), found {low:g} Hz and {high:g} Hz: change the band in the configuration"
         )
     _refuse_odd(order)
-    sections = signal.butter(order // 2, (low, high), btype="bandpass", fs=rate_hz, output="sos")
+    sections = scipy.signal.butter(order // 2, (low, high), btype="bandpass", fs=rate_hz, output="sos")
     return _both_ways(sections, x, rate_hz, low, axis)
 
 
 def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, axis: int = 0) -> np.ndarray:
     """Remove one frequency by a second-order notch run forwards and backwards (no phase shift).
 
-    A notch rings for about 1 / width before and after whatever is not steady, so a burst leaks
-    into the time before it.
+    A notch rings for about 1 / width before and after a transient, so a burst leaks into the time
+    before it.
 
     Parameters
     ----------
@@ -127,7 +161,7 @@ def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, a
             f"notch must lie between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), found "
             f"{frequency_hz:g} Hz with a width of {width_hz:g} Hz: change it in the configuration"
         )
-    sections = signal.tf2sos(*signal.iirnotch(frequency_hz, frequency_hz / width_hz, fs=rate_hz))
+    sections = scipy.signal.tf2sos(*scipy.signal.iirnotch(frequency_hz, frequency_hz / width_hz, fs=rate_hz))
     return _both_ways(sections, x, rate_hz, width_hz, axis)
 
 
@@ -135,7 +169,7 @@ def _refuse_odd(order: int) -> None:
     """Refuse an order that two equal passes cannot have."""
     if order < 2 or order % 2:
         raise InputError(
-            f"order of a bidirectional filter must be even (two equal passes), found {order}: "
+            f"order of a zero-lag filter must be even (two equal passes), found {order}: "
             "change the order in the configuration"
         )
 
@@ -151,21 +185,21 @@ def _both_ways(
         raise InputError("signal to filter holds NaN or infinite samples: fill or cut them first")
     # the default padding is a few samples only
     padding = min(x.shape[axis] - 1, int(np.ceil(2.0 * rate_hz / slowest_hz)))
-    return signal.sosfiltfilt(sections, x, axis=axis, padlen=padding)
+    return scipy.signal.sosfiltfilt(sections, x, axis=axis, padlen=padding)
 
 
 @dataclass(frozen=True)
 class Lowpass:
-    """Butterworth low-pass that all signals of a recording pass alike.
+    """Butterworth low-pass that is applied to all signals of a recording.
 
     Attributes
     ----------
     cutoff_hz : float
         Cutoff frequency (Hz).
     order : int
-        Order; of both passes together where it is bidirectional (-).
+        Order (-); of both passes together if the filter is zero-lag.
     zero_lag : bool
-        Forwards and backwards, without phase shift, or forwards only, as it runs in real time.
+        True: forwards and backwards, without phase shift. False: forwards only, as in real time.
     """
 
     cutoff_hz: float
@@ -187,5 +221,5 @@ class Lowpass:
                 f"expected a low-pass cutoff below half the sampling rate ({0.5 * rate_hz:g} Hz), found "
                 f"{self.cutoff_hz:g} Hz: change the cutoffs in the configuration"
             )
-        sections = signal.butter(self.order, self.cutoff_hz, fs=rate_hz, output="sos")
-        return signal.sosfilt(sections, x, axis=0)
+        sections = scipy.signal.butter(self.order, self.cutoff_hz, fs=rate_hz, output="sos")
+        return scipy.signal.sosfilt(sections, x, axis=0)

@@ -1,21 +1,21 @@
-"""When a muscle begins to answer: onsets in an ensemble of responses, and in a mechanical signal.
+"""Onsets of muscle activity in an ensemble of responses, and of a motion in a mechanical signal.
 
-Symbols: x_i(t) band-passed response to event i (uV), not rectified; y(t) mean over events of what the
-detector looks at; T onset (s); b baseline of y.
+Symbols: x_i(t) band-passed, unrectified response to event i (uV); y(t) mean over events of the detector's
+test signal; T onset (s); b baseline of y.
 
     threshold       y = <|x_i|>                           T: y > b + k SD(baseline), and stays there
     teager-kaiser   y = <x_i(t)^2 - x_i(t-d) x_i(t+d)>    T: the same, d one sampling interval
     changepoint     y = <|e_i|>, e_i = x_i - sum_j a_j x_i(t - j d)    T: most likely start of a ramp
 
-The change point is that of highest likelihood of
+The change point maximises the likelihood of
 
-    y ~ gamma, mean mu(t) = b (1 + c max(0, t - T)),   standard deviation in proportion to the mean
+    y ~ gamma, mean mu(t) = b (1 + c max(0, t - T)),   standard deviation proportional to the mean
     -log L = sum_t [log mu(t) + y(t) / mu(t)] * const
 
-because the spread of rectified noise is in proportion to its mean. The a_j predict a sample at rest from
-those before it, which leaves e_i nearly white. The ramp is fitted up to a part of the first peak.
+because the standard deviation of rectified noise is proportional to its mean. The a_j predict a sample at
+rest from those before it, so e_i is nearly white. The ramp is fitted up to a fraction of the first peak.
 
-The 6 Hz envelope is not used: it is smeared over more than 60 ms to either side.
+The 6 Hz envelope is not used, because it smears activity over more than 60 ms in both directions.
 
 Sources: Hodges & Bui (1996) for the threshold; Li, Zhou & Aruin (2007) and Solnik et al. (2010) for the
 energy operator; Staude (2001) for whitening and likelihood.
@@ -24,15 +24,14 @@ energy operator; Staude (2001) for whitening and likelihood.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, ndimage, signal
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 
 DETECTORS = ("threshold", "teager-kaiser", "changepoint")
-# fewest draws from which an uncertainty is taken
+# smallest number of draws for an uncertainty
 FEWEST_DRAWS = 20
-# shortest baseline from which its mean and spread are taken (s)
+# shortest baseline for its mean and standard deviation (s)
 SHORTEST_BASELINE_S = 0.1
 # the change point: window in which activity must stand out, and over which the first peak is sought (s)
 STANDING_OUT_S = 0.011
@@ -41,13 +40,13 @@ PEAK_WITHIN_S = 0.05
 BEFORE_RAMP_S = 0.02
 # heights of the ramp that are tried, in units of the baseline (-)
 HEIGHTS = np.geomspace(0.05, 100.0, 60)
-# improvements of the best of the ramps tried
+# refinements of the best of the ramps tried
 REFINEMENTS = 12
 
 
 @dataclass(frozen=True)
 class OnsetOptions:
-    """Choices of the detection.
+    """Options of the detection.
 
     Attributes
     ----------
@@ -66,15 +65,15 @@ class OnsetOptions:
     whitening_order : int
         Number of a_j of the change point (-).
     signal_to_noise : float
-        The change point's activity must exceed the baseline by so many standard errors (-).
+        Number of standard errors by which the activity of a change point must exceed the baseline (-).
     rise_fraction : float
-        The ramp is fitted up to this part of the first peak (-).
+        The ramp is fitted up to this fraction of the first peak (-).
     longest_rise_s : float
-        Longest ramp up to there (s).
+        Longest ramp up to that point (s).
     bootstrap_draws : int
-        Ensembles redrawn from the events (-); 0 for none, and then no uncertainty.
+        Number of ensembles resampled from the events (-); 0 for none and no uncertainty.
     trusted_share : float
-        Share of the redrawn ensembles that must have an onset too (-).
+        Fraction of the resampled ensembles that must also have an onset (-).
     """
 
     detector: str = "changepoint"
@@ -93,18 +92,18 @@ class OnsetOptions:
 
 @dataclass(frozen=True)
 class Onset:
-    """An onset latency, or why there is none.
+    """An onset latency, or the reason why there is none.
 
     Attributes
     ----------
     latency_s : float or None
         T, from the event (s).
     standard_error_s : float or None
-        Standard deviation over redrawn ensembles (s).
+        Standard deviation over resampled ensembles (s).
     interval_s : tuple of float or None
         Their 2.5 and 97.5 % quantiles (s).
     found_share : float or None
-        Share of the redrawn ensembles that have an onset (-).
+        Fraction of the resampled ensembles that have an onset (-).
     reason : str or None
         One sentence if there is no onset.
     """
@@ -126,7 +125,7 @@ def detect_onset(
     time : ndarray, shape (m,)
         Regular time from the event (s).
     responses : ndarray, shape (events, m)
-        x_i (any unit), band-passed and not rectified, without what movement adds to all of them.
+        x_i (any unit), band-passed and unrectified, without movement artefact.
     options : OnsetOptions
         Choices (units in their names).
     rng : numpy.random.Generator
@@ -135,13 +134,13 @@ def detect_onset(
     Returns
     -------
     Onset
-        Latency, standard error and 95 % interval (s), or a sentence.
+        Latency, standard error and 95 % interval (s), or the reason why there is none.
 
     Raises
     ------
     InputError
         If an option is unknown, there are fewer than 5 responses, they hold a NaN, or they do not
-        reach over baseline and searched time.
+        cover the baseline and the searched time.
     """
     _refuse_unusable(time, responses, options)
     events = responses.shape[0]
@@ -161,12 +160,12 @@ def detect_onset(
         first, last = (1e3 * instant for instant in options.search_s)
         reason = (
             f"expected activity that begins to rise above {wanted:.3g} times its baseline {first:g} to "
-            f"{last:g} ms after the event, found none: the muscle did not answer, or noise hides it"
+            f"{last:g} ms after the event, found none: the muscle did not respond, or noise hides it"
         )
     elif share is not None and share < options.trusted_share:
         reason = (
-            f"expected an onset in at least {100 * options.trusted_share:g} % of the ensembles redrawn from "
-            f"the events, found one in {100 * share:.3g} %: record more perturbations"
+            f"expected an onset in at least {100 * options.trusted_share:g} % of the ensembles resampled "
+            f"from the events, found one in {100 * share:.3g} %: record more perturbations"
         )
     if reason is not None:
         return Onset(None, None, None, share, reason)
@@ -178,12 +177,12 @@ def detect_onset(
 
 
 def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fraction: float = 0.5) -> float:
-    """Instant at which a mechanical signal leaves its rest like a ramp.
+    """Instant at which a mechanical signal leaves rest, modelled as the start of a ramp.
 
-    A broken stick, x(t) = b + c max(0, t - T), is fitted by least squares up to a part of the first
-    peak, on a cubic spline through the samples. A zero-phase low-pass rounds the corner evenly, so
-    it does not move T. What starts softly is told late, as by the change point of a response that follows it:
-    the delay between the two is not.
+    A broken stick, x(t) = b + c max(0, t - T), is fitted by least squares up to a fraction of the first
+    peak, on a cubic spline through the samples. A zero-phase low-pass rounds the corner symmetrically, so
+    it does not shift T. A soft start is detected late, as by the change point of a subsequent response;
+    the delay between the two is unbiased.
 
     Parameters
     ----------
@@ -192,9 +191,9 @@ def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fr
     x : ndarray, shape (n,)
         Ensemble mean of a velocity (any unit).
     baseline_until_s : float
-        The signal is at rest until here (s).
+        The signal is at rest until this instant (s).
     rise_fraction : float
-        The ramp is fitted up to this part of the first peak (-).
+        The ramp is fitted up to this fraction of the first peak (-).
 
     Returns
     -------
@@ -204,7 +203,7 @@ def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fr
     Raises
     ------
     InputError
-        If the signal holds a NaN, is at rest for too short, or does not leave its rest.
+        If the signal holds a NaN, its rest is too short, or it does not leave rest.
     """
     time, x = np.asarray(time, dtype=float), np.asarray(x, dtype=float)
     step = (time[-1] - time[0]) / (time.size - 1) if time.size > 1 else np.nan
@@ -212,28 +211,28 @@ def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fr
     if not np.isfinite(x).all() or at_rest.sum() < 5 or at_rest.all():
         raise InputError(
             f"onset of a motion: expected at least 5 samples at rest and then a motion without NaN, found "
-            f"{at_rest.sum()} of {time.size} samples before {baseline_until_s:g} s: cut longer responses"
+            f"{at_rest.sum()} of {time.size} samples before {baseline_until_s:g} s: cut longer epochs"
         )
     motion = x - x[at_rest].mean()
     size, noise = np.abs(motion).max(), np.abs(motion[at_rest]).max()
     if size <= 3.0 * noise or size == 0.0:
         raise InputError(
             f"onset of a motion: expected a peak of more than 3 times the largest value at rest, found "
-            f"{size:.3g} and {noise:.3g}: check that the perturbation moved it, and when the rest ends"
+            f"{size:.3g} and {noise:.3g}: check that the perturbation was applied, and when the rest ends"
         )
     first = int(np.argmax(np.abs(motion) >= 0.5 * size))
     motion = np.sign(motion[first]) * motion
     falls = np.flatnonzero(np.diff(motion[first:]) <= 0.0)
     top = first + (int(falls[0]) if falls.size else motion.size - 1 - first)
     fine = np.linspace(time[0], time[top], 10 * top + 1)
-    z = CubicSpline(time, motion)(fine)
+    z = scipy.interpolate.CubicSpline(time, motion)(fine)
     last = int(np.flatnonzero(z < rise_fraction * motion[top])[-1])
     t, z = fine[: last + 1], z[: last + 1]
     low, high = max(baseline_until_s, t[0]), t[-1] - 0.5 * step
     if high - low < 2.0 * step:
         raise InputError(
-            f"onset of a motion: expected it after the rest, which lasts until {baseline_until_s:g} s, found "
-            f"it moving at {t[-1]:.4g} s: end the rest earlier"
+            f"onset of a motion: expected a motion after the rest, which lasts until {baseline_until_s:g} s, "
+            f"found one at {t[-1]:.4g} s: end the rest earlier"
         )
     best, apart = low, high - low
     for finer in (1.0, 0.1, 0.01):  # of a sample
@@ -255,7 +254,7 @@ def _explained_by_ramp(t: np.ndarray, z: np.ndarray, tried: np.ndarray) -> np.nd
 
 
 def _refuse_unusable(time: np.ndarray, responses: np.ndarray, options: OnsetOptions) -> None:
-    """Raise InputError for what `detect_onset` cannot use."""
+    """Raise InputError for responses or options that `detect_onset` cannot use."""
     if options.detector not in DETECTORS:
         raise InputError(
             f"onset detector: expected one of {', '.join(DETECTORS)}, found {options.detector!r}: change it "
@@ -284,12 +283,12 @@ def _refuse_unusable(time: np.ndarray, responses: np.ndarray, options: OnsetOpti
     if time[0] > needed + 1e-9 or time[-1] < last - 1e-9:
         raise InputError(
             f"responses: expected them from {needed:g} s to {last:g} s from the event, found {time[0]:g} s "
-            f"to {time[-1]:g} s: cut longer responses"
+            f"to {time[-1]:g} s: cut longer epochs"
         )
 
 
 def _looked_at(time: np.ndarray, x: np.ndarray, options: OnsetOptions) -> np.ndarray:
-    """What the detector averages over events, shape (events, m)."""
+    """Test signal that the detector averages over events, shape (events, m)."""
     if options.detector == "threshold":
         return np.abs(x)
     if options.detector == "teager-kaiser":
@@ -302,15 +301,15 @@ def _looked_at(time: np.ndarray, x: np.ndarray, options: OnsetOptions) -> np.nda
     covariance = np.array([np.mean(at_rest[:, : n - j] * at_rest[:, j:]) for j in range(order + 1)])
     if order == 0 or covariance[0] == 0.0:
         return np.abs(x)
-    covariance[0] *= 1.0 + 1e-6  # a rest that can be predicted exactly has no answer otherwise
-    a = linalg.solve_toeplitz(covariance[:-1], covariance[1:])
-    e = np.abs(signal.lfilter(np.concatenate([[1.0], -a]), 1.0, x, axis=1))
-    e[:, :order] = e[:, order : order + 1]  # nothing is known of what came before them
+    covariance[0] *= 1.0 + 1e-6  # otherwise singular for a rest that can be predicted exactly
+    a = scipy.linalg.solve_toeplitz(covariance[:-1], covariance[1:])
+    e = np.abs(scipy.signal.lfilter(np.concatenate([[1.0], -a]), 1.0, x, axis=1))
+    e[:, :order] = e[:, order : order + 1]  # the samples before them are not recorded
     return e
 
 
 def _relative_error(time: np.ndarray, looked_at: np.ndarray, options: OnsetOptions) -> float:
-    """Standard error of the ensemble's moving mean at rest, as a part of the baseline."""
+    """Standard error of the ensemble's moving mean at rest, relative to the baseline."""
     at_rest = _moving_mean(time, looked_at, STANDING_OUT_S)[:, time < options.baseline_until_s]
     around = at_rest - at_rest.mean(axis=1, keepdims=True)
     mean = at_rest.mean()
@@ -318,9 +317,9 @@ def _relative_error(time: np.ndarray, looked_at: np.ndarray, options: OnsetOptio
 
 
 def _crossings(time: np.ndarray, y: np.ndarray, options: OnsetOptions) -> tuple[np.ndarray, float]:
-    """Where each ensemble mean exceeds its threshold for long enough, NaN if nowhere.
+    """Instant at which each ensemble mean exceeds its threshold for long enough, NaN if never.
 
-    Also the threshold of the first one, in units of its baseline.
+    Also returns the threshold of the first mean, in units of its baseline.
     """
     z = _moving_mean(time, y, options.window_s)
     at_rest = z[:, time < options.baseline_until_s]
@@ -337,13 +336,13 @@ def _crossings(time: np.ndarray, y: np.ndarray, options: OnsetOptions) -> tuple[
     low, high = z[rows, k - 1], z[rows, k]
     with np.errstate(invalid="ignore", divide="ignore"):
         part = (threshold[:, 0] - low) / (high - low)
-    begins = stays.any(axis=1) & ~above[rows, k - 1]  # what was active before has no onset here
+    begins = stays.any(axis=1) & ~above[rows, k - 1]  # activity before the searched time has no onset in it
     onsets = np.where(begins, time[k - 1] + part * (time[k] - time[k - 1]), np.nan)
     return onsets, float(threshold[0, 0] / baseline[0]) if baseline[0] else 0.0
 
 
 def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: OnsetOptions) -> np.ndarray:
-    """Most likely start of a ramp in each ensemble mean, NaN if nothing stands out, shape (draws,)."""
+    """Most likely start of a ramp in each ensemble mean, NaN without significant activity, shape (draws,)."""
     rate = _rate(time)
     z = _moving_mean(time, y, STANDING_OUT_S)
     # a rest without any noise has no scale
@@ -358,7 +357,7 @@ def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: Onset
     peak = np.where(near, z, 0.0).max(axis=1, keepdims=True)
     risen = (z >= b + options.rise_fraction * (peak - b)) & (sample >= first - round(STANDING_OUT_S * rate))
     end = risen.argmax(axis=1)
-    # the same lags for all, counted from where each has risen
+    # the same lags for all means, counted from the end of each rise
     longest = round(options.longest_rise_s * rate)
     lags = np.arange(-longest - round(BEFORE_RAMP_S * rate), 1)
     Y = np.take_along_axis(y, np.maximum(end[:, None] + lags, 0), axis=1) / b
@@ -368,7 +367,7 @@ def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: Onset
 
 
 def _ramp_starts(t: np.ndarray, y: np.ndarray, longest: int) -> np.ndarray:
-    """T of highest likelihood of mu = 1 + c max(0, t - T) in each row of ``y``, T in the last samples."""
+    """Maximum-likelihood T of mu = 1 + c max(0, t - T) in each row of ``y``, T in the last samples."""
     T_tried = np.arange(-longest, 0, dtype=float)
     ramp = np.maximum(t - T_tried[:, None], 0.0)
     mu = 1.0 + HEIGHTS[:, None, None] * ramp / -T_tried[:, None]
@@ -397,7 +396,7 @@ def _ramp_starts(t: np.ndarray, y: np.ndarray, longest: int) -> np.ndarray:
 
 def _moving_mean(time: np.ndarray, y: np.ndarray, window_s: float) -> np.ndarray:
     """Centred moving mean along the last axis over an odd number of samples."""
-    return ndimage.uniform_filter1d(
+    return scipy.ndimage.uniform_filter1d(
         y, 2 * round(0.5 * window_s * _rate(time) - 0.5) + 1, axis=-1, mode="nearest"
     )
 
@@ -408,6 +407,6 @@ def _rate(time: np.ndarray) -> float:
 
 
 def _vertex(before: float, at: float, after: float) -> float:
-    """Place of a parabola's extreme through three neighbours, counted from the one in the middle (-)."""
+    """Position of the extremum of a parabola through three neighbours, relative to the middle one (-)."""
     bend = before - 2.0 * at + after
     return float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) if bend else 0.0

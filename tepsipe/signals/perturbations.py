@@ -1,22 +1,23 @@
-"""Find the perturbations in the recorded belt motion, not in the command (thesis Figure 3-3)."""
+"""Detection of perturbations in the recorded belt motion, not in the command (thesis Figure 3-3)."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 @dataclass(frozen=True)
 class Perturbation:
-    """Where one perturbation lies in a trial.
+    """Position of one perturbation in a trial.
 
     Attributes
     ----------
     start, stop : int
-        First sample in which the belt moves, and the first after it stands still again (samples).
+        First sample in which the belt moves, and first sample after it stops (samples).
     peak_m_per_s : float
-        Largest belt speed in between (m/s).
+        Peak belt speed between them (m/s).
     """
 
     start: int
@@ -36,8 +37,8 @@ def detect_perturbations(
 ) -> list[Perturbation]:
     """Detect perturbations as runs of belt speed above a threshold.
 
-    The threshold is a fraction of the perturbations' own size, so the window holds the same part of
-    every pulse, whatever its amplitude; noise is measured while the belt is at rest.
+    The threshold is a fraction of the perturbations' own peak speed, so the window covers the same part of
+    a pulse at every amplitude. Noise is measured while the belt is at rest.
 
     Parameters
     ----------
@@ -48,11 +49,11 @@ def detect_perturbations(
     rest_before_s, rest_after_s : float
         Unperturbed time at the trial's start and end (s).
     threshold_fraction : float
-        Threshold as a part of the median peak speed (-).
+        Threshold as a fraction of the median peak speed (-).
     signal_to_noise : float
-        The threshold must exceed the noise at rest this many times (-).
+        Smallest ratio of the threshold to the noise at rest (-).
     merge_s : float
-        Runs closer than this belong to one perturbation (s): between its lobes the belt reverses.
+        Runs closer than this belong to one perturbation (s): the belt reverses between its lobes.
     what : str
         Names the trial in messages.
 
@@ -64,12 +65,12 @@ def detect_perturbations(
     Raises
     ------
     InputError
-        If nothing stands out of the noise, or a perturbation lies in the time of rest.
+        If no perturbation exceeds the noise, or one lies in the time of rest.
     """
     at_rest = velocity[: round(rest_before_s * rate_hz)]
     offset = float(np.median(at_rest))
     speed = np.abs(velocity - offset)
-    # from the median: a perturbation that is wrongly taken for rest does not pass for noise
+    # median: a perturbation in what is wrongly configured as rest does not count as noise
     noise = 1.4826 * float(np.median(np.abs(at_rest - offset)))
     runs = _runs(speed > max(signal_to_noise * noise, 0.25 * speed.max()), round(merge_s * rate_hz))
     peak = float(np.median([speed[a:b].max() for a, b in runs])) if runs else 0.0
@@ -120,18 +121,18 @@ def _runs(active: np.ndarray, merge: int) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class WindowOptions:
-    """Where to look for perturbations and rest.
+    """Options of the search for perturbations and rest.
 
     Attributes
     ----------
     rest_before_s, rest_after_s : float
         Unperturbed time at the trial's start and end (s).
     rest_margin_s : float
-        Part of it that is left out next to perturbations and to the trial's ends (s).
+        Part of it that is omitted next to perturbations and to the trial's ends (s).
     threshold_fraction : float
-        Threshold as a part of the perturbations' peak speed (-).
+        Threshold as a fraction of the perturbations' peak speed (-).
     signal_to_noise : float
-        The threshold must exceed the noise at rest this many times (-).
+        Smallest ratio of the threshold to the noise at rest (-).
     merge_s : float
         Runs closer than this belong to one perturbation (s).
     """
@@ -164,7 +165,7 @@ def rest_samples(time: np.ndarray, options: WindowOptions) -> np.ndarray:
     return first | last
 
 
-def find_perturbations(
+def perturbations_of(
     belt_velocity: np.ndarray, rate_hz: float, options: WindowOptions, what: str
 ) -> list[Perturbation]:
     """Perturbations in the filtered belt velocity (m/s); see `detect_perturbations`, which also raises."""
@@ -177,4 +178,73 @@ def find_perturbations(
         options.signal_to_noise,
         options.merge_s,
         what,
+    )
+
+
+def find_perturbations(
+    time: np.ndarray,
+    belt_velocity: np.ndarray,
+    *,
+    rest_before_s: float = 2.0,
+    rest_after_s: float = 2.0,
+    cutoff_hz: float = 20.0,
+    order: int = 4,
+    threshold_fraction: float = 0.05,
+    signal_to_noise: float = 5.0,
+    merge_s: float = 0.06,
+) -> list[Perturbation]:
+    """Perturbations of a trial, found in the recorded velocity of the belt.
+
+    A perturbation begins and ends where the belt's speed passes ``threshold_fraction`` of the perturbations'
+    peak speed (thesis Figure 3-3). See `detect_perturbations`.
+
+    Parameters
+    ----------
+    time : array_like or Signal, shape (n,)
+        Instants (s), on a regular clock.
+    belt_velocity : array_like or Signal, shape (n,)
+        Velocity of the belt (m/s), not filtered.
+    rest_before_s, rest_after_s : float
+        Unperturbed time at the trial's start and end (s).
+    cutoff_hz : float
+        Of the zero-lag Butterworth low-pass that the velocity passes first (Hz).
+    order : int
+        Its order, both passes together (-).
+    threshold_fraction : float
+        Threshold as a part of the perturbations' peak speed (-).
+    signal_to_noise : float
+        The threshold must exceed the noise at rest this many times (-).
+    merge_s : float
+        Runs closer than this are one perturbation (s).
+
+    Returns
+    -------
+    list of Perturbation
+        In order of time (samples, m/s).
+
+    Raises
+    ------
+    InputError
+        If the signals cannot be used, nothing exceeds the noise, or the belt moves in the time of rest.
+    """
+    from tepsipe.signals.filters import butterworth_lowpass
+
+    time, rate_hz = regular_rate(time)
+    velocity = samples(belt_velocity, "m/s", "belt_velocity")
+    same_length(time, belt_velocity=velocity)
+    fastest = float(np.abs(velocity - np.median(velocity)).max())
+    if fastest > 20.0:
+        raise InputError(
+            f"belt_velocity: expected m/s, found changes of up to {fastest:.3g}, which looks like mm/s: give "
+            'Signal(belt_velocity, "mm/s")'
+        )
+    return detect_perturbations(
+        butterworth_lowpass(velocity, rate_hz, cutoff_hz, order),
+        rate_hz,
+        rest_before_s,
+        rest_after_s,
+        threshold_fraction,
+        signal_to_noise,
+        merge_s,
+        "belt_velocity",
     )

@@ -1,16 +1,16 @@
-"""From instruments' clocks to one common, regular clock: repair, fill, align, resample.
+"""From the clocks of the instruments to one common, regular clock: repair, fill, align, resample.
 
-Nothing here extrapolates: a result exists only where its source was recorded.
+No function extrapolates: a result exists only where its source was recorded.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 
-# a passband of 0.4 times the new rate keeps what is analysed and removes what would fold onto it
+# a passband of 0.4 times the new rate keeps the analysed band and removes what would alias into it
 BAND_PER_RATE = 0.4
 
 
@@ -23,7 +23,7 @@ class RepairedTime:
     keep : ndarray of bool, shape (n,)
         Samples whose stamps are kept (-).
     repeated : int
-        Number of samples dropped because they repeat the stamp before them (-).
+        Number of samples dropped because they repeat the preceding stamp (-).
     longest_step_s : float
         Longest step between kept stamps (s).
     """
@@ -34,7 +34,7 @@ class RepairedTime:
 
 
 def repair_time_stamps(time: np.ndarray, max_gap_s: float, what: str) -> RepairedTime:
-    """Drop repeated time stamps and refuse those that cannot be trusted.
+    """Drop repeated time stamps and refuse unreliable ones.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def repair_time_stamps(time: np.ndarray, max_gap_s: float, what: str) -> Repaire
     Returns
     -------
     RepairedTime
-        Which samples to keep, and what was found (s).
+        Samples to keep, and properties of the stamps (s).
 
     Raises
     ------
@@ -108,7 +108,7 @@ def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tup
     Raises
     ------
     InputError
-        If a run is longer than ``max_gap_s``, or fewer than four samples are left.
+        If a run is longer than ``max_gap_s``, or fewer than four samples remain.
     """
     columns = x.reshape(x.shape[0], -1)
     missing = ~np.isfinite(columns).all(axis=1)
@@ -131,14 +131,16 @@ def fill_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tup
     knots = np.flatnonzero(around & ~missing)
     gaps = np.flatnonzero(missing)
     filled = columns.copy()
-    filled[gaps] = CubicSpline(knots, columns[knots])(np.clip(gaps, present[0], present[-1]))
+    filled[gaps] = scipy.interpolate.CubicSpline(knots, columns[knots])(
+        np.clip(gaps, present[0], present[-1])
+    )
     return filled.reshape(x.shape), missing
 
 
 def bridge_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> tuple[np.ndarray, np.ndarray]:
-    """Bridge long runs of NaN by straight lines, so that what is left can be filled; mark them.
+    """Bridge long runs of NaN by straight lines, so that the remaining gaps can be filled; mark them.
 
-    Nothing in a bridge is known: use it only where marked samples are left out.
+    A bridge contains no information: use it only where marked samples are omitted.
 
     Parameters
     ----------
@@ -161,7 +163,7 @@ def bridge_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> t
     Raises
     ------
     InputError
-        If fewer than four samples are left.
+        If fewer than four samples remain.
     """
     missing = ~np.isfinite(x).all(axis=1)
     if (~missing).sum() < 4:
@@ -180,7 +182,7 @@ def bridge_gaps(x: np.ndarray, rate_hz: float, max_gap_s: float, what: str) -> t
 
 
 def runs_of(marked: np.ndarray) -> list[tuple[int, int]]:
-    """Start and stop (samples) of each run of True in a line of truth values, shape (n,)."""
+    """Start and stop (samples) of each run of True in a boolean array of shape (n,)."""
     edges = np.diff(np.concatenate([[0], marked.astype(int), [0]]))
     starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     return list(zip(starts.tolist(), stops.tolist(), strict=True))
@@ -200,8 +202,8 @@ def resample(
     new_time : ndarray, shape (m,)
         Instants wanted (s), within the recorded ones.
     band_hz : float, optional
-        Remove what lies above this frequency first (Hz), with a linear-phase filter. Needed where
-        the new rate is lower than the old one; asks for regular ``time``.
+        Cutoff (Hz) of a linear-phase low-pass that is applied first. Needed where the new rate is
+        lower than the old one; requires regular ``time``.
 
     Returns
     -------
@@ -221,13 +223,13 @@ def resample(
         )
     if band_hz is not None:
         x = _band_limit(x, (time.size - 1) / (time[-1] - time[0]), band_hz)
-    return CubicSpline(time, x)(new_time)
+    return scipy.interpolate.CubicSpline(time, x)(new_time)
 
 
 def _band_limit(x: np.ndarray, rate_hz: float, band_hz: float) -> np.ndarray:
     """Linear-phase low-pass whose gain is 1 well below ``band_hz`` and 1/2 at it; ends are mirrored."""
     half = int(np.ceil(4.0 * rate_hz / band_hz))
-    # a windowed sinc (Hamming) of static gain 1; scipy.signal would cost each ingest job more than its work
+    # windowed sinc (Hamming) of static gain 1; importing scipy.signal would take longer than an ingest job
     lag = np.arange(-half, half + 1)
     taps = np.sinc(2.0 * band_hz / rate_hz * lag) * np.hamming(lag.size)
     taps /= taps.sum()
@@ -270,16 +272,16 @@ def rising_edge(line: np.ndarray, threshold: float, what: str) -> int:
 def align_sequential_samples(
     positions: np.ndarray, rate_hz: float, marker_sampling_hz: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bring markers that were sampled one after another to common instants.
+    """Interpolate sequentially sampled markers (Optotrak strober) at common instants.
 
-    Marker k of frame n is sampled at n / rate + k / strober. Its position at the frames' own
-    instants n / rate follows from a cubic spline through its samples. The first frame is dropped,
-    because all markers but the first were sampled only after it.
+    Marker k of frame n is sampled at n / rate + k / strober. Its position at the common instants
+    n / rate follows from a cubic spline through its samples. The first frame is dropped, because all
+    markers but the first were sampled after its instant.
 
     Parameters
     ----------
     positions : ndarray, shape (n, markers, 3)
-        Positions as sampled (m), without NaN, markers in the order of the strober.
+        Positions as sampled (m), without NaN, markers in the order of sequential sampling.
     rate_hz, marker_sampling_hz : float
         Frames per second, and markers per second within a frame (Hz).
 
@@ -299,13 +301,16 @@ def align_sequential_samples(
     spread = (markers - 1) / marker_sampling_hz
     if spread > 1.0 / rate_hz:
         raise InputError(
-            f"{markers} markers strobed at {marker_sampling_hz:g} Hz need {1e3 * spread:.3g} ms, but a frame "
-            f"lasts {1e3 / rate_hz:.3g} ms: check the strober's frequency in the configuration"
+            f"{markers} markers sampled sequentially at {marker_sampling_hz:g} Hz take "
+            f"{1e3 * spread:.3g} ms, but a frame lasts {1e3 / rate_hz:.3g} ms: "
+            "check marker_sampling_hz in the configuration"
         )
     frame_time = np.arange(frames) / rate_hz
     aligned = np.empty((frames - 1, markers, positions.shape[2]))
     for k in range(markers):
-        aligned[:, k] = CubicSpline(frame_time + k / marker_sampling_hz, positions[:, k])(frame_time[1:])
+        aligned[:, k] = scipy.interpolate.CubicSpline(frame_time + k / marker_sampling_hz, positions[:, k])(
+            frame_time[1:]
+        )
     return frame_time[1:], aligned
 
 

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.signals.units import regular_rate, same_length, samples
 
 
 @dataclass(frozen=True)
-class SpectralEstimate:
+class FrequencyResponse:
     """Frequency response from u to y, with its coherence.
 
     Attributes
@@ -28,7 +29,7 @@ class SpectralEstimate:
     coherence: np.ndarray
     averages: int
 
-    def band(self, low_hz: float, high_hz: float) -> "SpectralEstimate":
+    def band(self, low_hz: float, high_hz: float) -> "FrequencyResponse":
         """The part between two frequencies (Hz), both included.
 
         Raises
@@ -42,19 +43,111 @@ class SpectralEstimate:
                 f"expected at least 4 frequencies between {low_hz:g} and {high_hz:g} Hz, found "
                 f"{inside.sum()}: average over fewer bins, widen the band, or record longer"
             )
-        return SpectralEstimate(
+        return FrequencyResponse(
             self.frequency_hz[inside], self.response[inside], self.coherence[inside], self.averages
         )
+
+    def to_frame(self):
+        """The response as a pandas table: frequency (Hz), gain, phase (degrees), coherence (-)."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            {
+                "frequency_hz": self.frequency_hz,
+                "gain": np.abs(self.response),
+                "phase_deg": np.degrees(np.unwrap(np.angle(self.response))),
+                "coherence": self.coherence,
+            }
+        )
+
+    def plot(self):
+        """Gain, phase and coherence as a matplotlib figure (units in its labels)."""
+        import matplotlib.pyplot as plt
+
+        table = self.to_frame()
+        figure, axes = plt.subplots(3, 1, sharex=True, layout="constrained")
+        axes[0].loglog(table.frequency_hz, table.gain, color="0.2")
+        axes[1].semilogx(table.frequency_hz, table.phase_deg, color="0.2")
+        axes[2].semilogx(table.frequency_hz, table.coherence, color="0.2")
+        axes[2].axhline(self.coherence_threshold(), color="#c8371b", linewidth=0.8, linestyle="--")
+        axes[0].set(ylabel="Gain (output/input)")
+        axes[1].set(ylabel="Phase (degrees)")
+        axes[2].set(ylabel="Coherence (–)", xlabel="Frequency (Hz)", ylim=(0.0, 1.05))
+        return figure
+
+    def coherence_threshold(self, confidence: float = 0.95) -> float:
+        """Coherence (-) that unrelated signals exceed with the probability 1 - ``confidence`` (-)."""
+        if self.averages < 2:
+            return 1.0
+        return float(1.0 - (1.0 - confidence) ** (1.0 / (self.averages - 1)))
+
+
+def frequency_response(
+    time: np.ndarray,
+    u: np.ndarray,
+    y: np.ndarray,
+    *,
+    averaged_bins: int = 16,
+    taper: bool = True,
+    period_s: float | None = None,
+    band_hz: tuple[float, float] = (0.0, np.inf),
+) -> FrequencyResponse:
+    """Frequency response from u to y, with its coherence (thesis eqs 3-3 and 3-4).
+
+    With the torque as u and the angle as y it is the admittance of the joint, the other way round its
+    impedance. Means are removed. If the perturbation is periodic, say so: whole periods are then averaged,
+    which neither leaks nor smears.
+
+    Parameters
+    ----------
+    time : array_like or Signal, shape (n,)
+        Instants (s), on a regular clock.
+    u, y : array_like or Signal, shape (n,)
+        Input and output; a `Signal` is taken in its own unit.
+    averaged_bins : int
+        Number of neighbouring raw frequencies averaged into one (-), without a period.
+    taper : bool
+        Whether to fade both ends out with a Hann window (-), without a period.
+    period_s : float, optional
+        Period of the perturbation (s), a whole number of samples.
+    band_hz : (float, float)
+        Lowest and highest frequency (Hz).
+
+    Returns
+    -------
+    FrequencyResponse
+        Response (unit of y over unit of u) and coherence (-).
+
+    Raises
+    ------
+    InputError
+        If the signals cannot be used, or hold too few periods or frequencies.
+    """
+    time, rate_hz = regular_rate(time)
+    u, y = (samples(x, getattr(x, "unit", ""), name) for x, name in ((u, "u"), (y, "y")))
+    same_length(time, u=u, y=y)
+    u, y = u - u.mean(), y - y.mean()
+    highest = min(band_hz[1], 0.5 * rate_hz)
+    if period_s is not None:
+        lowest = max(band_hz[0], 0.5 / period_s)
+        return period_averaged(u, y, rate_hz, period_s, (lowest, highest))
+    if not 2 <= averaged_bins <= u.size // 8:
+        raise InputError(
+            f"averaged_bins: expected 2 to {u.size // 8} for {u.size} samples, found {averaged_bins}: "
+            f"coherence "
+            "needs averages, and the response some frequencies"
+        )
+    return frequency_averaged(u, y, rate_hz, averaged_bins, taper).band(band_hz[0], highest)
 
 
 def frequency_averaged(
     u: np.ndarray, y: np.ndarray, rate_hz: float, bins: int, taper: bool = False
-) -> SpectralEstimate:
+) -> FrequencyResponse:
     """Spectral estimate of one record, raw spectra averaged over neighbouring frequencies.
 
-    This is the thesis's way. A record that does not hold whole periods of a periodic perturbation
-    leaks: see `period_averaged`. Above the perturbation's band an untapered record shows nothing but
-    the jump between its ends, which looks perfectly coherent.
+    This is the estimator of the thesis. A record that does not hold whole periods of a periodic
+    perturbation leaks: see `period_averaged`. Above the perturbation's band an untapered record shows only
+    the step between its ends, whose coherence is 1.
 
     Parameters
     ----------
@@ -65,12 +158,12 @@ def frequency_averaged(
     bins : int
         Number of neighbouring raw frequencies averaged into one (-).
     taper : bool
-        Whether to fade both ends out with a Hann window (-).
+        Whether to taper both ends with a Hann window (-).
 
     Returns
     -------
-    SpectralEstimate
-        From near 0 Hz (the mean is left out) up to half the rate (Hz).
+    FrequencyResponse
+        From near 0 Hz (without the mean) to half the rate (Hz).
     """
     frequency = np.fft.rfftfreq(u.size, 1.0 / rate_hz)[1:]
     window = np.hanning(u.size) if taper else np.ones(u.size)
@@ -88,11 +181,11 @@ def frequency_averaged(
 
 def period_averaged(
     u: np.ndarray, y: np.ndarray, rate_hz: float, period_s: float, band_hz: tuple[float, float]
-) -> SpectralEstimate:
+) -> FrequencyResponse:
     """Spectral estimate at the lines of a periodic perturbation, averaged over whole periods.
 
-    Nothing leaks, because each transform holds exactly one period, and nothing is smeared, because
-    no two frequencies are averaged. The last whole periods of the record are used.
+    Each transform covers exactly one period, so there is no leakage; no frequencies are averaged, so
+    there is no smearing. The last whole periods of the record are used.
 
     Parameters
     ----------
@@ -107,7 +200,7 @@ def period_averaged(
 
     Returns
     -------
-    SpectralEstimate
+    FrequencyResponse
         At the multiples of 1 / period within the band (Hz).
 
     Raises
@@ -115,22 +208,22 @@ def period_averaged(
     InputError
         If the period is not a whole number of samples, or the record holds fewer than two.
     """
-    samples = round(period_s * rate_hz)
-    if abs(samples - period_s * rate_hz) > 1e-6:
+    length = round(period_s * rate_hz)
+    if abs(length - period_s * rate_hz) > 1e-6:
         raise InputError(
             f"expected a perturbation period of whole samples at {rate_hz:g} Hz, found {period_s:g} s: "
             "change the resampling rate in the configuration"
         )
-    periods = u.size // samples
+    periods = u.size // length
     if periods < 2:
         raise InputError(
             f"expected at least two periods of {period_s:g} s after cutting the ends, found "
             f"{u.size / rate_hz:.3g} s of record: cut less or record longer"
         )
-    kept = periods * samples
-    spectra_u = np.fft.rfft(u[-kept:].reshape(periods, samples), axis=1)
-    spectra_y = np.fft.rfft(y[-kept:].reshape(periods, samples), axis=1)
-    frequency = np.fft.rfftfreq(samples, 1.0 / rate_hz)
+    kept = periods * length
+    spectra_u = np.fft.rfft(u[-kept:].reshape(periods, length), axis=1)
+    spectra_y = np.fft.rfft(y[-kept:].reshape(periods, length), axis=1)
+    frequency = np.fft.rfftfreq(length, 1.0 / rate_hz)
     lines = (frequency >= band_hz[0] - 1e-9) & (frequency <= band_hz[1] + 1e-9)
     u_lines, y_lines = spectra_u[:, lines], spectra_y[:, lines]
     s_uu = np.mean(np.abs(u_lines) ** 2, axis=0)
@@ -139,10 +232,10 @@ def period_averaged(
     return _estimate(frequency[lines], s_uu, s_yy, s_uy, periods)
 
 
-def _estimate(frequency, s_uu, s_yy, s_uy, averages) -> SpectralEstimate:
+def _estimate(frequency, s_uu, s_yy, s_uy, averages) -> FrequencyResponse:
     if not (s_uu > 0.0).all() or not (s_yy > 0.0).all():
         raise InputError(
-            "expected power in input and output at every frequency, found none at some: check that "
+            "expected power in input and output at every frequency, found some without: check that "
             "the joint was perturbed and its motion recorded"
         )
-    return SpectralEstimate(frequency, s_uy / s_uu, np.abs(s_uy) ** 2 / (s_uu * s_yy), averages)
+    return FrequencyResponse(frequency, s_uy / s_uu, np.abs(s_uy) ** 2 / (s_uu * s_yy), averages)

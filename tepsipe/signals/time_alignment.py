@@ -1,12 +1,12 @@
-"""Markers and force plate on one clock to a fraction of a sample, by what both see: the belt moves.
+"""Alignment of markers and force plate to a fraction of a sample, from the motion of the belt.
 
-A trigger brings two instruments together to about one sample, but markers may still be sampled with a
-latency. Half a millisecond matters: forces change by a tenth within that time. A body that rides on
-the belt has the belt's velocity, which the treadmill logs, so the delay can be measured in every trial.
+A trigger aligns two instruments to about one sample, but markers may still be sampled with a
+latency. Half a millisecond matters: forces change by a tenth within that time. A belt-fixed marker has
+the velocity of the belt, which the treadmill logs, so the delay is measured in every trial.
 """
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.differentiation import derivative
@@ -15,7 +15,7 @@ LONGEST_S = 0.02
 
 
 def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarray, what: str) -> float:
-    """Time by which a riding marker's recorded motion lags behind the logged belt velocity.
+    """Time by which the recorded motion of a belt-fixed marker lags behind the logged belt velocity.
 
     Gauss-Newton on sum (y'(t + delay) - v(t))^2.
 
@@ -24,7 +24,7 @@ def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarr
     time : ndarray, shape (n,)
         Instants of both signals (s).
     position : ndarray, shape (n,)
-        Position along the belt of a body that rides on it (m), filtered like the velocity.
+        Position of a belt-fixed marker along the belt (m), filtered like the velocity.
     belt_velocity : ndarray, shape (n,)
         Logged velocity of the belt (m/s).
     what : str
@@ -43,10 +43,10 @@ def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarr
     delay, moved = 0.0, derivative(time, position)
     if not np.ptp(moved) > 0.0 or not np.ptp(belt_velocity) > 0.0:
         raise InputError(
-            f"{what}: expected a marker and a belt that move, found one that stands still: check the markers "
-            "that ride on the belt, and that the belt was perturbed"
+            f"{what}: expected a marker and a belt that move, found one that stands still: check the "
+            "belt-fixed markers, and that the belt was perturbed"
         )
-    spline = CubicSpline(time, moved)
+    spline = scipy.interpolate.CubicSpline(time, moved)
     for _ in range(6):
         shifted = np.clip(time + delay, time[0], time[-1])
         left, slope = spline(shifted) - belt_velocity, spline(shifted, 1)
@@ -64,5 +64,5 @@ def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarr
 
 
 def advanced(time: np.ndarray, x: np.ndarray, delay_s: float) -> np.ndarray:
-    """``x`` earlier by a delay (s), shape (n, ...), at the instants ``time`` (s); ends are held."""
-    return CubicSpline(time, x)(np.clip(time + delay_s, time[0], time[-1]))
+    """``x`` advanced by a delay (s), shape (n, ...), at the instants ``time`` (s); ends are held."""
+    return scipy.interpolate.CubicSpline(time, x)(np.clip(time + delay_s, time[0], time[-1]))

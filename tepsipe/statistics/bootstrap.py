@@ -54,7 +54,7 @@ class Interval:
     standard_error : ndarray, shape (p,)
         Of each parameter's mean (unit of the parameter).
     low, high : ndarray, shape (p,)
-        Ends of the 95 % interval (unit of the parameter).
+        Ends of the interval (unit of the parameter).
     """
 
     standard_error: np.ndarray
@@ -62,11 +62,13 @@ class Interval:
     high: np.ndarray
 
 
-def bootstrap_mean(values: np.ndarray, draws: int, rng: np.random.Generator) -> Interval:
-    """Bootstrap over perturbations: honest where residuals within one are correlated.
+def bootstrap_mean(
+    values: np.ndarray, draws: int, rng: np.random.Generator, confidence: float = 0.95
+) -> Interval:
+    """Bootstrap over perturbations, valid where residuals within a perturbation are correlated.
 
-    Whole perturbations are drawn with replacement; deviations of the drawn means are widened by
-    sqrt(n / (n - 1)), because n perturbations underestimate their own spread by that.
+    Whole perturbations are drawn with replacement. Deviations of the drawn means are multiplied by
+    sqrt(n / (n - 1)), the factor by which resampling n perturbations underestimates their spread.
 
     Parameters
     ----------
@@ -76,11 +78,13 @@ def bootstrap_mean(values: np.ndarray, draws: int, rng: np.random.Generator) -> 
         Number of bootstrap samples (-).
     rng : numpy.random.Generator
         Draws the perturbations.
+    confidence : float
+        Probability of the interval (-).
 
     Returns
     -------
     Interval
-        Standard errors and 95 % interval (units of ``values``); infinite for a single perturbation.
+        Standard errors and interval (units of ``values``); infinite for a single perturbation.
     """
     n = values.shape[0]
     if n < 2:
@@ -89,5 +93,6 @@ def bootstrap_mean(values: np.ndarray, draws: int, rng: np.random.Generator) -> 
     drawn = values[rng.integers(0, n, (draws, n))].mean(axis=1)
     mean = values.mean(axis=0)
     deviations = np.sqrt(n / (n - 1.0)) * (drawn - mean)
-    low, high = np.percentile(deviations, [2.5, 97.5], axis=0)
+    tail = round(50.0 * (1.0 - confidence), 9)
+    low, high = np.percentile(deviations, [tail, 100.0 - tail], axis=0)
     return Interval(deviations.std(axis=0), mean + low, mean + high)

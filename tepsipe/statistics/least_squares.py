@@ -21,7 +21,7 @@ class LinearFit:
         sqrt(R'R diag((J'J)^-1) / ||R||), thesis eq (3-2). It is neither dimensionless nor a standard
         error: R'R / ||R|| = ||R||.
     standard_error : ndarray, shape (p,)
-        sqrt(R'R / (N - p) diag((J'J)^-1)), right for white residuals only.
+        sqrt(R'R / (N - p) diag((J'J)^-1)), valid for white residuals only.
     condition_number : float
         Ratio of the largest to the smallest singular value of J after scaling its columns to unit
         length (-).

@@ -1,1 +1,1 @@
-"""Models of the load that an accelerating treadmill adds to what its force sensors measure."""
+"""Models of the belt-induced load: what an accelerating treadmill adds to the measured load."""

@@ -1,4 +1,4 @@
-"""Calibrate treadmill models on some trials and judge them on others: the rows of the models' table."""
+"""Calibration of treadmill models on some trials and held-out validation on others: rows of their table."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
@@ -24,21 +24,21 @@ class ModelScore:
     model : str
         Name in the family.
     train, test : str
-        The recordings that it was fitted to, and evaluated on.
+        Recordings to which it was fitted, and recordings on which it was evaluated.
     cutoff_hz : float
-        Cutoff of the low-pass that all signals passed (Hz).
+        Cutoff of the low-pass filter of all signals (Hz).
     r2 : float
-        Part of the load's variance that is predicted (-).
+        Fraction of the load's variance that is predicted (-).
     rms_before, rms_after : float
-        Root mean square of the load, and of what the model leaves of it (``unit``).
+        Root mean square of the load and of the residual (``unit``).
     order : int
         Number of poles, taps, lines or conditions: the size of the model (-).
     r2_limit : float
-        The most that a linear model of the belt's acceleration could reach on these recordings (-).
+        Upper limit of R2 for a linear model of the belt acceleration on these recordings (-).
     load, unit : str
-        The load, and its unit.
+        Name of the load, and its unit.
     converged : bool
-        Whether the search for the model ended by itself; true where nothing is searched.
+        Whether the optimisation converged; true for models without one.
     """
 
     model: str
@@ -66,7 +66,7 @@ class Calibration:
     train : str
         Name of the group of recordings to fit it to.
     tests : tuple of str
-        Names of the groups to judge it on.
+        Names of the groups to evaluate it on.
     """
 
     model: str
@@ -81,14 +81,14 @@ def calibrate(
     load: str,
     options: FamilyOptions,
 ) -> tuple[list[ModelScore], list[FittedModel]]:
-    """Fit every model of a plan and judge it.
+    """Fit every model of a plan and evaluate it on the test recordings.
 
     Parameters
     ----------
     plan : list of Calibration
         Which models, on what.
     training, testing : dict of str to list of BeltRecording
-        Groups of recordings, all filtered alike. No recording should be in both.
+        Groups of recordings, all with the same filter. No recording should be in both.
     load : str
         Name of the load.
     options : FamilyOptions
@@ -191,10 +191,10 @@ def plate_groups(
 
 
 def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
-    """Which models to fit to the empty belt, to the weight, or to both, and what to judge them on.
+    """Plan of the models to fit to the empty belt, to the weight, or to both, and of their tests.
 
-    The mean of the empty belt is subtracted from the weight's trials only, and the loaded frame needs both.
-    Every other model is fitted to either experiment and evaluated on each (names, no unit).
+    The mean of the empty belt is subtracted from the trials of the weight only, and the loaded frame needs
+    both experiments. Every other model is fitted to each experiment and evaluated on each (names, no unit).
     """
     plan = []
     for model in family:
@@ -208,11 +208,11 @@ def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
 
 
 def table_plan(family: list[str], train: str, tests: list[str]) -> list[Calibration]:
-    """Every model, fitted to all calibration trials and evaluated on the others (names, no unit)."""
+    """Plan that fits every model to all calibration trials and evaluates it on the others (no unit)."""
     return [Calibration(model, train, tuple(tests)) for model in family]
 
 
-# ---- what figures show ---------------------------------------------------------------------------
+# ---- data of figures -----------------------------------------------------------------------------
 
 
 def mean_responses(models: list[FittedModel], recordings: list[BeltRecording]) -> Result:
@@ -252,16 +252,16 @@ def _frame_facts(frame: LoadedFrame, load_kg: float) -> dict:
 def table_result(
     models: list[FittedModel], recordings: list[BeltRecording], ingested: dict, most_samples: int = 3000
 ) -> Result:
-    """Measured load and its predictions on every test recording, and the lines over distance.
+    """Measured and predicted load of every test recording, and the spectrum over distance.
 
     Parameters
     ----------
     models : list of FittedModel
-        What to show, by name.
+        Models to show.
     recordings : list of BeltRecording
-        Tests, filtered as the models ask.
+        Test recordings, with the filter of the models.
     ingested : dict
-        Recording -> what was done when it was ingested (units in the keys), to be kept.
+        Recording -> record of its ingest (units in the keys), stored with the result.
     most_samples : int
         Largest number of samples shown of a recording, from its middle (samples).
 

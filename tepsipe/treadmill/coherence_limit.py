@@ -1,4 +1,4 @@
-"""How much of the load any linear, time-invariant model of the belt's acceleration could explain."""
+"""Upper limit of R2 for linear, time-invariant models of the belt acceleration, from coherence."""
 
 import numpy as np
 
@@ -6,23 +6,23 @@ from tepsipe.treadmill.recording import BeltRecording
 
 
 def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:
-    """Part of the load's power that is coherent with the belt's acceleration (-).
+    """Fraction of the load's power that is coherent with the belt acceleration (-).
 
     The spectra are averaged over half-overlapping Hann segments of continuous recordings, or over the
-    perturbations of transient ones, each padded with zeros. An average over n segments makes even
-    unrelated signals look coherent by 1/n; this bias is taken out.
+    zero-padded perturbations of transient ones. The coherence of unrelated signals averaged over n
+    segments has a bias of 1/n, which is removed.
 
     Parameters
     ----------
     recordings : list of BeltRecording
-        What models are evaluated on.
+        Recordings on which models are evaluated.
     segment_s : float
         Length of the segments of continuous recordings (s).
 
     Returns
     -------
     float
-        sum gamma^2 S_LL / sum S_LL over all frequencies but 0 Hz (-), the most that R2 can be. NaN for a
+        sum gamma^2 S_LL / sum S_LL over all frequencies but 0 Hz (-), the upper limit of R2. NaN for a
         single segment.
     """
     s_aa, s_al, s_ll, count = 0.0, 0.0, 0.0, 0.0
@@ -42,7 +42,7 @@ def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:
     return float(np.clip(np.sum(unbiased * s_ll) / np.sum(s_ll), 0.0, 1.0))
 
 
-# half-overlapping Hann segments carry this many independent averages each (Welch 1967)
+# number of independent averages per half-overlapping Hann segment (Welch 1967)
 HANN_HALF_OVERLAP = 0.947
 
 

@@ -2,14 +2,14 @@
 
     L(k) = sum_j h_j a(k - j),    j = -lead ... lag
 
-With lead = 0 the model is causal and can run in real time. A few samples of lead make up for a velocity
+With lead = 0 the model is causal and can run in real time. A few samples of lead compensate for a velocity
 that is logged later than the load, or smoothed.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.treadmill.recording import BeltRecording
@@ -24,7 +24,7 @@ class ImpulseResponse:
     Attributes
     ----------
     taps : ndarray, shape (lead + lag + 1,)
-        h (unit of the load over m/s2).
+        h (unit of the load over m/s²).
     lead : int
         Taps before the present sample (samples).
     rate_hz : float
@@ -42,22 +42,22 @@ class ImpulseResponse:
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """L (unit of the load), shape (n,)."""
-        full = signal.oaconvolve(recording.acceleration, self.taps)
+        full = scipy.signal.oaconvolve(recording.acceleration, self.taps)
         return full[self.lead : self.lead + recording.acceleration.size]
 
 
 def fit_finite_response(recordings: list[BeltRecording], lead_s: float, lag_s: float) -> ImpulseResponse:
     """Finite impulse response by least squares.
 
-    The normal equations are regularised by a very small ridge: signals that have passed a low-pass do
-    not determine what the taps do far above its cutoff.
+    The normal equations are regularised by a very small ridge, because low-pass filtered signals do not
+    determine the response far above the cutoff.
 
     Parameters
     ----------
     recordings : list of BeltRecording
         Calibration.
     lead_s, lag_s : float
-        Reach into the future and into the past (s).
+        Length of the response towards the future and towards the past (s).
 
     Returns
     -------
@@ -102,7 +102,7 @@ def fit_spectral(recordings: list[BeltRecording], segment_s: float) -> ImpulseRe
     Returns
     -------
     ImpulseResponse
-        Inverse transform of H1, faded out at both ends; half of it lies in the future.
+        Inverse transform of H1, tapered at both ends; half of it lies in the future.
     """
     rate = recordings[0].rate_hz
     samples = 2 * round(0.5 * segment_s * rate)
@@ -112,8 +112,8 @@ def fit_spectral(recordings: list[BeltRecording], segment_s: float) -> ImpulseRe
         part = slice(inside[0], inside[-1] + 1)
         options = {"fs": rate, "nperseg": min(samples, part.stop - part.start), "noverlap": samples // 2}
         options |= {"nfft": samples, "detrend": False}
-        s_aa = s_aa + signal.welch(r.acceleration[part], **options)[1]
-        s_al = s_al + signal.csd(r.acceleration[part], r.load[part], **options)[1]
+        s_aa = s_aa + scipy.signal.welch(r.acceleration[part], **options)[1]
+        s_al = s_al + scipy.signal.csd(r.acceleration[part], r.load[part], **options)[1]
     response = s_al / (s_aa + RIDGE * s_aa.max())
-    taps = np.fft.fftshift(np.fft.irfft(response, samples)) * signal.windows.hann(samples, sym=False)
+    taps = np.fft.fftshift(np.fft.irfft(response, samples)) * scipy.signal.windows.hann(samples, sym=False)
     return ImpulseResponse(taps, samples // 2, rate)

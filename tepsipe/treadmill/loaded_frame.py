@@ -1,30 +1,29 @@
-"""A physical model: the treadmill's frame carries what stands on the belt, and the belt rubs on its deck.
+"""Physical model of the belt-induced load: a frame that carries the load, belt friction, and mounts.
 
     measured = R_M S [ true + m a + c w + (f_0 + f_1 M) w / sqrt(v_0^2 + w^2) ],      w = v + T a
     R_M(s) = 1 / (1 + d s + (e_0 + e_1 M) s^2),     S(s) = 1 - k t s / (1 + t s)
 
-Symbols: M mass on the belt (kg); v, a velocity (m/s) and acceleration (m/s2) of the belt under the load,
-w velocity of the belt where it rubs, which runs ahead by the time T as the belt stretches.
+Symbols: M mass on the belt (kg); v, a velocity (m/s) and acceleration (m/s²) of the belt under the load;
+w velocity of the belt at the friction surface, which leads by the time T because the belt stretches.
 
-- R_M: the frame on its stiff supports is a resonator, whose frequency falls with the mass it carries: e_0 +
-  e_1 M is moved mass over stiffness.
-- S: what bridges the gap between the deck and the floor takes the share k of a quick force and lets go of it
-  within the time t. A static calibration does not see it.
-- Forces in phase with acceleration come from moving parts, m; those in phase with velocity from friction,
-  which has a viscous part c, and one that is full only above some speed v_0 and grows with the mass, f.
+- R_M: resonance of the frame on its stiff supports. Its frequency decreases with the mass carried;
+  e_0 + e_1 M is moving mass over stiffness.
+- S: mounts between the deck and the floor, which take the fraction k of a fast force and relax with the time
+  constant t. A static calibration does not detect them.
+- Forces in phase with acceleration come from moving parts, m. Forces in phase with velocity come from
+  friction, with a viscous part c and a part f that saturates above the speed v_0 and increases with the mass.
 
-A moment about the belt's axis of symmetry knows neither friction nor S; of the model there remains
-measured = R_M [true + m a + c v], which shows the frame most clearly. So the moment is fitted first, and the
-force with the frame that the moment showed. Unlike the other models this one needs more than one mass to be
-fitted, and it can be turned round: the true load follows from the measured one.
+The moment about the belt's axis of symmetry contains neither friction nor S: the model reduces to
+measured = R_M [true + m a + c v], which identifies the frame best. The moment is therefore fitted first, and
+the force with the frame from the moment. Unlike the other models this one needs recordings with more than
+one mass, and it can be inverted: the true load follows from the measured one.
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
-from scipy.fft import next_fast_len
-from scipy.interpolate import CubicSpline
-from scipy.optimize import least_squares
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.treadmill.recording import BeltRecording
@@ -41,7 +40,7 @@ class LoadedFrame:
     frame : ndarray, shape (3,)
         d (s), e_0 (s2), e_1 (s2/kg).
     motion : ndarray, shape (4,)
-        m (unit of the load over m/s2), c (over m/s), f_0 (unit of the load), f_1 (over kg).
+        m (unit of the load over m/s²), c (over m/s), f_0 (unit of the load), f_1 (over kg).
     lag_s, friction_speed_m_per_s : float
         T (s), v_0 (m/s).
     mount_share, mount_time_s : float
@@ -49,7 +48,7 @@ class LoadedFrame:
     rate_hz : float
         Sampling rate of the calibration (Hz).
     converged : bool
-        Whether the search for it ended by itself, and away from its bounds.
+        Whether the optimisation converged inside its bounds.
     """
 
     frame: np.ndarray
@@ -63,7 +62,7 @@ class LoadedFrame:
 
     @property
     def order(self) -> int:
-        """Order of the frame's answer, 2 (-)."""
+        """Order of the frame's response, 2 (-)."""
         return 2
 
     def resonance_hz(self, carried_kg: float) -> float:
@@ -72,28 +71,28 @@ class LoadedFrame:
         return float(1.0 / (2.0 * np.pi * np.sqrt(slowness))) if slowness > 0.0 else float("inf")
 
     def added(self, recording: BeltRecording) -> np.ndarray:
-        """Load that the belt's motion adds before the frame answers (unit of the load), shape (n,)."""
+        """Belt-induced load before the response of the frame (unit of the load), shape (n,)."""
         return _motion(recording, self.lag_s, self.friction_speed_m_per_s) @ self.motion
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """L (unit of the load), shape (n,), from the belt's motion and the known load carried."""
-        answer = self._answer(recording.carried_kg)
+        response = self._response(recording.carried_kg)
         return (
-            _filtered(recording.carried + self.added(recording), recording.rate_hz, answer)
+            _filtered(recording.carried + self.added(recording), recording.rate_hz, response)
             - recording.carried
         )
 
     def compensate(self, recording: BeltRecording) -> np.ndarray:
-        """Measured load without the frame's answer and the belt's load, less what is known to be carried.
+        """Measured load, corrected for the frame's response and the belt-induced load, less the known load.
 
         Shape (n,), unit of the load.
         """
-        answer = self._answer(recording.carried_kg)
+        response = self._response(recording.carried_kg)
         measured = recording.load + recording.carried
-        before = _filtered(measured, recording.rate_hz, lambda s: 1.0 / answer(s))
+        before = _filtered(measured, recording.rate_hz, lambda s: 1.0 / response(s))
         return before - self.added(recording) - recording.carried
 
-    def _answer(self, carried_kg: float):
+    def _response(self, carried_kg: float):
         def response(s: np.ndarray) -> np.ndarray:
             frame = _frame_response(s, self.frame, carried_kg)
             return frame * _mount_response(s, self.mount_share, self.mount_time_s)
@@ -102,15 +101,15 @@ class LoadedFrame:
 
 
 def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None = None) -> LoadedFrame:
-    """Fit all recordings together. What is linear is solved for, the rest is searched.
+    """Fit all recordings together: linear parameters by least squares, the others by optimisation.
 
     Parameters
     ----------
     recordings : list of BeltRecording
         Calibration, with at least two different masses on the belt.
     frame : ndarray, shape (3,), optional
-        d (s), e_0 (s2), e_1 (s2/kg), as the moment showed them: friction and mounts are searched.
-        Without it the frame is searched, friction is viscous only, and there are no mounts.
+        d (s), e_0 (s2), e_1 (s2/kg) from the moment; friction and mounts are then estimated. Without it
+        the frame is estimated, with viscous friction only and without mounts.
 
     Returns
     -------
@@ -138,15 +137,20 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
             return LoadedFrame(shape, motion, 0.0, 1.0, 0.0, 1.0, rate)
         return LoadedFrame(frame, motion, 1e-3 * x[0], x[1], x[2], x[3], rate)
 
+    # of a gradient's evaluations only some move lag and friction
+    @lru_cache(maxsize=4 * len(recordings))
+    def motion(k: int, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
+        return _motion(recordings[k], lag_s, friction_speed_m_per_s)
+
     def solve(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         trial = model(x, np.zeros(4))
         rows, rest = [], []
-        for r in recordings:
-            moved = _motion(r, trial.lag_s, trial.friction_speed_m_per_s)
+        for k, r in enumerate(recordings):
+            moved = motion(k, trial.lag_s, trial.friction_speed_m_per_s)
             inputs = np.column_stack([moved[:, : 2 if frame is None else 4], r.carried])
-            answers = _filtered(inputs, r.rate_hz, trial._answer(r.carried_kg))[r.evaluated]
-            rows.append(answers[:, :-1])
-            rest.append(answers[:, -1])
+            responses = _filtered(inputs, r.rate_hz, trial._response(r.carried_kg))[r.evaluated]
+            rows.append(responses[:, :-1])
+            rest.append(responses[:, -1])
         stacked, left = np.concatenate(rows), target - np.concatenate(rest)
         scale = np.maximum(np.linalg.norm(stacked, axis=0), 1e-300)
         solution = np.linalg.lstsq(stacked / scale, left, rcond=1e-10)[0] / scale
@@ -156,7 +160,7 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
         start, low, high = [0.5, 1.0, 0.1], [0.0, 0.0, 0.0], [np.inf, np.inf, np.inf]
     else:  # ms, m/s, share, s
         start, low, high = [1.0, 0.2, 0.02, 0.05], [-20.0, 0.01, -0.5, 0.005], [20.0, 5.0, 0.9, 2.0]
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         lambda x: solve(x)[1], start, bounds=(low, high), diff_step=1e-3, x_scale=np.maximum(start, 0.02)
     )
     converged = bool(found.success and not found.active_mask.any())
@@ -165,10 +169,8 @@ def fit_loaded_frame(recordings: list[BeltRecording], frame: np.ndarray | None =
 
 def _motion(recording: BeltRecording, lag_s: float, friction_speed_m_per_s: float) -> np.ndarray:
     """Columns a, w, w / sqrt(v_0^2 + w^2), and the last times M."""
-    raw = recording.raw_velocity
-    raw_acceleration = CubicSpline(np.arange(raw.size) / recording.rate_hz, raw).derivative()
-    w = raw + lag_s * raw_acceleration(np.arange(raw.size) / recording.rate_hz)
-    # friction is not linear: it is computed from unfiltered motion, and filtered like the measured load
+    w = recording.raw_velocity + lag_s * recording.raw_acceleration
+    # friction is non-linear: it is computed from unfiltered motion, then filtered like the measured load
     rubbing = recording.through_lowpass(w / np.hypot(friction_speed_m_per_s, w))
     sliding = recording.velocity + lag_s * recording.acceleration
     return np.column_stack([recording.acceleration, sliding, rubbing, recording.carried_kg * rubbing])
@@ -183,9 +185,9 @@ def _mount_response(s: np.ndarray, share: float, time_s: float) -> np.ndarray:
 
 
 def _filtered(x: np.ndarray, rate_hz: float, response) -> np.ndarray:
-    """``x``, shape (n,) or (n, c), through a response given over s; it begins and ends at rest."""
+    """``x``, shape (n,) or (n, c), filtered by a response given over s; ``x`` begins and ends at rest."""
     columns = x.reshape(x.shape[0], -1)
-    padded = next_fast_len(x.shape[0] + round(rate_hz), real=True)
+    padded = scipy.fft.next_fast_len(x.shape[0] + round(rate_hz), real=True)
     s = 2j * np.pi * np.fft.rfftfreq(padded, 1.0 / rate_hz)[:, None]
     out = np.fft.irfft(response(s) * np.fft.rfft(columns, padded, axis=0), padded, axis=0)
     return out[: x.shape[0]].reshape(x.shape)

@@ -1,9 +1,9 @@
-"""The simplest models: subtract what the empty belt showed, and a mass, a damper and a spring."""
+"""The simplest models: subtraction of the mean of the empty belt, and mass, damper and spring."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tepsipe.errors import InputError, listed
 from tepsipe.treadmill.recording import BeltRecording
@@ -56,14 +56,14 @@ def fit_mean_subtraction(recordings: list[BeltRecording]) -> MeanSubtraction:
     Raises
     ------
     InputError
-        If a recording has no perturbations that could be averaged.
+        If a recording has no separate perturbations to average.
     """
     by_condition: dict[str, list[np.ndarray]] = {}
     for r in recordings:
         if not r.onsets:
             raise InputError(
-                f"{r.name}: expected separate perturbations to average, found a belt that is perturbed "
-                "continuously: use another model"
+                f"{r.name}: expected separate perturbations to average, found a continuously perturbed belt: "
+                "use another model"
             )
         by_condition.setdefault(r.condition, []).append(r.segments(r.load))
     templates = {condition: np.concatenate(parts).mean(axis=0) for condition, parts in by_condition.items()}
@@ -77,7 +77,7 @@ class MassSpringDamper:
     Attributes
     ----------
     coefficients : ndarray, shape (4,)
-        m, c, k, d (unit of the load over m/s2, m/s, m, 1).
+        m, c, k, d (unit of the load over m/s², m/s, m, 1).
     rate_hz : float
         Sampling rate of the calibration (Hz).
     """
@@ -106,5 +106,5 @@ def fit_mass_spring_damper(recordings: list[BeltRecording]) -> MassSpringDamper:
 
 def _motion(recording: BeltRecording) -> np.ndarray:
     v = recording.velocity - recording.velocity.mean()
-    y = recording.through_lowpass(signal.detrend(recording.position))
+    y = recording.through_lowpass(scipy.signal.detrend(recording.position))
     return np.column_stack([recording.acceleration, v, y, np.ones_like(v)])

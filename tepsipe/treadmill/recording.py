@@ -1,11 +1,13 @@
-"""What the treadmill models are fitted to: one load and the motion of the belt, on one clock.
+"""Input of the treadmill models: one load and the motion of the belt, on one clock.
 
-Symbols: v belt velocity (m/s), a belt acceleration (m/s2), L load that the belt's motion adds (N or Nm).
+Symbols: v belt velocity (m/s), a belt acceleration (m/s²), L belt-induced load (N or N·m).
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
@@ -13,7 +15,7 @@ from tepsipe.signals.filters import Lowpass
 
 @dataclass(frozen=True)
 class BeltRecording:
-    """One recording of an accelerating belt. All signals have passed the same filters.
+    """One recording of an accelerating belt, all signals with the same filter.
 
     Attributes
     ----------
@@ -24,14 +26,14 @@ class BeltRecording:
     rate_hz : float
         Sampling rate (Hz).
     velocity, acceleration : ndarray, shape (n,)
-        Motion of the belt, v (m/s) and a (m/s2).
+        Motion of the belt, v (m/s) and a (m/s²).
     raw_velocity : ndarray, shape (n,)
-        Velocity of the belt before the filter (m/s): what depends on it non-linearly, friction and where the
-        rollers stand, must be computed first and filtered then.
+        Unfiltered velocity of the belt (m/s). Non-linear functions of it, friction and roller angle, are
+        computed from it and filtered afterwards.
     load : ndarray, shape (n,)
-        Measured load less that of what is carried (``unit``): what the treadmill adds.
+        Belt-induced load (``unit``): measured load less the load carried.
     carried : ndarray, shape (n,)
-        Load of what is carried, known from its own motion (``unit``); zero for an empty belt.
+        Load carried, known from its own motion (``unit``); zero for an empty belt.
     carried_kg : float
         Mass on the belt (kg).
     unit : str
@@ -41,7 +43,7 @@ class BeltRecording:
     onsets : tuple of int
         First samples of the perturbations; empty if the belt is perturbed continuously (samples).
     lowpass : Lowpass or None
-        The filter that the signals have passed.
+        The filter of the signals.
     """
 
     name: str
@@ -64,20 +66,26 @@ class BeltRecording:
         v = self.raw_velocity
         return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1])) / self.rate_hz])
 
+    @cached_property
+    def raw_acceleration(self) -> np.ndarray:
+        """Derivative of ``raw_velocity`` (m/s²), shape (n,), by a cubic spline."""
+        time = np.arange(self.raw_velocity.size) / self.rate_hz
+        return scipy.interpolate.CubicSpline(time, self.raw_velocity).derivative()(time)
+
     def through_lowpass(self, x: np.ndarray) -> np.ndarray:
         """``x``, shape (n,) or (n, c), filtered like the recording's signals (unit of ``x``)."""
         return x if self.lowpass is None else self.lowpass(x, self.rate_hz)
 
     def segments(self, x: np.ndarray) -> np.ndarray:
-        """Judged samples of ``x`` by perturbation, shape (perturbations, w) (unit of ``x``)."""
+        """Evaluated samples of ``x`` by perturbation, shape (perturbations, w) (unit of ``x``)."""
         length = int(np.argmin(np.append(self.evaluated[self.onsets[0] :], False)))
         length = min([length, *np.diff(self.onsets).tolist()])
         return np.array([x[start : start + length] for start in self.onsets if start + length <= x.size])
 
     def filtered(self, lowpass: Lowpass) -> "BeltRecording":
-        """The same recording with every signal filtered alike (units unchanged).
+        """The same recording with all signals filtered (units unchanged).
 
-        The raw velocity stays as it is.
+        The raw velocity remains unfiltered.
 
         Raises
         ------
@@ -105,13 +113,13 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
     recordings : list of BeltRecording
         What is to be fitted or evaluated together.
     shortest_s : float
-        Least time of all evaluated samples together (s).
+        Shortest total time of all evaluated samples (s).
 
     Raises
     ------
     InputError
-        If there is none, a sample is missing, rates or units differ, a belt moves at constant velocity, a
-        load never changes, or there are too few samples.
+        If there is no recording, a sample is missing, rates or units differ, a belt moves at constant
+        velocity, a load is constant, or there are too few samples.
     """
     if not recordings:
         raise InputError(
@@ -122,7 +130,7 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
     seconds = sum(recording.evaluated.sum() / recording.rate_hz for recording in recordings)
     if seconds < shortest_s:
         raise InputError(
-            f"{first.name}: expected at least {shortest_s:g} s to calibrate or to judge with, found "
+            f"{first.name}: expected at least {shortest_s:g} s to calibrate or to validate with, found "
             f"{seconds:.3g} s: record longer"
         )
     for recording in recordings:
@@ -156,7 +164,7 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
 
 @dataclass(frozen=True)
 class Score:
-    """How well a model predicts what the treadmill adds to the load.
+    """How well a model predicts the belt-induced load.
 
     Attributes
     ----------
@@ -172,7 +180,7 @@ class Score:
 
 
 def score(recordings: list[BeltRecording], predictions: list[np.ndarray]) -> Score:
-    """Judge predictions (unit of the load), each of shape (n,), over all evaluated samples."""
+    """Score of predictions (unit of the load), each of shape (n,), over all evaluated samples."""
     load = np.concatenate([r.load[r.evaluated] for r in recordings])
     left = load - np.concatenate([p[r.evaluated] for r, p in zip(recordings, predictions, strict=True)])
     total = float(np.sum((load - load.mean()) ** 2))

@@ -1,7 +1,7 @@
-"""The family of treadmill models: fit them, judge them, keep them, and apply them."""
+"""The family of treadmill models: fit, evaluate, save and apply them."""
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from tepsipe.treadmill.mass_spring_damper import (
 )
 from tepsipe.treadmill.recording import BeltRecording, Score, check_recordings, score
 from tepsipe.treadmill.ripple import RippleOptions, RippleTracker, fit_ripple_tracker
-from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_hnat2014, fit_output_error
+from tepsipe.treadmill.transfer_function import DiscreteTransfer, fit_discrete_output_error, fit_hnat2014
 
 MODEL_MEANINGS = {
     "mean-subtraction": "mean over the perturbations of the empty belt, subtracted condition by condition",
@@ -26,10 +26,10 @@ MODEL_MEANINGS = {
     "hnat2014": "discrete second-order model, as published",
     "output-error": "discrete model of chosen order, output error",
     "fir-causal": "finite impulse response, past acceleration only",
-    "fir": "finite impulse response with a short look ahead",
+    "fir": "finite impulse response with a short look-ahead",
     "spectral": "spectral estimate H1, non-causal",
     "loaded-frame": "frame, friction and mounts, which depend on the load",
-    "ripple-tracking": "fir, and the ripple of the rollers tracked",
+    "ripple-tracking": "fir with tracking of the roller ripple",
 }
 FORMAT = "tepsipe treadmill models 1"
 FAMILY = tuple(MODEL_MEANINGS)
@@ -45,39 +45,39 @@ KINDS = (
 
 @dataclass(frozen=True)
 class FamilyOptions:
-    """How the models are fitted.
+    """Options of the fits.
 
     Attributes
     ----------
     hnat2014_evaluations : int
-        Evaluations after which the published search ends (-).
+        Number of evaluations after which the published search ends (-).
     output_error_order : int
         Order of the output-error model (-).
     fir_lead_s, fir_lag_s : float
-        Reach of the finite impulse responses into future and past (s); fir-causal has no lead.
+        Length of the finite impulse responses towards future and past (s); fir-causal has no lead.
     spectral_segment_s : float
         Length of the segments of spectral estimates (s).
-    ripple : RippleOptions
-        How ripple is found and tracked, on top of the model "fir".
     shortest_s : float
-        Least time to calibrate with (s).
+        Shortest total time for a calibration (s).
+    ripple : RippleOptions or None
+        Detection and tracking of ripple, added to the model "fir"; None where it is not tracked.
     frame : ndarray, shape (3,), optional
-        The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), where another load has shown it.
+        The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load.
     """
 
-    hnat2014_evaluations: int
-    output_error_order: int
-    fir_lead_s: float
-    fir_lag_s: float
-    spectral_segment_s: float
-    ripple: RippleOptions
-    shortest_s: float
+    hnat2014_evaluations: int = 100
+    output_error_order: int = 3
+    fir_lead_s: float = 0.1
+    fir_lag_s: float = 0.4
+    spectral_segment_s: float = 2.56
+    shortest_s: float = 15.0
+    ripple: RippleOptions | None = field(default_factory=RippleOptions)
     frame: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A treadmill model with what is needed to apply it.
+    """A treadmill model with all that is needed to apply it.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class FittedModel:
     unit : str
         Unit of the load that it predicts, N or Nm.
     lowpass : Lowpass or None
-        Filter that the calibration's signals had passed; apply it to what is to be predicted.
+        Filter of the calibration signals; signals to be predicted need the same filter.
     trained_on : tuple of str
         Names of the calibration recordings.
     """
@@ -100,7 +100,7 @@ class FittedModel:
     trained_on: tuple[str, ...]
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
-        """Load that the treadmill adds (unit of the load), shape (n,).
+        """Belt-induced load (unit of the load), shape (n,).
 
         Raises
         ------
@@ -111,7 +111,7 @@ class FittedModel:
         return self.model.predict(recording)
 
     def compensate(self, recording: BeltRecording) -> np.ndarray:
-        """The measured load without what the treadmill adds (unit of the load), shape (n,).
+        """Measured load less the predicted belt-induced load (unit of the load), shape (n,).
 
         Raises
         ------
@@ -138,7 +138,7 @@ class FittedModel:
         if recording.lowpass != self.lowpass:
             raise InputError(
                 f"{recording.name}: expected signals filtered as in the calibration of {self.name!r} "
-                f"({self.lowpass}), found {recording.lowpass}: filter them alike"
+                f"({self.lowpass}), found {recording.lowpass}: use the same filter"
             )
 
 
@@ -157,19 +157,19 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     Returns
     -------
     FittedModel
-        Ready to apply and to keep.
+        Model with its unit, filter and calibration recordings.
 
     Raises
     ------
     InputError
-        If the name is unknown or the recordings cannot calibrate the model.
+        If the name is unknown, its options are missing or the recordings cannot calibrate the model.
     """
     check_recordings(recordings, options.shortest_s)
     fits = {
         "mean-subtraction": lambda: fit_mean_subtraction(recordings),
         "mass-spring-damper": lambda: fit_mass_spring_damper(recordings),
         "hnat2014": lambda: fit_hnat2014(recordings, options.hnat2014_evaluations),
-        "output-error": lambda: fit_output_error(recordings, options.output_error_order),
+        "output-error": lambda: fit_discrete_output_error(recordings, options.output_error_order),
         "fir-causal": lambda: fit_finite_response(recordings, 0.0, options.fir_lag_s),
         "fir": lambda: fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
         "spectral": lambda: fit_spectral(recordings, options.spectral_segment_s),
@@ -182,12 +182,14 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     }
     if name not in fits:
         raise InputError(f"expected a treadmill model of {', '.join(FAMILY)}, found {name!r}: correct it")
+    if name == "ripple-tracking" and options.ripple is None:
+        raise InputError(f"expected options of the ripple for the model {name!r}, found none: give them")
     first = recordings[0]
     return FittedModel(name, fits[name](), first.unit, first.lowpass, tuple(r.name for r in recordings))
 
 
 def evaluate(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:
-    """Predict recordings that the model has not seen, and judge the prediction (unit of the load).
+    """Score of the model's prediction of held-out recordings (unit of the load).
 
     Raises
     ------
@@ -207,7 +209,7 @@ def refuse_other_scale(recording: BeltRecording, predicted: np.ndarray, fitted: 
     Raises
     ------
     InputError
-        If the measured load follows the prediction with the opposite sign, or is 20 times larger or smaller.
+        If the measured load has the opposite sign of the prediction, or is 20 times larger or smaller.
     """
     load, model = (
         x[recording.evaluated] - x[recording.evaluated].mean() for x in (recording.load, predicted)
@@ -230,7 +232,7 @@ def refuse_other_scale(recording: BeltRecording, predicted: np.ndarray, fitted: 
         )
 
 
-# ---- keeping models ------------------------------------------------------------------------------
+# ---- files of models -----------------------------------------------------------------------------
 
 
 def save_models(path: str | Path, models: list[FittedModel]) -> None:
@@ -239,7 +241,7 @@ def save_models(path: str | Path, models: list[FittedModel]) -> None:
     Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def load_models(path: str | Path) -> dict[str, FittedModel]:
+def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
     """Name -> model, from a file written by `save_models` (units as in the models' classes).
 
     Raises
@@ -263,7 +265,7 @@ def load_models(path: str | Path) -> dict[str, FittedModel]:
 
 
 def _plain(x):
-    """Dataclasses, arrays and tuples as what JSON holds; the class's name goes along."""
+    """Dataclasses, arrays and tuples as JSON values, with the names of classes."""
     if type(x) in (*KINDS, FittedModel, Lowpass):
         return {"kind": type(x).__name__} | {f.name: _plain(getattr(x, f.name)) for f in fields(x)}
     if isinstance(x, np.ndarray):

@@ -1,17 +1,17 @@
-"""Ripple at the orders of the rollers: lines that stand still over travelled distance, not over time.
+"""Ripple at the orders of the rollers: lines in the spectrum over travelled distance, not over time.
 
     L(k) = L_model(k) + sum_i [ p_i cos(2 pi n_i x(k)) + q_i sin(2 pi n_i x(k)) ]
 
 Symbols: x distance travelled by the belt (m), n_i order (cycles per metre), p_i, q_i amplitudes. Orders
-are found on the calibration trials, as narrow lines in the spectrum of what a model leaves, taken
-over distance. Amplitude and phase are tracked on the trial itself, from past samples only: a ridge
-regression that forgets with the memory T, and whose ridge is the amplitude met in the calibration.
+are identified on the calibration trials, as narrow lines in the spectrum of a model's residual over
+distance. Amplitude and phase are tracked on the trial itself, from past samples only, by a ridge
+regression with exponential forgetting (memory T), regularised by the amplitude found in the calibration.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 from tepsipe.treadmill.recording import BeltRecording
 
@@ -22,26 +22,26 @@ SHORTEST_M = 10.0
 
 @dataclass(frozen=True)
 class RippleOptions:
-    """How ripple is found and tracked.
+    """Options of the detection and tracking of ripple.
 
     Attributes
     ----------
     most_orders : int
         Largest number of orders (-).
     line_to_floor : float
-        Height of a line over the spectrum around it, as power (-).
+        Smallest ratio of a line's power to that of the spectrum around it (-).
     memory_s : float
-        T (s). Short memories follow faster, but also take signals near the ripple for ripple.
+        T (s). A shorter memory follows faster, but mistakes more of the signal near the ripple for ripple.
     """
 
-    most_orders: int
-    line_to_floor: float
-    memory_s: float
+    most_orders: int = 12
+    line_to_floor: float = 30.0
+    memory_s: float = 20.0
 
 
 @dataclass(frozen=True)
 class RippleTracker:
-    """A model and the ripple that is tracked on top of it.
+    """A model and the ripple that is tracked in its residual.
 
     Attributes
     ----------
@@ -50,9 +50,9 @@ class RippleTracker:
     orders_per_m : ndarray, shape (m,)
         n_i (1/m).
     amplitudes : ndarray, shape (m,)
-        Amplitudes met in the calibration (unit of the load).
+        Amplitudes found in the calibration (unit of the load).
     noise : float
-        Standard deviation of what is left there (unit of the load).
+        Standard deviation of the residual in the calibration (unit of the load).
     memory_s : float
         T (s).
     rate_hz : float
@@ -72,7 +72,7 @@ class RippleTracker:
         return self.orders_per_m.size
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
-        """L (unit of the load), shape (n,); its ripple comes from the measured load before each block."""
+        """L (unit of the load), shape (n,); its ripple is estimated from the load before each block."""
         predicted = self.base.predict(recording)
         if not self.order:
             return predicted
@@ -98,7 +98,7 @@ class RippleTracker:
 
 
 def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOptions) -> RippleTracker:
-    """Find the orders that a model leaves.
+    """Find the orders of the ripple in the residual of a model.
 
     Parameters
     ----------
@@ -107,12 +107,12 @@ def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOpt
     base : model
         Fitted model of the load due to acceleration.
     options : RippleOptions
-        What counts as a line (-) and how long it is remembered (s).
+        Threshold of a line (-) and memory of its tracking (s).
 
     Returns
     -------
     RippleTracker
-        Strongest lines first; without orders where none stands out or the belt does not travel.
+        Strongest lines first; without orders if there is no line or the belt does not travel.
     """
     rate = recordings[0].rate_hz
     leftover = [r.load - base.predict(r) for r in recordings]
@@ -124,7 +124,7 @@ def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOpt
         if all(abs(order - other) > 0.03 for other in orders) and len(orders) < options.most_orders:
             orders.append(order)
     found = np.array(orders)
-    noise = float(np.sqrt(np.mean(_judged(recordings, leftover) ** 2)))
+    noise = float(np.sqrt(np.mean(_evaluated(recordings, leftover) ** 2)))
     # phases differ between recordings: amplitudes are averaged, not waves
     amplitudes = [
         np.linalg.lstsq(_waves(r, found)[r.evaluated], left[r.evaluated], rcond=1e-9)[0].reshape(-1, 2)
@@ -134,12 +134,12 @@ def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOpt
     return RippleTracker(base, found, typical, noise, options.memory_s, rate)
 
 
-def _judged(recordings: list[BeltRecording], signals: list[np.ndarray]) -> np.ndarray:
+def _evaluated(recordings: list[BeltRecording], signals: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([x[r.evaluated] for r, x in zip(recordings, signals, strict=True)])
 
 
 def _waves(recording: BeltRecording, orders_per_m: np.ndarray) -> np.ndarray:
-    """Waves cos and sin of every order over travelled distance, filtered like the load, shape (n, 2 m)."""
+    """Cosine and sine of every order over travelled distance, filtered like the load, shape (n, 2 m)."""
     phase = 2.0 * np.pi * np.outer(recording.position, orders_per_m)
     waves = np.stack([np.cos(phase), np.sin(phase)], axis=2).reshape(phase.shape[0], -1)
     return recording.through_lowpass(waves)
@@ -180,7 +180,9 @@ def spectrum_over_distance(recording: BeltRecording, load: np.ndarray) -> Distan
     tapered = (over_distance - over_distance.mean()) * np.hanning(samples)
     power = (4.0 / samples * np.abs(np.fft.rfft(tapered))) ** 2
     return DistanceSpectrum(
-        np.fft.rfftfreq(samples, step), power, median_filter(power, MEDIAN_LINES, mode="reflect")
+        np.fft.rfftfreq(samples, step),
+        power,
+        scipy.ndimage.median_filter(power, MEDIAN_LINES, mode="reflect"),
     )
 
 
@@ -196,6 +198,6 @@ def _lines(recording: BeltRecording, left: np.ndarray, line_to_floor: float) -> 
 
 
 def _between(order: np.ndarray, power: np.ndarray, k: int) -> float:
-    """Order of a line between two frequencies of the spectrum: parabola through its logarithm."""
+    """Order of a line between two frequencies of the spectrum, by a parabola through the logarithm."""
     left, middle, right = np.log(power[k - 1 : k + 2])
     return float(order[k] + 0.5 * (left - right) / (left - 2.0 * middle + right) * (order[1] - order[0]))

@@ -2,15 +2,14 @@
 
     L(k) + f_1 L(k-1) + ... + f_n L(k-n) = b_0 a(k) + b_1 a(k-1) + ... + b_n a(k-n)
 
-The published model of a treadmill's pitch moment is of this kind with n = 2 (Hnat & van den Bogert
-2014, J. Biomech. 47, 3758-3761).
+hnat2014, the published model of a treadmill's pitch moment, has n = 2 (Hnat & van den Bogert 2014,
+J. Biomech. 47, 3758-3761).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
-from scipy.optimize import least_squares
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.treadmill.recording import BeltRecording
@@ -21,18 +20,18 @@ PUBLISHED_BOUND = 10.0
 
 @dataclass(frozen=True)
 class DiscreteTransfer:
-    """Transfer function from a (m/s2) to L.
+    """Transfer function from a (m/s²) to L.
 
     Attributes
     ----------
     numerator : ndarray, shape (n + 1,)
-        b_0 ... b_n (unit of the load over m/s2).
+        b_0 ... b_n (unit of the load over m/s²).
     denominator : ndarray, shape (n + 1,)
         1, f_1 ... f_n (-).
     rate_hz : float
         Sampling rate for which it holds (Hz).
     converged : bool
-        Whether the search for it ended by itself.
+        Whether the optimisation converged.
     """
 
     numerator: np.ndarray
@@ -47,11 +46,11 @@ class DiscreteTransfer:
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """L (unit of the load), shape (n,)."""
-        return signal.lfilter(self.numerator, self.denominator, recording.acceleration)
+        return scipy.signal.lfilter(self.numerator, self.denominator, recording.acceleration)
 
 
 def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> DiscreteTransfer:
-    """The published procedure: five coefficients from 0.001, bounded by +-10, output error minimised.
+    """hnat2014, the published procedure: output error over five coefficients from 0.001 within +-10.
 
     Parameters
     ----------
@@ -71,10 +70,10 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
 
     def error(x: np.ndarray) -> np.ndarray:
         b, f = coefficients(x)
-        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
+        left = [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
         return np.clip(np.nan_to_num(np.concatenate(left), nan=1e6), -1e6, 1e6)
 
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         error,
         np.full(5, PUBLISHED_START),
         bounds=(-PUBLISHED_BOUND, PUBLISHED_BOUND),
@@ -83,7 +82,7 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
     return DiscreteTransfer(*coefficients(found.x), recordings[0].rate_hz, bool(found.success))
 
 
-def fit_output_error(
+def fit_discrete_output_error(
     recordings: list[BeltRecording], order: int, most_evaluations: int = 60
 ) -> DiscreteTransfer:
     """Output-error model of any order, by Gauss-Newton from the Steiglitz-McBride solution.
@@ -118,21 +117,23 @@ def fit_output_error(
         if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
             return np.concatenate([np.full(int(r.evaluated.sum()), 1e6) for r in recordings])
         return np.concatenate(
-            [(signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
+            [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
         )
 
     def jacobian(z: np.ndarray) -> np.ndarray:
         b, f = split(z * scale)
         blocks = []
         for r in recordings:
-            by_input = signal.lfilter([1.0], f, r.acceleration)
-            by_output = -signal.lfilter([1.0], f, signal.lfilter(b, f, r.acceleration))
+            by_input = scipy.signal.lfilter([1.0], f, r.acceleration)
+            by_output = -scipy.signal.lfilter([1.0], f, scipy.signal.lfilter(b, f, r.acceleration))
             columns = [_delayed(by_input, k) for k in range(order + 1)]
             columns += [_delayed(by_output, k) for k in range(1, order + 1)]
             blocks.append(np.column_stack(columns)[r.evaluated])
         return np.concatenate(blocks) * scale
 
-    found = least_squares(error, start / scale, jac=jacobian, ftol=1e-6, max_nfev=most_evaluations)
+    found = scipy.optimize.least_squares(
+        error, start / scale, jac=jacobian, ftol=1e-6, max_nfev=most_evaluations
+    )
     b, f = split(found.x * scale)
     if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
         raise InputError(
@@ -149,7 +150,7 @@ def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int 
     for _ in range(rounds):
         rows, right = [], []
         for r in recordings:
-            a, load = (signal.lfilter([1.0], f, x) for x in (r.acceleration, r.load))
+            a, load = (scipy.signal.lfilter([1.0], f, x) for x in (r.acceleration, r.load))
             columns = [_delayed(a, k) for k in range(order + 1)]
             columns += [-_delayed(load, k) for k in range(1, order + 1)]
             rows.append(np.column_stack(columns)[r.evaluated])
@@ -157,7 +158,7 @@ def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int 
         x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-10)[0]
         f = _stabilised(np.concatenate([[1.0], x[order + 1 :]]))
         b = x[: order + 1]
-        left = [(signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
+        left = [(scipy.signal.lfilter(b, f, r.acceleration) - r.load)[r.evaluated] for r in recordings]
         cost = sum(float(e @ e) for e in left)
         if best is None or cost < best[0]:
             best = (cost, np.concatenate([b, f[1:]]))
@@ -165,7 +166,7 @@ def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int 
 
 
 def _stabilised(f: np.ndarray) -> np.ndarray:
-    """Denominator with its poles moved inside the unit circle."""
+    """Denominator with its poles reflected into the unit circle."""
     poles = np.roots(f)
     size = np.abs(poles)
     poles = np.where(size > 1.0, poles / np.maximum(size, 1.0) ** 2, poles)
@@ -173,5 +174,5 @@ def _stabilised(f: np.ndarray) -> np.ndarray:
 
 
 def _delayed(x: np.ndarray, samples: int) -> np.ndarray:
-    """``x`` later by some samples, zeros before its start."""
+    """``x`` delayed by a number of samples, with zeros before its start."""
     return x if samples == 0 else np.concatenate([np.zeros(samples), x[:-samples]])

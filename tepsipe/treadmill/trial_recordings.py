@@ -1,30 +1,30 @@
-"""From a trial to what the treadmill models need: one recording per component of the measured load.
+"""From a trial to the input of the treadmill models: one recording per component of the measured load.
 
-On the force plate the components are the fore-aft force Fy (N) and the moment Mx (Nm) about the plate's
-x axis, both of the belt that is perturbed. Zero is where they rest: a straight line through the rest
-before the first and after the last perturbation is taken off, because transducers drift.
+On the force plate the components are the fore-aft force Fy (N) and the moment Mx (N·m) about the plate's
+x axis, both of the perturbed belt. Because transducers drift, a straight line through the rest before
+the first and after the last perturbation is subtracted.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError, listed
 from tepsipe.io.trial import Trial
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import WindowOptions, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
 from tepsipe.signals.time_alignment import marker_delay
 from tepsipe.treadmill.recording import BeltRecording
 
-# the moment first: it shows the frame that the force is fitted with
+# the moment first: it identifies the frame with which the force is fitted
 COMPONENTS = {"Mx": "Nm", "Fy": "N"}
 
 
 @dataclass(frozen=True)
 class Weight:
-    """A rigid body that rides on the belt.
+    """A rigid body that is fixed to the belt.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Weight:
     com_height_m : float
         Height h of its centre of mass over the belt (m).
     gravity_m_per_s2 : float
-        Acceleration of gravity g (m/s2).
+        Acceleration of gravity g (m/s²).
     """
 
     mass_kg: float
@@ -43,7 +43,7 @@ class Weight:
 
 @dataclass(frozen=True)
 class PlateOptions:
-    """How a trial on the force plate is read.
+    """Options for the recordings of the force plate.
 
     Attributes
     ----------
@@ -52,14 +52,14 @@ class PlateOptions:
     lowpass : Lowpass
         Filter of all signals.
     detection : Lowpass
-        Filter of the belt velocity in which perturbations are found: onsets must not depend on ``lowpass``.
+        Filter of the belt velocity for the detection: onsets must not depend on ``lowpass``.
     window : WindowOptions
-        Where perturbations and rest are (s).
+        Search for perturbations and rest (s).
     segment_s : float
         Length of the segments that start with the perturbations (s).
     weight_motion : {"markers", "belt"}
-        Where the motion of a weight is taken from. Markers, differentiated twice, are noisy and may lag
-        behind the force; a weight that does not slip moves as the logged belt.
+        Source of the weight's motion. Markers, differentiated twice, are noisy and may lag behind the
+        force; a weight that does not slip moves with the logged velocity of the belt.
     """
 
     belt: str
@@ -81,25 +81,25 @@ def plate_recordings(
 ) -> dict[str, BeltRecording]:
     """Fy and Mx of a trial with the empty belt, or with a weight on it.
 
-    The weight's own load follows from its motion: thesis eq (3-10), and the same for the moment,
+    The load of the weight follows from its motion by thesis eq (3-10) and the same for the moment:
 
         Fy = M y'',    Mx = M g y - h M y''
 
     Parameters
     ----------
     trial : Trial
-        ``force`` (N), ``moment`` (Nm), ``belt_velocity`` (m/s); with a weight ``marker_position`` (m).
+        ``force`` (N), ``moment`` (N·m), ``belt_velocity`` (m/s); with a weight ``marker_position`` (m).
     name, condition : str
         Name the trial and the belt's motion.
     options : PlateOptions
         Choices (units in their names).
     weight : Weight or None
-        What rides on the belt (kg, m); None for an empty belt.
+        Body on the belt (kg, m); None for an empty belt.
 
     Returns
     -------
     dict of str to BeltRecording
-        Component -> recording (N, Nm); all samples of the segments are evaluated.
+        Component -> recording (N, N·m); all samples of the segments are evaluated.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def plate_recordings(
     time, rate = trial.time, trial.rate_hz
     at_rest = rest_samples(time, options.window)
     moving = options.detection(trial.values("belt_velocity"), rate)
-    onsets = tuple(p.start for p in find_perturbations(moving, rate, options.window, name))
+    onsets = tuple(p.start for p in perturbations_of(moving, rate, options.window, name))
     length = round(options.segment_s * rate)
     if onsets[-1] + length > time.size or min(np.diff(onsets), default=length) < length:
         raise InputError(
@@ -153,7 +153,7 @@ def recordings_of_loads(
     evaluated: np.ndarray,
     onsets: tuple[int, ...],
 ) -> dict[str, BeltRecording]:
-    """Loads of a trial beside the motion of its belt.
+    """Recordings of the loads of a trial with the motion of its belt.
 
     Parameters
     ----------
@@ -162,11 +162,11 @@ def recordings_of_loads(
     name, condition : str
         Name the trial and the belt's motion.
     lowpass : Lowpass
-        Filter that the loads have passed.
+        Filter of the loads.
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
     loads, carried : dict of str to ndarray, shape (n,)
-        Component -> measured load less that of what is carried, and the latter (N, Nm).
+        Component -> measured load less the load carried, and load carried (N, N·m).
     carried_kg : float
         Mass on the belt (kg).
     evaluated : ndarray of bool, shape (n,)
@@ -177,7 +177,7 @@ def recordings_of_loads(
     Returns
     -------
     dict of str to BeltRecording
-        Component -> recording (N, Nm).
+        Component -> recording (N, N·m).
     """
     raw_velocity, rate = trial.values("belt_velocity"), trial.rate_hz
     velocity = zero_line(lowpass(raw_velocity, rate), trial.time, at_rest)
@@ -203,7 +203,7 @@ def recordings_of_loads(
 
 def _weight_position(trial: Trial, options: PlateOptions, velocity: np.ndarray) -> np.ndarray:
     if options.weight_motion == "belt":
-        return CubicSpline(trial.time, velocity).antiderivative()(trial.time)
+        return scipy.interpolate.CubicSpline(trial.time, velocity).antiderivative()(trial.time)
     return _marker_position(trial, options.lowpass)
 
 
@@ -230,7 +230,7 @@ def marker_lag(trial: Trial, name: str, options: PlateOptions) -> float:
 def measured_load(
     trial: Trial, name: str, belt: str, lowpass: Lowpass, at_rest: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Fy, Fz (N) and Mx (Nm) of the perturbed belt, filtered, each of shape (n,); zero at rest but for Fz.
+    """Fy, Fz (N) and Mx (N·m) of the perturbed belt, filtered, each of shape (n,); zero at rest but for Fz.
 
     Raises
     ------
@@ -239,12 +239,12 @@ def measured_load(
     """
     filtered = filtered_load(trial, name, belt, lowpass)
     zeroed = {key: zero_line(x, trial.time, at_rest) for key, x in filtered.items()}
-    # the weight on the plate stays in the vertical force, only its drift goes
+    # the vertical force keeps the weight on the plate, only its drift is removed
     return zeroed | {"Fz": zeroed["Fz"] + filtered["Fz"][at_rest].mean()}
 
 
 def filtered_load(trial: Trial, name: str, belt: str, lowpass: Lowpass) -> dict[str, np.ndarray]:
-    """Fy, Fz (N) and Mx (Nm) of one belt, filtered, each of shape (n,).
+    """Fy, Fz (N) and Mx (N·m) of one belt, filtered, each of shape (n,).
 
     Raises
     ------
@@ -269,16 +269,16 @@ def filtered_load(trial: Trial, name: str, belt: str, lowpass: Lowpass) -> dict[
 def table_recording(trial: Trial, name: str, trimmed_s: float) -> BeltRecording:
     """The recording of a treadmill's load and belt velocity in a table.
 
-    Acceleration is the central difference of the velocity, as Hnat & van den Bogert (2014) take it.
+    The acceleration is the central difference of the velocity, as in Hnat & van den Bogert (2014).
 
     Parameters
     ----------
     trial : Trial
-        ``load`` (N or Nm) and ``belt_velocity`` (m/s).
+        ``load`` (N or N·m) and ``belt_velocity`` (m/s).
     name : str
         Names the recording.
     trimmed_s : float
-        Time at both ends that is neither fitted nor evaluated (s): filters start there.
+        Time at both ends that is neither fitted nor evaluated (s), because of filter transients.
 
     Returns
     -------

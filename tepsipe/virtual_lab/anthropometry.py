@@ -32,7 +32,7 @@ class Segment:
     com_m : float
         Centre of mass from the lower joint (m).
     inertia_kgm2 : float
-        Moment of inertia about the centre of mass, for turning in the sagittal plane (kg m2).
+        Moment of inertia about the centre of mass, for turning in the sagittal plane (kg·m²).
     """
 
     mass_kg: float

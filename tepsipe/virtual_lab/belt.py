@@ -44,15 +44,20 @@ class DriveTruth:
     velocity_step_m_per_s: float
     velocity_noise_m_per_s: float
 
-    def force(self, error: float, integral: float) -> tuple[float, float]:
-        """Drive force (N) and rate of the integral (m/s) for a velocity ``error`` (m/s)."""
+    def servo(self) -> Callable[[float, float], tuple[float, float]]:
+        """Force (N) and rate of the integral (m/s) as a function of velocity error (m/s) and integral (m)."""
         gain = 2.0 * math.pi * self.bandwidth_hz * self.belt_mass_kg
-        wanted = gain * (error + integral / self.integral_time_s)
-        if wanted > self.force_limit_N:
-            return self.force_limit_N, 0.0
-        if wanted < -self.force_limit_N:
-            return -self.force_limit_N, 0.0
-        return wanted, error
+        period, most, least = self.integral_time_s, self.force_limit_N, -self.force_limit_N
+
+        def force(error: float, integral: float) -> tuple[float, float]:
+            wanted = gain * (error + integral / period)
+            if wanted > most:
+                return most, 0.0
+            if wanted < least:
+                return least, 0.0
+            return wanted, error
+
+        return force
 
 
 @dataclass(frozen=True)
@@ -64,9 +69,9 @@ class BeltMotion:
     time : ndarray, shape (n,)
         Grid of the integration (s).
     belt_position, belt_velocity, belt_acceleration : ndarray, shape (n,)
-        Motion of the belt along y (m, m/s, m/s2).
+        Motion of the belt along y (m, m/s, m/s²).
     reaction : ndarray, shape (n, 6)
-        Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (Nm).
+        Wrench of the plate on the load about the plate's origin: Fx, Fy, Fz (N), Mx, My, Mz (N·m).
     """
 
     time: np.ndarray
@@ -123,12 +128,19 @@ def velocity_command(
     """
     pulse = PULSES[profile]
     onsets = onsets_s.tolist()
+    # between two pulses, where most calls ask: known to be still
+    since, until = -math.inf, min(onsets, default=math.inf)
 
     def command(t: float) -> float:
-        index = bisect_right(onsets, t) - 1
-        if index < 0:
+        nonlocal since, until
+        if since <= t < until:
             return 0.0
-        s = (t - onsets[index]) / pulse_s
-        return amplitude_m_per_s * pulse(s) if s < 1.0 else 0.0
+        index = bisect_right(onsets, t) - 1
+        s = (t - onsets[index]) / pulse_s if index >= 0 else 1.0
+        if s < 1.0:
+            return amplitude_m_per_s * pulse(s)
+        since = t if index >= 0 else -math.inf
+        until = onsets[index + 1] if index + 1 < len(onsets) else math.inf
+        return 0.0
 
     return command

@@ -14,8 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
+import scipy
 
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import integrate
@@ -35,13 +34,13 @@ class DummyTruth:
     foot_mass_kg, foot_height_m : float
         Brick (kg, m).
     leg_mass_kg, leg_length_m, leg_inertia_kgm2 : float
-        Rod: mass (kg), length (m), moment of inertia about its centre of mass (kg m2).
+        Rod: mass (kg), length (m), moment of inertia about its centre of mass (kg·m²).
     rest_angle_rad : float
         Angle at which the leg stands still (rad).
     position_x_m, position_y_m : float
         Where the foot stands on the plate (m).
     gravity_m_per_s2 : float
-        Acceleration of gravity (m/s2).
+        Acceleration of gravity (m/s²).
     """
 
     foot_mass_kg: float
@@ -110,27 +109,31 @@ def move_dummy(
     Returns
     -------
     DummyMotion
-        Motion and reaction on the grid of the integration (s, m, rad, N, Nm).
+        Motion and reaction on the grid of the integration (s, m, rad, N, N·m).
     """
     m, r = dummy.leg_mass_kg, 0.5 * dummy.leg_length_m
     g = dummy.gravity_m_per_s2
     moving = drive.belt_mass_kg + dummy.foot_mass_kg + m
     about_pivot = dummy.leg_inertia_kgm2 + m * r * r
     gravity_moment = m * g * r * math.sin(dummy.rest_angle_rad)
-    bending_at_rest = brentq(lambda phi: rubber.moment(phi, 0.0) - gravity_moment, -1.0, 1.0, xtol=1e-14)
+    bending_at_rest = scipy.optimize.brentq(
+        lambda phi: rubber.moment(phi, 0.0) - gravity_moment, -1.0, 1.0, xtol=1e-14
+    )
     neutral = dummy.rest_angle_rad - bending_at_rest
+
+    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    moment, sin, cos, mr, mgr = rubber.moment, math.sin, math.cos, m * r, m * g * r
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q, th, w = state
-        u, q_rate = drive.force(command(t - drive.delay_s) - v, q)
-        s, c = math.sin(th), math.cos(th)
-        coupling = m * r * c
-        push = u - drive.viscous_Ns_per_m * v + m * r * s * w * w
-        turn = m * g * r * s - rubber.moment(th - neutral, w)
+        u, q_rate = force(command(t - delay) - v, q)
+        s, c = sin(th), cos(th)
+        coupling = mr * c
+        push = u - viscous * v + mr * s * w * w
+        turn = mgr * s - moment(th - neutral, w)
         determinant = moving * about_pivot - coupling * coupling
         v_rate = (about_pivot * push - coupling * turn) / determinant
-        w_rate = (moving * turn - coupling * push) / determinant
-        return (v, v_rate, q_rate, w, w_rate)
+        return v, v_rate, q_rate, w, (moving * turn - coupling * push) / determinant
 
     start = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
     time, states = integrate(derivative, start, duration_s, rate_hz)
@@ -139,7 +142,7 @@ def move_dummy(
         time=time,
         belt_position=y,
         belt_velocity=v,
-        belt_acceleration=CubicSpline(time, v)(time, 1),
+        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
         angle=th,
         angle_rate=w,
         reaction=_reaction(dummy, time, y, v, th, w),
@@ -158,7 +161,7 @@ def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
     spin_x = (
         m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * v - dummy.leg_inertia_kgm2 * w
     )
-    rate = CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
+    rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
     g = dummy.gravity_m_per_s2
     fy = rate[:, 0]
     fz = rate[:, 1] + (dummy.foot_mass_kg + m) * g
@@ -183,8 +186,8 @@ def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMo
     list of callable
         Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
     """
-    belt = CubicSpline(motion.time, motion.belt_position)
-    angle = CubicSpline(motion.time, motion.angle)
+    belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
+    angle = scipy.interpolate.CubicSpline(motion.time, motion.angle)
 
     def place(instant: np.ndarray, forward, up) -> np.ndarray:
         x = np.full(instant.shape, dummy.position_x_m + markers.lateral_m)

@@ -27,7 +27,7 @@ from datetime import date
 from pathlib import Path
 
 import numpy as np
-from scipy import signal
+import scipy
 
 MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
 CHANNELS = tuple(f"EMG {muscle}" for muscle in MUSCLES)
@@ -54,7 +54,7 @@ class EmgTruth:
     cross_talk : float
         Share of a neighbouring muscle's signal (-): C beside its diagonal.
     artefact_uV_per_m_per_s2, artefact_s : float
-        Artefact of a lasting acceleration of the belt (uV per m/s2), G, and time in which skin and cables
+        Artefact of a lasting acceleration of the belt (uV per m/s²), G, and time in which skin and cables
         follow (s): T.
     hum_uV, hum_hz, hum_third : float
         Amplitude (uV) and frequency (Hz) of the mains' hum, and its third harmonic as a share of it (-).
@@ -105,7 +105,7 @@ def record_emg(
     drive : ndarray, shape (n, 5)
         Neural drive of MUSCLES (-), not negative.
     belt_acceleration : ndarray, shape (n,)
-        Acceleration of the belt under the subject (m/s2).
+        Acceleration of the belt under the subject (m/s²).
     ends_s : float
         Instant that the recording must reach (s); the recorder stops at the end of a whole second.
     rng : numpy.random.Generator
@@ -261,5 +261,5 @@ def _shaped_noise(
 
 def _filtered(transfer: tuple[list, np.ndarray], x: np.ndarray, rate_hz: float) -> np.ndarray:
     """Output of a linear system (numerator, denominator in s) that starts at rest, along the first axis."""
-    numerator, denominator, _ = signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
-    return signal.lfilter(np.ravel(numerator), denominator, x, axis=0)
+    numerator, denominator, _ = scipy.signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
+    return scipy.signal.lfilter(np.ravel(numerator), denominator, x, axis=0)

@@ -19,12 +19,12 @@ What the transducers feel is not the reaction on the load alone. In the order in
 
        F_friction = (F_0 + mu N) tanh(v_r / v_0) + c v_r
 
-   Seen from the load it leads the velocity and so passes for mass, the more the slower the belt: the
-   apparent mass c_eff T falls with amplitude as the friction saturates. What the upper run of the
-   belt weighs more than the lower run, which moves the other way, is felt as a mass; and the rollers,
-   which spin up against the frame, as a pitch moment -(I / r) v'.
-2. Floor. The building trembles near its own frequency and shakes the frame, whose mass lies about at
-   the height of the belt: a fore-aft force that has nothing to do with the perturbations.
+   At the load this friction leads the velocity and so resembles a mass, the more the slower the belt: the
+   apparent mass c_eff T falls with amplitude as the friction saturates. The excess mass of the upper run
+   of the belt over the lower run, which moves the other way, acts as a mass; the rollers, accelerated
+   against the frame, as a pitch moment -(I / r) v'.
+2. Floor. The building vibrates near its natural frequency and shakes the frame, whose mass lies about at
+   the height of the belt: a fore-aft force that is independent of the perturbations.
 3. Frame. It sways fore and aft, Fy and Mx, on the transducer's stiffness and with the mass of frame
    and load: a second-order resonance, lower under a heavier load. Its gain below the resonance makes
    a load seem heavier at higher frequencies.
@@ -38,7 +38,7 @@ What the transducers feel is not the reaction on the load alone. In the order in
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 BELTS = ("left", "right")
 TRANSDUCERS = ("z_front_left", "z_front_right", "z_rear_left", "z_rear_right", "x_front", "x_rear", "y")
@@ -62,7 +62,7 @@ class PlateTruth:
         Mass of the upper run of the belt over that of the lower run (kg).
     felt_roller_inertia_kgm : float
         Moment of inertia of the rollers over their radius, pitch moment per belt acceleration
-        (Nm per m/s2).
+        (N·m per m/s²).
     belt_lag_s : float
         Time by which the load follows the rollers (s): T.
     belt_lag_wander, belt_lag_wander_s : float
@@ -71,7 +71,7 @@ class PlateTruth:
         Friction of the moving unloaded belt (N) and per newton of load (-), the speed that brings it
         about (m/s), and its viscous part (Ns/m): F_0, mu, v_0, c.
     floor_m_per_s2, floor_hz, floor_damping : float
-        Root mean square of the floor's acceleration (m/s2), its frequency (Hz) and damping ratio (-).
+        Root mean square of the floor's acceleration (m/s²), its frequency (Hz) and damping ratio (-).
     resonance_hz, resonance_damping, resonance_mass_kg : float
         Fore-aft resonance of the unloaded frame (Hz), its damping ratio (-), its moving mass (kg).
     mount_share, mount_relaxation_s : float
@@ -110,7 +110,7 @@ class PlateTruth:
 
 
 def lines_of_action(truth: PlateTruth) -> np.ndarray:
-    """Wrench about the belt's centre of a unit force in every transducer, shape (6, 7) (N/N, Nm/N)."""
+    """Wrench about the belt's centre of a unit force in every transducer, shape (6, 7) (N/N, N·m/N)."""
     half_l, half_w, depth = (
         0.5 * truth.belt_length_m,
         0.5 * truth.belt_width_m,
@@ -142,7 +142,7 @@ def plate_electronics(truth: PlateTruth, rng: np.random.Generator) -> tuple[np.n
     volts_per_newton : ndarray, shape (14, 14)
         Voltages of all channels per transducer force (V/N).
     calibration : ndarray, shape (12, 14)
-        Force and moment components of both belts per voltage (N/V, Nm/V).
+        Force and moment components of both belts per voltage (N/V, N·m/V).
     """
     n = len(TRANSDUCERS) * len(BELTS)
     gains = 1.0 + truth.sensitivity_spread * rng.standard_normal(n)
@@ -177,7 +177,7 @@ def wandering_lag(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Gene
     kept = np.exp(-1.0 / (truth.belt_lag_wander_s * rate_hz))
     steps = rng.standard_normal(n)
     steps[1:] *= np.sqrt(1.0 - kept**2)
-    wander = signal.lfilter([1.0], [1.0, -kept], steps)
+    wander = scipy.signal.lfilter([1.0], [1.0, -kept], steps)
     return truth.belt_lag_s * np.exp(truth.belt_lag_wander * (wander - 0.5 * truth.belt_lag_wander))
 
 
@@ -198,7 +198,7 @@ def floor_tremor(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Gener
     Returns
     -------
     ndarray, shape (n,)
-        Acceleration (m/s2).
+        Acceleration (m/s²).
     """
     natural = 2.0 * np.pi * truth.floor_hz
     width = 2.0 * truth.floor_damping * natural
@@ -226,14 +226,14 @@ def belt_wrench(
     load : ndarray, shape (n,)
         Vertical force of the load on the belt (N).
     belt_velocity, belt_acceleration : ndarray, shape (n,)
-        Motion of the belt under the load (m/s, m/s2).
+        Motion of the belt under the load (m/s, m/s²).
     belt_lag : ndarray, shape (n,)
         Time by which the load follows the rollers (s).
 
     Returns
     -------
     ndarray, shape (n, 6)
-        Fx, Fy, Fz (N), Mx, My, Mz (Nm): friction and inertia of the belt, pitch moment of the rollers.
+        Fx, Fy, Fz (N), Mx, My, Mz (N·m): friction and inertia of the belt, pitch moment of the rollers.
     """
     at_rollers = belt_velocity + belt_lag * belt_acceleration
     rubbing = truth.friction_N + truth.friction_coefficient * load
@@ -266,9 +266,9 @@ def plate_voltages(
     volts_per_newton : ndarray, shape (14, 14)
         From `plate_electronics` (V/N).
     reaction : ndarray, shape (n, 6)
-        Wrench of the plate on the load about the belt's centre (N, Nm).
+        Wrench of the plate on the load about the belt's centre (N, N·m).
     belt_velocity, belt_acceleration : ndarray, shape (n,)
-        Motion of the right belt (m/s, m/s2).
+        Motion of the right belt (m/s, m/s²).
     load_kg : float
         Mass on the belt (kg).
     grid_rate_hz : float
@@ -307,5 +307,5 @@ def plate_voltages(
 
 def _filtered(transfer: tuple[list, list], x: np.ndarray, rate_hz: float) -> np.ndarray:
     """Output of a linear system (numerator, denominator in s) that starts at rest."""
-    numerator, denominator, _ = signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
-    return signal.lfilter(np.ravel(numerator), denominator, x)
+    numerator, denominator, _ = scipy.signal.cont2discrete(transfer, 1.0 / rate_hz, method="bilinear")
+    return scipy.signal.lfilter(np.ravel(numerator), denominator, x)

@@ -1,6 +1,6 @@
 """The torque-controlled manipulator (Wristalyzer) with the ankle dummy's foot strapped to its handle.
 
-Symbols: th handle angle (rad), w its rate (rad/s), tau commanded torque (Nm). The rod is fixed to
+Symbols: th handle angle (rad), w its rate (rad/s), tau commanded torque (N·m). The rod is fixed to
 the arm rest, so the foot and the handle turn as one body against the rubber:
 
     J w' = tau + ripple - rubber(th, w) - contact * th^3 - Fc tanh(w / ws)
@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.rubber import Rubber
@@ -23,15 +23,15 @@ class ManipulatorTruth:
     Attributes
     ----------
     inertia_kgm2 : float
-        Foot and handle about the joint (kg m2).
+        Foot and handle about the joint (kg·m²).
     contact_Nm_per_rad3 : float
-        Hardening as the rubber is pressed against the brick at large angles (Nm/rad3).
+        Hardening as the rubber is pressed against the brick at large angles (N·m/rad³).
     friction_Nm, friction_rate_rad_per_s : float
-        Coulomb friction of the drive train (Nm) and the rate at which it is nearly full (rad/s).
+        Coulomb friction of the drive train (N·m) and the rate at which it is nearly full (rad/s).
     ripple_Nm, ripple_bandwidth_hz : float
-        Root mean square of the drive's torque ripple (Nm) and its bandwidth (Hz).
+        Root mean square of the drive's torque ripple (N·m) and its bandwidth (Hz).
     torque_per_factor_Nm : float
-        Root mean square of the multisine per unit of scale factor (Nm).
+        Root mean square of the multisine per unit of scale factor (N·m).
     band_low_hz, band_high_hz, period_s, command_rate_hz : float
         Multisine's lowest and highest component (Hz), its period (s), rate of the command (Hz).
     log_rate_hz, log_jitter_s : float
@@ -80,7 +80,7 @@ class ManipulatorRecording:
     trigger_time : float
         Stamp, on the log's clock, at which the command started (s).
     command : ndarray, shape (m,)
-        Torque command from the trigger on (Nm).
+        Torque command from the trigger on (N·m).
     command_rate_hz : float
         Rate of the command (Hz).
     """
@@ -147,14 +147,16 @@ def record_manipulator(
     Returns
     -------
     ManipulatorRecording
-        Contents of the two files (s, rad, Nm).
+        Contents of the two files (s, rad, N·m).
     """
     rate = truth.command_rate_hz
     command = factor * truth.torque_per_factor_Nm * multisine(truth, duration_s, signal_rng)
     lead = round(truth.lead_s * rate)
     applied = np.concatenate([np.zeros(lead), command, np.zeros(round(truth.tail_s * rate) + 1)])
     white = trial_rng.standard_normal(applied.size)
-    ripple = signal.sosfilt(signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white)
+    ripple = scipy.signal.sosfilt(
+        scipy.signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white
+    )
     applied = (applied + truth.ripple_Nm * ripple / ripple.std()).tolist()
     last = len(applied) - 1
 
@@ -178,12 +180,10 @@ def _log(
     rng: np.random.Generator,
 ) -> ManipulatorRecording:
     """Sample the angle irregularly, as the operating system of the logging computer lets it."""
-    from scipy.interpolate import CubicHermiteSpline
-
     step = 1.0 / truth.log_rate_hz
     instants = np.arange(step, time[-1] - step, step)
     instants = instants + np.clip(rng.normal(0.0, truth.log_jitter_s, instants.size), -0.4 * step, 0.4 * step)
-    angle = CubicHermiteSpline(time, states[:, 0], states[:, 1])(instants)
+    angle = scipy.interpolate.CubicHermiteSpline(time, states[:, 0], states[:, 1])(instants)
     angle = truth.encoder_step_rad * np.round(angle / truth.encoder_step_rad)
     angle += truth.encoder_zero_rad
     repeated = rng.random(instants.size) < truth.repeated_fraction

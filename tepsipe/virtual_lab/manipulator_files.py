@@ -8,7 +8,7 @@ from tepsipe.virtual_lab.manipulator import ManipulatorRecording
 
 
 def write_dflow_log(path: Path, recording: ManipulatorRecording) -> None:
-    """Write the manipulator's log: tab-separated text, stamps in s, angle in rad, torque in Nm.
+    """Write the manipulator's log: tab-separated text, stamps in s, angle in rad, torque in N·m.
 
     ``TriggerTime`` is 0 until the command starts, then the stamp at which it did.
     """
@@ -21,7 +21,7 @@ def write_dflow_log(path: Path, recording: ManipulatorRecording) -> None:
 
 
 def write_torque_command(path: Path, recording: ManipulatorRecording) -> None:
-    """Write the torque command: tab-separated text, time from the trigger in s, torque in Nm."""
+    """Write the torque command: tab-separated text, time from the trigger in s, torque in N·m."""
     lines = ["Time\tTorqueCommand\n"]
     step = 1.0 / recording.command_rate_hz
     lines += [f"{k * step:.9f}\t{tau:.8f}\n" for k, tau in enumerate(recording.command.tolist())]

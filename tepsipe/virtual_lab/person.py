@@ -1,9 +1,9 @@
 """A person standing with both feet on the belt: four rigid bodies, five muscles, two delayed loops.
 
 Generalised coordinates: y belt position (m); th_1, th_2, th_3 angles of shanks, thighs and upper body from
-the vertical, positive when they tip towards +y (rad), both legs as one. The feet ride on the belt and do not
-rotate. With m_i mass, r_i centre of mass from the lower joint, l_i length, I_i inertia of segment i, and a_ij
-how far angle j carries the centre of mass of segment i (l_j below it, r_i in it, 0 above it):
+the vertical, positive when they tip towards +y (rad), both legs as one. The feet move with the belt and do
+not rotate. With m_i mass, r_i centre of mass from the lower joint, l_i length, I_i inertia of segment i, and
+a_ij lever of angle j on the centre of mass of segment i (l_j below it, r_i in it, 0 above it):
 
     H_jk = sum_i m_i a_ij a_ik + I_j (j = k),     p_j = sum_i m_i a_ij,     M = belt, feet and segments
 
@@ -15,12 +15,12 @@ how far angle j carries the centre of mass of segment i (l_j below it, r_i in it
 
 A joint's torque resists its angle phi (ankle th_1, knee th_2 - th_1, hip th_3 - th_2) and has two parts:
 
-    tau = tau_0 + K (phi - phi_0) + B phi'   intrinsic: at once
-        + sum_m F_m (x_m - tone_m)           active: what the muscles' drive brings about, late
+    tau = tau_0 + K (phi - phi_0) + B phi'   intrinsic: without delay
+        + sum_m F_m (x_m - tone_m)           active: from the drive of the muscles, delayed
 
-Muscle m is driven by e_m = [tone_m + stretch reflex + balance]_+ . Its reflex answers the speed at which it
-was stretched a latency L_m ago, s = sum w_mj phi_j' (t - L_m), above a threshold: G_m [s - s_0]_+ . Balance
-answers where the centre of mass was a longer delay ago, and wanders. Force follows the drive like a
+Muscle m is driven by e_m = [tone_m + stretch reflex + balance]_+ . Its reflex responds to the stretch
+velocity a latency L_m earlier, s = sum w_mj phi_j' (t - L_m), above a threshold: G_m [s - s_0]_+ . Balance
+responds to the centre of mass a longer delay earlier, and has a random part. Force follows the drive as a
 critically damped twitch of second order, T^2 x'' + 2 T x' + x = e.
 
 The reaction on the plate is the rate of the body's linear and angular momentum, differentiated numerically:
@@ -28,20 +28,20 @@ no free-body equation is used here.
 """
 
 import math
+from array import array
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.virtual_lab.anthropometry import Segment, feet, shanks, thighs, upper_body
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
-from tepsipe.virtual_lab.integrate import runge_kutta_step
+from tepsipe.virtual_lab.integrate import stepper
 from tepsipe.virtual_lab.motion_capture import MarkerPath
 
 # names of the person's markers, in the strober's order
 MARKERS = ("foot1", "foot2", "ankle", "shank1", "shank2", "thigh1", "thigh2", "thigh3")
 MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
-JOINTS = ("ankle", "knee", "hip")
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class PersonTruth:
     position_x_m, position_y_m : float
         Where the ankles are on the plate (m).
     gravity_m_per_s2 : float
-        Acceleration of gravity (m/s2).
+        Acceleration of gravity (m/s²).
     """
 
     mass_kg: float
@@ -83,9 +83,9 @@ class MuscleTruth:
     stretch : list of 3 float
         Lengthening per angle of ankle, knee and hip (-): w.
     force_Nm : list of 3 float
-        Torque of full drive that resists the angles of ankle, knee and hip (Nm): F.
+        Torque of full drive that resists the angles of ankle, knee and hip (N·m): F.
     balance_per_Nm : list of 2 float
-        Drive per wanted torque at the ankle, while that is positive and negative (1/Nm).
+        Drive per wanted torque at the ankle, while that is positive and negative (1/N·m).
     """
 
     latency_s: float
@@ -129,7 +129,7 @@ class NervesTruth:
     balance_Nm_per_rad, balance_Nms_per_rad : float
         Wanted torque at the ankle per lean of the centre of mass, and per its rate.
     wander_Nm, wander_s : float
-        Standard deviation and correlation time of what balance adds of itself (Nm, s).
+        Standard deviation and correlation time of what balance adds of itself (N·m, s).
     """
 
     reflex_threshold_rad_per_s: float
@@ -179,7 +179,7 @@ class PersonMotion(BeltMotion):
 
 
 def segments(person: PersonTruth) -> tuple[Segment, Segment, Segment]:
-    """Shanks, thighs and upper body (kg, m, kg m2)."""
+    """Shanks, thighs and upper body (kg, m, kg·m²)."""
     size = person.mass_kg, person.stature_m
     return shanks(*size), thighs(*size), upper_body(*size, person.ankle_height_m)
 
@@ -193,14 +193,14 @@ def _carried(chain: tuple[Segment, ...]) -> np.ndarray:
 
 
 def critical_stiffness(person: PersonTruth) -> float:
-    """What topples all that the ankles carry (Nm/rad): m g h."""
+    """What topples all that the ankles carry (N·m/rad): m g h."""
     chain = segments(person)
     mass = np.array([segment.mass_kg for segment in chain])
     return float(person.gravity_m_per_s2 * (mass @ _carried(chain)).sum())
 
 
 def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
-    """Torque that balance adds of itself (Nm), shape (n,): an Ornstein-Uhlenbeck process."""
+    """Torque that balance adds of itself (N·m), shape (n,): an Ornstein-Uhlenbeck process."""
     kept = math.exp(-1.0 / (nerves.wander_s * rate_hz))
     steps = rng.standard_normal(n) * math.sqrt(1.0 - kept**2)
     state, out = float(rng.standard_normal()), np.empty(n)
@@ -241,7 +241,7 @@ def move_person(
     Returns
     -------
     PersonMotion
-        Motion, drive and reaction on the grid of the integration (s, m, rad, N, Nm).
+        Motion, drive and reaction on the grid of the integration (s, m, rad, N, N·m).
 
     Raises
     ------
@@ -268,13 +268,13 @@ def move_person(
     rest_k = rest_h + load[1]
     rest_a = rest_k + load[0]
     sin, cos = math.sin, math.cos
-    viscous, delay = drive.viscous_Ns_per_m, drive.delay_s
+    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
     # torques of the muscles at the start and at the end of the step, and the step's start
     active = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q, th1, th2, th3, w1, w2, w3 = state
-        u, q_rate = drive.force(command(t - delay) - v, q)
+        u, q_rate = force(command(t - delay) - v, q)
         late = (t - active[6]) * rate_hz
         tau_a = rest_a + k_a * (th1 - s1) + b_a * w1 + active[0] + late * active[3]
         tau_k = rest_k + k_k * (th2 - th1 - s2 + s1) + b_k * (w2 - w1) + active[1] + late * active[4]
@@ -311,29 +311,31 @@ def move_person(
         return (v, (push - e1 * d1 - e2 * d2 - e3 * d3) / moving, q_rate, w1, w2, w3, d1, d2, d3)
 
     steps = math.ceil(duration_s * rate_hz)
-    states = np.empty((steps + 1, 9))
-    drives = np.empty((steps + 1, len(MUSCLES)))
     state = (0.0, 0.0, 0.0, s1, s2, s3, 0.0, 0.0, 0.0)
-    states[0] = state
+    step, h = stepper(len(state)), 1.0 / rate_hz
     nerves_of = _Nerves(muscles, task, nerves, p.tolist(), (s1, s2, s3), steps, rate_hz, rng)
-    drives[0], torques = nerves_of.step(state)
+    driven, torques = nerves_of.step(state)
+    states, drives = array("d", state), array("d", driven)
     for k in range(steps):
-        drives[k + 1], ahead = nerves_of.step(state)
+        driven, ahead = nerves_of.step(state)
+        drives.extend(driven)
         active[:3] = torques
         active[3:6] = [after - before for before, after in zip(torques, ahead, strict=True)]
         active[6] = k / rate_hz
         torques = ahead
-        state = runge_kutta_step(derivative, k / rate_hz, state, 1.0 / rate_hz)
-        states[k + 1] = state
-        if not all(abs(angle) < 0.7 for angle in state[3:6]):
+        state = step(derivative, k / rate_hz, state, h)
+        states.extend(state)
+        if not (-0.7 < state[3] < 0.7 and -0.7 < state[4] < 0.7 and -0.7 < state[5] < 0.7):
             raise FloatingPointError("the virtual person falls: check stiffness, damping and balance")
+    states = np.array(states).reshape(steps + 1, -1)
+    drives = np.array(drives).reshape(steps + 1, -1)
     time = np.arange(steps + 1) / rate_hz
     y, v = states[:, 0], states[:, 1]
     return PersonMotion(
         time=time,
         belt_position=y,
         belt_velocity=v,
-        belt_acceleration=CubicSpline(time, v)(time, 1),
+        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
         reaction=_reaction(person, chain, a, time, y, v, states[:, 3:6], states[:, 6:9]),
         angles=states[:, 3:6],
         rates=states[:, 6:9],
@@ -345,14 +347,24 @@ class _Nerves:
     """Drive and active torque, step by step, from what was sensed a latency ago."""
 
     def __init__(self, muscles, task, nerves, p, stance, steps, rate_hz, rng):
-        self._muscles = [muscles[name] for name in MUSCLES]
-        self._task, self._nerves = task, nerves
+        self._nerves = nerves
         self._weights = [part / sum(p) for part in p]
         self._stance = stance
         self._wander = wander(nerves, steps + 2, rate_hz, rng).tolist()
-        # in steps; the drive one step ahead is known, because every latency is longer than a step
-        self._late = [muscle.latency_s * rate_hz for muscle in self._muscles]
         self._balance_late = nerves.balance_delay_s * rate_hz
+        own = [muscles[name] for name in MUSCLES]
+        # latencies in steps; the drive one step ahead is known, because every latency is longer than a step
+        self._constants = [
+            (
+                tone,
+                muscle.balance_per_Nm,
+                gain,
+                muscle.latency_s * rate_hz,
+                tuple(muscle.force_Nm),
+                tuple(muscle.stretch),
+            )
+            for muscle, tone, gain in zip(own, task.tone, task.reflex_s_per_rad, strict=True)
+        ]
         self._stretched: list[list[float]] = [[] for _ in MUSCLES]
         self._leaned: list[float] = []
         self._twitch = [(tone, 0.0) for tone in task.tone]
@@ -365,18 +377,14 @@ class _Nerves:
         self._to_v = (-decay * step, decay * (1.0 - step))
 
     def step(self, state) -> tuple[list[float], list[float]]:
-        """Drive (-) and active torque at ankle, knee and hip (Nm) one step after ``state``.
+        """Drive (-) and active torque at ankle, knee and hip (N·m) one step after ``state``.
 
         The first call, with the first state, gives them at the first state itself.
         """
         self._k += 1
-        k, nerves, task = self._k, self._nerves, self._task
+        k, nerves = self._k, self._nerves
         _, _, _, th1, th2, th3, w1, w2, w3 = state
-        rates = (w1, w2 - w1, w3 - w2)
         if k:
-            for muscle, history in zip(self._muscles, self._stretched, strict=True):
-                a, b, c = muscle.stretch
-                history.append(a * rates[0] + b * rates[1] + c * rates[2])
             f1, f2, f3 = self._weights
             s1, s2, s3 = self._stance
             lean = f1 * (th1 - s1) + f2 * (th2 - s2) + f3 * (th3 - s3)
@@ -384,25 +392,32 @@ class _Nerves:
             self._leaned.append(nerves.balance_Nm_per_rad * lean + nerves.balance_Nms_per_rad * rate)
         wanted = _at(self._leaned, k - self._balance_late) + self._wander[k]
         side = 0 if wanted >= 0.0 else 1
-        drives, torques = [], [0.0, 0.0, 0.0]
-        for m, muscle in enumerate(self._muscles):
-            stretch = _at(self._stretched[m], k - self._late[m]) - nerves.reflex_threshold_rad_per_s
-            e = task.tone[m] + muscle.balance_per_Nm[side] * wanted
-            if stretch > 0.0:
-                e += task.reflex_s_per_rad[m] * stretch
-            e = max(e, 0.0)
-            x, v = self._twitch[m]
+        knee, hip = w2 - w1, w3 - w2
+        threshold, drive_before, twitch = nerves.reflex_threshold_rad_per_s, self._drive_before, self._twitch
+        (xx, xv), (vx, vv) = self._to_x, self._to_v
+        drives, ankle_Nm, knee_Nm, hip_Nm = [], 0.0, 0.0, 0.0
+        for m, (tone, balance, gain, late, forces, (a, b, c)) in enumerate(self._constants):
+            history = self._stretched[m]
             if k:
-                held = 0.5 * (self._drive_before[m] + e)
-                (xx, xv), (vx, vv) = self._to_x, self._to_v
+                history.append(a * w1 + b * knee + c * hip)
+            stretch = _at(history, k - late) - threshold
+            e = tone + balance[side] * wanted
+            if stretch > 0.0:
+                e += gain * stretch
+            if e < 0.0:
+                e = 0.0
+            x, v = twitch[m]
+            if k:
+                held = 0.5 * (drive_before[m] + e)
                 x, v = held + xx * (x - held) + xv * v, vx * (x - held) + vv * v
-                self._twitch[m] = (x, v)
-            self._drive_before[m] = e
+                twitch[m] = (x, v)
+            drive_before[m] = e
             drives.append(e)
-            over = x - task.tone[m]
-            for j, force in enumerate(muscle.force_Nm):
-                torques[j] += force * over
-        return drives, torques
+            over = x - tone
+            ankle_Nm += forces[0] * over
+            knee_Nm += forces[1] * over
+            hip_Nm += forces[2] * over
+        return drives, [ankle_Nm, knee_Nm, hip_Nm]
 
 
 def _at(history: list[float], place: float) -> float:
@@ -426,7 +441,7 @@ def _reaction(person: PersonTruth, chain, a: np.ndarray, time, y, v, th, w) -> n
     momentum_z = com_vz @ mass
     # about x, right-handed (positive turns y towards z); th turns z towards y, hence its minus
     spin_x = (com_y * com_vz - com_z * com_vy) @ mass - w @ inertia - both_feet.mass_kg * foot_z * v
-    rate = CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
+    rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
     g = person.gravity_m_per_s2
     fy = rate[:, 0]
     fz = rate[:, 1] + (mass.sum() + both_feet.mass_kg) * g
@@ -454,8 +469,8 @@ def person_marker_paths(
     list of callable
         Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
     """
-    belt = CubicSpline(motion.time, motion.belt_position)
-    angles = CubicSpline(motion.time, motion.angles[:, :2])
+    belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
+    angles = scipy.interpolate.CubicSpline(motion.time, motion.angles[:, :2])
     shank_m = shanks(person.mass_kg, person.stature_m).length_m
 
     def place(instant: np.ndarray, forward, up) -> np.ndarray:

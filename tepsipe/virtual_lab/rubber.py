@@ -12,9 +12,9 @@ class Rubber:
     Attributes
     ----------
     stiffness_Nm_per_rad : float
-        Stiffness for small bending (Nm/rad).
+        Stiffness for small bending (N·m/rad).
     damping_Nms_per_rad : float
-        Viscous damping (Nms/rad).
+        Viscous damping (N·m·s/rad).
     softening : float
         Part of the stiffness that is lost at large bending, 0 to 1 (-).
     softening_angle_rad : float
@@ -27,7 +27,7 @@ class Rubber:
     softening_angle_rad: float
 
     def moment(self, bending: float, rate: float) -> float:
-        """Moment (Nm) that opposes a ``bending`` (rad) growing at ``rate`` (rad/s)."""
+        """Moment (N·m) that opposes a ``bending`` (rad) growing at ``rate`` (rad/s)."""
         square = bending * bending
         lost = self.softening * square / (square + self.softening_angle_rad**2)
         return self.stiffness_Nm_per_rad * bending * (1.0 - lost) + self.damping_Nms_per_rad * rate

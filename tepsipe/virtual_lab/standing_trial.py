@@ -44,7 +44,7 @@ def make_standing_trial(
     condition : str
         Name of the condition: it seeds the trial's noise and intervals.
     task : {"relax", "stiff"}
-        What the person was told.
+        Task of the person.
     profile : {"sine", "negative-sine"}
         Shape of the perturbations.
     amplitude_m_per_s : float

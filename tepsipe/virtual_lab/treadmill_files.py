@@ -4,7 +4,7 @@ from pathlib import Path
 
 import ezc3d
 import numpy as np
-from scipy.io import savemat
+import scipy
 
 from tepsipe.virtual_lab.force_plate import BELTS, COMPONENTS, TRANSDUCERS
 
@@ -42,14 +42,15 @@ def write_treadmill_log(
         "command_m_per_s": command.astype(np.float32)[:, None],
         "trigger_V": trigger.astype(np.float32)[:, None],
     }
-    savemat(path, content, do_compression=True)
+    # noise hardly shrinks: compression takes longer than all else in writing, and saves a quarter
+    scipy.io.savemat(path, content)
     # the header holds the date of writing: the same study must give the same bytes
     with open(path, "r+b") as file:
         file.write(b"MATLAB 5.0 MAT-file, instrumented treadmill log".ljust(116))
 
 
 def write_calibration(path: Path, calibration: np.ndarray) -> None:
-    """Write the 12 x 14 calibration matrix as CSV: a row per component and belt (N/V, Nm/V)."""
+    """Write the 12 x 14 calibration matrix as CSV: a row per component and belt (N/V, N·m/V)."""
     lines = [",".join(["component", "unit", *CHANNELS]) + "\n"]
     names = [(belt, component) for belt in BELTS for component in COMPONENTS]
     for (belt, component), row in zip(names, calibration, strict=True):

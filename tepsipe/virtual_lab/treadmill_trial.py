@@ -138,7 +138,7 @@ def record_log(
     schedule : Schedule
         Trigger (s) and command (m/s).
     motion : BeltMotion
-        Motion and reaction on the grid of the integration (s, m, N, Nm).
+        Motion and reaction on the grid of the integration (s, m, N, N·m).
     load_kg : float
         Mass on the belt (kg).
     rng : numpy.random.Generator

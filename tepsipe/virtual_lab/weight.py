@@ -9,7 +9,7 @@ its linear and angular momentum, differentiated numerically: no free-body equati
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import integrate
@@ -34,7 +34,7 @@ class WeightTruth:
     position_x_m, position_y_m : float
         Where the weight stands on the plate (m).
     gravity_m_per_s2 : float
-        Acceleration of gravity (m/s2).
+        Acceleration of gravity (m/s²).
     """
 
     mass_kg: float
@@ -66,14 +66,15 @@ def move_weight(
     Returns
     -------
     BeltMotion
-        Motion and reaction on the grid of the integration (s, m, N, Nm).
+        Motion and reaction on the grid of the integration (s, m, N, N·m).
     """
     moving = drive.belt_mass_kg + (0.0 if weight is None else weight.mass_kg)
+    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q = state
-        u, q_rate = drive.force(command(t - drive.delay_s) - v, q)
-        return (v, (u - drive.viscous_Ns_per_m * v) / moving, q_rate)
+        u, q_rate = force(command(t - delay) - v, q)
+        return v, (u - viscous * v) / moving, q_rate
 
     time, states = integrate(derivative, (0.0, 0.0, 0.0), duration_s, rate_hz)
     y, v, _ = states.T
@@ -81,7 +82,7 @@ def move_weight(
         time=time,
         belt_position=y,
         belt_velocity=v,
-        belt_acceleration=CubicSpline(time, v)(time, 1),
+        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
         reaction=np.zeros((time.size, 6)) if weight is None else weight_reaction(weight, time, y, v),
     )
 
@@ -99,12 +100,12 @@ def weight_reaction(weight: WeightTruth, time: np.ndarray, y: np.ndarray, v: np.
     Returns
     -------
     ndarray, shape (n, 6)
-        Fx, Fy, Fz (N), Mx, My, Mz (Nm).
+        Fx, Fy, Fz (N), Mx, My, Mz (N·m).
     """
     momentum_y = weight.mass_kg * v
     # about x, right-handed (positive turns y towards z)
     spin_x = -weight.com_height_m * momentum_y
-    rate = CubicSpline(time, np.column_stack([momentum_y, spin_x]))(time, 1)
+    rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, spin_x]))(time, 1)
     fy = rate[:, 0]
     fz = np.full_like(fy, weight.mass_kg * weight.gravity_m_per_s2)
     mx = rate[:, 1] + (weight.position_y_m + y) * fz
@@ -128,7 +129,7 @@ def weight_marker_paths(weight: WeightTruth, motion: BeltMotion) -> list[MarkerP
     list of callable
         Each gives x, y, z (m), shape (n, 3), at instants (s), shape (n,).
     """
-    belt = CubicSpline(motion.time, motion.belt_position)
+    belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
 
     def corner(right: float, forward: float) -> MarkerPath:
         x = weight.position_x_m + 0.5 * right * weight.width_m

@@ -22,40 +22,9 @@ def make_weight_trial(
     duration_s: float,
     log: Path,
     calibration: Path,
-    markers: Path,
+    markers: Path | None = None,
 ) -> None:
-    """Make one trial with the weight on the belt.
-
-    Parameters
-    ----------
-    truth : dict
-        The laboratory's constants, as its configuration file holds them (units in the keys).
-    condition : str
-        Name of the condition: it seeds the trial's noise.
-    profile : {"sine", "minjerk"}
-        Shape of the perturbations.
-    amplitude_m_per_s, interval_s, duration_s : float
-        Velocity amplitude (m/s), time between perturbations (s), length of the trial (s).
-    log, calibration, markers : Path
-        Files to write: treadmill log, calibration matrix and C3D.
-    """
-    weight, protocol = WeightTruth(**truth["weight"]), (profile, amplitude_m_per_s, interval_s, duration_s)
-    rng = generator(truth["seed"], "weight", condition)
-    schedule, motion = _record(truth, weight, protocol, rng, log, calibration)
-    record_capture(truth["treadmill"], schedule, MARKERS, weight_marker_paths(weight, motion), rng, markers)
-
-
-def make_empty_trial(
-    truth: dict,
-    condition: str,
-    profile: str,
-    amplitude_m_per_s: float,
-    interval_s: float,
-    duration_s: float,
-    log: Path,
-    calibration: Path,
-) -> None:
-    """Make one trial with nothing on the belt.
+    """Make one trial with the weight on the belt, or with nothing on it.
 
     Parameters
     ----------
@@ -69,17 +38,17 @@ def make_empty_trial(
         Velocity amplitude (m/s), time between perturbations (s), length of the trial (s).
     log, calibration : Path
         Files to write: treadmill log and calibration matrix.
+    markers : Path, optional
+        C3D file of the weight's markers to write; None leaves the belt empty.
     """
-    rng = generator(truth["seed"], "empty", condition)
-    _record(truth, None, (profile, amplitude_m_per_s, interval_s, duration_s), rng, log, calibration)
-
-
-def _record(truth: dict, weight: WeightTruth | None, protocol: tuple, rng, log: Path, calibration: Path):
-    """Move the belt by the protocol, write its log, and return the schedule and the motion."""
-    rig = truth["treadmill"]
-    schedule = schedule_trial(rig, *protocol, rig["protocol"]["rest_after_weight_s"], rng)
+    seed, rig = truth["seed"], truth["treadmill"]
+    weight = None if markers is None else WeightTruth(**truth["weight"])
+    rng = generator(seed, "empty" if weight is None else "weight", condition)
+    rest_after_s = rig["protocol"]["rest_after_weight_s"]
+    schedule = schedule_trial(rig, profile, amplitude_m_per_s, interval_s, duration_s, rest_after_s, rng)
     drive = DriveTruth(**rig["drive"])
     motion = move_weight(weight, drive, schedule.command, schedule.ends_s, INTEGRATION_RATE_HZ)
     load_kg = 0.0 if weight is None else weight.mass_kg
-    record_log(rig, truth["seed"], schedule, motion, load_kg, rng, log, calibration)
-    return schedule, motion
+    record_log(rig, seed, schedule, motion, load_kg, rng, log, calibration)
+    if weight is not None:
+        record_capture(rig, schedule, MARKERS, weight_marker_paths(weight, motion), rng, markers)

@@ -1,9 +1,9 @@
-# What a treadmill adds to a measured load: recordings of your own.
+# Belt-induced load of a treadmill, from your own recordings.
 
 
 rule calibrate_belt:
     input:
-        trials=of_trials("<results>/trials/belt/{condition}.h5", "belt"),
+        trials=STUDY.of_trials("<results>/trials/belt/{condition}.h5", "belt"),
         library=library_of("calibrate_belt"),
     output:
         models="<results>/treadmill_models/belt.json",
@@ -14,9 +14,9 @@ rule calibrate_belt:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        roles=roles("belt"),
-        analysis=config["belt"]["analysis"],
-        models=config["belt"]["models"],
+        roles=STUDY.roles("belt"),
+        analysis=SETTINGS["belt"]["analysis"],
+        models=SETTINGS["belt"]["models"],
     script:
         "../scripts/calibrate_belt.py"
 
@@ -33,6 +33,6 @@ rule plot_belt:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        chosen=config["belt"]["chosen"],
+        chosen=SETTINGS["belt"]["chosen"],
     script:
         "../scripts/plot_belt.py"

@@ -4,22 +4,25 @@ import compileall
 import os
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, workflow.basedir)
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine
+from workflow.support import outputs
 from workflow.support.check import (
     check_against_schema,
     check_config,
+    check_one_treadmill,
     check_plate_models,
-    check_same_belt,
-    check_same_processing,
     load_yaml,
 )
 from workflow.support.reach import reached_by
-from workflow.support.trial_sheet import RAW_FILES, read_trial_sheet
+from workflow.support.settings import pick, without
+from workflow.support.study import Study, any_of, table_experiment
+from workflow.support.trial_sheet import check_sources, read_trial_sheet
 from workflow.support.version import code_version
 
 # bytecode once, not once per job: some environments keep Python from writing it
@@ -29,160 +32,72 @@ STARTED = time.time()
 SCHEMAS = Path(workflow.basedir) / "workflow" / "schemas"
 
 
-def checked_trials():
-    """Check every file of the configuration, then read the trial sheet."""
+def sections_of(key):
+    """Check the file that study.<key> names; return a function that takes some of it, of no file nothing."""
+    path = config["study"][key]
+    if path is None:
+        return lambda *paths: {}
+    content = load_yaml(path)
+    check_against_schema(content, SCHEMAS / f"{key}.schema.yaml", path)
+    return partial(pick, content)
+
+
+def checked_study():
+    """Check the configuration, then read the trial sheet."""
     load_yaml(Path(workflow.basedir) / "config" / "config.yaml")
     check_against_schema(config, SCHEMAS / "config.schema.yaml", "configuration")
     check_config(config, "configuration")
     study = config["study"]
-    for key in ("virtual_lab", "reported"):
-        if study[key] is not None:
-            check_against_schema(load_yaml(study[key]), SCHEMAS / f"{key}.schema.yaml", study[key])
     trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
-    for (experiment, condition), row in trials.items():
-        if row.source == "virtual_lab" and study["virtual_lab"] is None:
-            raise InputError(
-                f"{study['trial_sheet']}: expected recordings only, because study.virtual_lab is "
-                f"null, found {experiment}/{condition} to be made: name its files"
-            )
-    experiments = {experiment for experiment, _ in trials}
-    for carried in ("dummy", "standing"):
-        if {carried, "weight"} <= experiments:
-            check_same_processing(config, carried, "configuration")
-            check_same_belt(config, carried, "configuration")
-    if "standing" in experiments and "weight" not in experiments:
+    check_sources(trials, study["trial_sheet"], study["virtual_lab"])
+    found = Study(config, trials)
+    check_one_treadmill(config, found.experiments, "configuration")
+    if found.has("standing") and not found.has("weight"):
         check_plate_models(config, "configuration")
-    for there, missing in (("weight", "empty"), ("empty", "weight")):
-        if there in experiments and missing not in experiments:
-            raise InputError(
-                f"{study['trial_sheet']}: expected trials of {missing} beside those of {there}, found none: "
-                "models of the treadmill need the empty belt and a known weight, add its rows"
-            )
-    return trials
-
-
-def engine_of_simulations():
-    """Name of the engine that moves the dummy, which must be installed; None where nothing is simulated."""
-    simulated = {"wristalyzer", "dummy"} <= {experiment for experiment, _ in TRIALS}
-    return resolved_engine(config["dummy"]["simulation"]["engine"]) if simulated else None
+    return found
 
 
 try:
-    TRIALS = checked_trials()
-    ENGINE = engine_of_simulations()
+    STUDY = checked_study()
+    # a rule is given no more of these files than it reads, and runs again for nothing else. Only the rules that
+    # make raw files, and the comparison of estimates with the truth, may call truth_of
+    truth_of, reported_of = sections_of("virtual_lab"), sections_of("reported")
+    # what moves the simulated dummy; it must be installed
+    ENGINE = resolved_engine(config["dummy"]["simulation"]["engine"]) if STUDY.has("simulation") else None
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
 
-EXPERIMENTS = list(dict.fromkeys(experiment for experiment, _ in TRIALS))
-# the force plate's models need the empty belt and the weight, the torque from the foot's side the models
-PLATE = "weight" in EXPERIMENTS
-FOOT = PLATE and "dummy" in EXPERIMENTS
-# simulations compare the parameters of both experiments with the ankle dummy
-SIMULATION = {"wristalyzer", "dummy"} <= set(EXPERIMENTS)
-
-
-def conditions(experiment):
-    """Conditions of an experiment in the order of the trial sheet."""
-    return [condition for name, condition in TRIALS if name == experiment]
-
-
-def made_conditions(experiment):
-    """Those of them that the virtual laboratory makes."""
-    return [c for c in conditions(experiment) if TRIALS[experiment, c].source == "virtual_lab"]
-
-
-def roles(experiment):
-    """Condition -> calibrate or validate, in the order of the trial sheet."""
-    return {condition: TRIALS[experiment, condition].role for condition in conditions(experiment)}
-
-
-def tasks():
-    """What the person was told, in the order of the trial sheet."""
-    return list(dict.fromkeys(TRIALS["standing", c].task for c in conditions("standing")))
-
-
-def task_groups():
-    """Conditions by task and profile, for example relax, negative-sine; in the order of the trial sheet."""
-    groups = {}
-    for condition in conditions("standing"):
-        row = TRIALS["standing", condition]
-        title = row.task if row.profile == "-" else f"{row.task}, {row.profile}"
-        groups.setdefault(title, []).append(condition)
-    return groups
-
-
-def made_tasks():
-    """Condition -> task of the person's trials that the laboratory makes, and of tasks made as a whole."""
-    made = {c: TRIALS["standing", c].task for c in made_conditions("standing")}
-    whole = {
-        task
-        for task in tasks()
-        if all(c in made for c in conditions("standing") if TRIALS["standing", c].task == task)
-    }
-    return made | {task: task for task in tasks() if task in whole}
-
-
-def of_task(pattern):
-    """Input function: the pattern filled in for every condition of a task."""
-
-    def files(wildcards):
-        names = [c for c in conditions("standing") if TRIALS["standing", c].task == wildcards.task]
-        return [pattern.format(condition=condition) for condition in names]
-
-    return files
-
-
-def plate_models():
-    """Models of the plate's load, where there are any: of Fy, then of Mx."""
-    return [f"<results>/treadmill_models/plate_{load}.json" for load in ("Fy", "Mx")] if PLATE else []
-
-
-def plate_trials():
-    """[experiment, condition, role] of all trials with the empty belt and with the weight."""
-    return [[e, c, role] for e in ("empty", "weight") for c, role in roles(e).items()]
-
-
-def any_of(names):
-    """Regular expression for one of the names, or for nothing at all."""
-    return "|".join(name.replace(".", r"\.") for name in names) or "(?!)"
+SETTINGS, SEED = STUDY.settings, config["study"]["seed"]
 
 
 wildcard_constraints:
-    condition=any_of(sorted({condition for _, condition in TRIALS}, key=len, reverse=True)),
-    task=any_of(sorted(tasks(), key=len, reverse=True)),
+    condition=any_of(condition for _, condition in STUDY.trials),
+    task=any_of(STUDY.tasks()),
 
 
-def trial(wildcards, experiment):
-    """The trial's row of the sheet."""
-    return TRIALS[experiment, wildcards.condition]
+def sheet(column, experiment=None):
+    """Param function: a column of the trial's row. The experiment is a wildcard where none is given."""
+    return lambda w: getattr(STUDY.trials[experiment or w.experiment, w.condition], column)
 
 
-def raw_files(wildcards, experiment):
-    """Kind -> path of the trial's raw files, recorded or made."""
-    row = trial(wildcards, experiment)
-    if row.source == "recorded":
-        return row.files
-    folder = f"{config['pathvars']['results']}/raw/{experiment}/{row.condition}"
-    return {kind: f"{folder}/{name}" for kind, name in RAW_FILES[experiment].items()}
+def protocol(experiment):
+    """Param function: what the belt is to do in a trial that is made."""
+    return lambda w: STUDY.protocol(experiment, w.condition)
 
 
-def raw_inputs(experiment):
-    """Input function: the raw files, without recorded ones that are missing.
-
-    A missing recording stops its own job with a sentence, not the whole study.
-    """
-
-    def files(wildcards):
-        made = trial(wildcards, experiment).source == "virtual_lab"
-        paths = raw_files(wildcards, experiment).values()
-        return [path for path in paths if made or Path(path).is_file()]
-
-    return files
+def raw_files(experiment=None):
+    """Param function: kind -> path of the trial's raw files, recorded or simulated."""
+    return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
 
 
-def of_trials(pattern, experiment):
-    """The pattern filled in for every condition of an experiment."""
-    return [pattern.format(condition=condition) for condition in conditions(experiment)]
+def raw_inputs(experiment=None):
+    """Input function: the same, without recorded ones that are missing."""
+    return lambda w: STUDY.raw_inputs(experiment or w.experiment, w.condition, config["pathvars"]["results"])
+
+
+def reported_table(name):
+    """What the thesis printed in one of its tables."""
+    return reported_of("tables").get("tables", {}).get(name, {})
 
 
 def library_of(script):
@@ -195,244 +110,6 @@ def here(path):
     return os.path.relpath(Path(workflow.basedir) / path)
 
 
-# ---- what the study shows, by experiment ---------------------------------------------------------
-
-
-def appendix_figures():
-    """Figures B-1 to B-12, one per condition of the dummy, in the order of the trial sheet."""
-    return [f"figure_b_{number}" for number in range(1, 1 + min(12, len(conditions("dummy"))))]
-
-
-FIGURES = {
-    "wristalyzer": [
-        "figure_2_4",
-        "figure_3_1",
-        "figure_4_1",
-        "figure_4_2",
-        "figure_4_3",
-        "figure_starting_values",
-        "figure_averaging",
-    ],
-    "dummy": [
-        "figure_2_9",
-        "figure_3_3",
-        "figure_4_4",
-        "figure_pathways",
-        "figure_torque",
-        "figure_specification",
-        "figure_dummy_cross_validation",
-    ],
-    "weight": [
-        "figure_4_5",
-        "figure_4_6",
-        "figure_5_1",
-        "figure_plate_models",
-        "figure_plate_responses",
-    ],
-    "foot": ["figure_foot"],
-    "simulation": [
-        "figure_4_7",
-        "figure_4_8",
-        "figure_4_9",
-        "figure_4_10",
-        "figure_4_11",
-        "figure_b",
-        *appendix_figures(),
-        "figure_b_13",
-    ],
-    "noise": ["figure_4_12", "figure_noise"],
-    "standing": [
-        "figure_4_13",
-        "figure_4_14",
-        "figure_standing_activity",
-        "figure_standing_latency",
-        "figure_standing_response",
-        "figure_standing_stiffness",
-        "figure_standing_window",
-        "figure_standing_joints",
-    ],
-    "belt": ["figure_belt_prediction", "figure_belt_cutoff", "figure_belt_ripple"],
-    "position_manipulator": [
-        "figure_position_manipulator_impedance",
-        "figure_position_manipulator_prediction",
-        "figure_position_manipulator_responses",
-    ],
-}
-CATEGORIES = {
-    "wristalyzer": "Wristalyzer",
-    "dummy": "TEP-SIPE on the ankle dummy",
-    "weight": "What the treadmill adds to the force",
-    "foot": "TEP-SIPE on the ankle dummy",
-    "simulation": "Forward simulation",
-    "noise": "Sensitivity to noise",
-    "standing": "A person standing on the treadmill",
-    "belt": "What the treadmill adds to the load",
-    "position_manipulator": "Position-controlled manipulator",
-}
-TABLES = {"wristalyzer": ["table_4_1"], "dummy": ["table_4_2", "table_4_3"]}
-
-
-def figure_files(experiment):
-    """Named outputs of a plotting rule: every figure as SVG, in the HTML report, and as PNG."""
-    files = {}
-    for name in FIGURES[experiment]:
-        caption = "figure_b_trial" if name in appendix_figures() else name
-        files[name] = report(
-            f"<results>/figures/{name}.svg",
-            caption=f"../../report/captions/{caption}.rst",
-            category=CATEGORIES[experiment],
-            labels={"figure": name.removeprefix("figure_").replace("_", "-")},
-        )
-        files[f"{name}_png"] = f"<results>/figures/{name}.png"
-    return files
-
-
-def shown_condition(experiment, wanted):
-    """The configured condition, or the last of the sheet where the study does not have it."""
-    names = conditions(experiment)
-    return wanted if wanted in names or not names else names[-1]
-
-
-def shown_validating(experiment, wanted):
-    """The same among the trials that validate models."""
-    names = [condition for condition, role in roles(experiment).items() if role == "validate"]
-    return wanted if wanted in names or not names else names[-1]
-
-
-def shown_conditions(experiment, wanted):
-    """The configured conditions that the study has, or all where it has none of them."""
-    names = conditions(experiment)
-    return [name for name in names if name in wanted] or names
-
-
-def study_figures():
-    """Every figure of the study's experiments."""
-    parts = {"foot": FOOT, "simulation": SIMULATION, "noise": SIMULATION}
-    shown = EXPERIMENTS + [name for name, there in parts.items() if there]
-    return [f"<results>/figures/{name}.svg" for e in shown for name in FIGURES.get(e, [])]
-
-
-def standing_figures():
-    """Figures 4-13 and 4-14 of every trial of the standing person."""
-    names = ("4_13", "4_14")
-    return [f"<results>/figures/standing/{c}_{name}.png" for c in conditions("standing") for name in names]
-
-
-def active_estimators():
-    """Estimators of the standing person that tell the muscles' torque apart."""
-    return [name for name, choice in config["standing"]["estimators"].items() if choice["active"] != "none"]
-
-
-def task_fits():
-    """What the trials of each task gave together."""
-    return [f"<results>/fits/standing_tasks/{task}.h5" for task in tasks()]
-
-
-def study_tables():
-    """The thesis's tables, where there is something to compare."""
-    names = [name for e in EXPERIMENTS for name in TABLES.get(e, []) if table_conditions(name)]
-    return [f"<results>/tables/{name}.csv" for name in names]
-
-
-def study_forward():
-    """The comparison of simulations with recordings, where both experiments are in the study."""
-    return ["<results>/tables/forward.csv"] if SIMULATION else []
-
-
-def noise_conditions():
-    """One trial of the dummy for every profile and amplitude: the belt motions of the noise study."""
-    chosen = {}
-    for condition in conditions("dummy"):
-        row = TRIALS["dummy", condition]
-        key = condition if row.amplitude is None else (row.profile, row.amplitude)
-        chosen.setdefault(key, condition)
-    return list(chosen.values())
-
-
-def same_profile(wildcards):
-    """The noise study's trials with the same profile as one of them, itself included."""
-    profile = trial(wildcards, "dummy").profile
-    return [c for c in noise_conditions() if TRIALS["dummy", c].profile == profile]
-
-
-def study_specification():
-    """One trial of the dummy by every combination of choices, where there is a dummy."""
-    return ["<results>/tables/specification.csv"] if "dummy" in EXPERIMENTS else []
-
-
-def study_noise():
-    """The noise study's tables, where there are simulations."""
-    names = ("noise", "table_4_4") if SIMULATION else ()
-    return [f"<results>/tables/{name}.csv" for name in names]
-
-
-def study_models():
-    """The table of the treadmill's models, where there are any."""
-    return ["<results>/tables/treadmill_models.csv"] if model_scores() else []
-
-
-def model_files(name, there):
-    """What the calibration of treadmill models keeps for the report: responses, and scores."""
-    files = [f"<results>/fits/{name}.h5", f"<results>/treadmill_models/{name}.csv"]
-    return files if there else []
-
-
-def model_scores():
-    """Scores of the force plate's models and of those of a recorded treadmill."""
-    made = {"plate": PLATE, "belt": "belt" in EXPERIMENTS}
-    return [f"<results>/treadmill_models/{name}.csv" for name, there in made.items() if there]
-
-
-def study_recovery():
-    """The comparison with the truth, where there is a truth."""
-    return [] if config["study"]["virtual_lab"] is None else ["<results>/tables/recovery.csv"]
-
-
-def study_claims():
-    """The check of the thesis's statements, where there is something to compare."""
-    return [] if config["study"]["reported"] is None else ["<results>/tables/claims.csv"]
-
-
-def all_trials():
-    """HDF5 files of all trials."""
-    return [f"<results>/trials/{e}/{c}.h5" for e, c in TRIALS]
-
-
-def fitted_trials():
-    """(experiment, condition) of all trials with a fit of their own."""
-    return [(e, c) for e, c in TRIALS if e != "belt"]
-
-
-def all_fits():
-    """Fits of all trials."""
-    return [f"<results>/fits/{e}/{c}.h5" for e, c in fitted_trials()]
-
-
-def all_estimates():
-    """Rows of estimates of all trials and cross-validations."""
-    files = [f"<results>/estimates/{e}/{c}.csv" for e, c in fitted_trials()]
-    if FOOT:
-        files += of_trials("<results>/estimates/foot/{condition}.csv", "dummy")
-    files += [f"<results>/estimates/standing_tasks/{task}.csv" for task in tasks()]
-    crossed = [e for e in EXPERIMENTS if e in ("wristalyzer", "dummy")]
-    return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
-
-
-def table_conditions(table):
-    """Columns of a thesis table."""
-    if table == "table_4_1":
-        return conditions("wristalyzer")
-    profile = {"table_4_2": "sine-", "table_4_3": "minjerk-"}[table]
-    return [c for c in conditions("dummy") if c.startswith(profile)]
-
-
-def table_pathways(table):
-    """[pathway, estimator or None] as printed and recommended."""
-    if table == "table_4_1":
-        return [["admittance", "spectral-fit"], ["admittance", "spectral-fit-periods"]]
-    return [[config["dummy"][key], None] for key in ("as_printed", "recommended")]
-
-
 def report_sources():
     """Typst sources, captions and references of the report."""
     folder = Path(workflow.basedir) / "report"
@@ -440,32 +117,28 @@ def report_sources():
     return [here(path) for path in files]
 
 
-def experiment_conditions():
-    """Experiment -> its conditions."""
-    return {experiment: conditions(experiment) for experiment in EXPERIMENTS}
+def figure_files(name):
+    """Named outputs of a plotting rule: every figure as SVG, in the HTML report, and as PNG."""
+    files = {}
+    for figure, caption in outputs.figures_of(STUDY, name).items():
+        files[figure] = report(
+            f"<results>/figures/{figure}.svg",
+            caption=f"../../report/captions/{caption}.rst",
+            category=outputs.category_of(name),
+            labels={"figure": figure.removeprefix("figure_").replace("_", "-")},
+        )
+        files[f"{figure}_png"] = f"<results>/figures/{figure}.png"
+    return files
 
 
-def fitted_conditions():
-    """Experiment -> its conditions, of all trials with a fit of their own."""
-    return {e: names for e, names in experiment_conditions().items() if e != "belt"}
+def start_jobs_when_jobs_end():
+    """On this computer Snakemake's scheduler need not look for work but when a job has ended.
 
-
-def study_outputs():
-    """What `all` asks for, but for the HTML report, which shows it."""
-    return [
-        f"<results>/report/{config['study']['name']}.pdf",
-        "<results>/provenance.json",
-        "<results>/tables/estimates.csv",
-        *study_tables(),
-        *study_models(),
-        *study_forward(),
-        *study_noise(),
-        *study_specification(),
-        *study_recovery(),
-        *study_claims(),
-        *study_figures(),
-        *standing_figures(),
-    ]
+    Its limit of 100 starts in a second sets a timer after every start, and each timer, when it ends, the
+    next: hundreds of them come to look once a second, which costs more than any rule. A cluster keeps it.
+    """
+    if workflow.local_exec:
+        workflow.scheduler.job_rate_limiter = None
 
 
 def say_what_stopped():

@@ -1,7 +1,10 @@
 # TEP-SIPE on the ankle dummy: thesis sections 3-1-2 and 4-1-2.
 
+DUMMY = SETTINGS["dummy"]
+# what bootstrap does not need is not given to those that draw no samples
+DUMMY_ANALYSIS = without(DUMMY["analysis"], "bootstrap_draws")
 # the trial that is analysed by every combination of choices
-SPECIFIED = shown_condition("dummy", config["dummy"]["specification"]["condition"])
+SPECIFIED = STUDY.shown("dummy", DUMMY["specification"]["condition"])
 
 
 rule fit_dummy:
@@ -16,18 +19,19 @@ rule fit_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        pathways=config["dummy"]["pathways"],
-        belt_fixed_labels=config["dummy"]["foot"]["belt_fixed_labels"],
-        seed=config["study"]["seed"],
+        geometry=without(DUMMY["geometry"], "foot_mass_kg", "foot_height_m"),
+        analysis=DUMMY_ANALYSIS,
+        bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
+        pathways=DUMMY["pathways"],
+        belt_fixed_labels=DUMMY["foot"]["belt_fixed_labels"],
+        seed=SEED,
     script:
         "../scripts/fit_dummy.py"
 
 
 rule cross_validate_dummy:
     input:
-        fits=of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         library=library_of("cross_validate_dummy"),
     output:
         matrices="<results>/cross_validation/dummy.h5",
@@ -37,7 +41,7 @@ rule cross_validate_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=conditions("dummy"),
+        conditions=STUDY.conditions("dummy"),
     script:
         "../scripts/cross_validate_dummy.py"
 
@@ -59,19 +63,20 @@ rule specify_dummy:
         "../envs/tepsipe.yaml"
     params:
         condition=SPECIFIED,
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        foot=config["dummy"]["foot"],
-        options={k: v for k, v in config["dummy"]["specification"].items() if k != "condition"},
-        as_printed=config["dummy"]["pathways"][config["dummy"]["as_printed"]],
-        recommended=config["dummy"]["pathways"][config["dummy"]["recommended"]],
+        geometry=DUMMY["geometry"],
+        analysis=DUMMY_ANALYSIS,
+        foot=without(DUMMY["foot"], "pathways"),
+        belt=DUMMY["belt"],
+        options=without(DUMMY["specification"], "condition"),
+        as_printed=DUMMY["pathways"][DUMMY["as_printed"]],
+        recommended=DUMMY["pathways"][DUMMY["recommended"]],
     script:
         "../scripts/specify_dummy.py"
 
 
 rule plot_dummy:
     input:
-        fits=of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         specification="<results>/tables/specification.csv",
         matrices="<results>/cross_validation/dummy.h5",
         library=library_of("plot_dummy"),
@@ -82,10 +87,10 @@ rule plot_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=conditions("dummy"),
-        example=shown_condition("dummy", config["dummy"]["example_condition"]),
-        as_printed=config["dummy"]["as_printed"],
-        recommended=config["dummy"]["recommended"],
+        conditions=STUDY.conditions("dummy"),
+        example=STUDY.shown("dummy", DUMMY["example_condition"]),
+        as_printed=DUMMY["as_printed"],
+        recommended=DUMMY["recommended"],
     script:
         "../scripts/plot_dummy.py"
 
@@ -103,18 +108,20 @@ rule fit_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        foot=config["dummy"]["foot"],
-        seed=config["study"]["seed"],
+        geometry=DUMMY["geometry"],
+        analysis=DUMMY_ANALYSIS,
+        bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
+        foot=DUMMY["foot"],
+        belt=DUMMY["belt"],
+        seed=SEED,
     script:
         "../scripts/fit_foot.py"
 
 
 rule plot_foot:
     input:
-        leg=of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
-        foot=of_trials("<results>/fits/foot/{condition}.h5", "dummy"),
+        leg=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        foot=STUDY.of_trials("<results>/fits/foot/{condition}.h5", "dummy"),
         library=library_of("plot_foot"),
     output:
         **figure_files("foot"),
@@ -123,7 +130,7 @@ rule plot_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=conditions("dummy"),
-        recommended=config["dummy"]["recommended"],
+        conditions=STUDY.conditions("dummy"),
+        recommended=DUMMY["recommended"],
     script:
         "../scripts/plot_foot.py"

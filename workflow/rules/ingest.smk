@@ -1,5 +1,5 @@
-# Raw files to one self-describing HDF5 file per trial. Nothing here knows whether a file was
-# recorded or made.
+# Raw files to one self-describing HDF5 file per trial. Recorded and simulated files are
+# treated alike.
 
 
 rule ingest_wristalyzer:
@@ -13,70 +13,35 @@ rule ingest_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        files=lambda w: raw_files(w, "wristalyzer"),
-        duration_s=lambda w: trial(w, "wristalyzer").duration_s,
-        log_columns=config["wristalyzer"]["files"]["log_columns"],
-        command_columns=config["wristalyzer"]["files"]["command_columns"],
-        angle_unit=config["wristalyzer"]["files"]["angle_unit"],
-        ingest=config["wristalyzer"]["ingest"],
+        files=raw_files("wristalyzer"),
+        duration_s=sheet("duration_s", "wristalyzer"),
+        log_columns=SETTINGS["wristalyzer"]["files"]["log_columns"],
+        command_columns=SETTINGS["wristalyzer"]["files"]["command_columns"],
+        angle_unit=SETTINGS["wristalyzer"]["files"]["angle_unit"],
+        ingest=SETTINGS["wristalyzer"]["ingest"],
     script:
         "../scripts/ingest_wristalyzer.py"
 
 
-rule ingest_dummy:
+rule ingest_plate_treadmill:
     input:
-        raw=raw_inputs("dummy"),
-        library=library_of("ingest_dummy"),
+        raw=raw_inputs(),
+        library=library_of("ingest_plate_treadmill"),
     output:
-        trial="<results>/trials/dummy/{condition}.h5",
+        trial="<results>/trials/{experiment}/{condition}.h5",
     log:
-        "<logs>/ingest_dummy/{condition}.log",
+        "<logs>/ingest_plate_treadmill/{experiment}/{condition}.log",
+    wildcard_constraints:
+        experiment="dummy|weight|empty",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        files=lambda w: raw_files(w, "dummy"),
-        duration_s=lambda w: trial(w, "dummy").duration_s,
-        marker_labels=config["dummy"]["files"]["marker_labels"],
-        ingest=config["dummy"]["ingest"],
+        files=raw_files(),
+        duration_s=sheet("duration_s"),
+        marker_labels=lambda w: SETTINGS[w.experiment].get("files", {}).get("marker_labels"),
+        ingest=lambda w: SETTINGS[w.experiment]["ingest"],
     script:
-        "../scripts/ingest_dummy.py"
-
-
-rule ingest_weight:
-    input:
-        raw=raw_inputs("weight"),
-        library=library_of("ingest_weight"),
-    output:
-        trial="<results>/trials/weight/{condition}.h5",
-    log:
-        "<logs>/ingest_weight/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        files=lambda w: raw_files(w, "weight"),
-        duration_s=lambda w: trial(w, "weight").duration_s,
-        marker_labels=config["weight"]["files"]["marker_labels"],
-        ingest=config["weight"]["ingest"],
-    script:
-        "../scripts/ingest_weight.py"
-
-
-rule ingest_empty:
-    input:
-        raw=raw_inputs("empty"),
-        library=library_of("ingest_empty"),
-    output:
-        trial="<results>/trials/empty/{condition}.h5",
-    log:
-        "<logs>/ingest_empty/{condition}.log",
-    conda:
-        "../envs/tepsipe.yaml"
-    params:
-        files=lambda w: raw_files(w, "empty"),
-        duration_s=lambda w: trial(w, "empty").duration_s,
-        ingest=config["empty"]["ingest"],
-    script:
-        "../scripts/ingest_empty.py"
+        "../scripts/ingest_plate_treadmill.py"
 
 
 rule ingest_standing:
@@ -90,13 +55,13 @@ rule ingest_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        files=lambda w: raw_files(w, "standing"),
-        duration_s=lambda w: trial(w, "standing").duration_s,
-        marker_labels=config["standing"]["files"]["marker_labels"],
-        emg_trigger=config["standing"]["files"]["emg_trigger"],
-        emg_trigger_threshold=config["standing"]["files"]["emg_trigger_threshold"],
-        emg_channels={m: choice["channel"] for m, choice in config["standing"]["muscles"].items()},
-        ingest=config["standing"]["ingest"],
+        files=raw_files("standing"),
+        duration_s=sheet("duration_s", "standing"),
+        marker_labels=SETTINGS["standing"]["files"]["marker_labels"],
+        emg_trigger=SETTINGS["standing"]["files"]["emg_trigger"],
+        emg_trigger_threshold=SETTINGS["standing"]["files"]["emg_trigger_threshold"],
+        emg_channels={m: choice["channel"] for m, choice in SETTINGS["standing"]["muscles"].items()},
+        ingest=SETTINGS["standing"]["ingest"],
     script:
         "../scripts/ingest_standing.py"
 
@@ -112,13 +77,13 @@ rule ingest_position_manipulator:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        files=lambda w: raw_files(w, "position_manipulator"),
-        duration_s=lambda w: trial(w, "position_manipulator").duration_s,
-        columns=config["position_manipulator"]["files"]["columns"],
-        delimiter=config["position_manipulator"]["files"]["delimiter"],
-        angle_unit=config["position_manipulator"]["files"]["angle_unit"],
-        torque_sign=config["position_manipulator"]["files"]["torque_sign"],
-        ingest=config["position_manipulator"]["ingest"],
+        files=raw_files("position_manipulator"),
+        duration_s=sheet("duration_s", "position_manipulator"),
+        columns=SETTINGS["position_manipulator"]["files"]["columns"],
+        delimiter=SETTINGS["position_manipulator"]["files"]["delimiter"],
+        angle_unit=SETTINGS["position_manipulator"]["files"]["angle_unit"],
+        torque_sign=SETTINGS["position_manipulator"]["files"]["torque_sign"],
+        ingest=SETTINGS["position_manipulator"]["ingest"],
     script:
         "../scripts/ingest_position_manipulator.py"
 
@@ -134,11 +99,11 @@ rule ingest_belt:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        files=lambda w: raw_files(w, "belt"),
-        duration_s=lambda w: trial(w, "belt").duration_s,
-        columns=lambda w: trial(w, "belt").columns,
-        delimiter=config["belt"]["files"]["delimiter"],
-        load_unit=config["belt"]["files"]["load_unit"],
-        ingest=config["belt"]["ingest"],
+        files=raw_files("belt"),
+        duration_s=sheet("duration_s", "belt"),
+        columns=sheet("columns", "belt"),
+        delimiter=SETTINGS["belt"]["files"]["delimiter"],
+        load_unit=SETTINGS["belt"]["files"]["load_unit"],
+        ingest=SETTINGS["belt"]["ingest"],
     script:
         "../scripts/ingest_belt.py"

@@ -1,5 +1,7 @@
 # TEP-SIPE on simulated data with measurement noise: thesis sections 2-1-3, 3-1-3 and 4-1-3.
 
+NOISE = SETTINGS["noise"]
+
 
 rule simulate_without_noise:
     input:
@@ -12,10 +14,10 @@ rule simulate_without_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        joint=config["noise"]["joint"],
-        step_s=config["dummy"]["simulation"]["step_s"],
+        geometry=DUMMY["geometry"],
+        analysis=DUMMY_ANALYSIS,
+        joint=NOISE["joint"],
+        step_s=DUMMY["simulation"]["step_s"],
         engine=ENGINE,
     script:
         "../scripts/simulate_without_noise.py"
@@ -23,7 +25,7 @@ rule simulate_without_noise:
 
 rule sweep_noise:
     input:
-        fits=lambda w: [f"<results>/fits/without_noise/{c}.h5" for c in same_profile(w)],
+        fits=lambda w: [f"<results>/fits/without_noise/{c}.h5" for c in STUDY.same_profile(w.condition)],
         library=library_of("sweep_noise"),
     output:
         noise="<results>/noise/{condition}.csv",
@@ -32,19 +34,18 @@ rule sweep_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=same_profile,
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        noise=config["noise"],
-        seed=config["study"]["seed"],
+        conditions=lambda w: STUDY.same_profile(w.condition),
+        geometry=DUMMY["geometry"],
+        analysis=DUMMY_ANALYSIS,
+        noise=NOISE,
+        seed=SEED,
     script:
         "../scripts/sweep_noise.py"
 
 
 rule collect_noise:
     input:
-        noise=[f"<results>/noise/{c}.csv" for c in noise_conditions()],
-        reported=config["study"]["reported"] or [],
+        noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise_conditions()],
         library=library_of("collect_noise"),
     output:
         noise=report(
@@ -64,15 +65,17 @@ rule collect_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        noise=config["noise"],
-        averaged=[c for c in noise_conditions() if c.startswith("sine")] or noise_conditions(),
+        reported=reported_table("table_4_4"),
+        table_snr_db=NOISE["table_snr_db"],
+        swept_Nm_per_rad=NOISE["joint"]["stiffness_Nm_per_rad"][0],
+        averaged=STUDY.averaged_noise_conditions(),
     script:
         "../scripts/collect_noise.py"
 
 
 rule plot_noise:
     input:
-        noise=[f"<results>/noise/{c}.csv" for c in noise_conditions()],
+        noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise_conditions()],
         library=library_of("plot_noise"),
     output:
         **figure_files("noise"),
@@ -81,7 +84,8 @@ rule plot_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        noise=config["noise"],
-        conditions=[c for c in noise_conditions() if c.startswith("sine")] or noise_conditions(),
+        joint=NOISE["joint"],
+        table_snr_db=NOISE["table_snr_db"],
+        conditions=STUDY.averaged_noise_conditions(),
     script:
         "../scripts/plot_noise.py"

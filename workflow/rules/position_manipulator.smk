@@ -13,15 +13,15 @@ rule fit_position_manipulator:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        analysis=config["position_manipulator"]["analysis"],
-        seed=config["study"]["seed"],
+        analysis=SETTINGS["position_manipulator"]["analysis"],
+        seed=SEED,
     script:
         "../scripts/fit_position_manipulator.py"
 
 
 rule plot_position_manipulator:
     input:
-        fits=of_trials("<results>/fits/position_manipulator/{condition}.h5", "position_manipulator"),
+        fits=STUDY.of_trials("<results>/fits/position_manipulator/{condition}.h5", "position_manipulator"),
         library=library_of("plot_position_manipulator"),
     output:
         **figure_files("position_manipulator"),
@@ -30,6 +30,6 @@ rule plot_position_manipulator:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=conditions("position_manipulator"),
+        conditions=STUDY.conditions("position_manipulator"),
     script:
         "../scripts/plot_position_manipulator.py"

@@ -1,9 +1,9 @@
-# The PDF: one source, a chapter for every experiment of the study. And Snakemake's own HTML report.
+# The PDF, one source with a chapter for every experiment of the study, and Snakemake's HTML report.
 
 
 rule record_provenance:
     input:
-        trials=all_trials(),
+        trials=outputs.trials(STUDY),
         trial_sheet=config["study"]["trial_sheet"],
         virtual_lab=config["study"]["virtual_lab"] or [],
         reported=config["study"]["reported"] or [],
@@ -27,19 +27,18 @@ rule record_provenance:
 rule write_report:
     input:
         source=report_sources(),
-        figures=study_figures(),
-        fits=all_fits(),
-        forward=study_forward(),
-        noise=study_noise(),
-        specification=study_specification(),
-        tasks=task_fits(),
-        plate=model_files("plate", PLATE),
-        belt=model_files("belt", "belt" in EXPERIMENTS),
+        figures=outputs.figures(STUDY),
+        fits=outputs.fits(STUDY),
+        forward=outputs.forward(STUDY),
+        noise=outputs.noise(STUDY),
+        specification=outputs.specification(STUDY),
+        tasks=outputs.task_fits(STUDY),
+        plate=outputs.model_files(STUDY, "weight"),
+        belt=outputs.model_files(STUDY, "belt"),
         estimates="<results>/tables/estimates.csv",
-        tables=study_tables(),
-        recovery=study_recovery(),
-        claims=study_claims(),
-        reported=config["study"]["reported"] or [],
+        tables=outputs.thesis_tables(STUDY),
+        recovery=outputs.recovery(STUDY),
+        claims=outputs.claims(STUDY),
         provenance="<results>/provenance.json",
         library=library_of("write_report"),
     output:
@@ -57,17 +56,18 @@ rule write_report:
     params:
         title=config["study"]["title"],
         recordings_source=config["study"]["recordings_source"],
-        experiments=experiment_conditions(),
-        fitted=fitted_conditions(),
-        step_s=config["dummy"]["simulation"]["step_s"],
+        reported=reported_of("tables", "values", "slips"),
+        experiments=STUDY.all_conditions(),
+        fitted=STUDY.all_conditions(fitted=True),
+        step_s=SETTINGS["dummy"]["simulation"]["step_s"],
         engine=ENGINE,
-        amplitudes={c: TRIALS["dummy", c].amplitude for c in conditions("dummy")},
-        roles=roles("belt"),
-        tasks=tasks(),
-        choices={name: config[name] for name in (*EXPERIMENTS, "noise")},
-        made={name: made_conditions(name) for name in EXPERIMENTS},
-        best=shown_condition("wristalyzer", config["wristalyzer"]["best_condition"]),
-        start_stiffness=config["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
+        amplitudes=STUDY.amplitudes("dummy"),
+        roles=STUDY.roles("belt"),
+        tasks=STUDY.tasks(),
+        choices=STUDY.printed(),
+        made=STUDY.all_made(),
+        best=STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
+        start_stiffness=SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"
@@ -75,7 +75,7 @@ rule write_report:
 
 rule write_html_report:
     input:
-        outputs=study_outputs(),
+        outputs=outputs.everything(STUDY),
         config="<results>/config.yaml",
         library=library_of("write_html_report"),
     output:

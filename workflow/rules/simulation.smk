@@ -1,11 +1,11 @@
-# The dummy in a forward simulation, as the judge of parameters: thesis sections 2-1-3 and 4-1-3, Appendix B.
+# Validation of parameters by forward simulation of the dummy: thesis sections 2-1-3 and 4-1-3, Appendix B.
 
 
 rule simulate_dummy:
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         estimates="<results>/estimates/dummy/{condition}.csv",
-        wristalyzer=of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
+        wristalyzer=STUDY.of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
         library=library_of("simulate_dummy"),
     output:
         fit="<results>/fits/simulation/{condition}.h5",
@@ -15,11 +15,11 @@ rule simulate_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        geometry=config["dummy"]["geometry"],
-        analysis=config["dummy"]["analysis"],
-        as_printed=config["dummy"]["as_printed"],
-        recommended=config["dummy"]["recommended"],
-        step_s=config["dummy"]["simulation"]["step_s"],
+        geometry=DUMMY["geometry"],
+        analysis=DUMMY_ANALYSIS,
+        as_printed=DUMMY["as_printed"],
+        recommended=DUMMY["recommended"],
+        step_s=DUMMY["simulation"]["step_s"],
         engine=ENGINE,
     script:
         "../scripts/simulate_dummy.py"
@@ -27,7 +27,7 @@ rule simulate_dummy:
 
 rule collect_forward:
     input:
-        forward=of_trials("<results>/forward/{condition}.csv", "dummy"),
+        forward=STUDY.of_trials("<results>/forward/{condition}.csv", "dummy"),
         library=library_of("collect_forward"),
     output:
         table=report(
@@ -46,7 +46,7 @@ rule collect_forward:
 
 rule plot_simulation:
     input:
-        fits=of_trials("<results>/fits/simulation/{condition}.h5", "dummy"),
+        fits=STUDY.of_trials("<results>/fits/simulation/{condition}.h5", "dummy"),
         forward="<results>/tables/forward.csv",
         library=library_of("plot_simulation"),
     output:
@@ -56,8 +56,8 @@ rule plot_simulation:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=conditions("dummy"),
-        frequent=shown_condition("dummy", config["dummy"]["simulation"]["figure_4_7_condition"]),
-        rare=shown_condition("dummy", config["dummy"]["simulation"]["figure_4_8_condition"]),
+        conditions=STUDY.conditions("dummy"),
+        frequent=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_7_condition"]),
+        rare=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_8_condition"]),
     script:
         "../scripts/plot_simulation.py"

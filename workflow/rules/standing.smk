@@ -1,10 +1,12 @@
-# A person standing on the treadmill: thesis sections 2-2, 3-2 and 4-2, and the step after them.
+# A person standing on the treadmill: thesis sections 2-2, 3-2 and 4-2, and their continuation.
+
+STANDING = SETTINGS["standing"]
 
 
 rule fit_standing:
     input:
         trial="<results>/trials/standing/{condition}.h5",
-        models=plate_models(),
+        models=outputs.plate_models(STUDY),
         library=library_of("fit_standing"),
     output:
         responses="<results>/epochs/standing/{condition}.h5",
@@ -15,26 +17,26 @@ rule fit_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=config["standing"]["person"],
-        belt=config["standing"]["belt"],
-        muscles=config["standing"]["muscles"],
-        max_gap_s=config["standing"]["ingest"]["max_gap_s"],
-        emg=config["standing"]["emg"],
-        analysis=config["standing"]["analysis"],
-        stance=config["standing"]["stance"],
-        pathways=config["standing"]["pathways"],
-        estimators=config["standing"]["estimators"],
-        active=config["standing"]["active"],
-        as_printed=config["standing"]["as_printed"],
-        recommended=config["standing"]["recommended"],
-        seed=config["study"]["seed"],
+        person=STANDING["person"],
+        belt=STANDING["belt"],
+        ankle_action={m: choice["ankle_action"] for m, choice in STANDING["muscles"].items()},
+        max_gap_s=STANDING["ingest"]["max_gap_s"],
+        emg=STANDING["emg"],
+        analysis=without(STANDING["analysis"], "tried_windows_s"),
+        stance=STANDING["stance"],
+        pathways=STANDING["pathways"],
+        estimators=STANDING["estimators"],
+        active=STANDING["active"],
+        as_printed=STANDING["as_printed"],
+        recommended=STANDING["recommended"]["pathway"],
+        seed=SEED,
     script:
         "../scripts/fit_standing.py"
 
 
 rule fit_standing_task:
     input:
-        responses=of_task("<results>/epochs/standing/{condition}.h5"),
+        responses=lambda w: STUDY.of_task("<results>/epochs/standing/{condition}.h5", w.task),
         library=library_of("fit_standing_task"),
     output:
         fit="<results>/fits/standing_tasks/{task}.h5",
@@ -44,26 +46,27 @@ rule fit_standing_task:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=config["standing"]["person"],
-        muscles=config["standing"]["muscles"],
-        analysis=config["standing"]["analysis"],
-        pathways=config["standing"]["pathways"],
-        estimators=config["standing"]["estimators"],
-        active=config["standing"]["active"],
-        latency=config["standing"]["latency"],
-        recommended=config["standing"]["recommended"],
-        seed=config["study"]["seed"],
+        person=STANDING["person"],
+        muscles={m: without(choice, "channel") for m, choice in STANDING["muscles"].items()},
+        tried_windows_s=STANDING["analysis"]["tried_windows_s"],
+        bootstrap_draws=STANDING["analysis"]["bootstrap_draws"],
+        pathways=STANDING["pathways"],
+        estimators=STANDING["estimators"],
+        active=STANDING["active"],
+        latency=STANDING["latency"],
+        recommended=STANDING["recommended"]["pathway"],
+        seed=SEED,
     script:
         "../scripts/fit_standing_task.py"
 
 
 rule plot_standing_trials:
     input:
-        responses=of_trials("<results>/epochs/standing/{condition}.h5", "standing"),
+        responses=STUDY.of_trials("<results>/epochs/standing/{condition}.h5", "standing"),
         library=library_of("plot_standing_trials"),
     output:
-        figures_4_13=of_trials("<results>/figures/standing/{condition}_4_13.png", "standing"),
-        figures_4_14=of_trials("<results>/figures/standing/{condition}_4_14.png", "standing"),
+        figures_4_13=STUDY.of_trials("<results>/figures/standing/{condition}_4_13.png", "standing"),
+        figures_4_14=STUDY.of_trials("<results>/figures/standing/{condition}_4_14.png", "standing"),
     log:
         "<logs>/plot_standing_trials.log",
     conda:
@@ -74,9 +77,9 @@ rule plot_standing_trials:
 
 rule plot_standing:
     input:
-        example=f"<results>/epochs/standing/{shown_condition('standing', config['standing']['example_condition'])}.h5",
-        trials=of_trials("<results>/fits/standing/{condition}.h5", "standing"),
-        tasks=task_fits(),
+        example=f"<results>/epochs/standing/{STUDY.shown('standing', STANDING['example_condition'])}.h5",
+        trials=STUDY.of_trials("<results>/fits/standing/{condition}.h5", "standing"),
+        tasks=outputs.task_fits(STUDY),
         library=library_of("plot_standing"),
     output:
         **figure_files("standing"),
@@ -85,14 +88,14 @@ rule plot_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=conditions("standing"),
-        tasks=tasks(),
-        task_of={c: TRIALS["standing", c].task for c in conditions("standing")},
-        detector=config["standing"]["latency"]["detector"],
-        recommended=config["standing"]["recommended"],
-        active=active_estimators(),
-        groups=task_groups(),
-        window_s=config["standing"]["estimators"][config["standing"]["recommended"]["estimator"]]["window_s"],
-        muscles=list(config["standing"]["muscles"]),
+        conditions=STUDY.conditions("standing"),
+        tasks=STUDY.tasks(),
+        task_of=STUDY.task_of(),
+        detector=STANDING["latency"]["detector"],
+        recommended=STANDING["recommended"],
+        active=STUDY.active_estimators(),
+        groups=STUDY.task_groups(),
+        window_s=STANDING["estimators"][STANDING["recommended"]["estimator"]]["window_s"],
+        muscles=list(STANDING["muscles"]),
     script:
         "../scripts/plot_standing.py"

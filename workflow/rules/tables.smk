@@ -1,9 +1,9 @@
-# Tables across trials, and the one place where truth meets estimate.
+# Tables across trials, and the comparison of estimates with the truth.
 
 
 rule collect_estimates:
     input:
-        estimates=all_estimates(),
+        estimates=outputs.estimates(STUDY),
         library=library_of("collect_estimates"),
     output:
         table=report(
@@ -22,7 +22,7 @@ rule collect_estimates:
 
 rule collect_treadmill_models:
     input:
-        scores=model_scores(),
+        scores=outputs.model_scores(STUDY),
         library=library_of("collect_treadmill_models"),
     output:
         table=report(
@@ -41,8 +41,7 @@ rule collect_treadmill_models:
 
 rule lay_out_table:
     input:
-        estimates="<results>/tables/estimates.csv",
-        reported=config["study"]["reported"] or [],
+        estimates=lambda w: outputs.estimates_of(STUDY, table_experiment(w.table)),
         library=library_of("lay_out_table"),
     output:
         table=report(
@@ -58,9 +57,9 @@ rule lay_out_table:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=lambda w: table_conditions(w.table),
-        as_printed=lambda w: table_pathways(w.table)[0],
-        recommended=lambda w: table_pathways(w.table)[1],
+        reported=lambda w: reported_table(w.table),
+        conditions=lambda w: STUDY.table_conditions(w.table),
+        pathways=lambda w: STUDY.table_pathways(w.table),
     script:
         "../scripts/lay_out_table.py"
 
@@ -68,7 +67,6 @@ rule lay_out_table:
 rule compare_with_truth:
     input:
         estimates="<results>/tables/estimates.csv",
-        truth=config["study"]["virtual_lab"] or [],
         library=library_of("compare_with_truth"),
     output:
         table=report(
@@ -82,8 +80,9 @@ rule compare_with_truth:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        made={name: made_conditions(name) for name in EXPERIMENTS},
-        tasks=made_tasks(),
+        truth=truth_of(*STUDY.true()),
+        made=STUDY.all_made(),
+        tasks=STUDY.made_tasks(),
     script:
         "../scripts/compare_with_truth.py"
 
@@ -91,11 +90,10 @@ rule compare_with_truth:
 rule check_claims:
     input:
         estimates="<results>/tables/estimates.csv",
-        fits=all_fits(),
-        scores=study_models(),
-        forward=study_forward(),
-        noise=study_noise(),
-        reported=config["study"]["reported"] or [],
+        fits=outputs.fits(STUDY),
+        scores=outputs.models(STUDY),
+        forward=outputs.forward(STUDY),
+        noise=outputs.noise(STUDY),
         library=library_of("check_claims"),
     output:
         table=report(
@@ -109,7 +107,8 @@ rule check_claims:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        experiments=fitted_conditions(),
-        as_printed=config["dummy"]["as_printed"],
+        claims=reported_of("claims").get("claims", []),
+        experiments=STUDY.all_conditions(fitted=True),
+        as_printed=SETTINGS["dummy"]["as_printed"],
     script:
         "../scripts/check_claims.py"

@@ -1,10 +1,12 @@
-# The virtual laboratory writes the instruments' own files. Only these rules, and the comparison of
-# estimates with the truth in tables.smk, read the laboratory's constants.
+# The virtual laboratory writes the instruments' own files. Each rule is given those of its constants that it
+# reads; only these rules, and the comparison of estimates with the truth in tables.smk, are given any.
+
+# the person's constants, but for those of a task
+PERSON = [f"standing.{part}" for part in ("person", "muscles", "nerves", "markers", "emg")]
 
 
 rule make_wristalyzer_trial:
     input:
-        truth=config["study"]["virtual_lab"] or [],
         library=library_of("make_wristalyzer_trial"),
     output:
         log="<results>/raw/wristalyzer/{condition}/log.txt",
@@ -12,19 +14,19 @@ rule make_wristalyzer_trial:
     log:
         "<logs>/make_wristalyzer_trial/{condition}.log",
     wildcard_constraints:
-        condition=any_of(made_conditions("wristalyzer")),
+        condition=any_of(STUDY.made("wristalyzer")),
     conda:
         "../envs/tepsipe.yaml"
     params:
-        factor=lambda w: trial(w, "wristalyzer").amplitude,
-        duration_s=lambda w: trial(w, "wristalyzer").duration_s,
+        truth=truth_of("seed", "wristalyzer"),
+        factor=sheet("amplitude", "wristalyzer"),
+        duration_s=sheet("duration_s", "wristalyzer"),
     script:
         "../scripts/make_wristalyzer_trial.py"
 
 
 rule make_dummy_trial:
     input:
-        truth=config["study"]["virtual_lab"] or [],
         library=library_of("make_dummy_trial"),
     output:
         log="<results>/raw/dummy/{condition}/log.mat",
@@ -33,21 +35,18 @@ rule make_dummy_trial:
     log:
         "<logs>/make_dummy_trial/{condition}.log",
     wildcard_constraints:
-        condition=any_of(made_conditions("dummy")),
+        condition=any_of(STUDY.made("dummy")),
     conda:
         "../envs/tepsipe.yaml"
     params:
-        profile=lambda w: trial(w, "dummy").profile,
-        amplitude_m_per_s=lambda w: trial(w, "dummy").amplitude,
-        interval_s=lambda w: trial(w, "dummy").interval_s,
-        duration_s=lambda w: trial(w, "dummy").duration_s,
+        truth=truth_of("seed", "treadmill", "dummy"),
+        protocol=protocol("dummy"),
     script:
         "../scripts/make_dummy_trial.py"
 
 
 rule make_weight_trial:
     input:
-        truth=config["study"]["virtual_lab"] or [],
         library=library_of("make_weight_trial"),
     output:
         log="<results>/raw/weight/{condition}/log.mat",
@@ -56,43 +55,32 @@ rule make_weight_trial:
     log:
         "<logs>/make_weight_trial/{condition}.log",
     wildcard_constraints:
-        condition=any_of(made_conditions("weight")),
+        condition=any_of(STUDY.made("weight")),
     conda:
         "../envs/tepsipe.yaml"
     params:
-        profile=lambda w: trial(w, "weight").profile,
-        amplitude_m_per_s=lambda w: trial(w, "weight").amplitude,
-        interval_s=lambda w: trial(w, "weight").interval_s,
-        duration_s=lambda w: trial(w, "weight").duration_s,
+        truth=truth_of("seed", "treadmill", "weight"),
+        protocol=protocol("weight"),
     script:
         "../scripts/make_weight_trial.py"
 
 
-rule make_empty_trial:
-    input:
-        truth=config["study"]["virtual_lab"] or [],
-        library=library_of("make_empty_trial"),
+# the same with nothing on the belt
+use rule make_weight_trial as make_empty_trial with:
     output:
         log="<results>/raw/empty/{condition}/log.mat",
         calibration="<results>/raw/empty/{condition}/calibration.csv",
     log:
         "<logs>/make_empty_trial/{condition}.log",
     wildcard_constraints:
-        condition=any_of(made_conditions("empty")),
-    conda:
-        "../envs/tepsipe.yaml"
+        condition=any_of(STUDY.made("empty")),
     params:
-        profile=lambda w: trial(w, "empty").profile,
-        amplitude_m_per_s=lambda w: trial(w, "empty").amplitude,
-        interval_s=lambda w: trial(w, "empty").interval_s,
-        duration_s=lambda w: trial(w, "empty").duration_s,
-    script:
-        "../scripts/make_empty_trial.py"
+        truth=truth_of("seed", "treadmill"),
+        protocol=protocol("empty"),
 
 
 rule make_standing_trial:
     input:
-        truth=config["study"]["virtual_lab"] or [],
         library=library_of("make_standing_trial"),
     output:
         log="<results>/raw/standing/{condition}/log.mat",
@@ -102,15 +90,14 @@ rule make_standing_trial:
     log:
         "<logs>/make_standing_trial/{condition}.log",
     wildcard_constraints:
-        condition=any_of(made_conditions("standing")),
+        condition=any_of(STUDY.made("standing")),
     conda:
         "../envs/tepsipe.yaml"
     params:
-        task=lambda w: trial(w, "standing").task,
-        profile=lambda w: trial(w, "standing").profile,
-        amplitude_m_per_s=lambda w: trial(w, "standing").amplitude,
-        interval_s=lambda w: trial(w, "standing").interval_s,
-        longest_interval_s=lambda w: trial(w, "standing").longest_interval_s,
-        duration_s=lambda w: trial(w, "standing").duration_s,
+        truth=lambda w: truth_of(
+            "seed", "treadmill", *PERSON, f"standing.tasks.{STUDY.task_of()[w.condition]}"
+        ),
+        task=sheet("task", "standing"),
+        protocol=protocol("standing"),
     script:
         "../scripts/make_standing_trial.py"

@@ -1,4 +1,6 @@
-# What the treadmill adds to the measured force: thesis sections 2-1-2, 3-1-2 and 4-1-2, and models of it.
+# Belt-induced force and models of it: thesis sections 2-1-2, 3-1-2 and 4-1-2.
+
+WEIGHT = SETTINGS["weight"]
 
 
 rule fit_weight:
@@ -15,17 +17,17 @@ rule fit_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        weight=lambda w: config["weight"]["weight"] if w.experiment == "weight" else None,
-        belt=config["weight"]["belt"],
-        analysis=config["weight"]["analysis"],
-        seed=config["study"]["seed"],
+        weight=lambda w: WEIGHT["weight"] if w.experiment == "weight" else None,
+        belt=WEIGHT["belt"],
+        analysis=WEIGHT["analysis"],
+        seed=SEED,
     script:
         "../scripts/fit_weight.py"
 
 
 rule calibrate_plate:
     input:
-        trials=[f"<results>/trials/{e}/{c}.h5" for e, c, _ in plate_trials()],
+        trials=[f"<results>/trials/{e}/{c}.h5" for e, c, _ in STUDY.plate_trials()],
         library=library_of("calibrate_plate"),
     output:
         Fy="<results>/treadmill_models/plate_Fy.json",
@@ -37,19 +39,19 @@ rule calibrate_plate:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        trials=plate_trials(),
-        weight=config["weight"]["weight"],
-        belt=config["weight"]["belt"],
-        analysis=config["weight"]["analysis"],
-        models=config["weight"]["models"],
+        trials=STUDY.plate_trials(),
+        weight=WEIGHT["weight"],
+        belt=WEIGHT["belt"],
+        analysis=without(WEIGHT["analysis"], "bootstrap_draws"),
+        models=WEIGHT["models"],
     script:
         "../scripts/calibrate_plate.py"
 
 
 rule plot_weight:
     input:
-        weight=of_trials("<results>/fits/weight/{condition}.h5", "weight"),
-        empty=of_trials("<results>/fits/empty/{condition}.h5", "empty"),
+        weight=STUDY.of_trials("<results>/fits/weight/{condition}.h5", "weight"),
+        empty=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
         plate="<results>/fits/plate.h5",
         scores="<results>/treadmill_models/plate.csv",
         library=library_of("plot_weight"),
@@ -60,11 +62,11 @@ rule plot_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        weight=conditions("weight"),
-        empty=conditions("empty"),
-        cutoffs_hz=config["weight"]["analysis"]["cutoffs_hz"],
-        mass_kg=config["weight"]["weight"]["mass_kg"],
-        coarse=shown_conditions("weight", config["weight"]["figure_5_1_conditions"]),
-        example=shown_validating("weight", config["weight"]["example_condition"]),
+        weight=STUDY.conditions("weight"),
+        empty=STUDY.conditions("empty"),
+        cutoffs_hz=WEIGHT["analysis"]["cutoffs_hz"],
+        mass_kg=WEIGHT["weight"]["mass_kg"],
+        coarse=STUDY.shown_several("weight", WEIGHT["figure_5_1_conditions"]),
+        example=STUDY.shown("weight", WEIGHT["example_condition"], role="validate"),
     script:
         "../scripts/plot_weight.py"

@@ -13,15 +13,15 @@ rule fit_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        analysis=config["wristalyzer"]["analysis"],
-        seed=config["study"]["seed"],
+        analysis=SETTINGS["wristalyzer"]["analysis"],
+        seed=SEED,
     script:
         "../scripts/fit_wristalyzer.py"
 
 
 rule cross_validate_wristalyzer:
     input:
-        fits=of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
+        fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         library=library_of("cross_validate_wristalyzer"),
     output:
         matrix="<results>/cross_validation/wristalyzer.h5",
@@ -31,14 +31,14 @@ rule cross_validate_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=conditions("wristalyzer"),
+        conditions=STUDY.conditions("wristalyzer"),
     script:
         "../scripts/cross_validate_wristalyzer.py"
 
 
 rule plot_wristalyzer:
     input:
-        fits=of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
+        fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         matrix="<results>/cross_validation/wristalyzer.h5",
         library=library_of("plot_wristalyzer"),
     output:
@@ -48,8 +48,9 @@ rule plot_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=conditions("wristalyzer"),
-        best=shown_condition("wristalyzer", config["wristalyzer"]["best_condition"]),
-        analysis=config["wristalyzer"]["analysis"],
+        conditions=STUDY.conditions("wristalyzer"),
+        best=STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
+        fit_band_hz=SETTINGS["wristalyzer"]["analysis"]["fit_band_hz"],
+        start_stiffness=SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
     script:
         "../scripts/plot_wristalyzer.py"

@@ -1,4 +1,4 @@
-"""Fit treadmill models to recordings with the role calibrate, and judge them on those to validate."""
+"""Fit treadmill models to recordings with the role calibrate, and evaluate them on those to validate."""
 
 import job
 

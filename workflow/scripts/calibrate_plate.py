@@ -1,4 +1,4 @@
-"""Fit treadmill models to trials with the empty belt and with the weight, and judge them on others."""
+"""Fit treadmill models to trials with the empty belt and with the weight, and evaluate them on others."""
 
 import job
 
@@ -48,7 +48,7 @@ for lowpass in filters:
         scores += found
         frame = next((m.model.frame for m in fitted if m.name == "loaded-frame"), None)
         if lowpass == filters[0]:
-            # one model of a name: those of the empty belt, which needs nothing else
+            # one model per name: that of the empty belt, which needs no other recording
             kept = [model for model, entry in zip(fitted, plan, strict=True) if entry.train != "weight"]
             save_models(files[load], kept)
             if load == "Fy":

@@ -1,12 +1,8 @@
-"""Check the thesis's statements against this run."""
+"""Test the claims of the thesis against this run."""
 
 import job
 
 job.start(snakemake)
-
-from pathlib import Path
-
-import yaml
 
 from tepsipe.experiments.forward.scores import read_forward
 from tepsipe.io.estimates import read_estimates
@@ -15,7 +11,6 @@ from tepsipe.reporting.claims import Findings, check_claims, write_claims
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import read_scores
 
-reported = yaml.safe_load(Path(snakemake.input.reported).read_text(encoding="utf-8"))
 fits = {}
 paths = iter(snakemake.input.fits)
 for experiment, conditions in snakemake.params.experiments.items():
@@ -25,4 +20,4 @@ estimates = read_estimates(snakemake.input.estimates)
 forward = [row for path in snakemake.input.forward for row in read_forward(path)]
 noise = read_table(snakemake.input.noise[1])[1] if snakemake.input.noise else []
 findings = Findings(estimates, fits, snakemake.params.as_printed, scores, forward, noise)
-write_claims(snakemake.output.table, check_claims(reported["claims"], findings))
+write_claims(snakemake.output.table, check_claims(snakemake.params.claims, findings))

@@ -1,19 +1,15 @@
-"""Set estimates beside the virtual laboratory's truth."""
+"""Compare estimates with the virtual laboratory's truth."""
 
 import job
 
 job.start(snakemake)
-
-from pathlib import Path
-
-import yaml
 
 from tepsipe.io.estimates import read_estimates
 from tepsipe.reporting.recovery import compare_with_truth, write_recovery
 
 rows = compare_with_truth(
     read_estimates(snakemake.input.estimates),
-    yaml.safe_load(Path(snakemake.input.truth).read_text(encoding="utf-8")),
+    snakemake.params.truth,
     snakemake.params.made,
     snakemake.params.tasks,
 )

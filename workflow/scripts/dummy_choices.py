@@ -9,9 +9,8 @@ from tepsipe.signals.perturbations import WindowOptions
 
 
 def dummy_options(geometry: dict, analysis: dict, belt_fixed_labels=()) -> DummyOptions:
-    """Options of the sections dummy.geometry and dummy.analysis, and of dummy.foot.belt_fixed_labels."""
+    """Options of dummy.geometry, dummy.analysis without bootstrap_draws, and dummy.foot.belt_fixed_labels."""
     placed, analysis = geometry["leg_markers"], dict(analysis)
-    del analysis["bootstrap_draws"]
     return DummyOptions(
         leg=Leg(
             mass_kg=geometry["leg_mass_kg"],

@@ -22,8 +22,7 @@ options = dummy_options(
 )
 pathways = {name: Pathway(**choice) for name, choice in snakemake.params.pathways.items()}
 found = analyse_dummy(read_trial(snakemake.input.trial), options, pathways)
-draws = snakemake.params.analysis["bootstrap_draws"]
-intervals = bootstrap_pathways(found, draws, snakemake.params.seed)
+intervals = bootstrap_pathways(found, snakemake.params.bootstrap_draws, snakemake.params.seed)
 write_result(snakemake.output.fit, dummy_result(found, intervals))
 write_estimates(
     snakemake.output.estimates,

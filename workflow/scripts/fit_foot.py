@@ -1,4 +1,4 @@
-"""Estimate I, B, K of one trial of the ankle dummy from the torque that the force plate shows."""
+"""Estimate I, B, K of one trial of the ankle dummy from the torque by the foot and the force plate."""
 
 import job
 
@@ -12,7 +12,7 @@ from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.mechanics.inverse_dynamics import Foot
-from tepsipe.treadmill.registry import load_models
+from tepsipe.treadmill.registry import load_treadmill_models
 
 geometry, choice = snakemake.params.geometry, snakemake.params.foot
 condition = snakemake.wildcards.condition
@@ -24,12 +24,14 @@ found = analyse_foot(
         foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
         ankle_label=choice["ankle_label"],
         belt_fixed_labels=tuple(choice["belt_fixed_labels"]),
-        belt=choice["belt"],
+        belt=snakemake.params.belt,
     ),
     {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},
-    {load: load_models(path) for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=True)},
+    {
+        load: load_treadmill_models(path)
+        for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=True)
+    },
 )
-draws = snakemake.params.analysis["bootstrap_draws"]
-intervals = bootstrap_pathways(found, draws, snakemake.params.seed)
+intervals = bootstrap_pathways(found, snakemake.params.bootstrap_draws, snakemake.params.seed)
 write_result(snakemake.output.fit, dummy_result(found, intervals))
 write_estimates(snakemake.output.estimates, dummy_estimates(condition, found, intervals))

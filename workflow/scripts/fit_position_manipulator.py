@@ -14,7 +14,7 @@ from tepsipe.experiments.position_manipulator import (
     position_manipulator_estimates,
     position_manipulator_result,
 )
-from tepsipe.identification.parallel_cascade import ParallelCascadeOptions
+from tepsipe.identification.cascade_fit import ParallelCascadeOptions
 from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial

@@ -1,4 +1,4 @@
-"""Estimate the ankles' impedance and the muscles' latencies from all trials of one task together."""
+"""Estimate ankle impedance and muscle latencies from all trials of one task together."""
 
 import job
 
@@ -22,14 +22,16 @@ from tepsipe.signals.onsets import OnsetOptions
 params, task = snakemake.params, snakemake.wildcards.task
 name = f"standing/{task}"
 person = person_of(params.person)
+ankle_action = {muscle: choice["ankle_action"] for muscle, choice in params.muscles.items()}
+active = active_options(params.active, ankle_action)
 trials = [epochs_of(read_result(path)) for path in snakemake.input.responses]
 fits, notes = fit_all(
     trials,
     name,
     list(params.pathways),
     estimators_of(params.estimators),
-    active_options(params.active, params.muscles),
-    params.analysis["bootstrap_draws"],
+    active,
+    params.bootstrap_draws,
     params.seed,
 )
 latencies = []
@@ -49,16 +51,17 @@ facts = {
     "responses": sum(responses.count for responses in trials),
     "critical_stiffness_Nm_per_rad": person.body.critical_stiffness,
 }
-recommended = params.recommended["pathway"]
 windows = stiffness_by_window(
     trials,
-    recommended,
-    params.analysis["tried_windows_s"],
-    active_options(params.active, params.muscles),
-    params.analysis["bootstrap_draws"],
+    params.recommended,
+    params.tried_windows_s,
+    active,
+    params.bootstrap_draws,
     generator(params.seed, name, "windows"),
 )
-write_result(snakemake.output.fit, standing_result(trials, fits, recommended, latencies, facts, windows))
+write_result(
+    snakemake.output.fit, standing_result(trials, fits, params.recommended, latencies, facts, windows)
+)
 write_estimates(
     snakemake.output.estimates, fit_estimates(task, fits, person.body.critical_stiffness, latencies)
 )

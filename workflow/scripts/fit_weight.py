@@ -1,4 +1,4 @@
-"""One trial with the weight, or with the empty belt: mass, and what the belt adds to the force."""
+"""One trial with the weight, or with the empty belt: mass, and belt-induced force."""
 
 import job
 
@@ -19,7 +19,7 @@ filters = [Lowpass(cutoff, analysis["lowpass_order"], True) for cutoff in analys
 trial, name = read_trial(snakemake.input.trial), f"{experiment}/{condition}"
 choices = [(lowpass, "markers", f"{lowpass.cutoff_hz:g} Hz") for lowpass in filters]
 if weight is not None:
-    # the same force beside the inertia of a weight that moves exactly as the belt
+    # the same force, with the inertia of a weight that moves exactly with the belt
     choices.append((filters[0], "belt", "belt"))
 recordings = {}
 for lowpass, weight_motion, label in choices:

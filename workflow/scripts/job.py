@@ -1,4 +1,4 @@
-"""What every job does first: one thread for its arithmetic, and one sentence where it must stop.
+"""Start of every job: one thread for arithmetic, and one sentence in the log if the job must stop.
 
 Import it before anything that imports numpy: the number of threads is fixed when numpy starts. One
 thread gives the same numbers on any number of cores.
@@ -18,7 +18,7 @@ from tepsipe.errors import InputError
 
 
 def start(snakemake) -> None:
-    """From here on, unusable input ends the job with one sentence in its log; a bug with its trace."""
+    """Report unusable input by one sentence in the job's log, and a bug by its traceback."""
     about = "/".join([snakemake.rule, *snakemake.wildcards])
     trial = getattr(snakemake.input, "trial", None)
     if trial:

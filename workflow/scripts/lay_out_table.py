@@ -1,26 +1,18 @@
-"""Lay one of the thesis's tables out, each cell beside what was reported."""
+"""Arrange one of the thesis's tables, each value beside the reported one."""
 
 import job
 
 job.start(snakemake)
 
-from pathlib import Path
-
-import yaml
-
 from tepsipe.io.estimates import read_estimates
 from tepsipe.reporting.thesis_tables import lay_out_table, write_table
 
-name, conditions = snakemake.wildcards.table, list(snakemake.params.conditions)
-reported = {}
-if snakemake.input.reported:
-    content = yaml.safe_load(Path(snakemake.input.reported).read_text(encoding="utf-8"))
-    reported = content["tables"].get(name, {})
+conditions = list(snakemake.params.conditions)
 rows = lay_out_table(
-    name,
-    read_estimates(snakemake.input.estimates),
-    reported,
+    snakemake.wildcards.table,
+    [row for path in snakemake.input.estimates for row in read_estimates(path)],
+    snakemake.params.reported,
     conditions,
-    [tuple(snakemake.params.as_printed), tuple(snakemake.params.recommended)],
+    [tuple(pathway) for pathway in snakemake.params.pathways],
 )
 write_table(snakemake.output.table, rows, conditions)

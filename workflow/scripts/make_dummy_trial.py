@@ -6,18 +6,13 @@ job.start(snakemake)
 
 from pathlib import Path
 
-import yaml
-
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 
 make_dummy_trial(
-    yaml.safe_load(Path(snakemake.input.truth).read_text(encoding="utf-8")),
+    snakemake.params.truth,
     snakemake.wildcards.condition,
-    snakemake.params.profile,
-    snakemake.params.amplitude_m_per_s,
-    snakemake.params.interval_s,
-    snakemake.params.duration_s,
-    Path(snakemake.output.log),
-    Path(snakemake.output.calibration),
-    Path(snakemake.output.markers),
+    **snakemake.params.protocol,
+    log=Path(snakemake.output.log),
+    calibration=Path(snakemake.output.calibration),
+    markers=Path(snakemake.output.markers),
 )

@@ -1,4 +1,4 @@
-"""Make one treadmill trial's raw files, the weight on the belt."""
+"""Make one treadmill trial's raw files, the weight on the belt, or nothing, which has no markers."""
 
 import job
 
@@ -6,18 +6,14 @@ job.start(snakemake)
 
 from pathlib import Path
 
-import yaml
-
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 
+markers = getattr(snakemake.output, "markers", None)
 make_weight_trial(
-    yaml.safe_load(Path(snakemake.input.truth).read_text(encoding="utf-8")),
+    snakemake.params.truth,
     snakemake.wildcards.condition,
-    snakemake.params.profile,
-    snakemake.params.amplitude_m_per_s,
-    snakemake.params.interval_s,
-    snakemake.params.duration_s,
-    Path(snakemake.output.log),
-    Path(snakemake.output.calibration),
-    Path(snakemake.output.markers),
+    **snakemake.params.protocol,
+    log=Path(snakemake.output.log),
+    calibration=Path(snakemake.output.calibration),
+    markers=None if markers is None else Path(markers),
 )

@@ -6,12 +6,10 @@ job.start(snakemake)
 
 from pathlib import Path
 
-import yaml
-
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
 
 make_wristalyzer_trial(
-    yaml.safe_load(Path(snakemake.input.truth).read_text(encoding="utf-8")),
+    snakemake.params.truth,
     snakemake.wildcards.condition,
     snakemake.params.factor,
     snakemake.params.duration_s,

@@ -5,6 +5,8 @@ from tepsipe.treadmill.ripple import RippleOptions
 
 
 def family_options(models: dict) -> FamilyOptions:
-    """Options of a section ``models`` but for its ``family``."""
+    """Options of a section ``models`` but for its ``family``; that of the weight has no ``ripple``."""
     models = {key: value for key, value in models.items() if key != "family"}
-    return FamilyOptions(**{**models, "ripple": RippleOptions(**models["ripple"])})
+    if "ripple" in models:
+        models["ripple"] = RippleOptions(**models["ripple"])
+    return FamilyOptions(**models)

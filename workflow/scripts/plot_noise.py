@@ -8,11 +8,11 @@ from tepsipe.experiments.noise.rows import read_noise
 from tepsipe.reporting.figures import noise as figures
 from tepsipe.reporting.figures.style import save_figure
 
-noise, joint = snakemake.params.noise, snakemake.params.noise["joint"]
+joint = snakemake.params.joint
 rows = [row for path in snakemake.input.noise for row in read_noise(path)]
 stiffness = joint["stiffness_Nm_per_rad"]
 others = (joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"])
-level, conditions = float(noise["table_snr_db"]), list(snakemake.params.conditions)
+level, conditions = float(snakemake.params.table_snr_db), list(snakemake.params.conditions)
 drawn = {
     "figure_4_12": figures.plot_estimates(rows, conditions, level, (*others, stiffness[-1])),
     "figure_noise": figures.plot_usable(rows, (*others, stiffness[0])),

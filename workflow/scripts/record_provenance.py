@@ -1,4 +1,4 @@
-"""Record what the study was computed from, and with."""
+"""Record inputs, code and environment of the study."""
 
 import job
 

@@ -25,7 +25,7 @@ found = specify_dummy(
         foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
         ankle_label=foot["ankle_label"],
         belt_fixed_labels=tuple(foot["belt_fixed_labels"]),
-        belt=foot["belt"],
+        belt=snakemake.params.belt,
     ),
     SpecificationOptions(**snakemake.params.options),
     Pathway(**snakemake.params.as_printed),

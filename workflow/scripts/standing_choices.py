@@ -3,7 +3,7 @@
 import numpy as np
 
 from tepsipe.experiments.standing.impedance import ActiveOptions, StandingEstimator
-from tepsipe.experiments.standing.joint_torque import Person
+from tepsipe.experiments.standing.options import Person
 from tepsipe.mechanics.anthropometry import both_feet, standing_body
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 
@@ -36,7 +36,7 @@ def estimators_of(choice: dict) -> dict[str, StandingEstimator]:
     return {name: StandingEstimator(**estimator) for name, estimator in choice.items()}
 
 
-def active_options(choice: dict, muscles: dict) -> ActiveOptions:
-    """Options of the sections standing.active and standing.muscles."""
-    action = {m: float(muscle["ankle_action"]) for m, muscle in muscles.items() if muscle["ankle_action"]}
+def active_options(choice: dict, ankle_action: dict[str, int]) -> ActiveOptions:
+    """Options of the section standing.active, and of the muscles' ankle_action."""
+    action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
     return ActiveOptions(**{key: tuple(times) for key, times in choice.items()}, action=action)

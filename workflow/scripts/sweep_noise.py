@@ -1,4 +1,4 @@
-"""Noise of every kind and size on one simulated trial."""
+"""Noise of every target and level on one simulated trial."""
 
 import job
 

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pandas as pd
 import typst
-import yaml
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.io.result import read_result
@@ -36,9 +35,7 @@ text_columns = {"condition": str}
 estimates = pd.read_csv(snakemake.input.estimates, dtype=text_columns)
 provenance = json.loads(Path(snakemake.input.provenance).read_text(encoding="utf-8"))
 recovery = claims = None
-reported = None
-if snakemake.input.reported:
-    reported = yaml.safe_load(Path(snakemake.input.reported).read_text(encoding="utf-8"))
+reported = snakemake.params.reported or None
 if snakemake.input.recovery:
     recovery = shown = pd.read_csv(snakemake.input.recovery[0], dtype=text_columns)
     # of the standing person, whose chapter says more: the recommended torque, and latencies as they are used

@@ -1,1 +1,1 @@
-"""What the rules need before the first job: checked configuration, trial sheet, reach of scripts."""
+"""Preparation before the first job: checked configuration, trial sheet, modules that scripts import."""

@@ -1,14 +1,18 @@
-"""Refuse configuration that is not understood, in one sentence each, before anything is computed."""
+"""Checks of the configuration before anything is computed; each raises one sentence."""
 
 import difflib
 import math
+from functools import cache
 from pathlib import Path
 
 import jsonschema
 import yaml
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.identification.estimators import ESTIMATORS
 from tepsipe.io.readers.text_file import read_text
+from workflow.support.renames import VALUES, answer_for_key, moved_from, renamed
+from workflow.support.settings import plate_key, settings_of
 
 
 def load_yaml(path: str | Path) -> dict:
@@ -23,8 +27,8 @@ def load_yaml(path: str | Path) -> dict:
         raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
 
 
-class _UniqueKeys(yaml.SafeLoader):
-    """A loader that refuses the same key twice, which YAML readers otherwise pass over."""
+class _UniqueKeys(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+    """A loader that refuses a repeated key, which YAML readers otherwise accept."""
 
 
 def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
@@ -50,14 +54,19 @@ _UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _map
 
 
 def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
-    """Raise one sentence for the first thing in ``content`` that the closed schema refuses."""
+    """Raise one sentence for the first part of ``content`` that the closed schema refuses."""
     _refuse_not_finite(content, name, "")
-    schema = yaml.safe_load(Path(schema_path).read_text(encoding="utf-8"))
+    schema = _schema(Path(schema_path))
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
-    # a misspelt key also counts as a missing one: tell about the key that is there
+    # a misspelt key also counts as a missing one: report the key that was found
     errors.sort(key=lambda e: (e.validator != "additionalProperties", list(map(str, e.path))))
     if errors:
-        raise InputError(f"{name}: {_sentence(errors[0], schema)}")
+        raise InputError(f"{name}: {_sentence(errors[0], schema, content)}")
+
+
+@cache
+def _schema(path: Path) -> dict:
+    return load_yaml(path)
 
 
 def _refuse_not_finite(content, name: str, where: str) -> None:
@@ -69,30 +78,23 @@ def _refuse_not_finite(content, name: str, where: str) -> None:
             _refuse_not_finite(value, name, f"{where}.{key}" if where else str(key))
 
 
-def _sentence(error: jsonschema.ValidationError, schema: dict) -> str:
+def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) -> str:
     where = ".".join(map(str, error.path))
-    found = f"found {quoted(error.instance)}"
     if error.validator == "additionalProperties":
-        known = list(error.schema.get("properties", {}))
-        unknown = next(key for key in error.instance if key not in known)
-        key = f"{where}.{unknown}" if where else str(unknown)
-        close = difflib.get_close_matches(str(unknown), known, n=1, cutoff=0.5)
-        everywhere = _all_keys(schema)
-        elsewhere = [path for path in everywhere if path.rpartition(".")[2] == str(unknown)]
-        if elsewhere:
-            hint = f"did you mean {' or '.join(map(repr, elsewhere))}?"
-        elif close:
-            hint = f"did you mean {close[0]!r}?"
-        else:
-            hint = f"known here: {', '.join(known)}"
-        return f"unknown key {key!r}: {hint}"
+        unknown = next(key for key in error.instance if key not in error.schema.get("properties", {}))
+        return _unknown_key(where, str(unknown), list(error.schema.get("properties", {})), schema)
     if error.validator == "required":
         missing = next(key for key in error.validator_value if key not in error.instance)
         key = f"{where}.{missing}" if where else missing
-        return f"expected the key {key!r}, found none: add it (config/README.md describes it)"
+        hint = _old_name(error.path, content)
+        return f"expected the key {key!r}, found none: {hint or 'add it (config/README.md describes it)'}"
+    found = f"found {quoted(error.instance)}"
+    if error.validator == "enum":
+        hint = renamed(VALUES, error.instance, error.validator_value) or "correct it"
+        known = ", ".join(map(repr, error.validator_value))
+        return f"expected one of {known} for {where!r}, {found}: {hint}"
     expected = {
         "type": lambda: f"a value of type {_or(error.validator_value)}",
-        "enum": lambda: f"one of {', '.join(map(repr, error.validator_value))}",
         "exclusiveMinimum": lambda: f"a number above {error.validator_value}",
         "exclusiveMaximum": lambda: f"a number below {error.validator_value}",
         "minimum": lambda: f"a number of at least {error.validator_value}",
@@ -102,6 +104,34 @@ def _sentence(error: jsonschema.ValidationError, schema: dict) -> str:
         "maxItems": lambda: f"at most {error.validator_value} items",
     }.get(error.validator, lambda: error.message)()
     return f"expected {expected} for {where!r}, {found}: correct it"
+
+
+def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> str:
+    key = f"{where}.{unknown}" if where else unknown
+    everywhere = _all_keys(schema)
+    answer = answer_for_key(key, known, everywhere)
+    if answer is None:
+        elsewhere = [path for path in everywhere if path.rpartition(".")[2] == unknown]
+        # a misspelt key may have moved
+        likely = {name: name for name in known} | moved_from(where)
+        close = difflib.get_close_matches(unknown, likely, n=1, cutoff=0.5)
+        if elsewhere:
+            answer = f"did you mean {' or '.join(map(repr, elsewhere))}?"
+        elif close:
+            answer = f"did you mean {likely[close[0]]!r}?"
+        else:
+            answer = f"known here: {', '.join(known)}"
+    return f"unknown key {key!r}: {answer}"
+
+
+def _old_name(path, content: dict) -> str | None:
+    """Hint for an incomplete entry under an old name, for example a pathway, or None."""
+    for name in path:
+        answer = renamed(VALUES, name, content) if isinstance(content, dict) else None
+        if answer:
+            return f"{name} was {answer}, write that, or complete a pathway of your own"
+        content = content[name]
+    return None
 
 
 def _or(types) -> str:
@@ -119,17 +149,24 @@ def _all_keys(schema: dict, where: str = "", shared: dict | None = None) -> list
     return keys
 
 
+def _refuse_unknown(name: str, key: str, found: str | None, section: str, known) -> None:
+    """Refuse a name that is looked up in a section, or list, and not found."""
+    if found in known:
+        return
+    close = difflib.get_close_matches(str(found), known, n=1)
+    hint = f"did you mean {close[0]!r}?" if close else "correct one of the two"
+    raise InputError(
+        f"{name}: expected {key} to name one of {section} ({', '.join(map(str, known))}), found {found!r}: "
+        f"{renamed(VALUES, found, known) or hint}"
+    )
+
+
 def check_config(config: dict, name: str) -> None:
-    """What a schema cannot say: names that must refer to each other, and order."""
+    """Checks beyond the schema: names that refer to each other, and order."""
+    config = settings_of(config)
     dummy, wristalyzer = config["dummy"], config["wristalyzer"]
     for key in ("as_printed", "recommended"):
-        if dummy[key] not in dummy["pathways"]:
-            close = difflib.get_close_matches(dummy[key], dummy["pathways"], n=1)
-            hint = f": did you mean {close[0]!r}?" if close else ""
-            raise InputError(
-                f"{name}: expected dummy.{key} to name one of dummy.pathways "
-                f"({', '.join(dummy['pathways'])}), found {dummy[key]!r}{hint or ': correct it'}"
-            )
+        _refuse_unknown(name, f"dummy.{key}", dummy[key], "dummy.pathways", dummy["pathways"])
     labels = [marker["label"] for marker in dummy["geometry"]["leg_markers"]]
     twice = sorted({label for label in labels if labels.count(label) > 1})
     if twice:
@@ -143,8 +180,9 @@ def check_config(config: dict, name: str) -> None:
             f"{name}: expected dummy.geometry.leg_markers to name markers of "
             f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
         )
-    _check_output_error(dummy, name)
-    _check_specification(dummy, name)
+    _check_filters(config, name)
+    _check_estimators(dummy, name)
+    _check_specification(config, name)
     analysis = wristalyzer["analysis"]
     for key in ("fit_band_hz", "excited_band_hz", "profile_stiffness_Nm_per_rad"):
         low, high = analysis[key]
@@ -175,30 +213,60 @@ def check_config(config: dict, name: str) -> None:
         )
     _check_reflex(config["position_manipulator"]["analysis"]["parallel_cascade"], name)
     _check_standing(config["standing"], config["weight"]["models"]["family"], name)
-    for section in ("wristalyzer", "dummy", "position_manipulator", "standing"):
+
+
+def _check_filters(config: dict, name: str) -> None:
+    """Every cutoff must lie below half of the rate of what is filtered."""
+    filters = []
+    for section in ("wristalyzer", "position_manipulator"):
+        keys = (f"{section}.analysis.lowpass_cutoff_hz", f"{section}.ingest.resample_rate_hz")
+        filters.append((section, *keys, config[section]["analysis"]["lowpass_cutoff_hz"]))
+    for section in ("dummy", "standing"):
+        keys = [plate_key(config, section, key) for key in ("lowpass_cutoff_hz", "resample_rate_hz")]
+        filters.append((section, *keys, config[section]["analysis"]["lowpass_cutoff_hz"]))
+    stretch = config["standing"]["analysis"]["stretch_cutoff_hz"]
+    filters.append(("standing", "standing.analysis.stretch_cutoff_hz", keys[1], stretch))
+    first, *others = config["weight"]["analysis"]["cutoffs_hz"]
+    rate_key = "plate_treadmill.resample_rate_hz"
+    filters.append(("weight", "plate_treadmill.lowpass_cutoff_hz", rate_key, first))
+    filters += [("weight", "weight.analysis.other_cutoffs_hz", rate_key, cutoff) for cutoff in others]
+    for section, cutoff_key, rate_key, cutoff in filters:
         half = 0.5 * config[section]["ingest"]["resample_rate_hz"]
-        cutoff = config[section]["analysis"]["lowpass_cutoff_hz"]
         if cutoff >= half:
             raise InputError(
-                f"{name}: expected {section}.analysis.lowpass_cutoff_hz below half of "
-                f"{section}.ingest.resample_rate_hz ({half:g} Hz), found {cutoff:g}: lower it"
+                f"{name}: expected {cutoff_key} below half of {rate_key} ({half:g} Hz), found {cutoff:g}: "
+                "lower it"
             )
+    if first in others:
+        raise InputError(
+            f"{name}: expected weight.analysis.other_cutoffs_hz beside plate_treadmill.lowpass_cutoff_hz, "
+            f"found {first:g} Hz for both: take it out"
+        )
 
 
-def _check_output_error(dummy: dict, name: str) -> None:
-    """Output error needs the foot's markers, has no torque but that of its VAF, and no SEM as printed."""
+def _check_estimators(dummy: dict, name: str) -> None:
+    """Estimators must be in the library's registry, and each pathway must have what its estimator needs."""
+    windowed = [key for key, estimator in ESTIMATORS.items() if estimator.windowed]
+    for section, pathways, known in (
+        ("dummy.pathways", dummy["pathways"], list(ESTIMATORS)),
+        ("dummy.foot.pathways", dummy["foot"]["pathways"], windowed),
+    ):
+        for pathway, choice in pathways.items():
+            key = f"{section}.{pathway}.estimator"
+            _refuse_unknown(name, key, choice["estimator"], "the estimators", known)
     for pathway, choice in dummy["pathways"].items():
-        if choice["estimator"] != "output-error":
+        if "torque" in ESTIMATORS[choice["estimator"]].needs:
             continue
         if choice["torque"] != "leg":
             raise InputError(
                 f"{name}: expected the torque leg in dummy.pathways.{pathway}, because the estimator "
-                f"output-error has none of its own, found {choice['torque']!r}: correct one of the two"
+                f"{choice['estimator']} uses a torque for its VAF only, found {choice['torque']!r}: "
+                "correct one of the two"
             )
         for key in ("as_printed", "recommended"):
             if dummy[key] == pathway:
                 raise InputError(
-                    f"{name}: expected dummy.{key} to name a pathway with a segment regression, because "
+                    f"{name}: expected dummy.{key} to name a pathway with windowed least squares, because "
                     f"tables and figures show every perturbation, found {pathway!r}: name another"
                 )
         unknown = sorted(set(dummy["foot"]["belt_fixed_labels"]) - set(dummy["files"]["marker_labels"]))
@@ -209,15 +277,18 @@ def _check_output_error(dummy: dict, name: str) -> None:
             )
 
 
-def _check_specification(dummy: dict, name: str) -> None:
+def _check_specification(config: dict, name: str) -> None:
     """The other filter must be another one, and below half of the rate."""
+    dummy = config["dummy"]
     tried, cutoff = dummy["specification"]["other_cutoff_hz"], dummy["analysis"]["lowpass_cutoff_hz"]
     half = 0.5 * dummy["ingest"]["resample_rate_hz"]
     if tried == cutoff or tried >= half:
+        cutoff_key, rate_key = (
+            plate_key(config, "dummy", key) for key in ("lowpass_cutoff_hz", "resample_rate_hz")
+        )
         raise InputError(
-            f"{name}: expected dummy.specification.other_cutoff_hz below half of "
-            f"dummy.ingest.resample_rate_hz ({half:g} Hz) and not that of dummy.analysis.lowpass_cutoff_hz "
-            f"({cutoff:g} Hz), found {tried:g}: correct it"
+            f"{name}: expected dummy.specification.other_cutoff_hz below half of {rate_key} ({half:g} Hz) "
+            f"and not {cutoff_key} ({cutoff:g} Hz), found {tried:g}: correct it"
         )
 
 
@@ -240,19 +311,10 @@ def _check_reflex(reflex: dict, name: str) -> None:
 def _check_treadmill(config: dict, name: str) -> None:
     """Models that are named must be in the family, families must suit the experiment, filters the rate."""
     plate, table = config["weight"], config["belt"]
-    for pathway, choice in config["dummy"]["foot"]["pathways"].items():
-        model = choice["treadmill_model"]
-        if model is not None and model not in plate["models"]["family"]:
-            raise InputError(
-                f"{name}: expected dummy.foot.pathways.{pathway}.treadmill_model to name one of "
-                f"weight.models.family ({', '.join(plate['models']['family'])}) or null, found {model!r}: "
-                "correct one of the two"
-            )
-    if table["chosen"] not in table["models"]["family"]:
-        raise InputError(
-            f"{name}: expected belt.chosen to name one of belt.models.family "
-            f"({', '.join(table['models']['family'])}), found {table['chosen']!r}: correct one of the two"
-        )
+    foot = config["dummy"]["foot"]["pathways"]
+    _check_models_of_pathways("dummy.foot", foot, plate["models"]["family"], name)
+    family = table["models"]["family"]
+    _refuse_unknown(name, "belt.chosen", table["chosen"], "belt.models.family", family)
     for section, unsuited, why in (
         ("belt", ("mean-subtraction", "loaded-frame"), "needs an empty belt beside a weight"),
         ("weight", ("ripple-tracking",), "needs a belt that travels"),
@@ -263,42 +325,24 @@ def _check_treadmill(config: dict, name: str) -> None:
                     f"{name}: expected models in {section}.models.family that suit this experiment, found "
                     f"{model!r}, which {why}: take it out"
                 )
-    half = 0.5 * plate["ingest"]["resample_rate_hz"]
-    for cutoff in plate["analysis"]["cutoffs_hz"]:
-        if cutoff >= half:
-            raise InputError(
-                f"{name}: expected weight.analysis.cutoffs_hz below half of weight.ingest.resample_rate_hz "
-                f"({half:g} Hz), found {cutoff:g}: lower it"
-            )
     analysis = table["analysis"]
     if analysis["zero_lag"] and analysis["lowpass_order"] % 2:
         raise InputError(
             f"{name}: expected an even belt.analysis.lowpass_order, because the filter is "
-            f"bidirectional, found {analysis['lowpass_order']}: correct one of the two"
+            f"zero-lag, found {analysis['lowpass_order']}: correct one of the two"
         )
 
 
 def _check_standing(standing: dict, family: list[str], name: str) -> None:
     """Pathways, estimators, models, markers and windows that are named must exist, and windows must fit."""
     recommended = standing["recommended"]
-    for key, wanted, known in (
-        ("as_printed", standing["as_printed"], standing["pathways"]),
-        ("recommended.pathway", recommended["pathway"], standing["pathways"]),
-        ("recommended.estimator", recommended["estimator"], standing["estimators"]),
+    for key, wanted, section in (
+        ("as_printed", standing["as_printed"], "pathways"),
+        ("recommended.pathway", recommended["pathway"], "pathways"),
+        ("recommended.estimator", recommended["estimator"], "estimators"),
     ):
-        if wanted not in known:
-            section = "estimators" if key.endswith("estimator") else "pathways"
-            raise InputError(
-                f"{name}: expected standing.{key} to name one of standing.{section} ({', '.join(known)}), "
-                f"found {wanted!r}: correct it"
-            )
-    for pathway, choice in standing["pathways"].items():
-        model = choice["treadmill_model"]
-        if model is not None and model not in family:
-            raise InputError(
-                f"{name}: expected standing.pathways.{pathway}.treadmill_model to name one of "
-                f"weight.models.family ({', '.join(family)}) or null, found {model!r}: correct one of the two"
-            )
+        _refuse_unknown(name, f"standing.{key}", wanted, f"standing.{section}", standing[section])
+    _check_models_of_pathways("standing", standing["pathways"], family, name)
     for segment in ("foot", "shank", "thigh"):
         for marker in standing["person"][f"{segment}_markers"]:
             if marker["label"] not in standing["files"]["marker_labels"]:
@@ -335,47 +379,29 @@ def _check_standing(standing: dict, family: list[str], name: str) -> None:
             f"({analysis['after_s']:g} s), found {max(analysis['tried_windows_s']):g} s: correct one of the "
             "two"
         )
-    half = 0.5 * standing["ingest"]["resample_rate_hz"]
-    if analysis["stretch_cutoff_hz"] >= half:
-        raise InputError(
-            f"{name}: expected standing.analysis.stretch_cutoff_hz below half of "
-            f"standing.ingest.resample_rate_hz ({half:g} Hz), found {analysis['stretch_cutoff_hz']:g}: "
-            "lower it"
-        )
 
 
-def check_same_processing(config: dict, carried: str, name: str) -> None:
-    """Models of the treadmill hold for one rate and one filter: what is carried must have the weight's.
-
-    ``carried`` is dummy or standing.
-    """
-    rates = {key: config[key]["ingest"]["resample_rate_hz"] for key in ("weight", "empty", carried)}
-    if len(set(rates.values())) > 1:
-        found = ", ".join(f"{rate:g} Hz for {key}" for key, rate in rates.items())
-        raise InputError(
-            f"{name}: expected one ingest.resample_rate_hz for weight, empty and {carried}, because models "
-            f"of the treadmill hold for one rate, found {found}: make them equal"
-        )
-    weight, own = config["weight"]["analysis"], config[carried]["analysis"]
-    of_weight = (weight["cutoffs_hz"][0], weight["lowpass_order"])
-    of_own = (own["lowpass_cutoff_hz"], own["lowpass_order"])
-    if of_weight != of_own:
-        raise InputError(
-            f"{name}: expected the {carried}'s filter to be the weight's first one, because models of the "
-            f"treadmill hold for one filter, found {of_own[0]:g} Hz of order {of_own[1]} and "
-            f"{of_weight[0]:g} Hz of order {of_weight[1]}: make {carried}.analysis and weight.analysis agree"
-        )
+def _check_models_of_pathways(section: str, pathways: dict, family: list[str], name: str) -> None:
+    """A pathway's model of the treadmill must be one that is fitted."""
+    for pathway, choice in pathways.items():
+        if choice["treadmill_model"] is not None:
+            key = f"{section}.pathways.{pathway}.treadmill_model, if not null,"
+            _refuse_unknown(name, key, choice["treadmill_model"], "weight.models.family", family)
 
 
-def check_same_belt(config: dict, carried: str, name: str) -> None:
-    """The models know the belt that carried the weight: dummy or person (``carried``) must be on it."""
-    own = config["dummy"]["foot"]["belt"] if carried == "dummy" else config["standing"]["belt"]
-    if own != config["weight"]["belt"]:
-        key = "dummy.foot.belt" if carried == "dummy" else "standing.belt"
-        raise InputError(
-            f"{name}: expected {key} to be weight.belt ({config['weight']['belt']}), because models of the "
-            f"treadmill are those of one belt, found {own}: correct one of the two"
-        )
+def check_one_treadmill(config: dict, experiments, name: str) -> None:
+    """Models of the treadmill hold for one belt, rate and filter; exceptions are refused with the weight."""
+    shared = config["plate_treadmill"]
+    for experiment, own in shared["exceptions"].items():
+        if not {experiment, "weight"} <= set(experiments):
+            continue
+        for key, value in own.items():
+            if value != shared[key]:
+                raise InputError(
+                    f"{name}: expected plate_treadmill.{key} ({shared[key]}) for {experiment}, too, because "
+                    "models of the treadmill, fitted to trials of weight and empty, hold for one belt, rate "
+                    f"and filter, found {value} in plate_treadmill.exceptions.{experiment}: take it out"
+                )
 
 
 def check_plate_models(config: dict, name: str) -> None:

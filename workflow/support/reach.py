@@ -1,4 +1,4 @@
-"""Which modules a script reaches, so that rules can name them as inputs.
+"""Modules that a script imports, so that rules can name them as inputs.
 
 Snakemake sees edits of a rule's inputs and of its script, but not of what the script imports.
 """

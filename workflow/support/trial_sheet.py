@@ -1,4 +1,4 @@
-"""The trial sheet: one row per trial, made by the virtual laboratory or recorded."""
+"""The trial sheet: one row per trial, simulated by the virtual laboratory or recorded."""
 
 import csv
 import difflib
@@ -8,6 +8,8 @@ from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
+from workflow.support.experiments import EXPERIMENTS
+from workflow.support.renames import KEYS, renamed
 
 COLUMNS = (
     "experiment",
@@ -24,43 +26,7 @@ COLUMNS = (
 )
 # which a sheet needs only if one of its experiments does
 OPTIONAL_COLUMNS = ("role", "emg", "task", "time_column", "load_column", "velocity_column")
-# experiment -> the kinds of raw file that it needs and the names that the laboratory gives them
-RAW_FILES = {
-    "wristalyzer": {"log": "log.txt", "command": "command.txt"},
-    "dummy": {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
-    "weight": {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
-    "empty": {"log": "log.mat", "calibration": "calibration.csv"},
-    "standing": {
-        "log": "log.mat",
-        "calibration": "calibration.csv",
-        "markers": "markers.c3d",
-        "emg": "emg.edf",
-    },
-    "position_manipulator": {"log": None},
-    "belt": {"log": None},
-}
-# those of them that a recorded trial may lack
-OPTIONAL_FILES = {"standing": ("emg",)}
-PULSES = ("sine", "minjerk")
-PROFILES = {
-    "wristalyzer": ("multisine",),
-    "dummy": PULSES,
-    "weight": PULSES,
-    "empty": PULSES,
-    "standing": ("sine", "negative-sine"),
-    "position_manipulator": (),
-    "belt": (),
-}
-# experiments whose trials either calibrate models of the treadmill or validate them; those of a group
-# serve the same models
 ROLES = ("calibrate", "validate")
-ROLE_GROUPS = (("belt",), ("empty", "weight"))
-# what the laboratory's person can be told; a recorded person anything
-TASKS = ("relax", "stiff")
-# experiments whose perturbations may come at random intervals, from - to
-AT_RANDOM = ("standing",)
-# what a table holds -> the sheet's column that names it, for experiments whose tables differ
-TABLE_COLUMNS = {"belt": {"time": "time_column", "load": "load_column", "velocity": "velocity_column"}}
 EMPTY = "-"
 
 
@@ -69,8 +35,8 @@ class TrialRow:
     """One row of the sheet.
 
     ``interval_s`` is the shortest, ``longest_interval_s`` the longest time between perturbations. ``files``
-    maps kinds of raw file to paths, and is empty for the laboratory's. ``role`` and ``task`` (what a person
-    was told) are None where trials have none. ``columns`` maps time, load and velocity to names in the
+    maps kinds of raw file to paths, and is empty for simulated trials. ``role`` and ``task`` (instruction of
+    the person) are None where trials have none. ``columns`` maps time, load and velocity to names in the
     header of the trial's table.
     """
 
@@ -132,14 +98,31 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
     if not trials:
         raise InputError(f"{path}: expected at least one trial, found none: add a row")
     for row in trials.values():
-        if row.task is not None and ("standing", row.task) in trials:
+        if row.task is not None and (row.experiment, row.task) in trials:
             raise InputError(
-                f"{path}: expected tasks and conditions of standing to have different names, because both "
-                f"head rows of estimates, found {row.task!r} for both: rename the condition"
+                f"{path}: expected tasks and conditions of {row.experiment} to have different names, because "
+                f"both head rows of estimates, found {row.task!r} for both: rename the condition"
             )
-    for group in ROLE_GROUPS:
-        _check_roles([row for row in trials.values() if row.experiment in group], path)
+    for models in dict.fromkeys(filter(None, (e.models for e in EXPERIMENTS.values()))):
+        _check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
     return trials
+
+
+def check_sources(trials: dict[tuple, TrialRow], path: str | Path, virtual_lab: str | None) -> None:
+    """Refuse simulated trials if there is no laboratory, and the weight without the empty belt."""
+    for (experiment, condition), row in trials.items():
+        if row.source == "virtual_lab" and virtual_lab is None:
+            raise InputError(
+                f"{path}: expected recordings only, because study.virtual_lab is null, found "
+                f"{experiment}/{condition} to be made: name its files"
+            )
+    experiments = {experiment for experiment, _ in trials}
+    for there, missing in (("weight", "empty"), ("empty", "weight")):
+        if there in experiments and missing not in experiments:
+            raise InputError(
+                f"{path}: expected trials of {missing} beside those of {there}, found none: models of the "
+                "treadmill need the empty belt and a known weight, add its rows"
+            )
 
 
 def _check_roles(rows: list[TrialRow], path) -> None:
@@ -170,10 +153,12 @@ def _check_roles(rows: list[TrialRow], path) -> None:
 def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     here = f"{path}: line {number}"
     experiment, condition, source = cells["experiment"], cells["condition"], cells["source"]
-    if experiment not in RAW_FILES:
+    if experiment not in EXPERIMENTS:
         raise InputError(
-            f"{here}: expected an experiment of {', '.join(RAW_FILES)}, found {experiment!r}: correct it"
+            f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {experiment!r}: "
+            f"{renamed(KEYS, experiment, EXPERIMENTS) or 'correct it'}"
         )
+    known = EXPERIMENTS[experiment]
     if not condition or not all(c.isalnum() or c in ".-" for c in condition):
         raise InputError(
             f"{here}: expected a condition of letters, digits, dots and hyphens, found {condition!r}: "
@@ -183,11 +168,11 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         raise InputError(
             f"{here}: expected the source to be virtual_lab or recorded, found {source!r}: correct it"
         )
-    needed = RAW_FILES[experiment]
+    needed = known.raw_files
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
     if source == "recorded":
         for kind in needed:
-            if kind not in files and kind not in OPTIONAL_FILES.get(experiment, ()):
+            if kind not in files and kind not in known.optional_files:
                 raise InputError(
                     f"{here}: expected a {kind} file for {experiment}/{condition}, found "
                     f"{cells.get(kind, 'no such column')!r}: name the recorded file"
@@ -200,7 +185,7 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         )
     numbers = {name: _positive(cells[name], name, here) for name in ("amplitude", "duration_s")}
     shortest, dash, longest = cells["interval_s"].partition("-")
-    if experiment in AT_RANDOM and shortest and dash:
+    if known.at_random and shortest and dash:
         interval = _positive(shortest, "interval_s", here), _positive(longest, "interval_s", here)
         if interval[0] > interval[1]:
             raise InputError(
@@ -212,13 +197,13 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     numbers |= {"interval_s": interval[0], "longest_interval_s": interval[1]}
     made = source == "virtual_lab"
     wanted = ["duration_s"] + (["amplitude"] if made else [])
-    wanted += ["interval_s"] if made and experiment != "wristalyzer" else []
+    wanted += ["interval_s"] if made and known.pulsed else []
     for name in wanted:
         if numbers[name] is None:
             raise InputError(f"{here}: expected a number for {name}, found {EMPTY!r}: fill it in")
-    if made and cells["profile"] not in PROFILES[experiment]:
+    if made and cells["profile"] not in known.profiles:
         raise InputError(
-            f"{here}: expected a profile of {', '.join(PROFILES[experiment])}, found "
+            f"{here}: expected a profile of {', '.join(known.profiles)}, found "
             f"{cells['profile']!r}: correct it"
         )
     return TrialRow(
@@ -247,9 +232,10 @@ def _positive(cell: str, name: str, here: str) -> float | None:
 
 
 def _task(cells: dict[str, str], here: str) -> str | None:
-    """What a standing person was told."""
+    """Task of a standing person."""
     experiment, task = cells["experiment"], cells.get("task", "")
-    if experiment != "standing":
+    tasks = EXPERIMENTS[experiment].tasks
+    if not tasks:
         if task not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the task, because trials of {experiment} have none, found "
@@ -257,21 +243,21 @@ def _task(cells: dict[str, str], here: str) -> str | None:
             )
         return None
     made = cells["source"] == "virtual_lab"
-    if task in (EMPTY, "") or (made and task not in TASKS) or not all(c.isalnum() or c in ".-" for c in task):
+    if task in (EMPTY, "") or (made and task not in tasks) or not all(c.isalnum() or c in ".-" for c in task):
         found = repr(task) if "task" in cells else "no such column"
         expected = (
-            f"a task of {' or '.join(TASKS)}" if made else "a task of letters, digits, dots and hyphens"
+            f"a task of {' or '.join(tasks)}" if made else "a task of letters, digits, dots and hyphens"
         )
         raise InputError(
             f"{here}: expected {expected} for {experiment}/{cells['condition']}, found {found}: fill in "
-            "what the person was told"
+            "the instruction of the person"
         )
     return task
 
 
 def _role(cells: dict[str, str], here: str) -> str | None:
     experiment, role = cells["experiment"], cells.get("role", "")
-    if not any(experiment in group for group in ROLE_GROUPS):
+    if EXPERIMENTS[experiment].models is None:
         if role not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the role, because trials of {experiment} have none, found "
@@ -290,9 +276,9 @@ def _role(cells: dict[str, str], here: str) -> str | None:
 
 
 def _columns(cells: dict[str, str], here: str) -> dict[str, str]:
-    """Names of a table's columns, by what they hold."""
+    """Names of a table's columns, by quantity."""
     experiment = cells["experiment"]
-    named_by = TABLE_COLUMNS.get(experiment, {})
+    named_by = EXPERIMENTS[experiment].table_columns
     columns: dict[str, str] = {}
     for what, name in named_by.items():
         column = cells.get(name, "")

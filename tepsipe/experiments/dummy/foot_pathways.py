@@ -1,4 +1,4 @@
-"""TEP-SIPE with the torque from the foot's side: force plate, ankle marker and treadmill models."""
+"""TEP-SIPE with the torque from the foot: force plate, ankle marker and treadmill models."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,13 +7,13 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions
-from tepsipe.identification.window_regression import regress_torque
+from tepsipe.identification.estimators import Record, estimate
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMotion, segment_motion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, measured_load, recordings_of_loads, zero_line
@@ -28,14 +28,14 @@ class FootPathway:
     Attributes
     ----------
     torque : {"foot-thesis", "foot"}
-        How the torque is derived (`tepsipe.mechanics.inverse_dynamics`).
+        Equation of the torque (`tepsipe.mechanics.inverse_dynamics`).
     treadmill_model : str or None
-        Model whose load is taken out of Fy and Mx first; None for the loads as measured.
+        Model of the belt-induced load that is subtracted from Fy and Mx; None for the loads as measured.
     window_s : float or None
         Length of the fitted windows from the onset of a perturbation (s); None for the perturbation
-        itself. In a longer window the leg also swings while the belt stands still and adds nothing.
+        itself. A longer window includes the swing of the leg on the resting belt, without belt-induced load.
     estimator : {"windowed-least-squares-thesis", "windowed-least-squares"}
-        How the parameters are (`tepsipe.identification.window_regression`).
+        Estimator of the parameters (`tepsipe.identification.window_regression`).
     """
 
     torque: str
@@ -46,7 +46,7 @@ class FootPathway:
 
 @dataclass(frozen=True)
 class FootOptions:
-    """Choices of the foot's side, beside those of the leg's.
+    """Options of the foot pathways, in addition to those of the leg.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class FootOptions:
     ankle_label : str
         Marker on the ankle.
     belt_fixed_labels : tuple of str
-        Markers that ride on the belt: they tell by how much markers lag behind forces.
+        Belt-fixed markers, from which the delay of markers relative to forces is estimated.
     belt : str
         The belt on which the dummy stands, left or right.
     """
@@ -74,12 +74,12 @@ def analyse_foot(
     pathways: dict[str, FootPathway],
     models: dict[str, dict[str, FittedModel]],
 ) -> DummyAnalysis:
-    """Estimate I, B, K of the ankle dummy from the torque that the force plate shows.
+    """Estimate I, B, K of the ankle dummy from the torque by the foot and the force plate.
 
     Parameters
     ----------
     trial : Trial
-        Forces (N), moments (Nm), markers (m) and belt velocity (m/s).
+        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
     name : str
         Names the trial in messages.
     dummy, options : DummyOptions, FootOptions
@@ -102,17 +102,16 @@ def analyse_foot(
     rate, time = trial.rate_hz, trial.time
     lowpass = Lowpass(dummy.lowpass_cutoff_hz, dummy.lowpass_order, True)
     belt_velocity = lowpass(trial.values("belt_velocity"), rate)
-    perturbations = find_perturbations(belt_velocity, rate, dummy.window, "belt velocity")
+    perturbations = perturbations_of(belt_velocity, rate, dummy.window, "belt velocity")
     at_rest = rest_samples(time, dummy.window)
     motion = segment_motion(
         time,
         trial.values("marker_position"),
-        trial.axes["marker"].tolist(),
         dummy.leg_markers,
         dummy.leg.com_m,
-        rate,
-        dummy.lowpass_cutoff_hz,
-        dummy.lowpass_order,
+        labels=trial.axes["marker"].tolist(),
+        cutoff_hz=dummy.lowpass_cutoff_hz,
+        order=dummy.lowpass_order,
     )
     delay = foot_delay(trial, name, options, lowpass, at_rest)
     side = foot_side(trial, name, options, lowpass, at_rest, motion, delay)
@@ -147,7 +146,10 @@ def analyse_foot(
                 "in the configuration"
             )
         windows = windows_from_onset(perturbations, pathway.window_s, rate, time.size, name)
-        regressions[key] = regress_torque(motion, torque, windows, at_rest, pathway.estimator)
+        regressions[key] = estimate(
+            pathway.estimator,
+            Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest),
+        )
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
@@ -162,16 +164,16 @@ def analyse_foot(
 
 @dataclass(frozen=True)
 class FootSide:
-    """What the foot's side shows of a trial, on the force plate's clock.
+    """Signals of a trial for the torque from the foot, on the clock of the force plate.
 
     Attributes
     ----------
     motion : SegmentMotion
         Motion of the leg (s, rad, m).
     measured : dict of str to ndarray
-        Fy, Fz (N) and Mx (Nm) as measured, each of shape (n,).
+        Fy, Fz (N) and Mx (N·m) as measured, each of shape (n,).
     y_a, y_a_dd : ndarray, shape (n,)
-        Position of the ankle on the plate (m) and its acceleration (m/s2).
+        Position of the ankle on the plate (m) and its acceleration (m/s²).
     """
 
     motion: SegmentMotion
@@ -190,7 +192,7 @@ def foot_delay(
     Raises
     ------
     InputError
-        If a marker is missing, or those that ride on the belt do not follow it.
+        If a marker is missing, or the belt-fixed markers do not follow the belt.
     """
     rate, time = trial.rate_hz, trial.time
     labels = trial.axes["marker"].tolist()
@@ -215,12 +217,12 @@ def foot_side(
     motion: SegmentMotion,
     delay_s: float,
 ) -> FootSide:
-    """Loads and motions from which the foot's side has its torque.
+    """Loads and motions for the torque from the foot.
 
     Parameters
     ----------
     trial : Trial
-        Forces (N), moments (Nm) and markers (m).
+        Forces (N), moments (N·m) and markers (m).
     name : str
         Names the trial in messages.
     options : FootOptions
@@ -230,7 +232,7 @@ def foot_side(
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
     motion : SegmentMotion
-        Motion of the leg by the markers' clock, filtered (s, rad, m).
+        Filtered motion of the leg on the clock of the markers (s, rad, m).
     delay_s : float
         Time by which markers lag behind forces (s).
 
@@ -254,7 +256,7 @@ def foot_side(
     )
     along = lowpass(trial.values("marker_position")[:, :, 1].astype(float), trial.rate_hz)
     ankle = advanced(time, along[:, labels.index(options.ankle_label)], delay_s)
-    # the belt creeps a little: what is a line through rest in Mx must be one in the ankle's position too
+    # the belt creeps: a line through rest that is subtracted from Mx must be subtracted from y_A, too
     y_a = zero_line(ankle, time, at_rest) + ankle[at_rest].mean()
     return FootSide(
         motion=motion,
@@ -267,12 +269,12 @@ def foot_side(
 def windows_from_onset(
     perturbations: list[Perturbation], window_s: float | None, rate_hz: float, samples: int, name: str
 ) -> list[Perturbation]:
-    """Windows to fit: the perturbations themselves, or of one length from their onsets.
+    """Windows to fit: the perturbations themselves, or windows of equal length from their onsets.
 
     Parameters
     ----------
     perturbations : list of Perturbation
-        Where they lie (samples).
+        Their positions (samples).
     window_s : float or None
         Length of the windows (s); None for the perturbations themselves.
     rate_hz : float

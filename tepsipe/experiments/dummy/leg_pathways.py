@@ -1,21 +1,23 @@
 """TEP-SIPE on the ankle dummy, from one trial to its parameters by every pathway (thesis section 3-1-2)."""
 
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.identification.output_error import ESTIMATOR, OutputError, fit_output_error
-from tepsipe.identification.window_regression import WindowedFits, damping_per_skew, regress_perturbations
+from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
+from tepsipe.identification.output_error import OutputError
+from tepsipe.identification.window_regression import WindowedFits, damping_per_skew
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, impedance_torque
 from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.joint_torque import leg_pathway_torque
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import WindowOptions, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 
@@ -29,12 +31,12 @@ class Pathway:
     Attributes
     ----------
     torque : {"leg", "leg-thesis"}
-        How the torque is derived (`tepsipe.mechanics.inverse_dynamics`).
+        Equation of the torque (`tepsipe.mechanics.inverse_dynamics`).
     marker_instants : {"aligned", "as-sampled"}
-        Whether the markers' different sampling instants are corrected.
+        Whether sequential marker sampling is corrected.
     estimator : {"windowed-least-squares-thesis", "windowed-least-squares", "output-error"}
-        How the parameters are (`window_regression`, `output_error`); output error makes no
-        use of the torque.
+        Estimator of the parameters (`window_regression`, `output_error`); output error does not use the
+        torque.
     """
 
     torque: str
@@ -44,20 +46,20 @@ class Pathway:
 
 @dataclass(frozen=True)
 class DummyOptions:
-    """Choices of the thesis (section 3-1-2) and the dummy's properties (Table 2-2).
+    """Options of the thesis (section 3-1-2) and properties of the dummy (Table 2-2).
 
     Attributes
     ----------
     leg : Leg
-        The leg (kg, m, kg m2).
+        The leg (kg, m, kg·m²).
     leg_markers : SegmentMarkers
-        Where its markers sit (m).
+        Its markers and their offsets (m).
     lowpass_cutoff_hz, lowpass_order : float, int
-        Bidirectional Butterworth filter (Hz, -).
+        Zero-lag Butterworth filter (Hz, -).
     window : WindowOptions
-        Where perturbations and rest are (s).
+        Search for perturbations and rest (s).
     belt_fixed_labels : tuple of str
-        Markers that ride on the belt: their mean is the foot's motion, for the output error only.
+        Belt-fixed markers, whose mean is the motion of the foot, for the output error only.
     """
 
     leg: Leg
@@ -70,7 +72,7 @@ class DummyOptions:
 
 @dataclass(frozen=True)
 class DummyAnalysis:
-    """What one trial gives.
+    """Results of one trial.
 
     Attributes
     ----------
@@ -79,15 +81,14 @@ class DummyAnalysis:
     regressions : dict of str to WindowedFits
         Pathway -> parameters and predictions.
     pathways : dict of str to Pathway
-        What each pathway means.
+        Definition of each pathway.
     damping_per_skew : dict of str to float
-        Pathway -> change of B when the leg's position is taken later than its angle (Nms/rad per s).
+        Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s).
     marker_residual_rms_m : float
-        Root mean square distance between markers and the rigid leg (m).
+        Marker residual RMS: root mean square distance between markers and the rigid leg (m).
     marker_noise_m : float
-        Root mean square of what the filter removes from the leg's markers at rest (m per coordinate).
-    output_errors : dict of str to OutputError
-        Pathway -> measured and simulated angle (rad), where the output error was the estimator.
+        Root mean square of the component that the filter removes from the leg's markers at rest (m per
+        coordinate).
     """
 
     time: np.ndarray
@@ -98,7 +99,11 @@ class DummyAnalysis:
     damping_per_skew: dict[str, float]
     marker_residual_rms_m: float
     marker_noise_m: float
-    output_errors: dict[str, OutputError] = field(default_factory=dict)
+
+    @property
+    def output_errors(self) -> dict[str, OutputError]:
+        """Pathway -> measured and simulated angle (rad), where the output error was the estimator."""
+        return {name: found for name, found in self.regressions.items() if isinstance(found, OutputError)}
 
 
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
@@ -129,80 +134,62 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         return butterworth_lowpass(x, rate, options.lowpass_cutoff_hz, options.lowpass_order)
 
     belt_velocity = lowpass(trial.values("belt_velocity"))
-    perturbations = find_perturbations(belt_velocity, rate, options.window, "belt velocity")
+    perturbations = perturbations_of(belt_velocity, rate, options.window, "belt velocity")
     at_rest = rest_samples(time, options.window)
     motions = {
         instants: segment_motion(
             time,
             trial.values(MARKER_SIGNALS[instants]),
-            trial.axes["marker"].tolist(),
             options.leg_markers,
             options.leg.com_m,
-            rate,
-            options.lowpass_cutoff_hz,
-            options.lowpass_order,
+            labels=trial.axes["marker"].tolist(),
+            cutoff_hz=options.lowpass_cutoff_hz,
+            order=options.lowpass_order,
         )
         for instants in sorted({pathway.marker_instants for pathway in pathways.values()})
     }
-    problems = {
-        name: (
-            motions[pathway.marker_instants],
-            options.leg,
-            perturbations,
-            at_rest,
-            pathway.torque,
-            pathway.estimator,
-        )
-        for name, pathway in pathways.items()
-        if pathway.estimator != ESTIMATOR
-    }
-    output_errors = {
-        name: fit_output_error(
-            motions[pathway.marker_instants],
-            lowpass(belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)),
-            belt_velocity,
-            options.leg,
-            perturbations,
-            at_rest,
-        )
-        for name, pathway in pathways.items()
-        if pathway.estimator == ESTIMATOR
-    }
-    regressions = {
-        name: output_errors[name].regression
-        if name in output_errors
-        else regress_perturbations(*problems[name])
-        for name in pathways
-    }
+    regressions, skews = {}, {}
+    for name, pathway in pathways.items():
+        motion, estimator = motions[pathway.marker_instants], find_estimator(pathway.estimator)
+        given = {"motion": motion, "perturbations": perturbations, "at_rest": at_rest, "leg": options.leg}
+        if "torque" in estimator.needs:
+            given["torque"] = leg_pathway_torque(pathway.torque, options.leg, motion)
+            thesis = pathway.estimator == LEAST_SQUARES_THESIS
+            skews[name] = damping_per_skew(
+                motion, options.leg, perturbations, at_rest, pathway.torque, thesis=thesis
+            )
+        if "foot_position" in estimator.needs:
+            foot = belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)
+            given |= {"foot_position": lowpass(foot), "belt_velocity": belt_velocity}
+        regressions[name] = estimate(pathway.estimator, Record(**given))
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
         belt_command=trial.values("belt_command"),
         regressions=regressions,
-        output_errors=output_errors,
         pathways=pathways,
-        damping_per_skew={name: damping_per_skew(*problem) for name, problem in problems.items()},
+        damping_per_skew=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
     )
 
 
 def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:
-    """Mean position along the belt of the markers that ride on it (m), shape (n,).
+    """Mean position of the belt-fixed markers along the belt (m), shape (n,).
 
     Parameters
     ----------
     trial : Trial
         Markers (m).
     labels : tuple of str
-        The markers that ride on the belt.
+        The belt-fixed markers.
     instants : {"aligned", "as-sampled"}
-        Whether the markers' different sampling instants are corrected.
+        Whether sequential marker sampling is corrected.
 
     Returns
     -------
     ndarray, shape (n,)
-        Position, not filtered (m).
+        Position, unfiltered (m).
 
     Raises
     ------
@@ -213,8 +200,8 @@ def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) ->
     missing = [label for label in labels if label not in known]
     if missing or not labels:
         raise InputError(
-            f"expected markers that ride on the belt, found {listed(missing or ['none'])} among "
-            f"{listed(known)}: name them in dummy.foot.belt_fixed_labels in the configuration"
+            f"expected belt-fixed markers among {listed(known)}, found {listed(missing or ['none'])}: "
+            "name them in dummy.foot.belt_fixed_labels in the configuration"
         )
     columns = [known.index(label) for label in labels]
     return trial.values(MARKER_SIGNALS[instants])[:, columns, 1].astype(float).mean(axis=1)
@@ -228,17 +215,17 @@ def _noise_at_rest(trial: Trial, options: DummyOptions, lowpass, at_rest: np.nda
 
 
 def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
-    """Intervals of the means of I (Nms2/rad), B (Nms/rad), K (Nm/rad) and VAF (%) of every pathway.
+    """Intervals of the means of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) and VAF (%) of every pathway.
 
     Parameters
     ----------
     analysis : DummyAnalysis
-        What `analyse_dummy` found.
+        Output of `analyse_dummy`.
     draws : int
         Bootstrap samples (-).
     seed : int
-        Of the generators that draw perturbations, one per pathway (-): intervals do not depend on which
-        other pathways there are.
+        Seed of the generators that draw perturbations, one per pathway (-): intervals do not depend on the
+        other pathways.
 
     Returns
     -------
@@ -260,14 +247,14 @@ def dummy_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
 
-    For the output error the VAF (%) of the angle, VAF_theta_trial, too.
+    For the output error also the VAF (%) of the angle, VAF_theta_trial.
 
     Parameters
     ----------
     condition : str
         Name of the condition.
     analysis : DummyAnalysis
-        What `analyse_dummy` found.
+        Output of `analyse_dummy`.
     intervals : dict of str to Interval
         From `bootstrap_pathways`.
 
@@ -352,7 +339,7 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
 
 
 def _mean_and_interval(regression: WindowedFits, interval: Interval) -> np.ndarray:
-    """Rows mean, low, high; columns I (Nms2/rad), B (Nms/rad), K (Nm/rad)."""
+    """Rows mean, low, high; columns I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
     return np.array([regression.mean, interval.low[:3], interval.high[:3]])
 
 

@@ -1,16 +1,16 @@
-"""One trial by every combination of the choices that the thesis weighed (thesis Appendix A).
+"""Specification curve: one trial by every combination of the choices of the thesis (Appendix A).
 
-A specification says how the parameters of one trial are found:
+A specification is one combination of choices for the estimation of I, B, K:
 
-    torque      of which free body: leg-thesis, leg, foot-thesis, foot (`inverse_dynamics`)
-    filter      which low-pass: of the study, forwards only, with another cutoff, none
-    filtered    what passes it: all signals; the torque only; the motion only, from which regressors come
-    reference   angle, and torque, of rest: at the first and last rest, or just before each segment
-    window      the command's length, the actual length, or longer
+    torque      equation of the torque: leg-thesis, leg, foot-thesis, foot (`inverse_dynamics`)
+    filter      low-pass: that of the study, forwards only, with another cutoff, none
+    filtered    filtered signals: all; the torque only; the motion only, from which the regressors follow
+    reference   angle and torque at rest: from the first and last rest, or from just before each perturbation
+    window      the length of the command, the actual length, or longer
     estimator   windowed-least-squares-thesis, windowed-least-squares, output-error
 
-Output error has neither torque nor windows and always one angle of rest; all its signals pass one filter.
-Nothing is computed here: every estimate is that of the functions that the study's own pathways use.
+Output error uses neither torque nor windows, always one angle at rest, and one filter for all signals.
+All estimates come from the functions that the pathways of the study use.
 """
 
 from collections.abc import Callable
@@ -21,14 +21,20 @@ import numpy as np
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, foot_delay, foot_side, windows_from_onset
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, belt_fixed_position
-from tepsipe.identification.output_error import ESTIMATOR, fit_output_error
-from tepsipe.identification.window_regression import ESTIMATORS, WindowedFits, regress_torque
+from tepsipe.identification.estimators import (
+    LEAST_SQUARES,
+    LEAST_SQUARES_THESIS,
+    OUTPUT_ERROR,
+    Record,
+    estimate,
+)
+from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMotion, marker_positions, motion_of_markers
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
 
 CHOICES = ("torque", "filter", "filtered", "reference", "window", "estimator")
 TORQUES = ("leg-thesis", "leg", "foot-thesis", "foot")
@@ -41,16 +47,16 @@ AS_PRINTED, RECOMMENDED, OTHER = "as printed", "recommended", ""
 
 @dataclass(frozen=True)
 class SpecificationOptions:
-    """What the combinations need beside the study's choices.
+    """Options of the combinations, in addition to those of the study.
 
     Attributes
     ----------
     other_cutoff_hz : float
-        Of the filter with another cutoff (Hz).
+        Cutoff of the alternative filter (Hz).
     command_s, longer_s : float
-        Windows as long as the command, and longer than the perturbation, from its onset (s).
+        Lengths of the windows from the onset: that of the command, and longer than the perturbation (s).
     before_segment_s : float
-        Time before the onset that is taken for a segment's rest (s).
+        Time before the onset that counts as rest of a perturbation (s).
     """
 
     other_cutoff_hz: float
@@ -98,20 +104,20 @@ class Specification:
 
 @dataclass(frozen=True)
 class _Signals:
-    """Motion (rad, m) and torque (Nm) of every origin after one filter, each side on its own clock."""
+    """Motion (rad, m) and torques (N·m) with one filter, for leg and foot, each on its own clock."""
 
     motions: dict[str, SegmentMotion]
     torques: dict[str, np.ndarray]
 
 
 def unfiltered(x: np.ndarray, rate_hz: float) -> np.ndarray:
-    """``x`` as it is (any unit), whatever its rate (Hz)."""
+    """``x`` unchanged (any unit), at any rate (Hz)."""
     return x
 
 
 @dataclass(frozen=True)
 class Forwards:
-    """A low-pass run forwards only, that begins as if the signal had always been its first sample."""
+    """A forward-only low-pass, initialised in the steady state of the first sample."""
 
     lowpass: Lowpass
 
@@ -145,18 +151,18 @@ def specify_dummy(
     Parameters
     ----------
     trial : Trial
-        Forces (N), moments (Nm), markers (m) and belt velocity (m/s).
+        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
     condition : str
         Name of the condition.
     dummy, foot, options : DummyOptions, FootOptions, SpecificationOptions
         Choices (units in their names).
     as_printed, recommended : Pathway
-        The study's own; their combinations get a role.
+        Pathways of the study; their combinations get a role.
 
     Returns
     -------
     list of Specification
-        Sorted by K (Nm/rad).
+        Sorted by K (N·m/rad).
 
     Raises
     ------
@@ -168,7 +174,7 @@ def specify_dummy(
     known = filters(dummy, options)
     standard = next(iter(known))
     velocity = known[standard](trial.values("belt_velocity"), rate)
-    perturbations = find_perturbations(velocity, rate, dummy.window, "belt velocity")
+    perturbations = perturbations_of(velocity, rate, dummy.window, "belt velocity")
     at_rest = rest_samples(trial.time, dummy.window)
     delay = foot_delay(trial, name, foot, known[standard], at_rest)
     signals = {key: _signals(trial, name, dummy, foot, x, at_rest, delay) for key, x in known.items()}
@@ -200,23 +206,23 @@ def specify_dummy(
                 if filtered == "torque only":
                     values = lowpass(values, rate)
                 for window, chosen in windows.items():
-                    for estimator in ESTIMATORS:
+                    for estimator in (LEAST_SQUARES_THESIS, LEAST_SQUARES):
                         for reference in REFERENCES:
                             rest = at_rest if reference == REFERENCES[0] else before
                             regression = _regress(motion, values, chosen, rest, estimator)
                             add((torque, key, filtered, reference, window, estimator), regression)
     position = belt_fixed_position(trial, dummy.belt_fixed_labels, "aligned")
     for key, lowpass in known.items():
-        found = fit_output_error(
-            signals[key].motions["leg"],
-            lowpass(position, rate),
-            lowpass(trial.values("belt_velocity"), rate),
-            dummy.leg,
-            perturbations,
-            at_rest,
+        record = Record(
+            motion=signals[key].motions["leg"],
+            foot_position=lowpass(position, rate),
+            belt_velocity=lowpass(trial.values("belt_velocity"), rate),
+            leg=dummy.leg,
+            perturbations=perturbations,
+            at_rest=at_rest,
         )
         filtered = NONE if key == NONE else FILTERED[0]
-        add((NONE, key, filtered, REFERENCES[0], WHOLE_TRIAL, ESTIMATOR), found.regression)
+        add((NONE, key, filtered, REFERENCES[0], WHOLE_TRIAL, OUTPUT_ERROR), estimate(OUTPUT_ERROR, record))
     return sorted(rows, key=lambda row: (row.K_Nm_per_rad, row.choices))
 
 
@@ -229,7 +235,7 @@ def _signals(
     at_rest: np.ndarray,
     delay_s: float,
 ) -> _Signals:
-    """Motion and torques if all signals pass a filter."""
+    """Motion and torques with all signals filtered."""
     leg, labels = dummy.leg, trial.axes["marker"].tolist()
     on_leg = marker_positions(trial.values("marker_position"), labels, dummy.leg_markers)
     motion = motion_of_markers(trial.time, lowpass(on_leg, trial.rate_hz), dummy.leg_markers, leg.com_m)
@@ -251,12 +257,12 @@ def _regress(
     rest: np.ndarray | int,
     estimator: str,
 ) -> WindowedFits:
-    """Segment regression with one rest (samples at rest), or one for each segment (samples before it)."""
+    """Windowed least squares with one rest (samples at rest), or one per perturbation (samples before it)."""
     if not isinstance(rest, int):
-        return regress_torque(motion, torque, windows, rest, estimator)
+        return estimate(estimator, Record(motion=motion, torque=torque, perturbations=windows, at_rest=rest))
     alone = []
     for window in windows:
-        # of the trial only what one segment needs
+        # only the part of the trial that one perturbation needs
         part = slice(window.start - rest, window.stop)
         cut = replace(
             motion,
@@ -267,7 +273,8 @@ def _regress(
         )
         placed = replace(window, start=rest, stop=rest + window.stop - window.start)
         before = np.arange(cut.time.size) < rest
-        alone.append(regress_torque(cut, torque[part], [placed], before, estimator))
+        one = Record(motion=cut, torque=torque[part], perturbations=[placed], at_rest=before)
+        alone.append(estimate(estimator, one))
     joined = {
         key: np.concatenate([getattr(found, key)[rest:] for found in alone])
         for key in ("torque", "predicted", "regressors")

@@ -1,1 +1,1 @@
-"""The ankle dummy in a forward simulation, beside its recordings."""
+"""Forward simulation of the ankle dummy, compared with its recordings."""

@@ -1,4 +1,4 @@
-"""How well simulations follow recordings: the rows of ``results/tables/forward.csv``."""
+"""Agreement between simulations and recordings: the rows of ``results/tables/forward.csv``."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
@@ -9,7 +9,7 @@ from tepsipe.io.csv_table import read_rows, write_rows
 
 @dataclass(frozen=True)
 class ForwardScore:
-    """How well a simulation follows a recording.
+    """Agreement between a simulation and a recording.
 
     Attributes
     ----------

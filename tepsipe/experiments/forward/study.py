@@ -1,7 +1,7 @@
-"""Forward simulation as judge of parameters: does the simulated dummy move as the real one (4-1-3)?
+"""Validation of parameters by forward simulation (thesis section 4-1-3).
 
-Every trial of the ankle dummy is simulated with several sets of parameters, driven by its own recorded belt
-motion, and compared with the recorded angle and with the torque from inverse dynamics.
+Every trial of the ankle dummy is simulated with several sets of parameters, driven by its recorded belt
+motion, and compared with the recorded angle and with the torque by inverse dynamics.
 """
 
 from collections.abc import Iterable
@@ -25,7 +25,7 @@ from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
 from tepsipe.mechanics.segment_kinematics import segment_motion
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import Perturbation, find_perturbations, rest_samples
+from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
 from tepsipe.statistics.goodness_of_fit import vaf
 
 MEASURED_TORQUES = {"tau": "leg-thesis", "tau_consistent": "leg"}
@@ -42,12 +42,12 @@ class SimulatedCondition:
     theta : ndarray, shape (n,)
         Recorded leg angle (rad).
     torques : dict of str to ndarray, shape (n,)
-        Torque by inverse dynamics, from rest (Nm): ``tau`` by the equation as printed, ``tau_consistent``
-        by the consistent one.
+        Torque by inverse dynamics, relative to rest (N·m): ``tau`` by the equation as printed,
+        ``tau_consistent`` by the consistent equation.
     perturbations : list of Perturbation
         Windows (samples).
     joints : dict of str to ndarray, shape (3,)
-        Parameter set -> I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        Parameter set -> I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     simulations : dict of str to ForwardSimulation
         Parameter set -> simulation, on the recorded instants.
     """
@@ -61,7 +61,7 @@ class SimulatedCondition:
 
 
 def mean_parameters(estimates: Iterable[Estimate], pathway: str, estimator: str | None = None) -> np.ndarray:
-    """Mean I (Nms2/rad), B (Nms/rad), K (Nm/rad) over some rows of estimates, shape (3,).
+    """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) over some rows of estimates, shape (3,).
 
     Raises
     ------
@@ -90,11 +90,11 @@ def simulate_condition(
     trial : Trial
         Markers (m) and belt velocity (m/s).
     options : DummyOptions
-        How the recording is processed (units in their names).
+        Processing of the recording (units in their names).
     foot : Foot
         The foot (kg, m).
     joints : dict of str to ndarray, shape (3,)
-        Parameter set -> I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        Parameter set -> I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     step_s : float
         Step of the simulation (s).
     engine : {"pybullet", "mujoco", "equations", "auto"}
@@ -103,7 +103,7 @@ def simulate_condition(
     Returns
     -------
     SimulatedCondition
-        Recording and simulations on one clock. A leg that falls leaves the simulation shorter.
+        Recording and simulations on one clock. The simulation ends where the leg falls.
 
     Raises
     ------
@@ -118,12 +118,11 @@ def simulate_condition(
     motion = segment_motion(
         time,
         trial.values("marker_position"),
-        trial.axes["marker"].tolist(),
         options.leg_markers,
         options.leg.com_m,
-        rate,
-        options.lowpass_cutoff_hz,
-        options.lowpass_order,
+        labels=trial.axes["marker"].tolist(),
+        cutoff_hz=options.lowpass_cutoff_hz,
+        order=options.lowpass_order,
     )
     torques = {}
     for name, pathway in MEASURED_TORQUES.items():
@@ -149,14 +148,14 @@ def simulate_condition(
         time=time,
         theta=motion.theta - standing,
         torques=torques,
-        perturbations=find_perturbations(velocity, rate, options.window, "belt velocity"),
+        perturbations=perturbations_of(velocity, rate, options.window, "belt velocity"),
         joints=joints,
         simulations=simulations,
     )
 
 
 def simulated_signals(simulated: SimulatedCondition, name: str) -> dict[str, np.ndarray]:
-    """Simulated angle (rad) and torque (Nm) of a parameter set from rest, shape (n,), NaN after a fall."""
+    """Simulated angle (rad) and torque (N·m) of a parameter set relative to rest, (n,), NaN after a fall."""
     simulation = simulated.simulations[name]
     missing = simulated.time.size - simulation.time.size
     theta = simulation.theta - simulation.theta[0]
@@ -169,7 +168,7 @@ def simulated_signals(simulated: SimulatedCondition, name: str) -> dict[str, np.
 def forward_scores(condition: str, simulated: SimulatedCondition) -> list[ForwardScore]:
     """Compare every simulation with the recording (%).
 
-    What a leg did not do after it fell counts as wrong by as much as the recording moved: VAF 0 there.
+    After a fall the error is taken as the recorded signal itself: VAF 0 from there on.
     """
     scores = []
     for name, simulation in simulated.simulations.items():

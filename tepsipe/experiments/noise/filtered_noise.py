@@ -1,4 +1,4 @@
-"""Noise of a given signal-to-noise ratio, drawn and filtered only where windows need it."""
+"""Noise of a given signal-to-noise ratio, drawn and filtered only around the windows."""
 
 import zlib
 from collections.abc import Iterator
@@ -14,29 +14,29 @@ from tepsipe.signals.filters import butterworth_lowpass
 NOISE_ON = {"none": (), "tau": ("tau",), "theta": ("theta",), "both": ("tau", "theta")}
 # rows of a trial's signals: theta'', theta'; theta; y_f'', y_f', y_f; tau by every equation
 ROWS = {"rates": slice(0, 2), "angle": slice(2, 3), "belt": slice(3, 6)}
-CHUNK_DRAWS = 50  # some 10 MB, which processors keep in their cache
-MEMORY_PERIODS = 6.0  # of the cutoff frequency, after which the filter has forgotten to 1e-11
+CHUNK_DRAWS = 50  # some 10 MB, which fit into the cache of a processor
+MEMORY_PERIODS = 6.0  # of the cutoff frequency, after which the filter's response is below 1e-11
 
 
 @dataclass(frozen=True)
 class Processing:
-    """One reading of how noisy signals become parameters.
+    """One interpretation of the processing of noisy signals.
 
     Attributes
     ----------
     torque : {"foot-thesis", "foot", "leg", "leg-thesis"}
         Equation of the torque.
     estimator : {"windowed-least-squares", "instrumental-variables"}
-        Least squares per perturbation, or instrumental variables over all of them.
+        Windowed least squares, or instrumental-variable estimate over all perturbations.
     filtered : {"all", "noisy", "torque-and-angle"}
-        What passes the low-pass: every signal, only those that have noise (theta with its rates), or
-        torque and angle but not the rates.
+        Low-pass filtered signals: all, only those with noise (theta with its rates), or torque and angle
+        but not the rates.
     noisy_rates : bool
-        Whether noise on theta reaches the rates, as it does by differentiating, or not, as from sensors of
-        their own (-).
+        Whether noise on theta propagates to the rates, as by differentiation, or not, as with separate
+        sensors (-).
     power : {"trial", "unit"}
-        Power that the SNR refers to: the signal's mean square over the trial, its mean not removed, or 1 in
-        the signal's own unit squared, as where a noise function is not told to measure the signal.
+        Power that the SNR refers to: the signal's mean square over the trial, mean not removed, or 1 in
+        the signal's unit squared, the default of a noise function that does not measure the signal.
     """
 
     torque: str
@@ -46,8 +46,8 @@ class Processing:
     power: str = "trial"
 
 
-# as-printed: the text of sections 2-1-3 and 3-1-3; as-tabulated: the reading that leads to Table 4-4;
-# recommended-regression: right torque, one filter for all, least squares; recommended: the belt as instrument
+# as-printed: the text of sections 2-1-3 and 3-1-3; as-tabulated: the interpretation that yields Table 4-4;
+# recommended-regression: consistent torque, one filter for all, least squares; recommended: IV estimate
 PROCESSINGS = {
     "as-printed": Processing("foot-thesis", "windowed-least-squares", "noisy"),
     "as-tabulated": Processing("foot-thesis", "windowed-least-squares", "torque-and-angle", False, "unit"),
@@ -61,24 +61,24 @@ PROCESSINGS = {
 
 @dataclass(frozen=True)
 class FilteredTrial:
-    """A simulated trial, its signals with and without the low-pass, and its windows: what all cells share.
+    """A simulated trial, its signals with and without the low-pass, and its windows, shared by all cells.
 
-    Windows are as long as the longest; what lies beyond a shorter one's end is not inside.
+    All windows have the length of the longest; samples beyond the end of a shorter one are not inside.
 
     Attributes
     ----------
     simulated : SimulatedTrial
         The trial.
     raw, lowpassed : ndarray, shape (10, n)
-        Signals by `ROWS` (rad/s2, rad/s, rad, m/s2, m/s, m, Nm).
+        Signals by `ROWS` (rad/s², rad/s, rad, m/s², m/s, m, N·m).
     within : ndarray, shape (w, s)
         Samples of every window.
     inside : ndarray of bool, shape (w, s)
-        Whether they belong to it (-).
+        Whether they belong to the window (-).
     operators : ndarray, shape (3, s + 2 memory, s)
         D D F, D F, F from the samples around a window to those in it.
     noise_samples : ndarray, shape (k,)
-        Samples of the trial whose noise reaches a window.
+        Samples of the trial whose noise affects a window.
     noise_index : ndarray, shape (w, s + 2 memory)
         Position in ``noise_samples`` of the samples around every window.
     """
@@ -101,7 +101,7 @@ class FilteredTrial:
         return unit_noise[:, self.noise_index] @ self.operators[2]
 
     def differentiated_noise(self, unit_noise: np.ndarray) -> np.ndarray:
-        """D D F n (1/s2), D F n (1/s), F n (-) in the windows, shape (draws, w, 3, s), of n as above."""
+        """D D F n (1/s²), D F n (1/s), F n (-) in the windows, shape (draws, w, 3, s), of n as above."""
         around = unit_noise[:, self.noise_index]
         noise = np.empty((*around.shape[:2], 3, self.within.shape[1]))
         for row, operator in enumerate(self.operators):
@@ -110,12 +110,12 @@ class FilteredTrial:
 
 
 def filtered_trial(trial: SimulatedTrial, cutoff_hz: float = 20.0, order: int = 4) -> FilteredTrial:
-    """Filter the signals without noise, and prepare the filter of the noise around the windows.
+    """Filter the noise-free signals, and prepare the filter of the noise around the windows.
 
     Parameters
     ----------
     trial : SimulatedTrial
-        Signals without noise (s, rad, m, N, Nm).
+        Signals without noise (s, rad, m, N, N·m).
     cutoff_hz : float
         Of the low-pass filter (Hz).
     order : int
@@ -124,7 +124,7 @@ def filtered_trial(trial: SimulatedTrial, cutoff_hz: float = 20.0, order: int = 
     Returns
     -------
     FilteredTrial
-        What all processings, noise targets and SNRs share (units there).
+        Signals shared by all processings, noise targets and SNRs (units there).
 
     Raises
     ------
@@ -174,7 +174,7 @@ def _operators(length: int, rate_hz: float, cutoff_hz: float, order: int) -> np.
 
 
 def filter_memory(rate_hz: float, cutoff_hz: float) -> int:
-    """How far the low-pass filter (Hz) reaches to either side (samples)."""
+    """Length of the low-pass filter's response in either direction (samples), for a cutoff in Hz."""
     return int(np.ceil(MEMORY_PERIODS * rate_hz / cutoff_hz - 1e-6))
 
 
@@ -189,7 +189,7 @@ def cell_generators(seed: int, *names: object) -> tuple[np.random.Generator, np.
     seed : int
         Of the study (-).
     names : object
-        What the cell is called (-): another name gives other noise, and nothing else does.
+        Name of the cell (-): the noise depends on the seed and the name only.
 
     Returns
     -------
@@ -207,18 +207,18 @@ def noise_deviation(trial: FilteredTrial, processing: Processing, noise_on: str,
     Parameters
     ----------
     trial : FilteredTrial
-        Signals without noise (Nm, rad).
+        Signals without noise (N·m, rad).
     processing : Processing
         Torque and power that the SNR refers to.
     noise_on : {"none", "tau", "theta", "both"}
-        What has noise.
+        Signals with noise.
     snr_db : float
-        Signal power over noise power (dB); with the target "none" it does not matter.
+        Signal power over noise power (dB); ignored for the target "none".
 
     Returns
     -------
     dict of str to float
-        Of tau (Nm) and theta (rad); 0 where there is none.
+        Of tau (N·m) and theta (rad); 0 without noise.
 
     Raises
     ------
@@ -248,23 +248,24 @@ def noise_deviation(trial: FilteredTrial, processing: Processing, noise_on: str,
 def noise_chunks(
     trial: FilteredTrial, noise_on: str, draws: int, generators: tuple[np.random.Generator, ...]
 ) -> Iterator[dict[str, np.ndarray]]:
-    """Draw noise of unit variance and filter it, some draws at a time.
+    """Draw noise of unit variance and filter it, in chunks of draws.
 
     Parameters
     ----------
     trial : FilteredTrial
         Its windows and filter.
     noise_on : {"none", "tau", "theta", "both"}
-        What has noise.
+        Signals with noise.
     draws : int
-        Number of draws (-); one is enough without noise.
+        Number of draws (-); one is sufficient without noise.
     generators : tuple of numpy.random.Generator
         For the noise on tau and on theta.
 
     Yields
     ------
     dict of str to ndarray
-        Of what has noise: ``tau``, `FilteredTrial.filtered_noise`; ``theta``, its ``differentiated_noise``.
+        For the signals with noise: ``tau``, `FilteredTrial.filtered_noise`; ``theta``, its
+        ``differentiated_noise``.
     """
     filters = {"tau": trial.filtered_noise, "theta": trial.differentiated_noise}
     count = draws if NOISE_ON[noise_on] else 1
@@ -282,9 +283,9 @@ def noise_chunks(
 
 @dataclass(frozen=True)
 class WindowedTrial:
-    """Processed signals without noise in the windows, and where noise enters.
+    """Processed noise-free signals in the windows, and the noise to be added.
 
-    What lies beyond the end of a window that is shorter than others is 0 in every signal.
+    Samples beyond the end of a window that is shorter than the longest are 0 in every signal.
 
     Attributes
     ----------
@@ -293,15 +294,15 @@ class WindowedTrial:
     estimator : {"windowed-least-squares", "instrumental-variables"}
         See `Processing`.
     torque : ndarray, shape (w, s)
-        tau (Nm).
+        tau (N·m).
     regressors, instruments : ndarray, shape (w, 3, s)
-        theta'', theta', theta (rad/s2, rad/s, rad); y_f'', y_f', y_f (m/s2, m/s, m).
+        theta'', theta', theta (rad/s², rad/s, rad); y_f'', y_f', y_f (m/s², m/s, m).
     gram : ndarray, shape (4, 4)
         Sums of products of theta'', theta', theta, tau over the whole trial.
     deviation : dict of str to float
-        Standard deviation of the noise on tau (Nm) and theta (rad).
+        Standard deviation of the noise on tau (N·m) and theta (rad).
     noise_rows : ndarray, shape (3,)
-        1 where noise on theta reaches theta'', theta', theta, else 0 (-).
+        1 where noise on theta propagates to theta'', theta', theta, else 0 (-).
     """
 
     trial: FilteredTrial
@@ -314,13 +315,13 @@ class WindowedTrial:
     noise_rows: np.ndarray
 
     def torque_noise(self, filtered: np.ndarray) -> np.ndarray:
-        """Noise on tau in the windows (Nm), shape (draws, w, s), from `FilteredTrial.filtered_noise` (-)."""
+        """Noise on tau in the windows (N·m), shape (draws, w, s), from `FilteredTrial.filtered_noise` (-)."""
         return self.deviation["tau"] * self.trial.inside * filtered
 
     def regressor_noise(self, differentiated: np.ndarray) -> np.ndarray:
-        """Noise on theta'', theta', theta in the windows (rad/s2, rad/s, rad), shape (draws, w, 3, s).
+        """Noise on theta'', theta', theta in the windows (rad/s², rad/s, rad), shape (draws, w, 3, s).
 
-        From `FilteredTrial.differentiated_noise` (1/s2, 1/s, -).
+        From `FilteredTrial.differentiated_noise` (1/s², 1/s, -).
         """
         inside = self.trial.inside[:, None] * self.noise_rows[:, None]
         return self.deviation["theta"] * inside * differentiated
@@ -338,23 +339,23 @@ class WindowedTrial:
 def windowed_trial(
     trial: FilteredTrial, processing: Processing, noise_on: str, snr_db: float
 ) -> WindowedTrial:
-    """Choose the signals of a processing, cut the windows out and scale the noise.
+    """Select the signals of a processing, cut the windows and scale the noise.
 
     Parameters
     ----------
     trial : FilteredTrial
-        Signals without noise (s, rad, m, N, Nm).
+        Signals without noise (s, rad, m, N, N·m).
     processing : Processing
-        What is filtered, and what the SNR refers to.
+        Filtered signals, and power that the SNR refers to.
     noise_on : {"none", "tau", "theta", "both"}
-        What has noise.
+        Signals with noise.
     snr_db : float
-        Signal power over noise power (dB); with the target "none" it does not matter.
+        Signal power over noise power (dB); ignored for the target "none".
 
     Returns
     -------
     WindowedTrial
-        Signals (Nm, rad, m, s) in the windows.
+        Signals (N·m, rad, m, s) in the windows.
 
     Raises
     ------

@@ -1,26 +1,27 @@
 """TEP-SIPE on simulated data with measurement noise (thesis sections 2-1-3, 3-1-3 and 4-1-3).
 
-Symbols: theta leg angle from its rest, positive towards +y (rad); tau torque of the joint (Nm); y_f belt
+Symbols: theta leg angle from its rest, positive towards +y (rad); tau torque of the joint (N·m); y_f belt
 motion (m); F the low-pass filter, D the derivative. m, r, I_l, g as in `inverse_dynamics`; p = m r,
 J = I_l + m r^2 + I, k_g = m g r.
 
     J theta'' + B theta' + (K - k_g) theta = -p y_f''                             linearised motion
     tau = a y_f'' + b theta'' + c theta' + d theta                                any torque equation
-    I* = b - a J / p,  B* = c - a B / p,  K* = d - a (K - k_g) / p                what a fit to it returns
+    I* = b - a J / p,  B* = c - a B / p,  K* = d - a (K - k_g) / p                apparent I, B, K of a fit
 
-Noise n is white and Gaussian; its variance is the signal's power over the SNR. The filter and the
-derivative are linear, F(theta + n) = F theta + F n, so the signal is filtered once and only the noise of
-each draw passes F, D F and D D F, and only around the windows. The signal's own rates are those that were
-simulated: what differentiating *it* would cost is left out. Signals are filtered once per trial, and noise
-is drawn once per trial, target and SNR: all processings share both.
+Noise n is white and Gaussian; its variance is the power of the signal over the SNR. The filter and the
+derivative are linear, F(theta + n) = F theta + F n, so the signal is filtered once, and F, D F and D D F are
+applied to the noise of each draw around the windows only. The rates of the noise-free signal are those of the
+simulation, without an error of differentiation. Signals are filtered once per trial, and noise is drawn once
+per trial, target and SNR; all processings share both.
 
-Noise in theta'', theta', theta biases least squares (errors in variables). Belt motion Z = (y_f'', y_f',
-y_f) drives the leg, but knows nothing of the noise, so E Z'n = 0 and the instrumental variables
+Noise in theta'', theta', theta biases least squares (errors in variables). The belt motion
+Z = (y_f'', y_f', y_f) drives the leg and is independent of the noise, so E Z'n = 0, and the
+instrumental-variable (IV) estimate
 
     (I, B, K) = (sum Z'X)^-1 sum Z'tau,     X = (theta'', theta', theta), summed over all perturbations
 
-are consistent for noise on tau, on theta and on both. They cost one 3 x 3 system per draw and use what
-the treadmill records anyway.
+is consistent for noise on tau, on theta and on both. It needs one 3 x 3 system per draw and only the belt
+motion, which the treadmill records.
 """
 
 from collections.abc import Iterable, Sequence
@@ -59,7 +60,7 @@ ROWS |= {name: slice(6 + k, 7 + k) for k, name in enumerate(TORQUES)}
 
 @dataclass(frozen=True)
 class NoiseCell:
-    """What one condition, noise target, SNR and processing give, draw by draw.
+    """Results of one condition, noise target, SNR and processing, draw by draw.
 
     Attributes
     ----------
@@ -68,23 +69,24 @@ class NoiseCell:
     snr_db : float
         Signal power over noise power (dB).
     parameters : ndarray, shape (d, 3)
-        Mean over the perturbations of I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        Mean over the perturbations of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     sem_as_printed : ndarray, shape (d, 3)
-        Thesis eq (3-2), mean over the perturbations (parameter's unit over the square root of Nm).
+        Thesis eq (3-2), mean over the perturbations (parameter's unit over the square root of N·m).
     vaf_perturbation : ndarray, shape (d,)
-        VAF of the torque without noise, by the parameters and noisy motion of every perturbation, mean (%).
+        VAF of the noise-free torque, predicted from the parameters and noisy motion of every perturbation,
+        mean (%).
     vaf_trial : ndarray, shape (d,)
-        The same over the whole trial by the mean parameters, expected over the noise (%).
+        The same over the whole trial with the mean parameters, expected value over the noise (%).
     vaf_cross_validated : ndarray, shape (d,) or None
         `cross_validated_vaf` of the other trials (%).
     vaf_theta_perturbation, vaf_theta_trial : ndarray, shape (e,)
-        VAF of the angle predicted from the belt by the first e draws, in the windows and over the trial (%);
-        NaN where the leg falls.
+        VAF of the angle predicted from the belt with the parameters of the first e draws, in the windows and
+        over the trial (%); NaN where the leg falls.
     unstable_fraction : float
-        Part of all draws whose leg falls (-).
+        Fraction of all draws for which the leg falls (-).
     truth, without_noise, apparent : ndarray, shape (3,)
-        I, B, K (units as ``parameters``) of the joint; by the same processing without noise; by the printed
-        equation of the foot, processed in no way (`apparent_impedance`).
+        I, B, K (units as ``parameters``) of the joint; by the same processing without noise; apparent values
+        by the printed equation of the foot without processing (`apparent_impedance`).
     """
 
     condition: str
@@ -105,7 +107,7 @@ class NoiseCell:
 
     @property
     def mean(self) -> np.ndarray:
-        """Mean over draws of I (Nms2/rad), B (Nms/rad), K (Nm/rad), shape (3,)."""
+        """Mean over draws of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), shape (3,)."""
         return self.parameters.mean(axis=0)
 
     @property
@@ -126,7 +128,7 @@ class NoiseCell:
     def rows(self) -> list[dict]:
         """Tidy rows: condition, noise_on, snr_db, estimator, quantity, unit, mean, sd, bias, n_draws.
 
-        VAFs of the angle count as 0 % where they are negative or the leg falls, as the thesis prints them.
+        VAFs of the angle are 0 % where they are negative or the leg falls, as in the thesis.
         """
         head = {
             "condition": self.condition,
@@ -167,14 +169,14 @@ def estimate_draws(
     Parameters
     ----------
     windowed : sequence of WindowedTrial
-        One trial without noise (Nm, rad), by every processing.
+        One trial without noise (N·m, rad), by every processing.
     chunks : iterable of dict
         Draws of the noise, as from `noise_chunks`; [{}] is a single one without noise.
 
     Returns
     -------
     list of tuple
-        For every processing: I (Nms2/rad), B (Nms/rad), K (Nm/rad) and thesis eq (3-2), means over the
+        For every processing: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) and thesis eq (3-2), means over the
         perturbations, shape (draws, 3), and the VAF of the torque without noise, mean over the perturbations
         (%), shape (draws,).
     """
@@ -211,34 +213,34 @@ def sweep(
     others: Sequence[FilteredTrial] = (),
     predicted_draws: int = 25,
 ) -> list[NoiseCell]:
-    """Many draws of one noise, estimated from in several ways: all perturbations of all draws in batches.
+    """Estimates from many draws of one noise by several processings, in batches over all perturbations.
 
-    The noise depends on the seed, the trial's name, the noise target and the SNR alone: cells may be made in
-    any order, and all processings see the same noise.
+    The noise depends on the seed, the name of the trial, the noise target and the SNR only: cells may be
+    computed in any order, and all processings have the same noise.
 
     Parameters
     ----------
     trial : FilteredTrial
-        Signals without noise (s, rad, m, N, Nm).
+        Signals without noise (s, rad, m, N, N·m).
     noise_on : {"none", "tau", "theta", "both"}
-        What has noise; "none" takes a single draw.
+        Signals with noise; a single draw is taken for "none".
     snr_db : float
-        Signal power over noise power (dB); with the target "none" it does not matter.
+        Signal power over noise power (dB); ignored for the target "none".
     draws : int
         Number of draws (-).
     seed : int
-        Of the study (-).
+        Seed of the study (-).
     estimators : sequence of str
         Names of `PROCESSINGS`.
     others : sequence of FilteredTrial
         Trials for the cross-validation.
     predicted_draws : int
-        Draws whose angle is predicted over the trial (-).
+        Number of draws for which the angle is also predicted (-).
 
     Returns
     -------
     list of NoiseCell
-        One for every estimator, draw by draw (Nms2/rad, Nms/rad, Nm/rad, %).
+        One for every estimator, draw by draw (N·m·s²/rad, N·m·s/rad, N·m/rad, %).
 
     Raises
     ------
@@ -297,12 +299,12 @@ def sweep_trial(
     cutoff_hz: float = 20.0,
     order: int = 4,
 ) -> list[NoiseCell]:
-    """All cells of one trial: by every processing without noise, and with every noise target and level.
+    """All cells of one trial: every processing without noise and with every noise target and level.
 
     Parameters
     ----------
     trial : SimulatedTrial
-        Signals without noise (s, rad, m, N, Nm).
+        Signals without noise (s, rad, m, N, N·m).
     levels_db : dict of str to list of float
         Name of one of `PROCESSINGS` -> signal power over noise power (dB).
     draws, seed : int
@@ -319,7 +321,7 @@ def sweep_trial(
     Returns
     -------
     list of NoiseCell
-        As `sweep` gives them, processing by processing (Nms2/rad, Nms/rad, Nm/rad, %).
+        As `sweep` gives them, processing by processing (N·m·s²/rad, N·m·s/rad, N·m/rad, %).
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""How well noisy estimates predict torque and angle."""
+"""Prediction of torque and angle from noisy estimates."""
 
 from collections.abc import Iterable
 
 import numpy as np
-from scipy import linalg, signal
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.noise.filtered_noise import WindowedTrial
@@ -14,14 +14,14 @@ from tepsipe.mechanics.inverse_dynamics import Leg
 
 
 def is_stable(leg: Leg, parameters: np.ndarray) -> np.ndarray:
-    """Whether the leg on such a joint comes to rest: J, B and K - k_g are all positive.
+    """Whether the leg on the joint is stable: J, B and K - k_g are all positive.
 
     Parameters
     ----------
     leg : Leg
-        m, r, I_l, g (kg, m, kg m2, m/s2).
+        m, r, I_l, g (kg, m, kg·m², m/s²).
     parameters : ndarray, shape (..., 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
 
     Returns
     -------
@@ -34,20 +34,20 @@ def is_stable(leg: Leg, parameters: np.ndarray) -> np.ndarray:
 
 
 def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, rate_hz: float) -> np.ndarray:
-    """Angle of a leg at rest at first, from the linearised motion driven by the belt.
+    """Angle of a leg that starts at rest, from the linearised motion driven by the belt.
 
-    With w = J theta' + B theta + p y_f' the belt's acceleration is not needed:
+    With w = J theta' + B theta + p y_f' the acceleration of the belt is not needed:
 
         theta' = (w - B theta - p y_f') / J,   w' = -(K - k_g) theta
 
-    solved exactly for a belt velocity that runs straight between its samples.
+    solved exactly for a belt velocity that is linear between its samples.
 
     Parameters
     ----------
     leg : Leg
-        m, r, I_l, g (kg, m, kg m2, m/s2).
+        m, r, I_l, g (kg, m, kg·m², m/s²).
     parameters : ndarray, shape (d, 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     belt_velocity : ndarray, shape (n,)
         y_f' (m/s).
     rate_hz : float
@@ -70,7 +70,7 @@ def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, r
     block[:, 1, 0] = p * leg.gravity_m_per_s2 - stiffness
     block[:, 2, 3] = rate_hz
     block[~stable] = 0.0
-    step = linalg.expm(block / rate_hz)
+    step = scipy.linalg.expm(block / rate_hz)
     a, b, c = step[:, :2, :2], step[:, :2, 2], step[:, :2, 3]
     trace, determinant = a[:, 0, 0] + a[:, 1, 1], np.linalg.det(a)
     # the same as a recursion in theta alone: theta_k depends on u_k by c, on u_k-1 by b - c, through A
@@ -82,28 +82,28 @@ def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, r
     numerator[:, 2] += determinant * c[:, 0]
     theta = np.full((stable.size, belt_velocity.size), np.nan)
     for k in np.flatnonzero(stable):
-        theta[k] = signal.lfilter(numerator[k], [1.0, -trace[k], determinant[k]], belt_velocity)
+        theta[k] = scipy.signal.lfilter(numerator[k], [1.0, -trace[k], determinant[k]], belt_velocity)
     return theta
 
 
 def torque_vaf(
     parameters: np.ndarray, gram: np.ndarray, noise_gram: np.ndarray, torque_noise: bool
 ) -> np.ndarray:
-    """VAF of the torque over a whole trial, expected over the noise, from sums of products alone.
+    """Expected VAF of the torque over a whole trial, from sums of products only.
 
     Parameters
     ----------
     parameters : ndarray, shape (..., 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     gram, noise_gram : ndarray, shape (4, 4)
-        Of signals and noise (`WindowedTrial`), products of rad/s2, rad/s, rad and Nm.
+        Of signals and noise (`WindowedTrial`), products of rad/s², rad/s, rad and N·m.
     torque_noise : bool
-        Whether the torque that is to be predicted has its noise (-).
+        Whether the torque to be predicted includes noise (-).
 
     Returns
     -------
     ndarray, shape (...)
-        VAF (%), means not removed.
+        Uncentred VAF (%).
     """
     weights = np.concatenate([-parameters, np.ones((*parameters.shape[:-1], 1))], axis=-1)
     total = gram + noise_gram
@@ -114,19 +114,19 @@ def torque_vaf(
 
 
 def cross_validated_vaf(parameters: np.ndarray, others: Iterable[WindowedTrial]) -> np.ndarray:
-    """VAF of the noisy torque of other trials, predicted by given parameters from their noisy motion.
+    """VAF of the noisy torque of other trials, predicted from given parameters and their noisy motion.
 
     Parameters
     ----------
     parameters : ndarray, shape (..., 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad), for example of every draw.
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), for example of every draw.
     others : iterable of WindowedTrial
-        Trials to predict, processed and with noise as that of the parameters (Nm, rad, s).
+        Trials to predict, with the processing and noise of the parameters (N·m, rad, s).
 
     Returns
     -------
     ndarray, shape (...)
-        Mean over the trials of the VAF over the whole trial (%), expected over their noise.
+        Mean over the trials of the expected VAF over the whole trial (%).
 
     Raises
     ------
@@ -140,19 +140,19 @@ def cross_validated_vaf(parameters: np.ndarray, others: Iterable[WindowedTrial])
 
 
 def clipped(vaf_percent: np.ndarray) -> np.ndarray:
-    """VAF (%) with 0 for what is negative or NaN, shape of ``vaf_percent``."""
+    """VAF (%) with 0 in place of negative values and NaN, shape of ``vaf_percent``."""
     return np.maximum(np.nan_to_num(vaf_percent, nan=0.0), 0.0)
 
 
 def angle_vafs(trial: SimulatedTrial, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """VAF of the simulated angle without noise, predicted from the belt by given parameters.
+    """VAF of the noise-free simulated angle, predicted from the belt with given parameters.
 
     Parameters
     ----------
     trial : SimulatedTrial
         Angle (rad) and belt velocity (m/s).
     parameters : ndarray, shape (d, 3)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
 
     Returns
     -------

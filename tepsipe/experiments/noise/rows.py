@@ -11,20 +11,20 @@ from tepsipe.mechanics.impedance_model import PARAMETERS
 
 @dataclass(frozen=True)
 class NoiseRow:
-    """What one quantity was over the draws of one cell.
+    """Statistics of one quantity over the draws of one cell.
 
     Attributes
     ----------
     condition : str
         Trial.
     noise_on : {"none", "tau", "theta", "both"}
-        What has noise.
+        Signals with noise.
     snr_db : float
         Signal power over noise power (dB).
     estimator : str
         Name of the processing (`tepsipe.experiments.noise.monte_carlo.PROCESSINGS`).
     quantity : str
-        I, B, K, or a measure of the fit.
+        I, B, K, or a measure of fit.
     mean, sd, bias : float or None
         Over the draws (``unit``); the bias of I, B, K only.
     n_draws : int
@@ -32,11 +32,11 @@ class NoiseRow:
     unit : str
         Unit of the quantity.
     stiffness_Nm_per_rad : float
-        K of the simulated joint (Nm/rad).
+        K of the simulated joint (N·m/rad).
     without_noise : float or None
-        The same processing of the signals without noise (``unit``); I, B, K only.
+        Estimate by the same processing of the noise-free signals (``unit``); I, B, K only.
     apparent : float or None
-        What the printed equation of the foot makes of the joint (``unit``); I, B, K only.
+        Apparent value by the printed equation of the foot (``unit``); I, B, K only.
     """
 
     condition: str

@@ -8,7 +8,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import find_perturbations, rest_samples
+from tepsipe.signals.perturbations import perturbations_of, rest_samples
 
 
 def simulate_trial(
@@ -20,7 +20,7 @@ def simulate_trial(
     step_s: float,
     engine: str = "pybullet",
 ) -> SimulatedTrial:
-    """Simulate the dummy, which rests upright, on the belt motion of a recorded trial.
+    """Simulate the dummy, upright at rest, on the belt motion of a recorded trial.
 
     Parameters
     ----------
@@ -29,11 +29,11 @@ def simulate_trial(
     name : str
         Condition.
     options : DummyOptions
-        How the belt motion is filtered and where perturbations and rest are (units in their names).
+        Filter of the belt motion, and search for perturbations and rest (units in their names).
     foot : Foot
         The foot (kg, m).
     parameters : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad).
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     step_s : float
         Step of the simulation (s).
     engine : {"pybullet", "mujoco", "equations", "auto"}
@@ -42,7 +42,7 @@ def simulate_trial(
     Returns
     -------
     SimulatedTrial
-        Without noise (s, rad, m, N, Nm).
+        Without noise (s, rad, m, N, N·m).
 
     Raises
     ------
@@ -53,7 +53,7 @@ def simulate_trial(
         trial.values("belt_velocity"), trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order
     )
     velocity = velocity - np.median(velocity[rest_samples(trial.time, options.window)])
-    found = find_perturbations(velocity, trial.rate_hz, options.window, "belt velocity")
+    found = perturbations_of(velocity, trial.rate_hz, options.window, "belt velocity")
     s = simulate_dummy(
         trial.time,
         velocity,

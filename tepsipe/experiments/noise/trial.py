@@ -1,4 +1,4 @@
-"""A simulated trial of the ankle dummy, and the impedance that the thesis's foot equation makes of it."""
+"""A simulated trial of the ankle dummy, and its apparent impedance by the thesis's equation of the foot."""
 
 from dataclasses import dataclass
 
@@ -20,21 +20,21 @@ class SimulatedTrial:
     time : ndarray, shape (n,)
         Instants (s).
     theta, theta_d, theta_dd : ndarray, shape (n,)
-        Leg angle from its rest (rad), rate (rad/s) and acceleration (rad/s2) of the joint's sensor.
+        Leg angle from its rest (rad), rate (rad/s) and acceleration (rad/s²) of the joint's sensor.
     y_leg_dd, z_leg_dd : ndarray, shape (n,)
-        Acceleration of the leg's centre of mass (m/s2).
+        Acceleration of the leg's centre of mass (m/s²).
     y_foot, y_foot_d, y_foot_dd : ndarray, shape (n,)
-        Motion of the belt, the foot and the ankle from rest (m, m/s, m/s2).
+        Motion of the belt, the foot and the ankle from rest (m, m/s, m/s²).
     f_y, f_z : ndarray, shape (n,)
         Forces of the belt on the foot (N).
     m_x : ndarray, shape (n,)
-        Moment of the belt on the foot about the ankle's place at rest, in the belt's surface (Nm).
+        Moment of the belt on the foot about the rest position of the ankle, in the surface of the belt (N·m).
     windows : ndarray, shape (w, 2)
         First sample of every perturbation and the first after it (samples).
     leg, foot : Leg, Foot
-        Masses (kg), lengths (m), inertia (kg m2).
+        Masses (kg), lengths (m), inertia (kg·m²).
     truth : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad) of the simulated joint; estimators do not read it.
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of the simulated joint; estimators do not read it.
     """
 
     name: str
@@ -62,16 +62,16 @@ class SimulatedTrial:
 
     @property
     def regressors(self) -> np.ndarray:
-        """Angular acceleration (rad/s2), rate (rad/s), angle (rad), shape (3, n)."""
+        """Angular acceleration (rad/s²), rate (rad/s), angle (rad), shape (3, n)."""
         return np.stack([self.theta_dd, self.theta_d, self.theta])
 
     @property
     def instruments(self) -> np.ndarray:
-        """Acceleration (m/s2), velocity (m/s), position (m) of the belt, shape (3, n)."""
+        """Acceleration (m/s²), velocity (m/s), position (m) of the belt, shape (3, n)."""
         return np.stack([self.y_foot_dd, self.y_foot_d, self.y_foot])
 
     def torque(self, pathway: str) -> np.ndarray:
-        """Torque by one of the equations of `inverse_dynamics` (Nm), shape (n,)."""
+        """Torque by one of the equations of `inverse_dynamics` (N·m), shape (n,)."""
         if pathway == "foot-thesis":
             return foot_torque_as_printed(self.foot, self.leg, self.f_y, self.y_leg_dd)
         if pathway == "foot":
@@ -81,16 +81,16 @@ class SimulatedTrial:
 
 
 def apparent_impedance(leg: Leg, foot: Foot, parameters: np.ndarray) -> np.ndarray:
-    """What a fit to the printed equation of the foot returns for a joint, without any noise.
+    """Apparent I, B, K of a joint: the result of a noise-free fit with the printed equation of the foot.
 
     tau* = -F_y l_f / 2 + F_Ay l_f / 2 has a = -(m_f l_f / 2 + m l_f), b = -l_f m r, c = d = 0.
 
     Parameters
     ----------
     leg, foot : Leg, Foot
-        m, r, I_l, g and m_f, l_f (kg, m, kg m2, m/s2).
+        m, r, I_l, g and m_f, l_f (kg, m, kg·m², m/s²).
     parameters : ndarray, shape (3,)
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad) of the joint.
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of the joint.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Simulated trials of the noise study, as they are kept in files."""
+"""Files of the simulated trials of the noise study."""
 
 from tepsipe.experiments.noise.trial import SimulatedTrial
 from tepsipe.io.result import Result
@@ -21,7 +21,7 @@ SIGNALS = {
 
 
 def simulated_result(trials: dict[str, SimulatedTrial]) -> Result:
-    """Simulations of one condition by name, to be kept (units in the result)."""
+    """Simulations of one condition by name, as a result (units in the result)."""
     arrays, units = {}, {}
     for key, trial in trials.items():
         for name, unit in SIGNALS.items():
@@ -32,9 +32,9 @@ def simulated_result(trials: dict[str, SimulatedTrial]) -> Result:
 
 
 def simulated_trial(result: Result, key: str, name: str, leg: Leg, foot: Foot) -> SimulatedTrial:
-    """One simulation of a file written with `simulated_result` (s, rad, m, N, Nm).
+    """One simulation of a file written with `simulated_result` (s, rad, m, N, N·m).
 
-    ``key`` names the simulation, ``name`` the condition; ``leg`` and ``foot`` are the dummy's (kg, m, kg m2).
+    ``key`` names the simulation, ``name`` the condition; ``leg`` and ``foot`` are the dummy's (kg, m, kg·m²).
     """
     signals = {signal: result.arrays[f"{key}/{signal}"] for signal in SIGNALS}
     windows, truth = result.arrays[f"{key}/windows"], result.arrays[f"{key}/truth"]

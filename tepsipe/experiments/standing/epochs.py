@@ -1,12 +1,11 @@
-"""Responses of a standing person to the perturbations of a trial, and what had to be left out.
+"""Epochs of a standing person: baseline-corrected responses to the perturbations of a trial.
 
-Every response is cut around the instant at which the belt starts to move, and so are stretches of unperturbed
-standing of the same length. Each is taken relative to its own mean just before the onset: what sways slowly
-does not count as a response. A response that cannot be trusted is left out and named; nothing is averaged
-in silently.
+Every epoch is cut around the instant at which the belt starts to move; unperturbed epochs of the same length
+are cut from undisturbed standing. All are baseline-corrected by their mean just before the onset, which
+removes slow sway. An unreliable epoch is omitted and reported, never averaged silently.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from tepsipe.signals.epochs import cut_epochs, unperturbed_onsets
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.resampling import runs_of
 
-# signals that are cut, and their units; torques are beside them, one per pathway
+# signals of the epochs and their units, in addition to the torques, one per pathway
 UNITS = {
     "ankle": "rad",
     "ankle_d": "rad/s",
@@ -34,24 +33,25 @@ UNITS = {
 
 @dataclass(frozen=True)
 class EpochOptions:
-    """Choices of the cutting.
+    """Options of the epochs.
 
     Attributes
     ----------
     before_s, after_s : float
         Window around an onset (s).
     baseline_s : tuple of float
-        Part of it that is the zero of each response (s from the onset).
+        Baseline of each response, as part of the window (s from the onset).
     least_perturbations : int
-        Fewer usable perturbations leave the whole trial out (-).
+        Smallest number of usable perturbations (-); a trial with fewer is omitted.
     max_gap_s : float
-        Longest time for which a marker may be hidden anywhere in a response (s).
+        Longest time for which a marker may be hidden within a response (s).
     lowpass_cutoff_hz, lowpass_order : float, int
-        Filter of the rectified electromyograms that drive the active torque: that of all signals (Hz, -).
+        Filter of the rectified electromyograms that drive the active torque, the same as for all signals
+        (Hz, -).
     emg : EmgOptions
         Processing of the electromyograms.
     mains_hz : float
-        Frequency of the mains, whose hum betrays a loose electrode (Hz).
+        Mains frequency, whose hum indicates a loose electrode (Hz).
     """
 
     before_s: float
@@ -74,26 +74,26 @@ class StandingEpochs:
     time : ndarray, shape (n,)
         Time from the onset (s).
     perturbed, unperturbed : dict of str to ndarray, shape (responses, n)
-        Signals of `UNITS` and ``torque/<pathway>`` (Nm) from their baseline; after perturbations, and in
+        Baseline-corrected signals of `UNITS` and ``torque/<pathway>`` (N·m), after perturbations and in
         unperturbed standing.
     stretch : dict of str to ndarray, shape (responses, n)
-        Velocity of ankle and knee in the filter for stretches (rad/s).
+        Velocity of ankle and knee with the filter for stretches (rad/s).
     muscles : tuple of str
         Muscles with a usable channel.
     drive, unperturbed_drive : ndarray, shape (responses, n, muscles)
-        Rectified electromyogram in the filter of all signals, from its baseline (uV).
+        Rectified electromyogram with the filter of all signals, baseline-corrected (uV).
     envelope : ndarray, shape (responses, n, muscles)
         Envelope of the electromyograms, thesis section 3-2 (uV).
     emg_time : ndarray, shape (m,)
         Time from the onset at the electromyograms' rate (s).
     emg : ndarray, shape (responses, m, muscles)
-        Band-passed electromyograms (uV), not rectified.
+        Band-passed, unrectified electromyograms (uV).
     usable, unperturbed_usable : ndarray of bool, shape (responses, muscles)
         False where a channel was clipped (-).
     onsets_s : ndarray, shape (responses,)
-        When they happened (s).
+        Onsets of the perturbations (s).
     left_out : tuple of str
-        What is not among them, one sentence each.
+        Reasons for omitted perturbations and muscles, one sentence each.
     """
 
     time: np.ndarray
@@ -120,14 +120,14 @@ class StandingEpochs:
 def cut_standing_epochs(
     trial: Trial, standing: StandingTrial, name: str, options: EpochOptions
 ) -> StandingEpochs:
-    """Responses to every perturbation that can be trusted.
+    """Epochs of all reliable perturbations.
 
     Parameters
     ----------
     trial : Trial
         Electromyograms (uV) and hidden markers.
     standing : StandingTrial
-        Angles (rad), torque (Nm) and onsets (s).
+        Angles (rad), torque (N·m) and onsets (s).
     name : str
         Names the trial in messages.
     options : EpochOptions
@@ -136,12 +136,12 @@ def cut_standing_epochs(
     Returns
     -------
     StandingEpochs
-        Responses (rad, Nm, uV), none if the trial is not one of standing, and what was left out.
+        Responses (rad, N·m, uV), none if the person did not stand still, and reasons for omissions.
 
     Raises
     ------
     InputError
-        If there is not enough unperturbed time beside the perturbations, or markers were hidden in all of it.
+        If there is not enough unperturbed time, or markers were hidden in all of it.
     """
     left_out = []
     kept = np.zeros(standing.onsets_s.size, dtype=bool)
@@ -197,7 +197,7 @@ def cut_standing_epochs(
 
 
 def _unperturbed(trial: Trial, standing: StandingTrial, name: str, options: EpochOptions) -> np.ndarray:
-    """Instants (s) of unperturbed standing with all markers in view, where every clock has a record."""
+    """Instants (s) of unperturbed standing with all markers visible and all signals recorded."""
     clocks = standing.time, trial.axes.get("emg_time", standing.time)
     start, end = max(clock[0] for clock in clocks), min(clock[-1] for clock in clocks)
     found = start + unperturbed_onsets(
@@ -211,8 +211,8 @@ def _unperturbed(trial: Trial, standing: StandingTrial, name: str, options: Epoc
     seen = [_longest_hidden(trial, standing, at, options)[0] <= options.max_gap_s for at in found]
     if not any(seen):
         raise InputError(
-            f"{name}: expected unperturbed standing with every marker in view, found a hidden one in all "
-            f"{found.size} stretches of it: check what stood between markers and cameras"
+            f"{name}: expected unperturbed standing with every marker visible, found a hidden marker in all "
+            f"{found.size} unperturbed epochs: check what stood between markers and cameras"
         )
     return found[seen]
 
@@ -237,12 +237,12 @@ def _quiet_after(standing: StandingTrial) -> float:
 
 
 def _from_baseline(responses: np.ndarray, zero: np.ndarray) -> np.ndarray:
-    """Responses, shape (r, n, c), less their own means over the baseline (same unit)."""
+    """Responses, shape (r, n, c), baseline-corrected (same unit)."""
     return responses - responses[:, zero].mean(axis=1, keepdims=True)
 
 
 def _perturbation_fault(trial: Trial, standing: StandingTrial, k: int, options: EpochOptions) -> str | None:
-    """Why a perturbation's response cannot be trusted, one sentence; None if it can."""
+    """Reason why the response to a perturbation is unreliable, one sentence; None if it is reliable."""
     onset, end, time = standing.onsets_s[k], standing.ends_s[k], standing.time
     if onset - options.before_s < time[0] or onset + options.after_s > time[-1]:
         return (
@@ -260,13 +260,13 @@ def _perturbation_fault(trial: Trial, standing: StandingTrial, k: int, options: 
     for label, hidden in zip(standing.labels, standing.hidden.T, strict=True):
         if (hidden & moving).any():
             return (
-                f"marker {label!r} was hidden while the belt moved, and nobody knows where it was: check "
+                f"marker {label!r} was hidden while the belt moved, so its position is unknown: check "
                 "what stood between it and the cameras"
             )
     longest, label = _longest_hidden(trial, standing, onset, options)
     if longest > options.max_gap_s:
         return (
-            f"marker {label!r} was hidden for {longest:.2g} s of its response, where "
+            f"marker {label!r} was hidden for {longest:.2g} s of the response, and at most "
             f"{options.max_gap_s:g} s can be filled: check what stood between it and the cameras"
         )
     return None
@@ -274,7 +274,7 @@ def _perturbation_fault(trial: Trial, standing: StandingTrial, k: int, options: 
 
 @dataclass(frozen=True)
 class _Channels:
-    """Usable muscles, their columns in the recording, and which responses each may serve."""
+    """Usable muscles, their columns in the recording, and the responses for which each is usable."""
 
     muscles: tuple[str, ...]
     columns: list[int]
@@ -380,20 +380,6 @@ def _emg_responses(
         "emg_time": emg_time,
         "emg": cut(processed.band_passed, onsets),
     }
-
-
-def select_epochs(responses: StandingEpochs, kept: np.ndarray) -> StandingEpochs:
-    """The responses at some of the perturbations, by truth values or numbers, shape (responses,) (-)."""
-    return replace(
-        responses,
-        perturbed={key: x[kept] for key, x in responses.perturbed.items()},
-        stretch={key: x[kept] for key, x in responses.stretch.items()},
-        drive=responses.drive[kept],
-        envelope=responses.envelope[kept],
-        emg=responses.emg[kept],
-        usable=responses.usable[kept],
-        onsets_s=responses.onsets_s[kept],
-    )
 
 
 # ---- to and from a result's file -------------------------------------------------------------------

@@ -1,53 +1,53 @@
-"""Impedance of a standing person's ankles from responses to perturbations: intrinsic and reflex parts.
+"""Ankle impedance of a standing person from responses to perturbations: intrinsic and active torque.
 
     tau(t) = I phi'' + B phi' + K phi + tau_active(t)
 
-on mean responses, from unperturbed standing. phi is the ankle's angle, tau the torque of both ankles.
-Before the first reflex can bring about force, and only then, tau_active is 0. Later the muscles contribute:
+for mean responses relative to unperturbed standing. phi is the ankle angle, tau the torque of both ankles.
+In the pre-reflex window, before the first reflex can generate force, tau_active is 0. Later the muscles
+contribute:
 
-    none       tau_active = 0: B and K then hold what reflexes do in the window
+    none       tau_active = 0: B and K then include the effect of reflexes in the window
     velocity   tau_active = h * [ G_+ [phi'(t - L)]_+  -  G_- [-phi'(t - L)]_+  +  P phi(t - D)
                                +  Q phi'(t - D) ]
     emg        tau_active = h * sum_m F_m e_m(t)
 
-with L the reflex's and D the balance's delay (s), G, P, Q gains, e_m rectified electromyogram (uV), F_m >=
-0 torque per drive (Nm/uV), with the sign of the muscle's action at the ankle, and h the force of a twitch,
+with the delays L of the reflex and D of balance (s), gains G, P, Q, rectified electromyogram e_m (uV), torque
+per drive F_m >= 0 (N·m/uV), with the sign of the muscle's action at the ankle, and twitch response h,
 critically damped and of second order with time constant T (s) (Milner-Brown, Stein & Yemm 1973):
 
     T^2 x'' + 2 T x' + x = u
 
-What is linear is solved for; L, D and T are taken from a grid. Uncertainty is that of whole responses:
-perturbed and unperturbed ones are both drawn with replacement, torque and angle of a response together.
+Linear parameters follow from least squares; L, D and T are selected from a grid. The uncertainty is that of
+whole responses: perturbed and unperturbed responses are both resampled, torque and angle of each together.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal, stats
-from scipy.optimize import nnls
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
-from tepsipe.identification.parallel_cascade import delayed
+from tepsipe.identification.cascade_pathways import delayed
 from tepsipe.io.estimates import Estimate
 
 ACTIVE = ("none", "velocity", "emg")
-# by so much a bidirectional low-pass of about 20 Hz lets a response begin before its onset (s)
+# time by which a zero-lag low-pass of about 20 Hz advances the start of a response (s)
 FILTER_WIDTH_S = 0.03
 
 
 @dataclass(frozen=True)
 class StandingEstimator:
-    """One way from responses to parameters.
+    """One estimator of parameters from responses.
 
     Attributes
     ----------
     window_s : float
-        Fitted from the onset on (s).
+        Length of the fitted window from the onset (s).
     inertia : bool
         Whether I is estimated; the torque does not contain the inertia of the feet or of the body.
     active : {"none", "velocity", "emg"}
-        How the muscles' delayed torque is described.
+        Model of the delayed torque of the muscles.
     """
 
     window_s: float
@@ -57,15 +57,15 @@ class StandingEstimator:
 
 @dataclass(frozen=True)
 class ActiveOptions:
-    """What is tried for the muscles' torque.
+    """Values that are tried for the torque of the muscles.
 
     Attributes
     ----------
     twitch_s, reflex_delay_s, balance_delay_s : tuple of float
         T, L and D that are tried (s).
     action : dict of str to float
-        Muscle -> 1 if it resists a body that tips forward, -1 if it resists the opposite (-); others do not
-        act at the ankle.
+        Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward (-); others do not act at
+        the ankle.
     """
 
     twitch_s: tuple[float, ...]
@@ -81,19 +81,19 @@ class StandingFit:
     Attributes
     ----------
     names : tuple of str
-        I (Nms2/rad), B (Nms/rad), K (Nm/rad), then gains of the active torque.
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), then gains of the active torque.
     parameters : ndarray, shape (1 + draws, p)
-        Of the responses themselves first, then of redrawn ones.
+        Estimates from the responses (first row), and from resampled ones.
     delays : dict of str to float
-        T, L, D that were chosen (s).
+        Selected T, L, D (s).
     vaf : float
-        Of the mean responses in the window (%).
+        VAF of the mean responses in the window (%).
     rotation_rad : float
-        Peak to peak of the ankle's mean response in the window, mean over trials (rad).
+        Peak-to-peak mean rotation of the ankle in the window, mean over trials (rad).
     active_peak : float
-        Largest active torque in the window over the largest intrinsic torque there (-).
+        Peak active torque relative to the peak intrinsic torque in the window (-).
     curves : list of dict of str to ndarray, shape (n,)
-        Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (Nm), ``ankle`` (rad).
+        Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
     responses : int
         Number of responses (-).
     """
@@ -110,10 +110,10 @@ class StandingFit:
     def interval(self, name: str) -> tuple[float, float, float, float]:
         """Value, standard error, and both ends of the 95 % interval of a parameter (its unit)."""
         draws = self.parameters[:, self.names.index(name)]
-        # redrawn within each trial, n responses underestimate their own spread, and the tails beyond it
+        # resampling n responses within each trial underestimates their spread and the tails
         n, freedom = self.responses, self.responses - len(self.curves)
         deviations = np.sqrt(n / freedom) * (draws[1:] - draws[0])
-        tails = stats.t.ppf(0.975, freedom) / stats.norm.ppf(0.975)
+        tails = scipy.stats.t.ppf(0.975, freedom) / scipy.stats.norm.ppf(0.975)
         low, high = tails * np.percentile(deviations, [2.5, 97.5])
         value = float(draws[0])
         return value, float(deviations.std()), value + float(low), value + float(high)
@@ -124,7 +124,7 @@ MOTION = {"I": "ankle_dd", "B": "ankle_d", "K": "ankle"}
 
 
 def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
-    """Force of muscles that start at rest: T^2 x'' + 2 T x' + x = u along the last axis (unit of ``u``).
+    """Twitch response of muscles at rest at first, T^2 x'' + 2 T x' + x = u, along the last axis (unit of u).
 
     Parameters
     ----------
@@ -140,14 +140,14 @@ def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
     """
     ratio = 2.0 * twitch_s / step_s
     denominator = np.array([(1.0 + ratio) ** 2, 2.0 * (1.0 - ratio**2), (1.0 - ratio) ** 2])
-    return signal.lfilter(
+    return scipy.signal.lfilter(
         np.array([1.0, 2.0, 1.0]) / denominator[0], denominator / denominator[0], u, axis=-1
     )
 
 
 @dataclass(frozen=True)
 class _Means:
-    """Mean responses of one trial, from unperturbed standing, for each redrawing: shape (1 + draws, n)."""
+    """Mean responses of one trial relative to unperturbed standing, per resampling: shape (1 + draws, n)."""
 
     time: np.ndarray
     signals: dict[str, np.ndarray]
@@ -164,7 +164,7 @@ def _means(
 
     def parts(drawn: np.ndarray, usable: np.ndarray | float) -> np.ndarray:
         counted = drawn * usable
-        # a redrawing without one usable response falls back on all of them
+        # a resampling without a usable response uses all of them
         counted = np.where(counted.sum(axis=1, keepdims=True) > 0.0, counted, counted[:1])
         return counted / counted.sum(axis=1, keepdims=True)
 
@@ -200,7 +200,7 @@ def _active_columns(
     if active == "none":
         return []
     step = float(means.time[1] - means.time[0])
-    # what comes before the onset, less the filter's width, is chance and no answer
+    # activity before the onset, minus the width of the filter, is no response
     answered = means.time >= -FILTER_WIDTH_S
     if active == "emg":
         drive = {muscle: means.drive[muscle] * answered for muscle in muscles}
@@ -224,27 +224,27 @@ def fit_standing(
     draws: int,
     rng: np.random.Generator,
 ) -> StandingFit | str:
-    """Fit one trial's responses, or several trials' with the same parameters.
+    """Fit the responses of one trial, or of several trials with common parameters.
 
     Parameters
     ----------
     trials : list of StandingEpochs
-        Responses (rad, Nm, uV), each with at least two.
+        Responses (rad, N·m, uV), each with at least two.
     pathway : str
         Torque that is fitted.
     estimator : StandingEstimator
         Window (s) and model.
     options : ActiveOptions
-        Delays that are tried (s), and the muscles' actions.
+        Delays that are tried (s), and the actions of the muscles.
     draws : int
-        Redrawn sets of responses (-).
+        Number of resampled sets of responses (-).
     rng : numpy.random.Generator
-        Draws them, the same for every estimator that is given a generator in the same state.
+        Draws them, identically for every estimator with a generator in the same state.
 
     Returns
     -------
     StandingFit or str
-        Parameters, or one sentence why this estimator cannot be used on these trials.
+        Parameters, or the reason why this estimator cannot be used for these trials.
 
     Raises
     ------
@@ -297,7 +297,7 @@ def fit_standing(
     delays = min(_grid(estimator.active, options), key=error)
     if estimator.active == "emg":
         first = _solve(regressors(delays, slice(0, 1), muscles)[0], torque[0], len(linear), "emg")
-        # gains at their bound of 0 stay there
+        # gains at their bound of 0 remain there
         muscles = tuple(m for m, gain in zip(muscles, first[len(linear) :], strict=True) if gain > 0.0)
     j = regressors(delays, slice(None), muscles)
     normal = np.einsum("dnp,dnq->dpq", j, j)
@@ -305,8 +305,8 @@ def fit_standing(
         parameters = np.linalg.solve(normal, np.einsum("dnp,dn->dp", j, torque)[..., None])[..., 0]
     except np.linalg.LinAlgError:
         return (
-            f"expected a window that determines I, B, K and the muscles' gains, found that "
-            f"{estimator.window_s:g} s does not: lengthen it"
+            f"expected a window that determines I, B, K and the muscles' gains, found "
+            f"{estimator.window_s:g} s, which is too short: lengthen it"
         )
     predicted = j[0] @ parameters[0]
     intrinsic = j[0][:, : len(linear)] @ parameters[0][: len(linear)]
@@ -330,15 +330,15 @@ def fit_standing(
 
 
 def _solve(j: np.ndarray, torque: np.ndarray, linear: int, active: str) -> np.ndarray:
-    """Least squares; electromyograms cannot push the wrong way, so their gains are not negative."""
+    """Least squares; the gains of electromyograms are non-negative, because muscles only pull."""
     if active != "emg":
         return np.linalg.lstsq(j, torque, rcond=None)[0]
-    # I, B and K may have any sign: each is the difference of two that may not
+    # I, B and K may have any sign: each is the difference of two non-negative unknowns
     scale = np.linalg.norm(j, axis=0)
     scale[scale == 0.0] = 1.0
     scaled = j / scale
     both = np.column_stack([scaled, -scaled[:, :linear]])
-    found = nnls(both, torque)[0]
+    found = scipy.optimize.nnls(both, torque)[0]
     solution = found[: j.shape[1]].copy()
     solution[:linear] -= found[j.shape[1] :]
     return solution / scale
@@ -360,9 +360,9 @@ def _grid(active: str, options: ActiveOptions) -> list[dict[str, float]]:
 def standing_estimates(
     condition: str, pathway: str, estimator: str, fit: StandingFit, critical_stiffness: float
 ) -> list[Estimate]:
-    """Tidy rows: I, B, K, K over m g h, rotation, VAF, and the chosen delays (units in the rows).
+    """Tidy rows: I, B, K, K over m g h, rotation, VAF, and the selected delays (units in the rows).
 
-    ``critical_stiffness`` is m g h (Nm/rad).
+    ``critical_stiffness`` is m g h (N·m/rad).
     """
     about = ("standing", condition, pathway, estimator)
     n = fit.responses

@@ -1,19 +1,19 @@
-"""A person standing on the treadmill, from a trial's signals to angles and torque (thesis section 3-2).
+"""Joint angles and ankle torque of a person standing on the treadmill (thesis section 3-2).
 
 Symbols: y forward along the belt, z up; angles of segments from the vertical, positive when they tip
-towards +y. The ankle's angle is the shank's less the foot's, the knee's the thigh's less the shank's
-(extension positive). No marker is on the trunk, so the hip's angle is not known. The torque is that of both
-ankles.
+towards +y. The ankle angle is the angle of the shank minus that of the foot, the knee angle that of the thigh
+minus that of the shank (extension positive). The trunk has no marker, so the hip angle is unknown. The torque
+is that of both ankles.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError, listed
+from tepsipe.experiments.standing.options import TORQUES, Person, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.stance import stance_fault
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.anthropometry import Feet, StandingBody
 from tepsipe.mechanics.inverse_dynamics import (
     PlateLoad,
     single_joint_torque,
@@ -21,123 +21,12 @@ from tepsipe.mechanics.inverse_dynamics import (
     standing_torque_as_printed,
 )
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import ramp_onset
-from tepsipe.signals.perturbations import Perturbation, WindowOptions, find_perturbations
-from tepsipe.signals.resampling import runs_of
+from tepsipe.signals.perturbations import Perturbation, perturbations_of
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
-
-TORQUES = ("ankle-thesis", "ankle", "single-joint")
-BELTS = {"left": "right", "right": "left"}
-
-
-@dataclass(frozen=True)
-class TorquePathway:
-    """One way to the ankles' torque (names, no units).
-
-    Attributes
-    ----------
-    torque : {"ankle-thesis", "ankle", "single-joint"}
-        Free body: the feet as printed, the feet, or the body as one inverted pendulum.
-    treadmill_model : str or None
-        Model whose load is taken out of Fy and Mx first; None for the loads as measured.
-    """
-
-    torque: str
-    treadmill_model: str | None
-
-
-@dataclass(frozen=True)
-class Person:
-    """What is known of the person.
-
-    Attributes
-    ----------
-    mass_kg : float
-        Of the whole body (kg).
-    feet : Feet
-        Both feet (kg, kg m2).
-    body : StandingBody
-        What they carry (kg, m, kg m2).
-    foot_com_m, ankle_height_m : float
-        Centre of mass of the feet in front of the ankles, height of the ankles (m).
-    foot, shank, thigh : SegmentMarkers
-        Markers in front of the segment's axis and along it: from the ankle, the ankle and the knee (m).
-    """
-
-    mass_kg: float
-    feet: Feet
-    body: StandingBody
-    foot_com_m: float
-    ankle_height_m: float
-    foot: SegmentMarkers
-    shank: SegmentMarkers
-    thigh: SegmentMarkers
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Names of all markers, each once (no unit)."""
-        return tuple(dict.fromkeys((*self.foot.labels, *self.shank.labels, *self.thigh.labels)))
-
-
-@dataclass(frozen=True)
-class StanceLimits:
-    """What a person who stands still on the belt does not exceed; beyond is a step or a stumble.
-
-    Attributes
-    ----------
-    foot_shift_m, foot_lift_m : float
-        The foot's markers against the belt, and over their height at rest (m).
-    other_belt : float
-        Part of the weight on the other belt (-).
-    unloading : float
-        Part of the weight that leaves the plate for longer than ``unloading_s``, for example into the
-        harness (-).
-    unloading_s : float
-        Shorter than that is a jolt (s).
-    lean_rad : float
-        Angle of the shank from its median (rad).
-    """
-
-    foot_shift_m: float
-    foot_lift_m: float
-    other_belt: float
-    unloading: float
-    unloading_s: float
-    lean_rad: float
-
-
-@dataclass(frozen=True)
-class StandingOptions:
-    """Choices of the post-processing.
-
-    Attributes
-    ----------
-    person : Person
-        The person (kg, m).
-    belt : str
-        The belt on which both feet stand, left or right.
-    lowpass, stretch_lowpass : Lowpass
-        Filter of all signals; filter of the angles that tell which muscles are stretched first.
-    window : WindowOptions
-        Where perturbations and rest are (s).
-    quiet_after_s : float
-        Time after a perturbation that does not count as unperturbed (s).
-    limits : StanceLimits
-        Beyond these it is a step or a stumble (m, rad, -).
-    """
-
-    person: Person
-    belt: str
-    lowpass: Lowpass
-    stretch_lowpass: Lowpass
-    window: WindowOptions
-    quiet_after_s: float
-    limits: StanceLimits
 
 
 @dataclass(frozen=True)
@@ -149,27 +38,27 @@ class StandingTrial:
     time : ndarray, shape (n,)
         Instants (s).
     onsets_s, ends_s : ndarray, shape (perturbations,)
-        When the belt starts to move, and when it stands still again (s).
+        Instants at which the belt starts and stops moving (s).
     unperturbed : ndarray of bool, shape (n,)
         Samples far from any perturbation (-).
     belt_velocity, f_y, y_cop : ndarray, shape (n,)
         Belt (m/s), fore-aft force as measured (N), centre of pressure, eq (3-13) (m).
     ankle, ankle_d, ankle_dd : ndarray, shape (n,)
-        Angle of the ankle (rad) and its derivatives (rad/s, rad/s2).
+        Angle of the ankle (rad) and its derivatives (rad/s, rad/s²).
     shank, thigh, knee : ndarray, shape (n,)
         Angles (rad).
     stretch_velocity : dict of str to ndarray, shape (n,)
-        Velocity of ankle and knee in the filter for stretches (rad/s).
+        Velocity of ankle and knee with the filter for stretches (rad/s).
     torque : dict of str to ndarray, shape (n,)
-        Pathway -> torque of both ankles (Nm).
+        Pathway -> torque of both ankles (N·m).
     labels : tuple of str
         Names of the markers.
     hidden : ndarray of bool, shape (n, markers)
         True where a marker was hidden (-).
     delay_s : float
-        Time by which markers lagged behind the belt, corrected (s).
+        Delay of the markers relative to the belt, which is corrected (s).
     fault : str or None
-        Why the whole trial must be left out, one sentence; None if the person stood still.
+        Reason for omitting the whole trial, one sentence; None if the person stood still.
     """
 
     time: np.ndarray
@@ -200,12 +89,12 @@ def process_standing(
     pathways: dict[str, TorquePathway],
     models: dict[str, dict[str, FittedModel]],
 ) -> StandingTrial:
-    """Post-process a trial: joint angles, centre of pressure, ankle torque by every pathway.
+    """Post-process a trial: joint angles, centre of pressure (eq 3-13), ankle torque by every pathway.
 
     Parameters
     ----------
     trial : Trial
-        Forces (N), moments (Nm), markers (m) and belt velocity (m/s).
+        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
     name : str
         Names the trial in messages.
     options : StandingOptions
@@ -213,22 +102,22 @@ def process_standing(
     pathways : dict of str to TorquePathway
         Name -> pathway.
     models : dict of str to dict of str to FittedModel
-        Component of the load, Fy or Mx -> name -> treadmill model; may be empty where no pathway needs one.
+        Component of the load, Fy or Mx -> name -> treadmill model; may be empty if no pathway needs one.
 
     Returns
     -------
     StandingTrial
-        Signals (rad, Nm, m, s), and whether the person stood still.
+        Signals (rad, N·m, m, s), and whether the person stood still.
 
     Raises
     ------
     InputError
         If no perturbation is found, a marker, belt or model is missing, markers do not move as rigid
-        segments, the weight on the plate is not the person's, or a pathway is unknown.
+        segments, the weight on the plate is not that of the person, or a pathway is unknown.
     """
     time, rate, person = trial.time, trial.rate_hz, options.person
     moving = options.lowpass(trial.values("belt_velocity"), rate)
-    perturbations = find_perturbations(moving, rate, options.window, name)
+    perturbations = perturbations_of(moving, rate, options.window, name)
     unperturbed = _unperturbed(time, rate, perturbations, options, name)
     loads = filtered_load(trial, name, options.belt, options.lowpass)
     carried_kg = _carried_mass(loads["Fz"], unperturbed, options, name)
@@ -242,7 +131,7 @@ def process_standing(
     poses = _poses(coarse, labels, person)
     fine = _poses(options.stretch_lowpass(positions, rate), labels, person)
     fault = stance_fault(trial, options, coarse, hidden, poses["shank"], belt, loads["Fz"])
-    # who steps does not ride on the belt, but is left out anyway: say why, and not that markers are late
+    # after a step the foot is not belt-fixed: report the step, not a delay of the markers
     try:
         delay = marker_delay(time, riding, belt, name)
     except InputError:
@@ -318,7 +207,7 @@ def _unperturbed(
 
 
 def _carried_mass(f_z: np.ndarray, unperturbed: np.ndarray, options: StandingOptions, name: str) -> float:
-    """Mass on the belt (kg), which must be about the person's."""
+    """Mass on the belt (kg), which must be about that of the person."""
     person = options.person
     mass = float(f_z[unperturbed].mean()) / person.body.gravity_m_per_s2
     if abs(mass - person.mass_kg) > 0.15 * person.mass_kg:
@@ -330,7 +219,7 @@ def _carried_mass(f_z: np.ndarray, unperturbed: np.ndarray, options: StandingOpt
 
 
 def _labels(trial: Trial, person: Person, name: str) -> list[str]:
-    """Names of the trial's markers, which must hold the person's."""
+    """Names of the trial's markers, which must include those of the person."""
     labels = trial.axes["marker"].tolist()
     for label in person.labels:
         if label not in labels:
@@ -344,7 +233,7 @@ def _labels(trial: Trial, person: Person, name: str) -> list[str]:
 def _torque(
     kind: str, person: Person, plate: PlateLoad, poses: dict[str, np.ndarray], time: np.ndarray
 ) -> np.ndarray:
-    """Torque of both ankles by one free body (Nm), shape (n,)."""
+    """Torque of both ankles from one free body (N·m), shape (n,)."""
 
     def acceleration(key: str) -> np.ndarray:
         return derivative(time, derivative(time, poses[key]))
@@ -365,7 +254,7 @@ def _torque(
 def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Person, name: str) -> None:
     """Raise InputError if a segment's markers, y and z (m) where all are seen, are not those of one body."""
     if not positions.size:
-        return  # nothing is seen of the whole person at any time: every perturbation will be left out
+        return  # the markers are never all visible: every perturbation will be omitted
     for segment in ("foot", "shank", "thigh"):
         markers = getattr(person, segment)
         columns = [labels.index(label) for label in markers.labels]
@@ -379,7 +268,7 @@ def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Per
 
 
 def _poses(positions: np.ndarray, labels: list[str], person: Person) -> dict[str, np.ndarray]:
-    """Angles of foot, shank and thigh (rad), and the points of the ankle and of the feet's mass (m)."""
+    """Angles of foot, shank and thigh (rad), and positions of the ankle and of the feet's mass (m)."""
     points = {
         "foot": (person.foot, np.array([person.foot_com_m, -0.5 * person.ankle_height_m])),
         "shank": (person.shank, np.zeros(2)),
@@ -399,113 +288,10 @@ def _poses(positions: np.ndarray, labels: list[str], person: Person) -> dict[str
 def _onset(trial: Trial, start: int, stop: int) -> float:
     """Instant at which the belt starts to move (s), to a fraction of a sample."""
     rate = trial.rate_hz
-    # a quarter of the perturbation holds its first rise
+    # the first quarter of the perturbation contains its first rise
     before, after = round(0.2 * rate), max(3, (stop - start) // 4)
     window = slice(max(0, start - before), start + after)
     time, velocity = trial.time[window], trial.values("belt_velocity")[window]
     sign = np.sign(velocity[-1] - np.median(velocity))
-    # the detected start lies up to a filter's width before the motion
+    # the detected start precedes the motion by up to the width of the filter
     return float(ramp_onset(time, sign * velocity, trial.time[max(0, start - round(0.02 * rate))]))
-
-
-def stance_fault(
-    trial: Trial,
-    options: StandingOptions,
-    positions: np.ndarray,
-    hidden: np.ndarray,
-    shank: np.ndarray,
-    belt_velocity: np.ndarray,
-    f_z: np.ndarray,
-) -> str | None:
-    """Say why a trial is not one of standing: a step, a stumble, or weight that went elsewhere.
-
-    Parameters
-    ----------
-    trial : Trial
-        Forces of both belts (N).
-    options : StandingOptions
-        Person, belt and limits (units in their names).
-    positions : ndarray, shape (n, markers, 2)
-        y, z of the filtered markers (m).
-    hidden : ndarray of bool, shape (n, person's markers)
-        True where a marker was hidden (-): what is only bridged is no evidence.
-    shank, belt_velocity, f_z : ndarray, shape (n,)
-        Angle of the shank (rad), belt (m/s) and vertical force on the feet's belt (N).
-
-    Returns
-    -------
-    str or None
-        One sentence (times in s), or None.
-    """
-    time, rate, limits, person = trial.time, trial.rate_hz, options.limits, options.person
-    labels = trial.axes["marker"].tolist()
-    travelled = CubicSpline(time, belt_velocity).antiderivative()(time)
-    for label in person.foot.labels:
-        y, z = positions[:, labels.index(label)].T
-        seen = ~_widened(hidden[:, person.labels.index(label)], round(0.1 * rate))
-        slid = y - travelled
-        # the belt's logged velocity drifts, and so does its integral: what matters is a shift within 2 s
-        shift = np.abs(slid - _median_before(slid, seen, round(2.0 * rate)))
-        lift = np.abs(z - np.median(z[seen])) if seen.any() else np.zeros(z.size)
-        for what, amount, most in (
-            ("moved on the belt", shift, limits.foot_shift_m),
-            ("was lifted", lift, limits.foot_lift_m),
-        ):
-            beyond = np.flatnonzero(seen & (amount > most))
-            if beyond.size:
-                return (
-                    f"the foot's marker {label!r} {what} by {100.0 * amount[seen].max():.2g} cm at "
-                    f"{time[beyond[0]]:.1f} s, where standing allows {100.0 * most:g} cm: a step, repeat "
-                    "the trial"
-                )
-    weight = person.mass_kg * person.body.gravity_m_per_s2
-    other = (
-        trial.axes["belt"].tolist().index(BELTS[options.belt])
-        if BELTS[options.belt] in trial.axes["belt"]
-        else None
-    )
-    if other is not None:
-        aside = options.lowpass(trial.values("force")[:, other, 2].astype(float), rate)
-        beyond = np.flatnonzero(np.abs(aside) > limits.other_belt * weight)
-        if beyond.size:
-            return (
-                f"{np.abs(aside).max() / weight:.0%} of the weight was on the other belt at "
-                f"{time[beyond[0]]:.1f} s, where standing allows {limits.other_belt:.0%}: a step, repeat "
-                "the trial"
-            )
-    for start, stop in runs_of(f_z < (1.0 - limits.unloading) * weight):
-        if stop - start > limits.unloading_s * rate:
-            return (
-                f"{1.0 - f_z[start:stop].min() / weight:.0%} of the weight left the plate at "
-                f"{time[start]:.1f} s for {(stop - start) / rate:.2g} s, where standing allows "
-                f"{limits.unloading:.0%}: a stumble into the harness, repeat the trial"
-            )
-    lean = np.abs(shank - np.median(shank))
-    seen = ~_widened(hidden.any(axis=1), round(0.1 * rate))
-    beyond = np.flatnonzero(seen & (lean > limits.lean_rad))
-    if beyond.size:
-        return (
-            f"the shank leaned {np.degrees(lean[seen].max()):.2g} degrees from upright at "
-            f"{time[beyond[0]]:.1f} s, where standing allows {np.degrees(limits.lean_rad):.2g}: a stumble, "
-            "repeat the trial"
-        )
-    return None
-
-
-def _widened(marked: np.ndarray, samples: int) -> np.ndarray:
-    """Truth values with every run of True longer by so many samples at both ends, shape (n,)."""
-    wide = marked.copy()
-    for start, stop in runs_of(marked):
-        wide[max(0, start - samples) : stop + samples] = True
-    return wide
-
-
-def _median_before(x: np.ndarray, seen: np.ndarray, samples: int) -> np.ndarray:
-    """Median of what was seen in so many samples before each, shape (n,), from every tenth of a second or so.
-
-    Not in those around it: such a median follows what moves to another place and stays there (unit of ``x``).
-    """
-    places = np.arange(0, x.size, max(1, samples // 20))
-    before = [slice(max(0, k - samples), k + 1) for k in places]
-    medians = [np.median(x[part][seen[part]] if seen[part].any() else x[part]) for part in before]
-    return np.interp(np.arange(x.size), places, medians)

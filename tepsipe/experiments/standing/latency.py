@@ -1,16 +1,16 @@
-"""Latency of each muscle's answer to its own stretch, on the responses of several trials together.
+"""Latency of the response of each muscle to its own stretch, from the responses of several trials.
 
-A muscle is lengthened at the speed s = sum_j w_j phi_j', where w_j says how joint j lengthens it. Trials
-count where the perturbation lengthens the muscle first: where it shortens it first, the later stretch has
-no sharp beginning. Feet and legs are rigid, so all joints start to turn when the belt starts to move, and
-that instant is known to a fraction of a millisecond, better than the start of any angle. The latency is
-counted from there.
+A muscle is lengthened at the speed s = sum_j w_j phi_j', with w_j the lengthening per rotation of joint j.
+Trials are used if the perturbation lengthens the muscle first: if it shortens it first, the later stretch
+has no sharp onset. Feet and legs are rigid, so all joints start to rotate when the belt starts to move. This
+instant is known to a fraction of a millisecond, more accurately than the onset of any angle, and is the zero
+of the latency.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
@@ -24,14 +24,14 @@ BASELINE_S = 0.15
 
 @dataclass(frozen=True)
 class MuscleLatency:
-    """A muscle's answer to its stretch.
+    """Response of a muscle to its stretch.
 
     Attributes
     ----------
     muscle : str
         Its name.
     onsets : dict of str to Onset
-        Detector -> onset, counted from the start of the stretch, the belt's (s).
+        Detector -> onset, from the start of the stretch, the onset of the belt (s).
     time : ndarray, shape (m,)
         Time from the start of the stretch (s).
     rectified : ndarray, shape (m,)
@@ -83,7 +83,7 @@ def muscle_latency(
     options: OnsetOptions,
     rng: np.random.Generator,
 ) -> MuscleLatency | str:
-    """Latency of one muscle over all trials in which it is stretched first, by every detector.
+    """Latency of one muscle from all trials in which it is stretched first, by every detector.
 
     Parameters
     ----------
@@ -94,19 +94,19 @@ def muscle_latency(
     lengthening : dict of str to float
         Joint -> lengthening per angle (-).
     options : OnsetOptions
-        Choices (s); the detector is each in turn.
+        Choices (s); every detector is applied.
     rng : numpy.random.Generator
         Draws responses.
 
     Returns
     -------
     MuscleLatency or str
-        Onsets (s), or one sentence why there are none.
+        Onsets (s), or the reason why there are none.
 
     Raises
     ------
     InputError
-        If the responses do not reach over baseline and searched time; as `lengthening_speed` and
+        If the responses do not cover the baseline and the searched time; as `lengthening_speed` and
         `detect_onset`.
     """
     stretching = []
@@ -114,7 +114,7 @@ def muscle_latency(
         if muscle not in responses.muscles or not responses.count:
             continue
         speed = lengthening_speed(responses, lengthening)
-        # until the belt comes back
+        # until the belt returns
         moved = np.abs(np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0)))
         first = (responses.time >= 0.0) & (np.arange(moved.size) <= moved.argmax())
         if speed[first].mean() > 0.0:
@@ -129,7 +129,7 @@ def muscle_latency(
     if time[0] < recorded[0] - 1e-9 or time[-1] > recorded[-1] + 1e-9:
         raise InputError(
             f"latency of {muscle}: expected responses from {time[0]:g} s to {time[-1]:g} s from the onset, "
-            f"found {recorded[0]:g} s to {recorded[-1]:g} s: cut longer responses or search elsewhere"
+            f"found {recorded[0]:g} s to {recorded[-1]:g} s: cut longer epochs or search elsewhere"
         )
     pooled, sizes = [], []
     for responses in stretching:
@@ -138,11 +138,11 @@ def muscle_latency(
         own = responses.emg[usable][..., column]
         belt = responses.perturbed["belt_velocity"][usable]
         sizes.append(np.take_along_axis(belt, np.abs(belt).argmax(axis=1)[:, None], axis=1)[:, 0])
-        pooled.append(CubicSpline(responses.emg_time, own, axis=1)(time))
+        pooled.append(scipy.interpolate.CubicSpline(responses.emg_time, own, axis=1)(time))
     emg = np.concatenate(pooled)
     if emg.shape[0] < 5:
         return f"expected at least 5 responses that stretch {muscle}, found {emg.shape[0]}"
-    # skin and cables move alike after every perturbation, in proportion to it
+    # the movement artefact of skin and cables is proportional to the perturbation
     emg = without_artefact(emg, np.concatenate(sizes))
     onsets = {
         detector: detect_onset(time, emg, OnsetOptions(**{**vars(options), "detector": detector}), rng)
@@ -152,7 +152,7 @@ def muscle_latency(
 
 
 def latency_estimates(condition: str, latency: MuscleLatency) -> list[Estimate]:
-    """Tidy rows: latency (s) by every detector that found one."""
+    """Tidy rows: latency (s) by every detector with an onset."""
     return [
         Estimate(
             "standing",

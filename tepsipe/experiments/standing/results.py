@@ -1,7 +1,7 @@
-"""What the trials of a standing person gave, one by one and together: fits, estimates and results' files.
+"""Results of the trials of a standing person, individually and per task: fits, estimates and result files.
 
-Every fit draws from a generator of its own, seeded by the study, the trial and the fit's name: another
-pathway or estimator changes nothing in those that are there.
+Every fit has its own random generator, seeded by the study, the trial and the name of the fit: adding a
+pathway or estimator does not change the others.
 """
 
 import zlib
@@ -22,7 +22,7 @@ from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.signals.epochs import ensemble
 
-# mean responses that are kept to show how the joints move together
+# mean responses that are stored to show the coordination of the joints
 SHOWN = {"ankle": "rad", "knee": "rad", "shank": "rad", "thigh": "rad", "belt_velocity": "m/s"}
 PROCESSED = {
     "time": "s",
@@ -39,7 +39,7 @@ Fits = dict[tuple[str, str], StandingFit]
 
 
 def generator(seed: int, *names: str) -> np.random.Generator:
-    """Generator of one fit, whatever others there are (seed and names without unit)."""
+    """Generator of one fit, independent of the others (seed and names without unit)."""
     return np.random.default_rng([seed, zlib.crc32("/".join(names).encode())])
 
 
@@ -52,14 +52,14 @@ def fit_all(
     draws: int,
     seed: int,
 ) -> tuple[Fits, list[str]]:
-    """Every estimator on every pathway.
+    """Fit every estimator to every pathway.
 
     Parameters
     ----------
     trials : list of StandingEpochs
         Trials that share their parameters; those without responses do not count.
     name : str
-        Of the trial or task: it seeds the redrawing, and names it in sentences.
+        Name of the trial or task: seed of the resampling, and name in messages.
     pathways : list of str
         Torques.
     estimators : dict of str to StandingEstimator
@@ -67,14 +67,14 @@ def fit_all(
     options : ActiveOptions
         Delays that are tried (s).
     draws, seed : int
-        Of the redrawn responses (-).
+        Number of resampled sets of responses, and seed of the study (-).
 
     Returns
     -------
     fits : dict of (str, str) to StandingFit
         (pathway, estimator) -> fit.
     notes : list of str
-        One sentence per estimator that could not be used.
+        One sentence per unusable estimator.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def fit_all(
 def fit_estimates(
     name: str, fits: Fits, critical_stiffness: float, latencies: list[MuscleLatency]
 ) -> list[Estimate]:
-    """Tidy rows of a trial or task (units in them); ``critical_stiffness`` is m g h (Nm/rad)."""
+    """Tidy rows of a trial or task (units in them); ``critical_stiffness`` is m g h (N·m/rad)."""
     rows = []
     for (pathway, estimator), fit in fits.items():
         rows += standing_estimates(name, pathway, estimator, fit, critical_stiffness)
@@ -117,7 +117,7 @@ def stiffness_by_window(
     draws: int,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """K from windows of several lengths, with the muscles' torque left out: later ones hold what reflexes do.
+    """K from windows of several lengths without active torque: longer windows include the effect of reflexes.
 
     Parameters
     ----------
@@ -130,14 +130,14 @@ def stiffness_by_window(
     options : ActiveOptions
         As for `fit_standing`.
     draws : int
-        Redrawn sets of responses (-).
+        Number of resampled sets of responses (-).
     rng : numpy.random.Generator
         Draws them.
 
     Returns
     -------
     ndarray, shape (windows, 4)
-        Window (s), K and both ends of its 95 % interval (Nm/rad); empty without a usable trial.
+        Window (s), K and both ends of its 95 % interval (N·m/rad); empty without a usable trial.
     """
     usable = [responses for responses in trials if responses.count]
     rows = []
@@ -149,21 +149,21 @@ def stiffness_by_window(
 
 
 def over_sway(responses: StandingEpochs, pathway: str) -> dict[str, float]:
-    """How far perturbations stand out of unperturbed standing (thesis section 4-2).
+    """Size of the responses relative to unperturbed sway (thesis section 4-2).
 
     Parameters
     ----------
     responses : StandingEpochs
-        Responses of a trial (rad/s, Nm).
+        Responses of a trial (rad/s, N·m).
     pathway : str
-        Torque that is looked at.
+        Pathway of the torque.
 
     Returns
     -------
     dict of str to float
-        ``angle_over_sway``, ``torque_over_sway``: median over responses of the largest rate of the ankle's
-        angle, and of the largest change of torque, within 0.3 s, over the standard deviation in unperturbed
-        standing (-).
+        ``angle_over_sway``, ``torque_over_sway``: median over responses of the peak ankle velocity, and of
+        the peak change of torque, within 0.3 s, relative to the standard deviation in unperturbed standing
+        (-).
     """
     near = (responses.time >= 0.0) & (responses.time <= 0.3)
     signals = {"angle_over_sway": "ankle_d", "torque_over_sway": f"torque/{pathway}"}
@@ -183,7 +183,7 @@ def trial_epochs_result(standing: StandingTrial, responses: StandingEpochs, torq
     Parameters
     ----------
     standing : StandingTrial
-        Signals (rad, Nm, m, s).
+        Signals (rad, N·m, m, s).
     responses : StandingEpochs
         Responses cut from them.
     torques : dict of str to str
@@ -213,7 +213,7 @@ def standing_result(
     facts: dict,
     windows: np.ndarray | None = None,
 ) -> Result:
-    """What the report and the figures need of a trial, or of the trials of a task.
+    """Results of a trial, or of the trials of a task, for the report and the figures.
 
     Parameters
     ----------
@@ -222,13 +222,13 @@ def standing_result(
     fits : dict of (str, str) to StandingFit
         (pathway, estimator) -> fit.
     recommended : str
-        Pathway whose curves are kept.
+        Pathway whose curves are stored.
     latencies : list of MuscleLatency
-        Of the muscles that answered (s), for a task.
+        Of the muscles with a response (s), for a task.
     facts : dict
         Further facts (units in the keys).
     windows : ndarray, shape (windows, 4), optional
-        From `stiffness_by_window` (s, Nm/rad), for a task.
+        From `stiffness_by_window` (s, N·m/rad), for a task.
 
     Returns
     -------
@@ -267,7 +267,7 @@ def standing_result(
     for latency in latencies:
         keep(f"latency/{latency.muscle}/time", latency.time, "s")
         keep(f"latency/{latency.muscle}/rectified", latency.rectified, "uV")
-    told = {
+    onsets = {
         latency.muscle: {
             detector: {
                 "latency_s": onset.latency_s,
@@ -280,4 +280,4 @@ def standing_result(
         | {"responses": latency.responses}
         for latency in latencies
     }
-    return Result(arrays, units, {**facts, "latencies": told})
+    return Result(arrays, units, {**facts, "latencies": onsets})

@@ -1,1 +1,1 @@
-"""Readers of the instruments' own files. Each refuses what it cannot read in one sentence."""
+"""Readers of the files that the instruments write. Each refuses an unusable file in one sentence."""

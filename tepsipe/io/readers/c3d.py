@@ -7,7 +7,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 
-# processor type -> how it writes words, and the byte of the scale factor that holds its sign
+# processor type -> byte order of its words, and the byte of the scale factor that holds the sign
 WORDS = {84: ("<u2", 15), 85: ("<u2", 13), 86: (">u2", 12)}
 METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
@@ -51,19 +51,8 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
     InputError
         If the file is missing, truncated or not C3D, its unit is unknown, or a marker is missing.
     """
-    import ezc3d
-
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
-    _refuse_truncated(path)
-    try:
-        file = ezc3d.c3d(str(path))
-    except Exception as error:  # ezc3d raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "
-            "it is damaged, export it again"
-        ) from error
+    file = open_c3d(path)
     point = file["parameters"]["POINT"]
     unit = str(point["UNITS"]["value"][0]).strip() if point["UNITS"]["value"] else ""
     if unit not in METRES_PER_UNIT:
@@ -90,8 +79,30 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
     return Markers(float(point["RATE"]["value"][0]), tuple(labels), positions)
 
 
+def open_c3d(path: Path):
+    """A C3D file as ezc3d reads it (units as its parameters say).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or not C3D.
+    """
+    import ezc3d
+
+    if not path.is_file():
+        raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
+    _refuse_truncated(path)
+    try:
+        return ezc3d.c3d(str(path))
+    except Exception as error:  # ezc3d raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "
+            "it is damaged, export it again"
+        ) from error
+
+
 def _refuse_truncated(path: Path) -> None:
-    """Compare the file's size with what its header block promises."""
+    """Compare the size of the file with the size given by its header block."""
     content = path.read_bytes()
     if len(content) < 1024 or content[1] != 0x50:
         raise InputError(

@@ -18,13 +18,13 @@ UV_PER_UNIT = {
     **dict.fromkeys(("mV", "mv", "milliV", "millivol"), 1e3),
     **dict.fromkeys(("V", "v", "volt", "Volt"), 1e6),
 }
-# what the header says of a signal, and in how many bytes, up to the number of samples in a record
+# fields of a signal in the header and their lengths (bytes), up to the number of samples in a record
 BYTES_BEFORE_SAMPLES = 16 + 80 + 8 + 8 + 8 + 8 + 8 + 80
 
 
 @dataclass(frozen=True)
 class EmgRecording:
-    """Electromyograms as the recorder wrote them, all on its own clock.
+    """Electromyograms as the recorder wrote them, on the clock of the recorder.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
     path : str or Path
         EDF or EDF+ file.
     channels : dict of str to str
-        Label of the channel of each muscle. A muscle whose channel is missing is left out and named.
+        Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
     trigger_label : str
         Label of the trigger's channel.
 
@@ -71,32 +71,10 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
     ------
     InputError
         If the file is missing, truncated, damaged or not EDF, time has gaps, the trigger or all
-        muscles are missing, a label stands twice, channels differ in rate, or a unit is unknown.
+        muscles are missing, a label is not unique, channels differ in rate, or a unit is unknown.
     """
-    import edfio  # it takes as long to import as a recording takes to read
-
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: expected an EDF file, found no file: correct its path in the trial sheet")
-    _refuse_truncated(path)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what edfio would mend is refused here
-            file = edfio.read_edf(path, lazy_load_data=True, header_encoding="latin-1")
-            continuous = file.is_continuous
-            found = {}
-            for each in file.signals:
-                found.setdefault(each.label.strip(), []).append(each)
-    except Exception as error:  # edfio raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected an EDF file, found one that cannot be read ({type(error).__name__}): "
-            "it is damaged, export it again"
-        ) from error
-    if not continuous:
-        raise InputError(
-            f"{path}: expected one continuous recording, found gaps between its records (EDF+D): export it "
-            "without pauses, or each part as a trial of its own"
-        )
+    found = open_edf(path)
     if trigger_label not in found:
         raise InputError(
             f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: name the "
@@ -140,6 +118,40 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
     )
 
 
+def open_edf(path: Path) -> dict[str, list]:
+    """Channels of an EDF or EDF+ file by label, as edfio reads them (units as their headers say).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated, damaged or not EDF, or time has gaps.
+    """
+    import edfio  # it takes as long to import as a recording takes to read
+
+    if not path.is_file():
+        raise InputError(f"{path}: expected an EDF file, found no file: correct its path in the trial sheet")
+    _refuse_truncated(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what edfio would mend is refused here
+            file = edfio.read_edf(path, lazy_load_data=True, header_encoding="latin-1")
+            continuous = file.is_continuous
+            found: dict[str, list] = {}
+            for each in file.signals:
+                found.setdefault(each.label.strip(), []).append(each)
+    except Exception as error:  # edfio raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected an EDF file, found one that cannot be read ({type(error).__name__}): "
+            "it is damaged, export it again"
+        ) from error
+    if not continuous:
+        raise InputError(
+            f"{path}: expected one continuous recording, found gaps between its records (EDF+D): export it "
+            "without pauses, or each part as a trial of its own"
+        )
+    return found
+
+
 def _physical(path: Path, label: str, channel) -> tuple[str, np.ndarray, np.ndarray]:
     """Unit of a channel, its samples and its limits in this unit."""
     try:
@@ -159,7 +171,7 @@ def _physical(path: Path, label: str, channel) -> tuple[str, np.ndarray, np.ndar
 
 
 def _refuse_truncated(path: Path) -> None:
-    """Compare the file's size with what its header promises."""
+    """Compare the size of the file with the size given by its header."""
     with path.open("rb") as file:
         head = file.read(256)
         if head[:8] == b"\xffBIOSEMI":

@@ -1,4 +1,4 @@
-"""Text files of any kind, refused in one sentence where they cannot be read."""
+"""Text files of any kind, refused in one sentence if they cannot be read."""
 
 import gzip
 import zlib
@@ -8,7 +8,7 @@ from tepsipe.errors import InputError
 
 
 def read_text(path: Path, what: str) -> str:
-    """Contents of a text file (no unit), or one sentence about why it cannot be read.
+    """Contents of a text file (no unit).
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def read_text(path: Path, what: str) -> str:
         ) from None
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(
-            f"{path}: expected {what}, found that it cannot be read ({error}): the file is truncated or "
+            f"{path}: expected {what}, found a file that cannot be read ({error}): it is truncated or "
             "damaged, copy it again"
         ) from None
     if "\0" in text:

@@ -14,7 +14,7 @@ def read_text_table(
 ) -> dict[str, np.ndarray]:
     """Read named columns of a text file whose first line names them.
 
-    A last line that no line break ends may have been cut within its last number, so it is left out.
+    A last line without a line break may have been cut within its last number, so it is omitted.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def read_text_table(
     Raises
     ------
     InputError
-        If the file is missing, empty, truncated or not text, a column is missing or there twice, or a
+        If the file is missing, empty, truncated or not text, a column is missing or not unique, or a
         line has another number of fields than the header or a field that is not a number.
     """
     path = Path(path)
@@ -71,7 +71,7 @@ def read_text_table(
 
 
 def _refuse_other_names(path, name, where, names) -> None:
-    """Refuse a header that does not hold a name that was given for a column, or holds it twice."""
+    """Refuse a header that lacks the name given for a column, or contains it twice."""
     if names.count(name) > 1:
         raise InputError(
             f"{path}: expected one column named {name!r}, found {names.count(name)}: rename one in the header"
@@ -79,9 +79,7 @@ def _refuse_other_names(path, name, where, names) -> None:
     if name not in names:
         close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
         if len(names) == 1:
-            hint = (
-                "the columns stand apart by another delimiter than configured, correct the one or the other"
-            )
+            hint = "the delimiter of the file is not the configured one, correct one of the two"
         elif close:
             hint = f"did you mean {close[0]!r}, to be corrected in {where}?"
         else:

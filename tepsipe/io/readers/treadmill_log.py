@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.text_file import read_text
@@ -51,11 +52,11 @@ class CalibrationMatrix:
     Attributes
     ----------
     components : tuple of str
-        For example ``Fy_right`` (N) and ``Mx_right`` (Nm).
+        For example ``Fy_right`` (N) and ``Mx_right`` (N·m).
     channels : tuple of str
         Names of the transducer channels.
     matrix : ndarray, shape (components, channels)
-        N/V for forces, Nm/V for moments.
+        N/V for forces, N·m/V for moments.
     """
 
     components: tuple[str, ...]
@@ -85,15 +86,13 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
     InputError
         If the file is missing, truncated or not MATLAB's, a variable is missing, or lengths differ.
     """
-    from scipy.io import loadmat
-
     path = Path(path)
     if not path.is_file():
         raise InputError(
             f"{path}: expected a treadmill log, found no file: correct its path in the trial sheet"
         )
     try:
-        content = loadmat(path)
+        content = scipy.io.loadmat(path)
     except Exception as error:  # scipy raises many kinds on damaged files
         raise InputError(
             f"{path}: expected a MATLAB file (version 7 or older), found one that cannot be read "
@@ -159,7 +158,7 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
     Returns
     -------
     CalibrationMatrix
-        Components, channels and the matrix (N/V, Nm/V).
+        Components, channels and the matrix (N/V, N·m/V).
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Engines that move the dummy: each in a module of its own, which alone imports it and only when it is used.
+"""Engines of the forward simulation of the dummy, one module each, imported when the engine is used.
 
 An engine is a function that takes a `Task` and returns a `Swing` (`interface.py`). A new one is a module with
-such a function `simulate` and an entry in `ENGINES`; the test that compares all engines then runs it, too.
+such a function `simulate` and an entry in `ENGINES`; the test that compares all engines includes it.
 """
 
 import importlib.metadata
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from tepsipe.errors import InputError
 
-if TYPE_CHECKING:  # who only asks for a name does not wait for numpy
+if TYPE_CHECKING:  # numpy is imported late: looking up a name does not need it
     from tepsipe.mechanics.engines.interface import Swing, Task
 
 AUTO = "auto"
@@ -35,9 +35,9 @@ def _equations() -> "Callable[[Task], Swing]":
     return simulate
 
 
-# in the order in which "auto" asks for them
+# in the order in which "auto" tries them
 ENGINES = {"pybullet": _pybullet, "mujoco": _mujoco, "equations": _equations}
-# what has to be installed, and how; the equations need nothing
+# package to install, and how; the equations need none
 INSTALLED_BY = {
     "pybullet": "pip install 'tepsipe[pybullet]' (it has wheels for CPython 3.11 on Linux x86-64 only)",
     "mujoco": "pip install 'tepsipe[mujoco]'",
@@ -50,7 +50,7 @@ def installed_engines() -> list[str]:
 
 
 def resolved_engine(engine: str) -> str:
-    """Name of the engine that a setting means, without importing it (no units).
+    """Name of the engine that a setting selects, without importing it (no units).
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def resolved_engine(engine: str) -> str:
 
 
 def engine_version(engine: str) -> str:
-    """Version of an engine, of tepsipe itself for the equations, which are its own (no units).
+    """Version of an engine; for the equations, the version of tepsipe (no units).
 
     Raises
     ------
@@ -95,19 +95,19 @@ def engine_version(engine: str) -> str:
 
 
 def simulate(engine: str, task: "Task") -> "Swing":
-    """Let an engine move the dummy.
+    """Simulate the dummy with an engine.
 
     Parameters
     ----------
     engine : {"pybullet", "mujoco", "equations", "auto"}
-        Which one.
+        Name of the engine; "auto" takes the first that is installed.
     task : Task
         Dummy, belt and clock (units in their names).
 
     Returns
     -------
     Swing
-        Motion and forces at the recorded instants (rad, N, Nm).
+        Motion and forces at the recorded instants (rad, N, N·m).
 
     Raises
     ------

@@ -1,7 +1,8 @@
 """The dummy's equations of motion, integrated by the classical Runge-Kutta method of fourth order.
 
-Needs nothing but numpy. The foot follows the belt and does not turn; the leg turns about the ankle against
-the joint. With A the force of the foot on the leg and tau the torque of the joint, Newton and Euler say
+This engine needs only numpy. The foot follows the belt and does not rotate; the leg rotates about the ankle
+against the joint. With A the force of the foot on the leg and tau the torque of the joint, the Newton-Euler
+equations are
 
     leg     m y'' = A_y,   m (z'' + g) = A_z                                 y = y_f + r sin(theta)
             I_l theta'' = r (A_z sin(theta) - A_y cos(theta)) - tau          z = l_f + r cos(theta)
@@ -9,15 +10,15 @@ the joint. With A the force of the foot on the leg and tau the torque of the joi
             M_x - y_f F_z + l_f F_y - m_f y_f'' l_f / 2 = tau
     joint   tau = I theta'' + B theta' + K (theta - theta_ref)
 
-The leg's first two equations, put into its third, leave the one that is integrated,
+Substituting the first two equations of the leg into the third gives the equation that is integrated,
 
     J theta'' = m r G sin(theta - phi) - B theta' - K (theta - theta_ref),   J = I_l + m r^2 + I,
 
-where G = hypot(g, y_f'') and phi = atan2(y_f'', g) are size and tilt of gravity as it is felt on the belt.
-The other equations give the forces. Symbols: theta leg angle, positive when the leg tips towards +y (rad);
-y_f position of the foot (m); F_y, F_z (N) and M_x (Nm) of the belt on the foot, the moment in the belt's
-surface where the ankle starts; I, B, K, theta_ref of the joint; m, r, I_l, g of the leg and m_f, l_f of the
-foot as in `inverse_dynamics`.
+where G = hypot(g, y_f'') and phi = atan2(y_f'', g) are magnitude and tilt of the apparent gravity in the
+frame of the belt. The other equations give the forces. Symbols: theta leg angle, positive when the leg tips
+towards +y (rad); y_f position of the foot (m); F_y, F_z (N) and M_x (N·m) of the belt on the foot, the moment
+in the belt's surface where the ankle starts; I, B, K, theta_ref of the joint; m, r, I_l, g of the leg and
+m_f, l_f of the foot as in `inverse_dynamics`.
 """
 
 import math
@@ -28,7 +29,7 @@ from tepsipe.mechanics.engines.interface import FALLEN_RAD, Swing, Task
 
 
 def simulate(task: Task) -> Swing:
-    """Move the foot and let the leg swing.
+    """Simulate the leg on the moving foot.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ def simulate(task: Task) -> Swing:
     Returns
     -------
     Swing
-        Motion and forces at the recorded instants (rad, N, Nm).
+        Motion and forces at the recorded instants (rad, N, N·m).
     """
     theta, theta_d, fell_after_s = _integrate(task)
     theta, theta_d = theta[:: task.stride], theta_d[:: task.stride]
@@ -69,12 +70,12 @@ def simulate(task: Task) -> Swing:
 
 
 def _about_the_ankle(task: Task) -> float:
-    """J (kg m2)."""
+    """J (kg·m²)."""
     return task.leg.inertia_kgm2 + task.leg.mass_kg * task.leg.com_m**2 + task.joint.inertia_Nms2_per_rad
 
 
 def _integrate(task: Task) -> tuple[np.ndarray, np.ndarray, float | None]:
-    """Angle (rad) and rate (rad/s) at every step, and when the leg fell (s) or None."""
+    """Angle (rad) and rate (rad/s) at every step, and the time of the fall (s) or None."""
     leg, joint, h = task.leg, task.joint, task.step_s
     about_ankle, rest = _about_the_ankle(task), joint.rest_angle_rad
     b, k = joint.damping_Nms_per_rad / about_ankle, joint.stiffness_Nm_per_rad / about_ankle
@@ -85,7 +86,7 @@ def _integrate(task: Task) -> tuple[np.ndarray, np.ndarray, float | None]:
     between = zip(pull[1::2].tolist(), lean[1::2].tolist(), strict=True)
     at_end = zip(pull[2::2].tolist(), lean[2::2].tolist(), strict=True)
 
-    # x = theta - theta_ref, w = theta'; the rest of the loop is short names and no calls but the sine's
+    # x = theta - theta_ref, w = theta'; for speed, the loop calls no function but the sine
     x, w = task.start_angle_rad - rest, task.start_rate_rad_per_s
     lowest, highest = -FALLEN_RAD - rest, FALLEN_RAD - rest
     sin, half, sixth = math.sin, 0.5 * h, h / 6.0

@@ -1,9 +1,9 @@
-"""What every engine is given, and what it returns: the dummy on the belt, and how it moved."""
+"""Input and output of every engine: the dummy with its belt motion, and the simulated motion and forces."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
+import scipy
 
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
@@ -17,11 +17,11 @@ class Joint:
     Attributes
     ----------
     inertia_Nms2_per_rad : float
-        I (Nms2/rad), without the leg's own; may be negative as long as J is not.
+        I (N·m·s²/rad), without the leg's own; may be negative as long as J is not.
     damping_Nms_per_rad : float
-        B (Nms/rad); may be negative.
+        B (N·m·s/rad); may be negative.
     stiffness_Nm_per_rad : float
-        K (Nm/rad); may be negative.
+        K (N·m/rad); may be negative.
     rest_angle_rad : float
         theta_ref (rad), at which the joint is not bent.
     """
@@ -34,14 +34,14 @@ class Joint:
 
 @dataclass(frozen=True)
 class Task:
-    """A dummy, the motion of its foot, and the clock; checked before an engine sees it.
+    """A dummy, the motion of its foot, and the clock; already checked.
 
     Attributes
     ----------
     leg, foot : Leg, Foot
-        Segments (kg, m, kg m2).
+        Segments (kg, m, kg·m²).
     joint : Joint
-        I, B, K and theta_ref (Nms2/rad, Nms/rad, Nm/rad, rad).
+        I, B, K and theta_ref (N·m·s²/rad, N·m·s/rad, N·m/rad, rad).
     velocity : CubicSpline
         Velocity of the belt (m/s) over the time since the first sample (s).
     path : PPoly
@@ -59,8 +59,8 @@ class Task:
     leg: Leg
     foot: Foot
     joint: Joint
-    velocity: CubicSpline
-    path: PPoly
+    velocity: "scipy.interpolate.CubicSpline"
+    path: "scipy.interpolate.PPoly"
     samples: int
     interval_s: float
     stride: int
@@ -78,22 +78,22 @@ class Task:
         return (self.samples - 1) * self.stride + 1
 
     def elapsed(self, samples: int) -> np.ndarray:
-        """The first so many recorded instants, since the first of them (s), shape (samples,)."""
+        """Leading recorded instants, counted from the first (s), shape (samples,)."""
         return self.interval_s * np.arange(samples)
 
 
 @dataclass(frozen=True)
 class Swing:
-    """How the leg moved and what it did to the foot, at the recorded instants before it fell.
+    """Motion of the leg and forces on the foot, at the recorded instants before a fall.
 
     Attributes
     ----------
     theta, theta_d, theta_dd : ndarray, shape (n,)
-        Leg angle (rad), its rate (rad/s) and acceleration (rad/s2).
+        Leg angle (rad), its rate (rad/s) and acceleration (rad/s²).
     f_y, f_z : ndarray, shape (n,)
         Force of the belt on the foot (N).
     m_x : ndarray, shape (n,)
-        Moment of the belt on the foot about the x axis (Nm), in the belt's surface where the ankle starts.
+        Moment of the belt on the foot about the x axis (N·m), in the belt's surface where the ankle starts.
     f_ay, f_az : ndarray, shape (n,)
         Force of the leg on the foot (N).
     fell_after_s : float or None

@@ -1,16 +1,16 @@
 """The dummy in the multi-body engine MuJoCo, stepped by its own Runge-Kutta integrator of fourth order.
 
-MuJoCo has the bodies and the joint; no equation of motion is below. The joint is MuJoCo's hinge with its
-damping, stiffness and armature, each of which may be negative. The bodies live in the foot's frame, where the
-motion of the belt is a force -m y_f'' at the leg's centre of mass. An actuator with an integrator exerts it,
-linear in time within a step from t to t + h:
+The bodies and the joint are modelled in MuJoCo; this module holds no equation of motion. The joint is
+MuJoCo's hinge with its damping, stiffness and armature, each of which may be negative. The bodies are
+described in the frame of the foot, where the motion of the belt is a force -m y_f'' at the leg's centre of
+mass. An actuator with an integrator exerts it, linear in time within a step from t to t + h:
 
     y_f''(t + s) = a + b s    with    a h + b h^2 / 2 = y_f'(t + h) - y_f'(t)
                                       a h^2 / 2 + b h^3 / 6 = y_f(t + h) - y_f(t) - h y_f'(t)
 
-so that the foot has its recorded position and velocity after every step. theta'' and the forces are read
-afterwards, with the leg put back to theta, theta' of every recorded instant and the motion of the belt as a
-gravity (0, -y_f'', -g) of both bodies.
+so that the foot has its recorded position and velocity after every step. theta'' and the forces are evaluated
+afterwards: the leg is set to theta, theta' of every recorded instant, and the motion of the belt acts as a
+gravity (0, -y_f'', -g) on both bodies.
 """
 
 import mujoco
@@ -20,7 +20,7 @@ from tepsipe.mechanics.engines.interface import FALLEN_RAD, Swing, Task, in_worl
 
 LEG = 2  # bodies: the world, the foot, the leg
 SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-# the default inertia of 1 is replaced by the leg's own, which a compiled model may have at zero, too
+# the default inertia of 1 is replaced by that of the leg, which may be zero in a compiled model
 BODIES = """
 <mujoco>
   <compiler angle="radian"/>
@@ -53,7 +53,7 @@ BODIES = """
 
 
 def simulate(task: Task) -> Swing:
-    """Move the foot and let the leg swing.
+    """Simulate the leg on the moving foot.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def simulate(task: Task) -> Swing:
     Returns
     -------
     Swing
-        Motion and forces at the recorded instants (rad, N, Nm).
+        Motion and forces at the recorded instants (rad, N, N·m).
     """
     model = _built(task)
     data = mujoco.MjData(model)
@@ -99,7 +99,7 @@ def _built(task: Task) -> mujoco.MjModel:
             leg_mass=float(leg.mass_kg),
         )
     )
-    # the compiler refuses what is negative, the compiled model does not
+    # the compiler refuses negative values, the compiled model accepts them
     model.body_inertia[LEG] = leg.inertia_kgm2
     model.dof_armature[0] = joint.inertia_Nms2_per_rad
     model.dof_damping[0] = joint.damping_Nms_per_rad
@@ -112,7 +112,7 @@ def _built(task: Task) -> mujoco.MjModel:
 def _swing(
     task: Task, model: mujoco.MjModel, data: mujoco.MjData
 ) -> tuple[np.ndarray, np.ndarray, float | None]:
-    """Angle (rad) and rate (rad/s) at every step, and when the leg fell (s) or None."""
+    """Angle (rad) and rate (rad/s) at every step, and the time of the fall (s) or None."""
     h, step = task.step_s, mujoco.mj_step
     instants = h * np.arange(task.steps)
     v, gone = task.velocity(instants), np.diff(task.path(instants))
@@ -137,10 +137,10 @@ def _swing(
 def _reactions(
     model: mujoco.MjModel, data: mujoco.MjData, y_dd: np.ndarray, theta: np.ndarray, theta_d: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What acts while the leg passes through given states: theta'' (rad/s2), and all that sensors show.
+    """Acceleration theta'' (rad/s²), shape (n,), and outputs of the sensors, shape (n, 9), at given states.
 
-    Shape (n,), and (n, 9): force of the belt on the foot (N) and its moment about the point under the ankle
-    (Nm), force of the foot on the leg in the leg's own frame (N), x, y, z each.
+    The sensors give x, y, z each of the force of the belt on the foot (N), its moment about the point under
+    the ankle (N·m), and the force of the foot on the leg in the leg's own frame (N).
     """
     model.opt.disableflags &= ~SENSORS_OFF
     data.act[0] = 0.0

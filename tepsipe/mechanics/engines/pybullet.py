@@ -1,14 +1,14 @@
 """The dummy in the multi-body engine PyBullet (thesis section 2-1-3).
 
-PyBullet has the bodies; no equation of motion is below. The bodies live in the foot's frame, where the motion
-of the belt is a gravity (0, -y_f'', -g). PyBullet steps by leapfrog, with angles q_k at whole steps of h and
-rates w_k-1/2 at half steps, hence
+The bodies are modelled in PyBullet; this module holds no equation of motion. The bodies are described in the
+frame of the foot, where the motion of the belt is a gravity (0, -y_f'', -g). PyBullet integrates by leapfrog,
+with angles q_k at whole steps of h and rates w_k-1/2 at half steps, hence
 
     y_f''  = (y_f(t + h) - 2 y_f(t) + y_f(t - h)) / h^2    so that the foot stays on its recorded path,
     theta' = (3 w_k-1/2 - w_k-3/2) / 2                     for the damping, as w_k+1/2 is not known yet,
     theta' = (w_k+1/2 + w_k-1/2) / 2 - h^2 theta''' / 6    as a result.
 
-theta'' and the forces are read afterwards, with the leg put back to theta, theta' of every recorded instant.
+theta'' and the forces are evaluated afterwards, with the leg set to theta, theta' of every recorded instant.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ FOOT, LEG = 0, 1  # links of the body in PyBullet
 
 
 def simulate(task: Task) -> Swing:
-    """Move the foot and let the leg swing.
+    """Simulate the leg on the moving foot.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def simulate(task: Task) -> Swing:
     Returns
     -------
     Swing
-        Motion and forces at the recorded instants (rad, N, Nm).
+        Motion and forces at the recorded instants (rad, N, N·m).
     """
     h = task.step_s
     pushed = np.diff(task.path(h * np.arange(-1, task.steps + 1)), 2) / h**2
@@ -51,7 +51,7 @@ def simulate(task: Task) -> Swing:
         theta_dd=theta_dd,
         f_y=f_y,
         f_z=f_z,
-        # PyBullet has I in the leg; as a part of the joint it turns the foot as much as the leg
+        # in PyBullet, I is part of the leg; as part of the joint, its reaction acts on the foot
         m_x=m_x + task.path(elapsed) * f_z + task.joint.inertia_Nms2_per_rad * theta_dd,
         f_ay=-on_leg_y,
         f_az=-on_leg_z,
@@ -60,7 +60,7 @@ def simulate(task: Task) -> Swing:
 
 
 class _Dummy:
-    """The dummy in a PyBullet of its own, at steps of h (s)."""
+    """The dummy in a separate PyBullet instance, at steps of h (s)."""
 
     def __init__(self, client: int, body: int, g: float, joint: Joint, h: float):
         self.client, self.body, self.g, self.h = client, body, g, h
@@ -68,14 +68,14 @@ class _Dummy:
         self.theta_ref = joint.rest_angle_rad
 
     def put(self, theta: float, theta_d: float) -> None:
-        """Put the leg to an angle (rad) and a rate (rad/s)."""
+        """Set the leg to an angle (rad) and a rate (rad/s)."""
         pybullet.resetJointState(self.body, LEG, theta, theta_d, self.client)
 
     def step(self, y_dd: float, theta: float, theta_d: float) -> None:
-        """One step under y_f'' (m/s2) and the torque of the joint at theta, theta'."""
+        """One step under y_f'' (m/s²) and the torque of the joint at theta, theta'."""
         tau = self.b * theta_d + self.k * (theta - self.theta_ref)
         pybullet.setGravity(0.0, -y_dd, -self.g, self.client)
-        # by position, which is faster: two targets that a torque has not, the torque, three gains
+        # positional arguments are faster: two targets (unused for a torque), the torque, three gains
         pybullet.setJointMotorControl2(
             self.body, LEG, pybullet.TORQUE_CONTROL, 0.0, 0.0, -tau, 0.0, 0.0, 0.0, self.client
         )
@@ -103,18 +103,18 @@ def _built(leg: Leg, foot: Foot, joint: Joint, h: float) -> Iterator[_Dummy]:
             linkInertialFrameOrientations=[upright, upright],
             linkParentIndices=[0, 1],  # belt, foot
             linkJointTypes=[pybullet.JOINT_FIXED, pybullet.JOINT_REVOLUTE],
-            linkJointAxis=[[-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],  # theta turns z towards y
+            linkJointAxis=[[-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],  # positive theta rotates z towards y
             physicsClientId=client,
         )
-        # PyBullet has no inertia of joints: the leg carries it; given with other properties it is ignored
+        # PyBullet has no joint inertia: it is added to the leg, in a separate call, otherwise it is ignored
         inertia = leg.inertia_kgm2 + joint.inertia_Nms2_per_rad
         pybullet.changeDynamics(body, LEG, localInertiaDiagonal=[inertia] * 3, physicsClientId=client)
         pybullet.changeDynamics(
             body, LEG, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0, physicsClientId=client
         )
-        # at most 100 rad/s unless told
+        # the default limit is 100 rad/s
         pybullet.changeDynamics(body, LEG, maxJointVelocity=1e6, physicsClientId=client)
-        # a motor without force: the default one holds the leg still
+        # a motor without force replaces the default motor, which holds the leg still
         pybullet.setJointMotorControl2(
             body, LEG, pybullet.VELOCITY_CONTROL, force=0.0, physicsClientId=client
         )
@@ -130,9 +130,9 @@ def _built(leg: Leg, foot: Foot, joint: Joint, h: float) -> Iterator[_Dummy]:
 
 
 def _swing(dummy: _Dummy, y_dd: np.ndarray, theta: float, theta_d: float):
-    """Angle (rad) and rate (rad/s) at every step, and when the leg fell (s) or None."""
+    """Angle (rad) and rate (rad/s) at every step, and the time of the fall (s) or None."""
     h, y_dd = dummy.h, y_dd.tolist()
-    # a first step tells theta'' at the start, and with it the rates half a step and more before
+    # a first step gives theta'' at the start, and with it the rates at the preceding half steps
     dummy.put(theta, theta_d)
     dummy.step(y_dd[0], theta, theta_d)
     theta_dd = (dummy.state()[1] - theta_d) / h
@@ -155,10 +155,10 @@ def _swing(dummy: _Dummy, y_dd: np.ndarray, theta: float, theta_d: float):
 
 
 def _reactions(dummy: _Dummy, y_dd: np.ndarray, theta: np.ndarray, theta_d: np.ndarray):
-    """What acts while the leg passes through given states, from one step out of each.
+    """Acceleration and forces at given states, from one step from each state.
 
-    theta'' (rad/s2), shape (n,); force on the leg, across it and along it (N), shape (n, 2); force on the
-    foot in y and z (N) and moment about x (Nm), in the belt's surface under the ankle, shape (n, 3).
+    theta'' (rad/s²), shape (n,); force on the leg, across it and along it (N), shape (n, 2); force on the
+    foot in y and z (N) and moment about x (N·m), in the belt's surface under the ankle, shape (n, 3).
     """
     for link in (FOOT, LEG):
         pybullet.enableJointForceTorqueSensor(dummy.body, link, True, dummy.client)

@@ -1,1 +1,1 @@
-"""The study's figures: one style, one module per experiment."""
+"""The figures of the study: one style, one module per experiment."""

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.reporting.figures.names import PROFILES, short_name
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, new_figure
+from tepsipe.reporting.figures.names import PROFILES, short_name, unit_symbol, words
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 
 def _around(result: Result, index: int, before_s: float, after_s: float) -> tuple[slice, np.ndarray]:
@@ -20,6 +20,7 @@ def _around(result: Result, index: int, before_s: float, after_s: float) -> tupl
     return shown, time[shown] - time[start]
 
 
+@in_style
 def plot_perturbations(results: dict[str, Result]) -> Figure:
     """Commanded and actual belt velocity of every condition, one perturbation each (ms, m/s)."""
     groups = {
@@ -46,8 +47,9 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
     return figure
 
 
+@in_style
 def plot_window(result: Result, name: str, pathway: str) -> Figure:
-    """One perturbation and the window that is fitted: belt, angle and torque (s, m/s, rad, Nm)."""
+    """One perturbation and the window that is fitted: belt, angle and torque (s, m/s, rad, N·m)."""
     figure, axes = new_figure(3, 1, 4.4, sharex=True)
     index = len(result.arrays["windows"]) // 2
     shown, time = _around(result, index, 0.3, 0.9)
@@ -56,7 +58,7 @@ def plot_window(result: Result, name: str, pathway: str) -> Figure:
     signals = (
         (result.arrays["belt_velocity"], "Belt velocity (m/s)"),
         (result.arrays[f"{pathway}/regressors"][:, 2], r"$\theta_A-\theta_{ref}$ (rad)"),
-        (result.arrays[f"{pathway}/torque"], r"$\tau_A$ (Nm)"),
+        (result.arrays[f"{pathway}/torque"], r"$\tau_A$ (N·m)"),
     )
     for axis, (values, label) in zip(axes, signals, strict=True):
         axis.axvspan(0.0, length, color=COLOURS["window"], label=f"window of {1e3 * length:.0f} ms")
@@ -75,8 +77,9 @@ def plot_window(result: Result, name: str, pathway: str) -> Figure:
     return figure
 
 
+@in_style
 def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
-    """I (Nms2/rad), B (Nms/rad), K (Nm/rad) of every perturbation as boxes, one per condition."""
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation as boxes, one per condition."""
     figure, axes = new_figure(3, 1, 5.2, sharex=True)
     labels = [short_name(name) for name in results]
     for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
@@ -96,9 +99,9 @@ def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
             color=COLOURS["other"],
             linewidth=0.8,
             linestyle="--",
-            label=rf"$\overline{{{quantity}}}$ = {mean:.3g} {UNITS[quantity]}",
+            label=rf"$\overline{{{quantity}}}$ = {mean:.3g} {unit_symbol(UNITS[quantity])}",
         )
-        axis.set_ylabel(f"${quantity}$ ({UNITS[quantity]})")
+        axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
         axis.legend(loc="upper right")
         axis.margins(y=0.2)
     axes[2].set_xlabel("Perturbation profile and velocity amplitude")
@@ -106,8 +109,9 @@ def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
     return figure
 
 
+@in_style
 def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: str = "inside") -> Figure:
-    """Mean I (Nms2/rad), B (Nms/rad), K (Nm/rad) of every pathway with 95 % intervals.
+    """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every pathway with 95 % intervals.
 
     ``colours`` maps names of pathways to names of colours; ``legend`` is inside or outside of the axes.
     """
@@ -127,9 +131,9 @@ def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: s
                 linewidth=0.9,
                 capsize=1.8,
                 color=COLOURS[colours[pathway]],
-                label=pathway,
+                label=words(pathway),
             )
-        axis.set_ylabel(f"${quantity}$ ({UNITS[quantity]})")
+        axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
     if legend == "outside":
         handles, names = axes[0].get_legend_handles_labels()
         figure.legend(handles, names, loc="outside lower center", ncols=3)
@@ -141,8 +145,9 @@ def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: s
     return figure
 
 
+@in_style
 def plot_torque(result: Result, name: str, pathways: dict[str, str]) -> Figure:
-    """Torque of each pathway and its prediction during one perturbation (s, Nm).
+    """Torque of each pathway and its prediction during one perturbation (s, N·m).
 
     ``pathways`` maps names of pathways to names of colours.
     """
@@ -162,8 +167,8 @@ def plot_torque(result: Result, name: str, pathways: dict[str, str]) -> Figure:
             label="prediction",
         )
         vaf = result.arrays[f"{pathway}/vaf_per_perturbation"][index]
-        axis.set(xlabel="Time from the onset (s)", title=f"{pathway}: VAF {vaf:.2f} % in the window")
+        axis.set(xlabel="Time from the onset (s)", title=f"{words(pathway)}: VAF {vaf:.2f} % in the window")
         axis.margins(y=0.25)
         axis.legend(loc="lower right", title=name)
-    axes[0, 0].set_ylabel(r"Torque $\tau_A$ (Nm)")
+    axes[0, 0].set_ylabel(r"Torque $\tau_A$ (N·m)")
     return figure

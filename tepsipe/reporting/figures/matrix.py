@@ -3,9 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.reporting.figures.style import new_figure
+from tepsipe.reporting.figures.style import in_style, new_figure
 
 
+@in_style
 def plot_matrix(matrix: np.ndarray, names: list[str], what: str, labels: tuple[str, str]) -> Figure:
     """Cross-validation as a map of VAF (%)."""
     size = len(names)

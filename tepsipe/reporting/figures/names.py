@@ -1,12 +1,47 @@
-"""How figures and tables call the conditions (thesis Figure 4-4)."""
+"""Names of conditions (thesis Figure 4-4) and of choices, and symbols of units, in figures and tables."""
 
 PROFILES = {"sine": "sinusoidal", "minjerk": "minimum jerk"}
-# sets of parameters that the dummy is simulated with
+# sets of parameters of the simulated dummy
 PARAMETER_SETS = {
     "wristalyzer": "Wristalyzer",
     "tep": "TEP-SIPE as printed",
     "corrected": "TEP-SIPE, consistent",
 }
+# units as tables and files write them -> as text and figures show them
+UNIT_SYMBOLS = {
+    "Nms2/rad": "N·m·s²/rad",
+    "Nms/rad": "N·m·s/rad",
+    "Nm/rad": "N·m/rad",
+    "Nm/rad2": "N·m/rad²",
+    "Nm": "N·m",
+}
+# names in configurations and files -> words in figures, where hyphens do not simply become spaces
+WORDS = {
+    "leg-thesis-as-sampled": "leg, thesis equation, as sampled",
+    "leg-output-error": "leg, output error",
+    "windowed-least-squares-thesis": "windowed least squares, thesis",
+    "per segment": "per perturbation",
+    "teager-kaiser": "Teager-Kaiser",
+    "changepoint": "change point",
+}
+
+
+def words(name: str) -> str:
+    """A pathway, estimator, filter or detector as figures show it (no unit).
+
+    For example "leg, thesis equation" for leg-thesis and "zero-lag 20 Hz" for bidirectional 20 Hz.
+    """
+    if name in WORDS:
+        return WORDS[name]
+    for kind, label in (("bidirectional ", "zero-lag "), ("unidirectional ", "forward-only ")):
+        if name.startswith(kind):
+            return label + name.removeprefix(kind)
+    return name.replace("-thesis", ", thesis equation").replace("-", " ")
+
+
+def unit_symbol(unit: str) -> str:
+    """A unit as text and figures show it, for example N·m·s²/rad for N·m·s²/rad."""
+    return UNIT_SYMBOLS.get(unit, unit)
 
 
 def short_name(condition: str) -> str:

@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
-from tepsipe.reporting.figures.names import short_name
-from tepsipe.reporting.figures.style import COLOURS, new_figure
+from tepsipe.reporting.figures.names import short_name, unit_symbol, words
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 TARGETS = {"tau": r"noise on $\tau$", "theta": r"noise on $\theta$", "both": "noise on both"}
 PROCESSINGS = {
@@ -17,10 +17,11 @@ PROCESSINGS = {
 }
 
 
+@in_style
 def plot_estimates(
     rows: list[NoiseRow], conditions: list[str], snr_db: float, truth: tuple[float, float, float]
 ) -> Figure:
-    """Mean and spread of I (Nms2/rad), B (Nms/rad), K (Nm/rad) over the draws at one SNR (dB)."""
+    """Mean and spread of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) over the draws at one SNR (dB)."""
     figure, axes = new_figure(3, 3, 5.6, sharex=True, sharey="row")
     x = np.arange(len(conditions))
     shown = [name for name in PROCESSINGS if any(row.estimator == name for row in rows)]
@@ -41,7 +42,7 @@ def plot_estimates(
                 color=COLOURS["as printed"],
                 linewidth=0.8,
                 linestyle=":",
-                label="apparent, from the printed equation alone",
+                label="apparent, printed equation without noise",
             )
             for shift, name in zip(np.linspace(-0.24, 0.24, len(shown)), shown, strict=True):
                 colour, mark = PROCESSINGS[name]
@@ -55,10 +56,10 @@ def plot_estimates(
                     capsize=1.6,
                     linewidth=0.8,
                     color=colour,
-                    label=name,
+                    label=words(name),
                 )
             if column == 0:
-                axis.set_ylabel(f"${quantity}$ ({UNITS[quantity]})")
+                axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
     for axis in axes[2]:
         axis.set_xticks(x, [short_name(name) for name in conditions])
     handles, names = axes[0, 0].get_legend_handles_labels()
@@ -67,6 +68,7 @@ def plot_estimates(
     return figure
 
 
+@in_style
 def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figure:
     """Root mean square error of I, B, K over the draws, relative to the truth, against the SNR (%, dB)."""
     figure, axes = new_figure(3, 3, 5.6, sharex=True, sharey=True)
@@ -89,10 +91,10 @@ def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figu
                 )
                 colour, mark = PROCESSINGS[name]
                 axis.fill_between(levels, low, high, color=colour, alpha=0.15, linewidth=0.0)
-                axis.semilogy(levels, middle, color=colour, marker=mark, markersize=2.6, label=name)
+                axis.semilogy(levels, middle, color=colour, marker=mark, markersize=2.6, label=words(name))
             axis.set_ylim(3e-2, 1e4)
             if column == 0:
-                axis.set_ylabel(f"error of ${quantity}$ (%)")
+                axis.set_ylabel(f"RMS error of ${quantity}$ (%)")
     for axis in axes[2]:
         axis.set_xlabel("SNR (dB)")
     handles, names = axes[0, 0].get_legend_handles_labels()

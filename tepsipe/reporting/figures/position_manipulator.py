@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, new_figure
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 BAND_HZ = (0.5, 40.0)
 RESPONSES = (
@@ -22,8 +22,9 @@ RESPONSES = (
 )
 
 
+@in_style
 def plot_impedance(results: dict[str, Result]) -> Figure:
-    """Spectral estimate of the impedance beside the fitted model, with its coherence (Hz, Nm/rad)."""
+    """Spectral estimate of the impedance and fitted model, with coherence (Hz, N·m/rad)."""
     figure, axes = new_figure(3, 1, 3.7, sharex=True, height_ratios=[1.7, 1.1, 0.8])
     for colour, (name, result) in zip(cycle(CYCLE), results.items(), strict=False):
         frequency = result.arrays["frequency"]
@@ -37,7 +38,7 @@ def plot_impedance(results: dict[str, Result]) -> Figure:
             axes[0].loglog(f, np.abs(response), line, color=colour, label=label)
             axes[1].semilogx(f, np.degrees(np.unwrap(np.angle(response))), line, color=colour)
         axes[2].semilogx(f, result.arrays["coherence"][shown], color=colour, label=name)
-    axes[0].set_ylabel("Impedance (Nm/rad)")
+    axes[0].set_ylabel("Impedance (N·m/rad)")
     axes[1].set_ylabel("Phase (degrees)")
     axes[2].set(ylabel="Coherence (-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)")
     axes[2].set_xticks([0.5, 1, 2, 5, 10, 20, 40], ["0.5", "1", "2", "5", "10", "20", "40"])
@@ -48,8 +49,9 @@ def plot_impedance(results: dict[str, Result]) -> Figure:
     return figure
 
 
+@in_style
 def plot_held_out(results: dict[str, Result]) -> Figure:
-    """Torque at the start of the held-out part, measured and predicted by both models (s, Nm)."""
+    """Torque at the start of the held-out part, measured and predicted by both models (s, N·m)."""
     figure, axes = new_figure(len(results), 1, 0.7 + 2.3 * len(results), squeeze=False)
     for axis, (name, result) in zip(axes[:, 0], results.items(), strict=True):
         time = result.arrays["time"]
@@ -62,10 +64,10 @@ def plot_held_out(results: dict[str, Result]) -> Figure:
         alone, both = (facts["vaf_held_out_percent"] for facts in (result.facts, result.facts["reflex"]))
         draw("torque", "measured", "measured")
         draw("predicted_torque", "model", f"I, B, K: held-out VAF {alone:.1f} %")
-        draw("reflex/predicted_torque", "recommended", f"intrinsic and reflex: {both:.1f} %")
+        draw("reflex/predicted_torque", "recommended", f"parallel cascade: {both:.1f} %")
         if result.facts["reflex"]["direction"]:
-            draw("reflex/reflex_torque", "compensated", "the reflex's part")
-        axis.set(ylabel="Torque (Nm)", title=name)
+            draw("reflex/reflex_torque", "compensated", "reflex torque")
+        axis.set(ylabel="Torque (N·m)", title=name)
         axis.margins(x=0.0, y=0.05)
         low, high = axis.get_ylim()
         axis.set_ylim(low, high + 0.3 * (high - low))
@@ -74,8 +76,9 @@ def plot_held_out(results: dict[str, Result]) -> Figure:
     return figure
 
 
+@in_style
 def plot_responses(results: dict[str, Result]) -> Figure:
-    """Impulse responses of both paths, and what the delay does to the cross-validated VAF (s, Nm/rad, %)."""
+    """Impulse responses of both pathways, and cross-validated VAF against the delay (s, N·m/rad, %)."""
     figure, axes = new_figure(1, 3, 2.9, width_ratios=[1.0, 1.35, 0.8])
     for colour, (name, result) in zip(cycle(CYCLE), results.items(), strict=False):
         found = {key: result.arrays.get(f"reflex/{key}") for key in RESPONSES}
@@ -99,10 +102,10 @@ def plot_responses(results: dict[str, Result]) -> Figure:
             color=colour,
             fillstyle="none",
         )
-    axes[0].set(xlabel="Lag (ms)", ylabel="$h/T$ (1000 Nm/rad/s)", title="Intrinsic response")
-    axes[1].set(xlabel="Time after the stretch (ms)", ylabel="$g$ (Nm/rad)", title="Reflex response")
+    axes[0].set(xlabel="Lag (ms)", ylabel="$h/T$ (1000 N·m/rad/s)", title="Intrinsic response")
+    axes[1].set(xlabel="Time after the stretch (ms)", ylabel="$g$ (N·m/rad)", title="Reflex response")
     axes[1].set_xlim(left=0.0)
-    axes[1].plot([], [], "--", color=COLOURS["measured"], linewidth=0.9, label="through a muscle")
+    axes[1].plot([], [], "--", color=COLOURS["measured"], linewidth=0.9, label="muscle model")
     axes[1].legend(loc="upper right")
-    axes[2].set(xlabel="Delay (ms)", ylabel="VAF below its best (%)", title="Choice of the delay")
+    axes[2].set(xlabel="Delay (ms)", ylabel="VAF below its maximum (%)", title="Selection of the delay")
     return figure

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
-from tepsipe.reporting.figures.style import COLOURS, new_figure
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 LINES = {"wristalyzer": ("#c8371b", "-."), "tep": ("#2f8f4e", "--"), "corrected": ("#1668a8", ":")}
 QUANTITIES = {
@@ -17,7 +17,7 @@ QUANTITIES = {
 
 
 def _around(result: Result, seconds: float) -> slice:
-    """From shortly before the middle perturbation on (s)."""
+    """Part of the trial that starts shortly before the middle perturbation (s)."""
     start = int(result.arrays["windows"][len(result.arrays["windows"]) // 2, 0])
     rate = 1.0 / float(result.arrays["time"][1] - result.arrays["time"][0])
     return slice(max(0, start - round(0.2 * rate)), start + round(seconds * rate))
@@ -49,6 +49,7 @@ def _draw(axis, result: Result, signal: str, measured: str, part: slice, label: 
     axis.margins(x=0.0)
 
 
+@in_style
 def plot_angles(result: Result) -> Figure:
     """Measured and simulated angle over the trial and after one perturbation (s, rad)."""
     figure, axes = new_figure(1, 2, 3.3, width_ratios=[1.3, 1.0], sharey=True)
@@ -60,19 +61,21 @@ def plot_angles(result: Result) -> Figure:
     return figure
 
 
+@in_style
 def plot_torques(result: Result) -> Figure:
-    """Torque by inverse dynamics, as printed and consistent, and simulated torque (s, Nm)."""
+    """Torque by inverse dynamics, as printed and consistent, and simulated torque (s, N·m)."""
     figure, axes = new_figure(1, 2, 3.3)
     part = _around(result, 0.6)
     for axis, quantity, title in zip(
         axes, ("tau", "tau_consistent"), ("inverse dynamics as printed", "consistent"), strict=True
     ):
         _draw(axis, result, "tau", quantity, part, label=axis is axes[0])
-        axis.set(title=title, xlabel="Time (s)", ylabel=r"Torque $\tau_A$ (Nm)")
+        axis.set(title=title, xlabel="Time (s)", ylabel=r"Torque $\tau_A$ (N·m)")
     figure.legend(loc="outside lower center", ncols=2, fontsize=7.8)
     return figure
 
 
+@in_style
 def plot_scores(scores: list[ForwardScore], conditions: list[str], key: str) -> Figure:
     """VAF of angle and torque for every parameter set and condition (%)."""
     figure, axes = new_figure(len(QUANTITIES), 1, 4.8, sharex=True)
@@ -118,11 +121,13 @@ def _all(results: dict[str, Result], signal: str, measured: str, seconds: float,
     return figure
 
 
+@in_style
 def plot_all_angles(results: dict[str, Result]) -> Figure:
     """Measured and simulated angle after one perturbation of every condition (s, rad)."""
     return _all(results, "theta", "theta", 3.6, r"$\theta_A$ (rad)")
 
 
+@in_style
 def plot_all_torques(results: dict[str, Result]) -> Figure:
-    """Torque as printed and simulated torque during one perturbation of every condition (s, Nm)."""
-    return _all(results, "tau", "tau", 0.5, r"$\tau_A$ (Nm)")
+    """Torque as printed and simulated torque during one perturbation of every condition (s, N·m)."""
+    return _all(results, "tau", "tau", 0.5, r"$\tau_A$ (N·m)")

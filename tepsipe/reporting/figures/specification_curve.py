@@ -1,4 +1,4 @@
-"""Specification curve of the ankle dummy: the parameters by every combination of choices (Appendix A)."""
+"""Specification curve of the ankle dummy: I, B, K by every combination of choices (thesis Appendix A)."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,10 +16,10 @@ from tepsipe.experiments.dummy.specification_curve import (
     WINDOWS,
     Specification,
 )
-from tepsipe.identification.output_error import ESTIMATOR
-from tepsipe.identification.window_regression import ESTIMATORS
+from tepsipe.identification.estimators import ESTIMATORS, OUTPUT_ERROR
 from tepsipe.mechanics.impedance_model import UNITS
-from tepsipe.reporting.figures.style import COLOURS, WIDTH_IN, plt
+from tepsipe.reporting.figures.names import unit_symbol, words
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 # rows of a choice that have a given order; filters are sorted, none last
 _ORDER = {
@@ -27,29 +27,30 @@ _ORDER = {
     "filtered": FILTERED,
     "reference": REFERENCES,
     "window": (*WINDOWS, WHOLE_TRIAL),
-    "estimator": (*ESTIMATORS, ESTIMATOR),
+    "estimator": tuple(ESTIMATORS),
 }
 _TITLES = {
     "torque": "Torque",
     "filter": "Filter",
-    "filtered": "Filtered",
+    "filtered": "Filtered signals",
     "reference": "Rest",
     "window": "Window",
     "estimator": "Estimator",
 }
-_SHOWN = {"K": (-10.0, 25.0), "B": (-0.3, 0.6)}  # Nm/rad, Nms/rad
+_SHOWN = {"K": (-10.0, 25.0), "B": (-0.3, 0.6)}  # N·m/rad, N·m·s/rad
 
 
+@in_style
 def plot_specification(rows: list[Specification]) -> Figure:
-    """K (Nm/rad) and B (Nms/rad) of every specification, sorted by K, and which choices it is made of.
+    """K (N·m/rad) and B (N·m·s/rad) of every specification, sorted by K, and its choices.
 
-    Values beyond the axes are drawn as triangles at their edge.
+    Values beyond the axes are triangles at their edge.
     """
     levels = _levels(rows)
-    figure, (top, middle, below) = plt.subplots(
+    figure, (top, middle, below) = new_figure(
         3,
         1,
-        figsize=(WIDTH_IN, 7.6),
+        7.6,
         sharex=True,
         height_ratios=[2.4, 1.3, 0.19 * sum(1 + len(names) for names in levels.values())],
     )
@@ -57,9 +58,9 @@ def plot_specification(rows: list[Specification]) -> Figure:
     roles = {
         AS_PRINTED: [k for k, row in enumerate(rows) if row.role == AS_PRINTED],
         RECOMMENDED: [k for k, row in enumerate(rows) if row.role == RECOMMENDED],
-        ESTIMATOR: [k for k, row in enumerate(rows) if row.estimator == ESTIMATOR],
+        OUTPUT_ERROR: [k for k, row in enumerate(rows) if row.estimator == OUTPUT_ERROR],
     }
-    colours = {AS_PRINTED: "as printed", RECOMMENDED: "recommended", ESTIMATOR: "compensated"}
+    colours = {AS_PRINTED: "as printed", RECOMMENDED: "recommended", OUTPUT_ERROR: "compensated"}
     for axis, quantity, values in (
         (top, "K", np.array([row.K_Nm_per_rad for row in rows])),
         (middle, "B", np.array([row.B_Nms_per_rad for row in rows])),
@@ -68,7 +69,7 @@ def plot_specification(rows: list[Specification]) -> Figure:
         for role, chosen in roles.items():
             colour = COLOURS[colours[role]]
             _draw_values(axis, quantity, x[chosen], values[chosen], colour, 26.0, _label(role, rows, chosen))
-        axis.set_ylabel(f"${quantity}$ ({UNITS[quantity]})")
+        axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
     for chosen in roles[RECOMMENDED]:
         value = rows[chosen].K_Nm_per_rad
         top.axhspan(0.95 * value, 1.05 * value, color=COLOURS["window"], zorder=0)
@@ -87,10 +88,10 @@ def plot_specification(rows: list[Specification]) -> Figure:
 def _label(role: str, rows: list[Specification], chosen: list[int]) -> str:
     values = [rows[k].K_Nm_per_rad for k in chosen]
     if not values:
-        return role
+        return words(role)
     low, high = min(values), max(values)
-    told = f"{low:.2f}" if len(values) == 1 else f"{low:.2f} to {high:.2f}"
-    return f"{role}: $K$ = {told} Nm/rad"
+    range_of_k = f"{low:.2f}" if len(values) == 1 else f"{low:.2f} to {high:.2f}"
+    return f"{words(role)}: $K$ = {range_of_k} N·m/rad"
 
 
 def _draw_values(
@@ -107,7 +108,7 @@ def _draw_values(
 
 
 def _levels(rows: list[Specification]) -> dict[str, list[str]]:
-    """Choice -> its values in the order of the figure; what a specification lacks is not one of them."""
+    """Choice -> its values in the order of the figure, without the missing ones of a specification."""
     levels = {}
     for k, choice in enumerate(CHOICES):
         found = sorted({row.choices[k] for row in rows}, key=lambda name: (name == NONE, name))
@@ -132,7 +133,7 @@ def _draw_choices(
                 if i in marked:
                     axis.vlines(i, y - 0.46, y + 0.46, color=marked[i], linewidth=1.6, zorder=3)
             places.append(y)
-            labels.append(name)
+            labels.append(words(name))
             y += 1.0
     axis.set_yticks(places, labels, fontsize=7.5)
     for place, title in titles:

@@ -1,15 +1,15 @@
-"""Figures of a person standing on the treadmill (thesis Figures 4-13 and 4-14, and the step after them)."""
+"""Figures of a person standing on the treadmill (thesis Figures 4-13 and 4-14, and their continuation)."""
 
 import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, new_figure
+from tepsipe.reporting.figures.names import words
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 TASK_COLOURS = ("#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b")
 DETECTOR_STYLES = {"threshold": ":", "teager-kaiser": "--", "changepoint": "-"}
-MARKS = "os^Dv<>"
 
 
 def _task_colours(tasks: list[str]) -> dict[str, str]:
@@ -17,13 +17,14 @@ def _task_colours(tasks: list[str]) -> dict[str, str]:
 
 
 def _nothing(figure: Figure, sentence: str) -> Figure:
-    """A figure that says why it shows nothing."""
+    """A figure with the reason why it shows no data."""
     figure.text(0.5, 0.5, sentence, ha="center", va="center", wrap=True)
     return figure
 
 
+@in_style
 def plot_processed(result: Result) -> Figure:
-    """Ankle angle, velocity, acceleration and torque of a whole trial: Figure 4-13 (s, rad, Nm)."""
+    """Ankle angle, velocity, acceleration and torque of a whole trial: Figure 4-13 (s, rad, N·m)."""
     figure, axes = new_figure(4, 1, 4.9, sharex=True)
     arrays = result.arrays
     time = arrays["processed/time"]
@@ -41,7 +42,7 @@ def plot_processed(result: Result) -> Figure:
     ):
         torque = arrays[f"processed/torque_{role}"]
         axes[3].plot(time, torque, color=colour, linewidth=0.6, label=label, rasterized=True)
-    axes[3].set(ylabel=r"$\tau_A$ (Nm)", xlabel="Time (s)")
+    axes[3].set(ylabel=r"$\tau_A$ (N·m)", xlabel="Time (s)")
     axes[3].legend(loc="lower center", bbox_to_anchor=(0.5, 0.97), ncols=2)
     for axis in axes:
         axis.margins(x=0.0)
@@ -49,8 +50,9 @@ def plot_processed(result: Result) -> Figure:
     return figure
 
 
+@in_style
 def plot_activity(result: Result) -> Figure:
-    """Electromyograms after every perturbation, and the force of the belt: Figure 4-14 (ms, uV, N)."""
+    """Electromyograms after every perturbation, and fore-aft force: Figure 4-14 (ms, uV, N)."""
     muscles, arrays = result.facts["muscles"], result.arrays
     responses = arrays["envelope"].shape[0]
     if not responses:
@@ -76,6 +78,7 @@ def plot_activity(result: Result) -> Figure:
     return figure
 
 
+@in_style
 def plot_ensembles(trials: dict[str, Result], groups: dict[str, list[str]], muscles: list[str]) -> Figure:
     """Rectified electromyograms, mean and standard deviation over the perturbations of each trial (ms, uV).
 
@@ -112,20 +115,21 @@ def plot_ensembles(trials: dict[str, Result], groups: dict[str, list[str]], musc
     return figure
 
 
+@in_style
 def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
-    """Mean rectified electromyograms from the start of the stretch, and where muscles answer (ms, uV)."""
-    told = {task: result.facts["latencies"] for task, result in results.items()}
+    """Mean rectified electromyograms from the start of the stretch, and latencies of muscles (ms, uV)."""
+    latencies = {task: result.facts["latencies"] for task, result in results.items()}
     order = next(iter(results.values())).facts["muscles"]
-    muscles = [muscle for muscle in order if any(muscle in found for found in told.values())]
+    muscles = [muscle for muscle in order if any(muscle in found for found in latencies.values())]
     if not muscles:
-        return _nothing(new_figure()[0], "no muscle answers in any task")
+        return _nothing(new_figure()[0], "no muscle responds in any task")
     figure, axes = new_figure(
         len(muscles), len(results), 1.0 + 0.9 * len(muscles), sharex=True, squeeze=False
     )
     for column, (task, result) in enumerate(results.items()):
         for row, muscle in enumerate(muscles):
             axis = axes[row, column]
-            if muscle not in told[task]:
+            if muscle not in latencies[task]:
                 axis.text(0.5, 0.5, "left out", ha="center", va="center", transform=axis.transAxes)
                 continue
             time = 1e3 * result.arrays[f"latency/{muscle}/time"]
@@ -133,12 +137,12 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
             rectified = result.arrays[f"latency/{muscle}/rectified"]
             axis.plot(time[shown], rectified[shown], color=COLOURS["measured"], linewidth=0.9)
             for name, style in DETECTOR_STYLES.items():
-                found = told[task][muscle][name]
+                found = latencies[task][muscle][name]
                 if found["latency_s"] is not None:
                     axis.axvline(
                         1e3 * found["latency_s"], color=COLOURS["model"], linestyle=style, linewidth=1.0
                     )
-            chosen = told[task][muscle][detector]
+            chosen = latencies[task][muscle][detector]
             if chosen["interval_s"]:
                 axis.axvspan(*(1e3 * np.array(chosen["interval_s"])), color=COLOURS["window"], linewidth=0.0)
             axis.set_ylim(bottom=0.0)
@@ -148,17 +152,20 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
         axes[0, column].set(title=task)
         axes[-1, column].set(xlabel="Time from the start of the stretch (ms)")
     handles = [
-        axes[0, 0].plot([], [], style, color=COLOURS["model"], linewidth=1.0, label=name)[0]
+        axes[0, 0].plot([], [], style, color=COLOURS["model"], linewidth=1.0, label=words(name))[0]
         for name, style in DETECTOR_STYLES.items()
     ]
-    handles.append(axes[0, 0].fill([], [], color=COLOURS["window"], label=f"95 % interval, {detector}")[0])
+    handles.append(
+        axes[0, 0].fill([], [], color=COLOURS["window"], label=f"95 % interval, {words(detector)}")[0]
+    )
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
     figure.align_ylabels()
     return figure
 
 
+@in_style
 def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figure:
-    """Mean torque after perturbations, and its intrinsic and active parts (ms, Nm)."""
+    """Mean torque after perturbations, and its intrinsic and active parts (ms, N·m)."""
     there = [
         name
         for name in estimators
@@ -170,7 +177,7 @@ def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figu
     for row, name in enumerate(there):
         for column, (task, result) in enumerate(results.items()):
             axis, arrays = axes[row, column], result.arrays
-            # the trial whose torque moves most shows the parts best
+            # the trial with the largest response shows the parts best
             k = int(np.ptp(arrays[f"curve/{name}/torque"], axis=1).argmax())
             time = 1e3 * arrays[f"curve/{name}/time"]
             torque, intrinsic, active = (
@@ -180,16 +187,17 @@ def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figu
             axis.plot(time, intrinsic + active, color=COLOURS["model"], label="model")
             axis.plot(time, intrinsic, "--", color=COLOURS["recommended"], label="intrinsic part")
             axis.plot(time, active, "--", color=COLOURS["compensated"], label="active part")
-            axis.set(title=f"{task}, {name}")
+            axis.set(title=f"{task}, {words(name)}")
             axis.margins(x=0.0)
             if column == 0:
-                axis.set(ylabel=r"$\tau_A$ from unperturbed standing (Nm)")
+                axis.set(ylabel=r"$\tau_A$ relative to unperturbed standing (N·m)")
             axis.set(xlabel="Time from the onset (ms)")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
 
 
+@in_style
 def plot_stiffness(
     trials: dict[str, Result],
     tasks: dict[str, Result],
@@ -197,7 +205,7 @@ def plot_stiffness(
     pathway: str,
     estimators: list[str],
 ) -> Figure:
-    """Stiffness of the ankles against how far they turned, with 95 % intervals (mrad, Nm/rad)."""
+    """Ankle stiffness against ankle rotation, with 95 % intervals (mrad, N·m/rad)."""
     figure, axes = new_figure(1, len(estimators), 3.4, sharey=True, squeeze=False)
     colours = _task_colours(list(tasks))
     critical_stiffness = next(iter(tasks.values())).facts["critical_stiffness_Nm_per_rad"]
@@ -224,9 +232,9 @@ def plot_stiffness(
                 axis.axhspan(low, high, color=colours[task], alpha=0.16, linewidth=0.0)
                 axis.axhline(value, color=colours[task], linewidth=0.9)
         axis.axhline(critical_stiffness, color=COLOURS["measured"], linewidth=0.8, linestyle="--")
-        axis.set(title=estimator, xlabel="Rotation of the ankle (mrad)")
+        axis.set(title=words(estimator), xlabel="Rotation of the ankle (mrad)")
         axis.set_ylim(bottom=0.0)
-    axes[0, 0].set(ylabel="$K$ (Nm/rad)")
+    axes[0, 0].set(ylabel="$K$ (N·m/rad)")
     handles = [
         axes[0, 0].plot([], [], "o-", color=colour, markersize=3.5, label=task)[0]
         for task, colour in colours.items()
@@ -238,8 +246,9 @@ def plot_stiffness(
     return figure
 
 
+@in_style
 def plot_windows(results: dict[str, Result], window_s: float) -> Figure:
-    """Stiffness of the ankles against the length of the window, muscles left out (ms, Nm/rad)."""
+    """Ankle stiffness against the length of the window, without active torque (ms, N·m/rad)."""
     figure, axis = new_figure(height_in=3.0)
     for (task, result), colour in zip(results.items(), _task_colours(list(results)).values(), strict=True):
         length = 1e3 * result.arrays["windows/length"]
@@ -248,15 +257,16 @@ def plot_windows(results: dict[str, Result], window_s: float) -> Figure:
         value, low, high = result.arrays["windows/K"].T
         axis.fill_between(length, low, high, color=colour, alpha=0.2, linewidth=0.0)
         axis.plot(length, value, "o-", color=colour, markersize=3.5, label=task)
-    axis.axvline(1e3 * window_s, color=COLOURS["other"], linestyle="--", label="window that is used")
+    axis.axvline(1e3 * window_s, color=COLOURS["other"], linestyle="--", label="window of the estimate")
     axis.axhline(0.0, color=COLOURS["measured"], linewidth=0.5)
-    axis.set(xlabel="Length of the window from the onset (ms)", ylabel="$K$ (Nm/rad)")
+    axis.set(xlabel="Length of the window from the onset (ms)", ylabel="$K$ (N·m/rad)")
     axis.legend(loc="upper right")
     return figure
 
 
+@in_style
 def plot_joints(results: dict[str, Result]) -> Figure:
-    """How shank, thigh and knee turn after a perturbation: one rigid body would turn as one (ms, mrad)."""
+    """Rotation of shank, thigh and knee after a perturbation, equal for one rigid body (ms, mrad)."""
     shown = {task: result for task, result in results.items() if "mean/time" in result.arrays}
     if not shown:
         return _nothing(new_figure()[0], "no trial has usable responses")

@@ -1,12 +1,11 @@
-"""One style for every figure: sizes, colours, and files that are the same bytes each time."""
+"""Style of all figures: sizes, colours, and reproducible file contents."""
 
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 
 import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 WIDTH_IN = 6.3
@@ -27,45 +26,70 @@ COLOURS = {
 }
 CYCLE = ["#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b"]
 
-plt.rcParams.update(
-    {
-        "font.family": "STIXGeneral",
-        "mathtext.fontset": "stix",
-        "font.size": 9.5,
-        "axes.titlesize": 9.5,
-        "axes.labelsize": 9.5,
-        "legend.fontsize": 8.5,
-        "xtick.labelsize": 8.5,
-        "ytick.labelsize": 8.5,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.linewidth": 0.7,
-        "axes.grid": True,
-        "grid.color": "#e4e4e4",
-        "grid.linewidth": 0.5,
-        "lines.linewidth": 1.1,
-        "legend.frameon": False,
-        "figure.constrained_layout.use": True,
-        "axes.prop_cycle": plt.cycler(color=CYCLE),
-        "svg.fonttype": "path",
-        "svg.hashsalt": "tepsipe",
-        "path.simplify_threshold": 0.3,
-    }
-)
+STYLE = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 9.5,
+    "axes.titlesize": 9.5,
+    "axes.labelsize": 9.5,
+    "legend.fontsize": 8.5,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.1,
+    "legend.frameon": False,
+    "axes.prop_cycle": matplotlib.cycler(color=CYCLE),
+    "svg.fonttype": "path",
+    "svg.hashsalt": "tepsipe",
+    "path.simplify_threshold": 0.3,
+}
+
+
+def in_style(draw: Callable) -> Callable:
+    """A function (no unit) that draws or writes in `STYLE`; matplotlib's own settings stay as they are."""
+
+    @wraps(draw)
+    def drawn(*arguments, **keywords):
+        with matplotlib.rc_context(STYLE):
+            return draw(*arguments, **keywords)
+
+    return drawn
 
 
 def new_figure(rows: int = 1, columns: int = 1, height_in: float = 3.0, **keywords):
     """A figure as wide as the report's text and ``height_in`` high (inches), with its axes."""
-    return plt.subplots(rows, columns, figsize=(WIDTH_IN, height_in), **keywords)
+    figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, **keywords)
 
 
+@in_style
 def save_figure(figure: Figure, svg: str | Path, png: str | Path) -> None:
-    """Write a figure as SVG and PNG (no unit), without dates, and close it."""
+    """Write a figure as SVG and PNG (no unit), without dates."""
+    _lay_out(figure)
     figure.savefig(svg, metadata={"Date": None, "Creator": "tepsipe"})
-    save_png(figure, png)
+    _write_png(figure, png)
 
 
+@in_style
 def save_png(figure: Figure, png: str | Path) -> None:
-    """Write a figure as PNG only, 150 pixels per inch, without dates, and close it."""
+    """Write a figure as PNG only, 150 pixels per inch, without dates."""
+    _lay_out(figure)
+    _write_png(figure, png)
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place the axes once: saving would do it again for every file, and draw the figure once more for it."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+
+
+def _write_png(figure: Figure, png: str | Path) -> None:
     figure.savefig(png, dpi=150, metadata={"Software": "tepsipe"})
-    plt.close(figure)

@@ -4,15 +4,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.style import COLOURS, new_figure
+from tepsipe.reporting.figures.names import unit_symbol
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 from tepsipe.reporting.figures.weight import MODEL_COLOURS
 from tepsipe.treadmill.calibration import ModelScore
 
 
+@in_style
 def plot_calibration(result: Result, scores: list[ModelScore], chosen: str, seconds: float = 6.0) -> Figure:
     """Measured, predicted and compensated load of the first test recording (s, unit of the load)."""
     facts = result.facts
-    name, unit = facts["recordings"][0], facts["unit"]
+    name, unit = facts["recordings"][0], unit_symbol(facts["unit"])
     count = round(seconds * facts["rate_hz"])
     time, measured, predicted, velocity = (
         result.arrays[f"{name}/{key}"][:count] for key in ("time", "measured", chosen, "belt_velocity")
@@ -43,10 +45,11 @@ def plot_calibration(result: Result, scores: list[ModelScore], chosen: str, seco
     return figure
 
 
+@in_style
 def plot_cutoffs(scores: list[ModelScore], test: str) -> Figure:
     """RMS before and after compensation, and R2 with its limit, against the filter's cutoff (Hz)."""
     rows = [s for s in scores if s.test == test]
-    unit = rows[0].unit
+    unit = unit_symbol(rows[0].unit)
     cutoffs = sorted({s.cutoff_hz for s in rows})
     models = list(dict.fromkeys(s.model for s in rows))
     figure, axes = new_figure(1, 2, 3.4)
@@ -76,18 +79,21 @@ def plot_cutoffs(scores: list[ModelScore], test: str) -> Figure:
     return figure
 
 
+@in_style
 def plot_ripple(result: Result) -> Figure:
-    """Amplitude of what the models leave, over cycles per metre, without and with tracking (1/m)."""
+    """Amplitude spectrum of the residual over cycles per metre, without and with tracking (1/m)."""
     figure, axes = new_figure(height_in=2.9)
     if "ripple/order" not in result.arrays:
-        axes.text(0.5, 0.5, "No ripple was looked for, or the belt hardly travels.", ha="center", va="center")
+        axes.text(
+            0.5, 0.5, "Ripple was not analysed, or the belt travels too little.", ha="center", va="center"
+        )
         axes.set_axis_off()
         return figure
     order, tracked = result.arrays["ripple/order"], result.arrays["ripple/tracked_orders"]
     limits = (0.5, 1.15 * max(tracked.max(initial=0.0), 10.0))
     for key, colour, label in (
-        ("untracked", COLOURS["model"], "left by the model of acceleration"),
-        ("tracked", COLOURS["recommended"], "left with ripple tracked"),
+        ("untracked", COLOURS["model"], "residual of the acceleration model"),
+        ("tracked", COLOURS["recommended"], "residual with ripple tracking"),
     ):
         x, y = _envelope(order, result.arrays[f"ripple/{key}"], limits)
         axes.semilogy(x, y, color=colour, linewidth=0.8, label=label)
@@ -102,7 +108,7 @@ def plot_ripple(result: Result) -> Figure:
     )
     axes.set(
         xlabel="Cycles per metre of belt (1/m)",
-        ylabel=f"Amplitude ({result.facts['unit']})",
+        ylabel=f"Amplitude ({unit_symbol(result.facts['unit'])})",
         xlim=limits,
         ylim=(max(low, 1e-5 * high), 12.0 * high),
     )
@@ -113,7 +119,7 @@ def plot_ripple(result: Result) -> Figure:
 def _envelope(
     x: np.ndarray, y: np.ndarray, limits: tuple[float, float], points: int = 900
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Largest value in each of some equal parts: lines keep their height, the figure stays small."""
+    """Largest value in each of a number of equal parts, which keeps the height of lines in a small figure."""
     inside = (x >= limits[0]) & (x <= limits[1])
     x, y = x[inside], y[inside]
     width = max(1, x.size // points)

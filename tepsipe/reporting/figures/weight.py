@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import short_name
-from tepsipe.reporting.figures.style import COLOURS, new_figure
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 from tepsipe.treadmill.calibration import ModelScore
 
 PROFILE_COLOURS = {"S": "#1668a8", "M": "#c8371b"}
@@ -34,10 +34,11 @@ def _shades(names: list[str]) -> dict[str, tuple]:
     return shades | {name: COLOURS["other"] for name in names if name not in shades}
 
 
+@in_style
 def plot_added_forces(
     empty: dict[str, Result], weight: dict[str, Result], filter_name: str, shown: list[str]
 ) -> Figure:
-    """Mean force of the empty belt, and mean of what the belt adds to a weight's force (ms, N).
+    """Mean force of the empty belt, and mean belt-induced force under a weight (ms, N).
 
     ``shown`` names the conditions.
     """
@@ -56,6 +57,7 @@ def plot_added_forces(
     return figure
 
 
+@in_style
 def plot_masses(results: dict[str, Result], mass_kg: float) -> Figure:
     """Estimated mass of the weight over all perturbations (kg)."""
     figure, axes = new_figure(height_in=2.9)
@@ -77,8 +79,9 @@ def plot_masses(results: dict[str, Result], mass_kg: float) -> Figure:
     return figure
 
 
+@in_style
 def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> Figure:
-    """R2 of every model on the trials that it has not seen, by what it was fitted to (-)."""
+    """R2 of every model on held-out trials, by the recordings of its fit (-)."""
     chosen = [s for s in scores if s.load == load and s.cutoff_hz == cutoff_hz]
     tests = list(dict.fromkeys(s.test for s in chosen))
     models = list(dict.fromkeys(s.model for s in chosen))
@@ -116,8 +119,9 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
     return figure
 
 
+@in_style
 def plot_model_responses(result: Result, condition: str, models: list[str]) -> Figure:
-    """What the belt adds to the weight's force, measured and predicted, mean over perturbations (ms, N)."""
+    """Belt-induced force under the weight, measured and predicted, mean over perturbations (ms, N)."""
     figure, axes = new_figure(1, 2, 3.1)
     measured = result.arrays[f"{condition}/measured"]
     time = 1e3 * np.arange(measured.size) / result.facts["rate_hz"]
@@ -129,7 +133,7 @@ def plot_model_responses(result: Result, condition: str, models: list[str]) -> F
     axes[1].plot(time, measured, color=COLOURS["measured"], linewidth=1.6)
     axes[0].set(title="measured and predicted", xlabel="Time from the onset (ms)", ylabel=r"$\Delta F_y$ (N)")
     axes[1].set(
-        title="measured, and what models leave", xlabel="Time from the onset (ms)", ylabel="Force (N)"
+        title="measured, and residuals of the models", xlabel="Time from the onset (ms)", ylabel="Force (N)"
     )
     low = min(axis.get_ylim()[0] for axis in axes)
     high = max(axis.get_ylim()[1] for axis in axes)

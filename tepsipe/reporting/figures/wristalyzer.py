@@ -7,13 +7,14 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import admittance
-from tepsipe.reporting.figures.style import COLOURS, new_figure
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 LOWEST_HZ = 0.5
 
 
+@in_style
 def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figure:
-    """Segment of the torque perturbation with the lowest and the highest scale factor (s, Nm)."""
+    """Segment of the torque perturbation with the lowest and the highest scale factor (s, N·m)."""
     figure, axes = new_figure(height_in=2.6)
     names = sorted(results, key=lambda name: results[name].arrays["torque"].std())
     shown = {names[-1]: ("--", COLOURS["model"]), names[0]: ("-", COLOURS["measured"])}
@@ -24,7 +25,7 @@ def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figur
         count = min(round(seconds * facts["rate_hz"]), torque.size - start)
         time = (start + np.arange(count)) / facts["rate_hz"]
         axes.plot(time, torque[start : start + count], line, color=colour, label=f"scale factor {name}")
-    axes.set(xlabel="Time from the trigger (s)", ylabel=r"Torque $\tau_P$ (Nm)")
+    axes.set(xlabel="Time from the trigger (s)", ylabel=r"Torque $\tau_P$ (N·m)")
     axes.margins(y=0.2)
     axes.legend(loc="upper right", ncols=2)
     return figure
@@ -39,7 +40,7 @@ def _gain_phase_coherence(axes, frequency, response, coherence, **keywords) -> N
 
 
 def _label_frequency_axes(axes, limits: tuple[float, float]) -> None:
-    axes[0].set_ylabel("Gain (rad/Nm)")
+    axes[0].set_ylabel("Gain (rad/(N·m))")
     axes[1].set_ylabel("Phase (degrees)")
     axes[2].set(ylabel="Coherence (-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)", xlim=limits)
     wanted = (0.5, 1, 2, 3, 4, 5, 7, 9) if limits[1] < 15.0 else (0.5, 1, 2, 5, 10, 20, 50)
@@ -50,8 +51,9 @@ def _label_frequency_axes(axes, limits: tuple[float, float]) -> None:
     axes[0].figure.align_ylabels()
 
 
+@in_style
 def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
-    """Spectral estimate, phase and coherence far beyond the fitted band (Hz, rad/Nm, degrees)."""
+    """Spectral estimate, phase and coherence far beyond the fitted band (Hz, rad/(N·m), degrees)."""
     figure, axes = new_figure(3, 1, 4.6, sharex=True)
     choices = (
         ("spectral-fit", COLOURS["other"], f"estimate, scale factor {name}"),
@@ -80,8 +82,9 @@ def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, floa
     return figure
 
 
+@in_style
 def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
-    """Spectral estimate beside the fitted model in the fitted band (Hz, rad/Nm, degrees)."""
+    """Spectral estimate beside the fitted model in the fitted band (Hz, rad/(N·m), degrees)."""
     figure, axes = new_figure(3, 1, 4.6, sharex=True)
     frequency = result.arrays["spectral-fit/frequency"]
     shown = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
@@ -101,6 +104,7 @@ def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float])
     return figure
 
 
+@in_style
 def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: float = 10.0) -> Figure:
     """Measured and predicted angle (s, rad)."""
     figure, axes = new_figure(height_in=2.8)
@@ -123,8 +127,9 @@ def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: floa
     return figure
 
 
+@in_style
 def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> Figure:
-    """Where the fit ends for other starting values of K, and the profile of K (Nm/rad, -)."""
+    """Result of the fit for other starting values of K, and the profile of K (N·m/rad, -)."""
     figure, axes = new_figure(1, 3, 2.8)
     markers = dict(zip(results, cycle("os^vD<>P*X"), strict=False))
     for name, result in results.items():
@@ -150,14 +155,14 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
             )
         profile = result.arrays["profile/cost"] / result.facts["profile_limit"]
         axes[2].plot(result.arrays["profile/stiffness"], profile, label=name, linewidth=0.9)
-    for axis, ylabel in ((axes[0], "Fitted $K$ (Nm/rad)"), (axes[1], "Fitted $B$ (Nms/rad)")):
+    for axis, ylabel in ((axes[0], "Fitted $K$ (N·m/rad)"), (axes[1], "Fitted $B$ (N·m·s/rad)")):
         axis.axvline(start_stiffness, color=COLOURS["other"], linewidth=0.7, linestyle=":")
-        axis.set(xlabel="Starting $K$ (Nm/rad)", ylabel=ylabel)
+        axis.set(xlabel="Starting $K$ (N·m/rad)", ylabel=ylabel)
     handles, names = axes[0].get_legend_handles_labels()
     axes[0].legend(handles[:2], names[:2], loc="upper left", fontsize=7.5)
     axes[0].margins(y=0.3)
     axes[2].axhline(1.0, color=COLOURS["other"], linewidth=0.7, linestyle=":")
-    axes[2].set(xlabel="Held $K$ (Nm/rad)", ylabel="Cost / limit of 95 % interval", ylim=(0.85, 2.6))
+    axes[2].set(xlabel="Held $K$ (N·m/rad)", ylabel="Cost / limit of 95 % interval", ylim=(0.85, 2.6))
     shown = [
         result.arrays["profile/stiffness"][
             result.arrays["profile/cost"] < 2.6 * result.facts["profile_limit"]
@@ -170,8 +175,9 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
     return figure
 
 
+@in_style
 def plot_averaging(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
-    """Averaging over neighbouring frequencies against averaging over periods (Hz, rad/Nm)."""
+    """Averaging over neighbouring frequencies against averaging over periods (Hz, rad/(N·m))."""
     figure, axes = new_figure(3, 1, 4.6, sharex=True)
     choices = [("spectral-fit", "neighbouring frequencies", COLOURS["as printed"])]
     if "spectral-fit-periods/frequency" in result.arrays:

@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.experiments.dummy.specification_curve import FILTERED, NONE, RECOMMENDED, Specification
-from tepsipe.identification.output_error import ESTIMATOR
-from tepsipe.identification.window_regression import ESTIMATORS
+from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, OUTPUT_ERROR
 from tepsipe.io.result import Result
 from tepsipe.reporting.numbers.format import number, percent, span
 
@@ -98,7 +97,7 @@ def dummy_data(
         "recovery": None,
         "output_error": None,
     }
-    by_simulation = [name for name, c in choices["pathways"].items() if c["estimator"] == ESTIMATOR]
+    by_simulation = [name for name, c in choices["pathways"].items() if c["estimator"] == OUTPUT_ERROR]
     if by_simulation:
         data["output_error"] = _output_error_data(by_simulation[0], fits, own, recovery)
     strober = choices["ingest"]["marker_sampling_hz"]
@@ -197,13 +196,13 @@ def specification_data(rows: list[Specification]) -> dict:
         "sound_count": str(int(sound.sum())),
         "leg_printed": span(stiffness[printed]),
         "leg_printed_count": str(int(printed.sum())),
-        "output_error": span(stiffness[estimator == ESTIMATOR]),
+        "output_error": span(stiffness[estimator == OUTPUT_ERROR]),
         "damping": [
             {"filtered": name, "values": span(damping[(torque == "leg") & (filtered == name)], 2)}
             for name in (*FILTERED, NONE)
         ],
-        "foot_rest_in": span(stiffness[(torque == "foot") & (estimator == ESTIMATORS[0])], 2),
-        "foot_rest_out": span(stiffness[(torque == "foot") & (estimator == ESTIMATORS[1])], 2),
+        "foot_rest_in": span(stiffness[(torque == "foot") & (estimator == LEAST_SQUARES_THESIS)], 2),
+        "foot_rest_out": span(stiffness[(torque == "foot") & (estimator == LEAST_SQUARES)], 2),
         "recommended": None,
     }
     chosen = stiffness[role == RECOMMENDED]

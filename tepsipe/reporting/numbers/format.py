@@ -1,4 +1,4 @@
-"""Numbers as text: signs, digits, ranges."""
+"""Numbers and units as text: signs, digits, ranges, symbols of units."""
 
 import math
 
@@ -37,7 +37,7 @@ def span(values, digits: int = 3) -> str:
 
 
 def span_of_decimals(values, decimals: int) -> str:
-    """Lowest to highest of some numbers (any unit) as text, with so many decimals."""
+    """Lowest to highest of some numbers (any unit) as text, with ``decimals`` decimals."""
     low, high = (f"{x:.{decimals}f}".replace("-", MINUS) for x in (min(values), max(values)))
     return low if low == high else f"{low} to {high}"
 

@@ -1,4 +1,4 @@
-"""Every number that the report's chapter on the position-controlled manipulator prints."""
+"""Numbers of the chapter on the position-controlled manipulator."""
 
 import math
 
@@ -6,30 +6,31 @@ import pandas as pd
 
 from tepsipe.experiments.position_manipulator import ESTIMATOR, MUSCLE_ESTIMATOR, REFLEX_ESTIMATOR
 from tepsipe.io.result import Result
+from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.numbers.format import number, percent, span
 
 MODELS = {
-    ESTIMATOR: "Inertia, damping and stiffness alone",
-    REFLEX_ESTIMATOR: "Intrinsic and reflex impulse responses",
-    MUSCLE_ESTIMATOR: "The same, the reflex through a muscle of second order",
+    ESTIMATOR: "Inertia, damping and stiffness only",
+    REFLEX_ESTIMATOR: "Parallel-cascade model",
+    MUSCLE_ESTIMATOR: "Parallel-cascade model with a second-order muscle",
 }
-# what a table of the report leaves out: it says nothing new there
+# quantities that a table of the report omits, because they are redundant there
 LEFT_OUT = {
     REFLEX_ESTIMATOR: ("VAF_held_out_as_printed",),
     MUSCLE_ESTIMATOR: ("VAF_held_out_as_printed", "reflex_delay"),
 }
 LABELS = {
-    "K_growth": "growth of K with the angle",
-    "reflex_gain": "gain of the reflex",
-    "reflex_delay": "delay of the reflex",
-    "reflex_share": "part of the torque's variance from the reflex",
+    "K_growth": "angle-dependent stiffness",
+    "reflex_gain": "reflex gain",
+    "reflex_delay": "reflex delay",
+    "reflex_share": "fraction of the torque variance from the reflex",
     "reflex_frequency": "natural frequency of the muscle",
     "reflex_damping": "damping ratio of the muscle",
     "VAF_training": "VAF of the fitted part",
     "VAF_cross_validated": "VAF of the fitted part, cross-validated",
     "VAF_held_out": "VAF of the held-out part",
-    "VAF_held_out_any_offset": "VAF of the held-out part, offset left free",
-    "VAF_held_out_as_printed": "VAF of the held-out part, mean left in",
+    "VAF_held_out_any_offset": "VAF of the held-out part, free offset",
+    "VAF_held_out_as_printed": "VAF of the held-out part, uncentred",
 }
 
 
@@ -81,7 +82,7 @@ def _rows(rows: pd.DataFrame, conditions: list[str], estimator: str) -> list[dic
         found.append(
             {
                 "label": LABELS.get(quantity, quantity),
-                "unit": "" if by.unit.iloc[0] == "1" else by.unit.iloc[0],
+                "unit": "" if by.unit.iloc[0] == "1" else unit_symbol(by.unit.iloc[0]),
                 "values": [_cell(quantity, by.loc[c]) if c in by.index else number(None) for c in conditions],
             }
         )
@@ -99,7 +100,7 @@ def _cell(quantity: str, row: pd.Series) -> str:
 
 
 def _reflex(condition: str, fit: Result, own: pd.DataFrame) -> dict:
-    """What cross-validation chose for one trial, and the gain with its interval."""
+    """Structure selected by cross-validation for one trial, and the reflex gain with its interval."""
     rows = own[(own.estimator == REFLEX_ESTIMATOR) & (own.condition == condition)].set_index("quantity")
     facts = fit.facts["reflex"]
     gain = rows.loc["reflex_gain"]

@@ -1,4 +1,4 @@
-"""Numbers of the report's chapter about simulations, taken from the run and formatted once."""
+"""Numbers of the chapters on forward simulation and noise."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""Every number that the report's chapter on the standing person prints."""
+"""Numbers of the chapter on the standing person."""
 
 import math
 
@@ -22,7 +22,7 @@ def standing_data(
     Parameters
     ----------
     fits, task_fits : dict of str to Result
-        Condition -> what its trial gave; task -> what its trials gave together.
+        Condition -> result of its trial; task -> joint result of its trials.
     estimates : DataFrame
         Rows of estimates (units in the column ``unit``).
     choices : dict
@@ -106,7 +106,7 @@ def _blocks(own, tasks, what: str, names: list[str], fixed: str, chosen: str) ->
 
 
 def _window_spread(task_fits: dict[str, Result], window_s: float) -> str:
-    """How far K from windows within 20 ms of the one that is used lies from its own, at most (%)."""
+    """Largest deviation of K for windows within 20 ms of the chosen length (%)."""
     worst = []
     for fit in task_fits.values():
         length = fit.arrays["windows/length"]
@@ -173,7 +173,7 @@ def _latencies(task_fits: dict[str, Result], shown: str, truth: pd.DataFrame | N
 
 
 def _joints(task_fits: dict[str, Result]) -> list[dict]:
-    """How far segments turn within 0.3 s of an onset, means over trials (degrees)."""
+    """Rotation of segments within 0.3 s of an onset, means over trials (degrees)."""
     rows = []
     for task, fit in task_fits.items():
         if "mean/time" not in fit.arrays:
@@ -193,7 +193,7 @@ def _joints(task_fits: dict[str, Result]) -> list[dict]:
 def _single_joint(
     own, tasks: list[str], choices: dict, estimator: str, critical_stiffness: float
 ) -> str | None:
-    """Stiffness that the body as one inverted pendulum would have, in units of m g h."""
+    """Stiffness from the single-joint torque (inverted pendulum), in units of m g h."""
     names = [name for name, pathway in choices["pathways"].items() if pathway["torque"] == "single-joint"]
     found = [_rows(own, task, names[0], estimator) for task in tasks] if names else []
     values = [rows.loc["K"].value / critical_stiffness for rows in found if "K" in rows.index]
@@ -201,7 +201,7 @@ def _single_joint(
 
 
 def _apart(own: pd.DataFrame, tasks: list[str], pathway: str, estimator: str) -> dict | None:
-    """Difference of the stiffness between two tasks (Nm/rad), and in standard errors."""
+    """Difference of the stiffness between two tasks (N·m/rad), and in standard errors."""
     found = {task: _rows(own, task, pathway, estimator) for task in tasks}
     found = {task: rows.loc["K"] for task, rows in found.items() if "K" in rows.index}
     if len(found) != 2:
@@ -217,7 +217,7 @@ def _apart(own: pd.DataFrame, tasks: list[str], pathway: str, estimator: str) ->
 
 
 def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) -> dict:
-    """How near estimates come to the truth: worst errors and how many intervals hold it."""
+    """Largest errors of the estimates, and number of intervals that cover the truth."""
     pathway, estimator = choices["recommended"]["pathway"], choices["recommended"]["estimator"]
     pooled = truth.condition.isin(list(task_fits))
 

@@ -1,10 +1,11 @@
-"""Every number that the report prints, taken from the run and formatted once."""
+"""Numbers of the report that several chapters share: tables, claims, recovery, provenance."""
 
 import math
 
 import numpy as np
 import pandas as pd
 
+from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.numbers.format import MINUS, _cell, _printed, number, percent, span
 from tepsipe.reporting.thesis_tables import TableRow
 
@@ -32,7 +33,7 @@ def table_data(rows: list[TableRow], conditions: list[str], names: list[str]) ->
     rows : list of TableRow
         From `lay_out_table` (units in them).
     conditions, names : list of str
-        Columns, and how to call them.
+        Columns, and their headings.
 
     Returns
     -------
@@ -51,7 +52,7 @@ def table_data(rows: list[TableRow], conditions: list[str], names: list[str]) ->
         block["rows"].append(
             {
                 "label": LABELS.get(row.quantity, row.quantity),
-                "unit": row.unit if row.unit not in ("1", "as printed") else "",
+                "unit": unit_symbol(row.unit) if row.unit not in ("1", "as printed") else "",
                 "values": [_cell(row.quantity, value) for value in row.values],
                 "reported": [_printed(value) for value in row.reported],
             }
@@ -60,14 +61,14 @@ def table_data(rows: list[TableRow], conditions: list[str], names: list[str]) ->
 
 
 def reported_data(reported: dict, start_stiffness: float) -> dict:
-    """What the text quotes from the thesis, as text.
+    """Values of the thesis that the report quotes, as text.
 
     Parameters
     ----------
     reported : dict
         The file of reported values (units in its keys, and as in the tables).
     start_stiffness : float
-        Printed starting value of K (Nm/rad).
+        Printed starting value of K (N·m/rad).
 
     Returns
     -------
@@ -118,12 +119,12 @@ def slips_data(slips: list[dict], table: str, conditions: list[str], names: list
 
 
 def claims_data(claims: pd.DataFrame) -> dict:
-    """The thesis's statements with what this run found, as text (each in its unit)."""
+    """Claims of the thesis with the findings of this run, as text (each in its unit)."""
     rows = [
         {
             "claim": row.claim,
             "where": row.where,
-            "unit": "" if row.unit == "1" else row.unit,
+            "unit": "" if row.unit == "1" else unit_symbol(row.unit),
             "reported": {"below": "< ", "above": "> "}.get(row.tolerance, "")
             + f"{row.reported:g}".replace("-", MINUS),
             "reproduced": number(float(row.reproduced), 4),
@@ -144,7 +145,7 @@ def claims_data(claims: pd.DataFrame) -> dict:
 
 
 def recovery_data(recovery: pd.DataFrame) -> list[dict]:
-    """Estimates beside the truth (in their units), by pathway, estimator, quantity and truth, as text."""
+    """Estimates and true values (in their units), by pathway, estimator, quantity and truth, as text."""
     rows = []
     keys = ["experiment", "pathway", "estimator", "quantity", "truth"]
     for (experiment, pathway, estimator, quantity, truth), group in recovery.groupby(keys, sort=False):
@@ -156,7 +157,7 @@ def recovery_data(recovery: pd.DataFrame) -> list[dict]:
                 "pathway": pathway,
                 "estimator": estimator,
                 "quantity": quantity,
-                "unit": group.unit.iloc[0],
+                "unit": unit_symbol(group.unit.iloc[0]),
                 "truth": number(truth),
                 "low": _cell(quantity, group.value.min()),
                 "high": _cell(quantity, group.value.max()),

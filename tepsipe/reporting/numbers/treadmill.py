@@ -1,11 +1,11 @@
-"""Numbers of the report's chapters about the treadmill, taken from the run and formatted once."""
+"""Numbers of the chapters on the weight, the foot pathways and the treadmill."""
 
 import numpy as np
 import pandas as pd
 
 from tepsipe.experiments.weight import shapes, speed_at_peak
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.figures.names import short_name, unit_symbol
 from tepsipe.reporting.numbers.format import number, percent, span, span_of_decimals
 from tepsipe.treadmill.calibration import ModelScore
 from tepsipe.treadmill.registry import MODEL_MEANINGS
@@ -138,7 +138,7 @@ def weight_data(
 def foot_data(
     estimates: pd.DataFrame, choices: dict, recovery: pd.DataFrame | None, amplitudes: dict[str, float | None]
 ) -> dict:
-    """Numbers of the foot's side as text.
+    """Numbers of the foot pathways as text.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
     Parameters
     ----------
     result : Result
-        What the calibration kept for figures (units in it).
+        Result of the calibration (units in it).
     scores : list of ModelScore
         One per model, test and cutoff (units in them).
     choices : dict
@@ -241,7 +241,7 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
             }
             for test in tests
         ],
-        "unit": facts["unit"],
+        "unit": unit_symbol(facts["unit"]),
         "cutoff": f"{shown_hz:g}",
         "highest": f"{highest:g}",
         "orders": [number(x, 4) for x in np.sort(orders)],

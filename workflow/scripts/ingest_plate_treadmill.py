@@ -1,4 +1,4 @@
-"""Ingest one trial with the weight on the treadmill."""
+"""Ingest one trial of the treadmill with the ankle dummy, the weight or nothing on its belt."""
 
 import job
 
@@ -7,7 +7,7 @@ job.start(snakemake)
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.io.trial import write_trial
 
-files = dict(snakemake.params.files)
+files, names = dict(snakemake.params.files), snakemake.wildcards
 options = TreadmillOptions(**snakemake.params.ingest)
 trial = ingest_treadmill_files(files, snakemake.params.marker_labels, options, snakemake.params.duration_s)
-write_trial(snakemake.output.trial, trial, "weight", snakemake.wildcards.condition, files, vars(options))
+write_trial(snakemake.output.trial, trial, names.experiment, names.condition, files, vars(options))

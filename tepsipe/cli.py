@@ -1,0 +1,241 @@
+"""The command line: ``tepsipe fit``, ``tepsipe calibrate``, ``tepsipe info``.
+
+Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
+to the standard error and returns 2.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tepsipe import __version__
+from tepsipe.errors import InputError, listed, quoted
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        What follows ``tepsipe``; the process's own if left out.
+
+    Returns
+    -------
+    int
+        0, or 2 where the input cannot be used (-).
+    """
+    parser = _parser()
+    chosen = parser.parse_args(arguments)
+    if chosen.command is None:
+        parser.print_help()
+        return 0
+    try:
+        chosen.command(chosen)
+    except InputError as error:
+        print(f"tepsipe: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:  # the output has been closed
+        return 0
+    except OSError as error:
+        print(
+            f"tepsipe: {error.filename}: {error.strerror}: check the path and its permissions",
+            file=sys.stderr,
+        )
+        return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="tepsipe", description="Impedance of a joint: inertia, damping, stiffness."
+    )
+    parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
+    parser.set_defaults(command=None)
+    commands = parser.add_subparsers(title="commands", metavar="")
+
+    fit = commands.add_parser(
+        "fit",
+        help="estimate the impedance from a table of time, angle and torque",
+        description="Estimate I, B and K from a text table of time, angle and torque. Prints a table, "
+        "and writes it as CSV, and a figure as PNG.",
+    )
+    fit.add_argument("table", type=Path, help="text table with a header: CSV or TSV, .gz allowed")
+    fit.add_argument("--time", required=True, metavar="COLUMN", help="column of the time (s)")
+    fit.add_argument("--angle", required=True, metavar="COLUMN", help="column of the angle")
+    fit.add_argument("--torque", required=True, metavar="COLUMN", help="column of the torque")
+    fit.add_argument(
+        "--belt-velocity",
+        metavar="COLUMN",
+        help="column of the belt velocity (m/s): fits perturbation by perturbation",
+    )
+    fit.add_argument(
+        "--rest",
+        nargs=2,
+        type=float,
+        default=(2.0, 2.0),
+        metavar=("BEFORE", "AFTER"),
+        help="unperturbed time at the start and end (s), with --belt-velocity; default 2 2",
+    )
+    fit.add_argument("--angle-unit", default="rad", choices=("rad", "deg"))
+    fit.add_argument("--torque-unit", default="Nm", choices=("Nm", "Nmm", "mNm"))
+    fit.add_argument(
+        "--torque-sign",
+        type=int,
+        default=1,
+        choices=(1, -1),
+        help="-1 where a torque that resists a positive angle is recorded as negative",
+    )
+    fit.add_argument(
+        "--model",
+        default="ibk",
+        choices=("ibk", "cascade"),
+        help="ibk: one second-order model; cascade: intrinsic stiffness and stretch reflex",
+    )
+    fit.add_argument("--cutoff", type=float, metavar="HZ", help="of the low-pass; default 20, 30 for cascade")
+    fit.add_argument(
+        "--thesis", action="store_true", help="leave the torque at rest in, as eq (3-9) is printed"
+    )
+    fit.add_argument(
+        "--output",
+        type=Path,
+        metavar="PREFIX",
+        help="write PREFIX.csv and PREFIX.png; default: the table's name with _fit",
+    )
+    fit.set_defaults(command=_fit)
+
+    calibrate = commands.add_parser(
+        "calibrate",
+        help="fit models of the belt-induced load to one recording and evaluate them on another",
+        description="Fit models of the load that an accelerated belt induces to TRAIN and evaluate them on "
+        "TEST, two recordings of an unloaded treadmill. Prints the scores, and writes them and the models.",
+    )
+    calibrate.add_argument("train", type=Path, help="text table with a header: time, load, belt velocity")
+    calibrate.add_argument("test", type=Path, help="another recording of the same treadmill")
+    for name, what in (("time", "time (s)"), ("load", "load"), ("velocity", "belt velocity (m/s)")):
+        calibrate.add_argument(
+            f"--{name}", metavar="COLUMN", help=f"column of the {what}; default: by its place"
+        )
+    calibrate.add_argument("--load-unit", default="Nm", choices=("Nm", "N"))
+    calibrate.add_argument(
+        "--cutoff", type=float, default=6.0, metavar="HZ", help="of the low-pass; default 6"
+    )
+    calibrate.add_argument("--zero-lag", action="store_true", help="filter both ways, for use off line")
+    calibrate.add_argument(
+        "--output",
+        type=Path,
+        default=Path("treadmill_models"),
+        metavar="PREFIX",
+        help="write PREFIX.json, PREFIX.csv and PREFIX.png; default treadmill_models",
+    )
+    calibrate.set_defaults(command=_calibrate)
+
+    info = commands.add_parser(
+        "info",
+        help="what is in a file: channels, rates, units, gaps",
+        description="Show what is in a file: text table, C3D, EDF, MATLAB, HDF5 of the study, treadmill "
+        "models.",
+    )
+    info.add_argument("file", type=Path)
+    info.set_defaults(command=_info)
+    return parser
+
+
+def _fit(chosen: argparse.Namespace) -> None:
+    from tepsipe.identification.fits import fit_impedance, fit_parallel_cascade
+    from tepsipe.io.contents import table_columns
+    from tepsipe.io.readers.text_table import read_text_table
+    from tepsipe.io.trial import Signal
+    from tepsipe.signals.perturbations import find_perturbations
+
+    prefix = chosen.output or Path(chosen.table.name.split(".")[0] + "_fit")
+    csv, png = _outputs(prefix, (".csv", ".png"), chosen.table)
+    _, delimiter = table_columns(chosen.table)
+    names = {"time": chosen.time, "angle": chosen.angle, "torque": chosen.torque}
+    if chosen.belt_velocity:
+        names["belt velocity"] = chosen.belt_velocity
+    options = {key: f"--{key.replace(' ', '-')}" for key in names}
+    table = read_text_table(chosen.table, names, delimiter, options)
+    angle = Signal(table["angle"], chosen.angle_unit)
+    torque = Signal(chosen.torque_sign * table["torque"], chosen.torque_unit)
+    cutoff = {} if chosen.cutoff is None else {"cutoff_hz": chosen.cutoff}
+    try:
+        if chosen.model == "cascade":
+            found = fit_parallel_cascade(table["time"], angle, torque, **cutoff)
+        elif chosen.belt_velocity:
+            before, after = chosen.rest
+            pulses = find_perturbations(
+                table["time"], table["belt velocity"], rest_before_s=before, rest_after_s=after
+            )
+            found = fit_impedance(
+                table["time"], angle, torque, perturbations=pulses, thesis=chosen.thesis, **cutoff
+            )
+        else:
+            found = fit_impedance(table["time"], angle, torque, thesis=chosen.thesis, **cutoff)
+    except InputError as error:
+        raise InputError(f"{chosen.table}: {error}") from error
+    print(found.summary())
+    found.to_frame().to_csv(csv)
+    found.plot().savefig(png, dpi=150)
+    print(f"\nwritten: {csv}, {png}")
+
+
+def _calibrate(chosen: argparse.Namespace) -> None:
+    from tepsipe.experiments.belt import calibrate_treadmill
+    from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
+    from tepsipe.io.contents import table_columns
+    from tepsipe.io.readers.text_table import read_text_table
+    from tepsipe.treadmill.trial_recordings import table_recording
+
+    models, csv, png = _outputs(chosen.output, (".json", ".csv", ".png"), chosen.train, chosen.test)
+    recordings = []
+    for path in (chosen.train, chosen.test):
+        names, delimiter = table_columns(path)
+        given = {"time": chosen.time, "load": chosen.load, "velocity": chosen.velocity}
+        if not all(given.values()) and len(names) != 3:
+            raise InputError(
+                f"{path}: expected three columns, time, load and belt velocity, found {listed(names)}: "
+                f"name them "
+                "with --time, --load and --velocity"
+            )
+        columns = {key: given[key] or names[k] for k, key in enumerate(given)}
+        table = read_text_table(path, columns, delimiter, {key: f"--{key}" for key in columns})
+        options = BeltTableOptions(load_unit=chosen.load_unit, max_gap_s=0.1, shortest_s=20.0)
+        trial = ingest_belt_table(table, columns, options, 0.0, str(path))
+        recordings.append(table_recording(trial, path.name, trimmed_s=1.0))
+    order = 4 if chosen.zero_lag else 2
+    found = calibrate_treadmill(*recordings, cutoff_hz=chosen.cutoff, order=order, zero_lag=chosen.zero_lag)
+    print(found.summary())
+    found.save(models)
+    found.to_frame().to_csv(csv, index=False)
+    found.plot().savefig(png, dpi=150)
+    print(f"\nbest on {chosen.test.name}: {found.best}\nwritten: {models}, {csv}, {png}")
+
+
+def _info(chosen: argparse.Namespace) -> None:
+    from tepsipe.io.contents import contents_of
+
+    print(f"{chosen.file}: {contents_of(chosen.file).summary()}")
+
+
+def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:
+    """Names of the files to write, none of which is an input; figures are drawn without a screen."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    files = [prefix.with_name(prefix.name + ending) for ending in endings]
+    for file in files:
+        if any(file.resolve() == given.resolve() for given in inputs):
+            raise InputError(
+                f"{file}: expected a file of its own to write to, found the input: choose another --output"
+            )
+    if not prefix.parent.is_dir():
+        raise InputError(
+            f"--output: expected a folder that exists, found {quoted(prefix.parent)}: make it first"
+        )
+    return files
+
+
+if __name__ == "__main__":
+    sys.exit(main())

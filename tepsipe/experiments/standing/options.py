@@ -1,0 +1,116 @@
+"""A standing person, and the choices of the analysis (thesis section 3-2)."""
+
+from dataclasses import dataclass
+
+from tepsipe.mechanics.anthropometry import Feet, StandingBody
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
+
+TORQUES = ("ankle-thesis", "ankle", "single-joint")
+BELTS = {"left": "right", "right": "left"}
+
+
+@dataclass(frozen=True)
+class TorquePathway:
+    """Definition of one ankle torque (names, no units).
+
+    Attributes
+    ----------
+    torque : {"ankle-thesis", "ankle", "single-joint"}
+        Free body: the feet by the thesis equation, the feet, or the body as one inverted pendulum.
+    treadmill_model : str or None
+        Model of the belt-induced load that is subtracted from Fy and Mx; None for the loads as measured.
+    """
+
+    torque: str
+    treadmill_model: str | None
+
+
+@dataclass(frozen=True)
+class Person:
+    """Properties and markers of the person.
+
+    Attributes
+    ----------
+    mass_kg : float
+        Of the whole body (kg).
+    feet : Feet
+        Both feet (kg, kg·m²).
+    body : StandingBody
+        Body above the ankles (kg, m, kg·m²).
+    foot_com_m, ankle_height_m : float
+        Anterior offset of the feet's centre of mass from the ankles, height of the ankles (m).
+    foot, shank, thigh : SegmentMarkers
+        Markers with anterior and longitudinal offset: from the ankle, the ankle and the knee (m).
+    """
+
+    mass_kg: float
+    feet: Feet
+    body: StandingBody
+    foot_com_m: float
+    ankle_height_m: float
+    foot: SegmentMarkers
+    shank: SegmentMarkers
+    thigh: SegmentMarkers
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of all markers, each once (no unit)."""
+        return tuple(dict.fromkeys((*self.foot.labels, *self.shank.labels, *self.thigh.labels)))
+
+
+@dataclass(frozen=True)
+class StanceLimits:
+    """Limits of standing still on the belt; exceeding one indicates a step or a stumble.
+
+    Attributes
+    ----------
+    foot_shift_m, foot_lift_m : float
+        Displacement of the foot's markers relative to the belt, and above their height at rest (m).
+    other_belt : float
+        Fraction of the weight on the other belt (-).
+    unloading : float
+        Fraction of the weight that leaves the plate for longer than ``unloading_s``, for example into the
+        harness (-).
+    unloading_s : float
+        Shorter unloading counts as a jolt (s).
+    lean_rad : float
+        Angle of the shank relative to its median (rad).
+    """
+
+    foot_shift_m: float
+    foot_lift_m: float
+    other_belt: float
+    unloading: float
+    unloading_s: float
+    lean_rad: float
+
+
+@dataclass(frozen=True)
+class StandingOptions:
+    """Options of the post-processing.
+
+    Attributes
+    ----------
+    person : Person
+        The person (kg, m).
+    belt : str
+        The belt on which both feet stand, left or right.
+    lowpass, stretch_lowpass : Lowpass
+        Filter of all signals; filter of the angles that determine which muscles are stretched first.
+    window : WindowOptions
+        Search for perturbations and rest (s).
+    quiet_after_s : float
+        Time after a perturbation that does not count as unperturbed (s).
+    limits : StanceLimits
+        Limits beyond which a trial contains a step or a stumble (m, rad, -).
+    """
+
+    person: Person
+    belt: str
+    lowpass: Lowpass
+    stretch_lowpass: Lowpass
+    window: WindowOptions
+    quiet_after_s: float
+    limits: StanceLimits

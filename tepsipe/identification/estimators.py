@@ -1,0 +1,165 @@
+"""Registry of the estimators of a perturbed trial: each takes a record and returns windowed fits.
+
+The study's pathways, the specification curve and the public functions select an estimator here. To add one,
+write its module with a function that returns `WindowedFits`, and enter it in `ESTIMATORS`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+
+if TYPE_CHECKING:
+    from tepsipe.identification.window_regression import WindowedFits
+    from tepsipe.mechanics.inverse_dynamics import Leg
+    from tepsipe.mechanics.segment_kinematics import JointMotion
+    from tepsipe.signals.perturbations import Perturbation
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """Signals of one trial for an estimator; those that it does not need may be missing (None).
+
+    Attributes
+    ----------
+    motion : JointMotion or None
+        Angle of the joint with its derivatives (s, rad), filtered; a `SegmentMotion` for output error.
+    torque : ndarray or None, shape (n,)
+        Torque of the joint (N·m), filtered as the motion is.
+    perturbations : list of Perturbation or None
+        Windows (samples).
+    at_rest : ndarray of bool or None, shape (n,)
+        Samples at rest (-).
+    leg : Leg or None
+        The leg (kg, m, kg·m²).
+    foot_position, belt_velocity : ndarray or None, shape (n,)
+        Position of the foot along the belt (m), and logged velocity of the belt (m/s), filtered as the
+        motion is.
+    """
+
+    motion: "JointMotion | None" = None
+    torque: np.ndarray | None = None
+    perturbations: "list[Perturbation] | None" = None
+    at_rest: np.ndarray | None = None
+    leg: "Leg | None" = None
+    foot_position: np.ndarray | None = None
+    belt_velocity: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """An estimator of I, B, K from a record.
+
+    Attributes
+    ----------
+    meaning : str
+        Description in a few words (no unit).
+    needs : tuple of str
+        Parts of a `Record` that it uses.
+    function : callable
+        From the record to `WindowedFits` (units there).
+    """
+
+    meaning: str
+    needs: tuple[str, ...]
+    function: Callable
+
+    @property
+    def windowed(self) -> bool:
+        """Whether it fits the torque in the windows of perturbations (no unit)."""
+        return self.needs == OF_WINDOWS
+
+
+# modules are imported when their estimator runs, to keep the start of other jobs short
+def _windowed(thesis: bool) -> Callable:
+    def function(record: Record):
+        from tepsipe.identification.window_regression import regress_torque
+
+        return regress_torque(
+            record.motion, record.torque, record.perturbations, record.at_rest, thesis=thesis
+        )
+
+    return function
+
+
+def _output_error(record: Record):
+    from tepsipe.identification.output_error import match_angle
+
+    return match_angle(
+        record.motion,
+        record.foot_position,
+        record.belt_velocity,
+        record.leg,
+        record.perturbations,
+        record.at_rest,
+    )
+
+
+LEAST_SQUARES_THESIS = "windowed-least-squares-thesis"
+LEAST_SQUARES = "windowed-least-squares"
+OUTPUT_ERROR = "output-error"
+OF_WINDOWS = ("motion", "torque", "perturbations", "at_rest")
+OF_ANGLE = ("motion", "foot_position", "belt_velocity", "leg", "perturbations", "at_rest")
+ESTIMATORS = {
+    LEAST_SQUARES_THESIS: Estimator(
+        "least squares over every perturbation, torque at rest left in (eq 3-9 as printed)",
+        OF_WINDOWS,
+        _windowed(thesis=True),
+    ),
+    LEAST_SQUARES: Estimator(
+        "least squares over every perturbation, angle and torque referred to rest",
+        OF_WINDOWS,
+        _windowed(thesis=False),
+    ),
+    OUTPUT_ERROR: Estimator(
+        "angle simulated over the whole trial from the motion of the foot", OF_ANGLE, _output_error
+    ),
+}
+
+
+def find_estimator(name: str) -> Estimator:
+    """Estimator of a name (no unit).
+
+    Raises
+    ------
+    InputError
+        If there is none of this name.
+    """
+    if name not in ESTIMATORS:
+        raise InputError(f"expected an estimator of {listed(ESTIMATORS)}, found {quoted(name)}: correct it")
+    return ESTIMATORS[name]
+
+
+def estimate(name: str, record: Record) -> "WindowedFits":
+    """Estimate I, B, K of a record by the estimator of a name.
+
+    Parameters
+    ----------
+    name : str
+        One of `ESTIMATORS`.
+    record : Record
+        The trial (units there).
+
+    Returns
+    -------
+    WindowedFits
+        Estimates of every window (N·m·s²/rad, N·m·s/rad, N·m/rad).
+
+    Raises
+    ------
+    InputError
+        If there is no such estimator, the record lacks what it needs, or it cannot determine the parameters.
+    """
+    estimator = find_estimator(name)
+    missing = [
+        f.name for f in fields(Record) if f.name in estimator.needs and getattr(record, f.name) is None
+    ]
+    if missing:
+        raise InputError(
+            f"estimator {name}: expected a record with {listed(estimator.needs)}, found none of "
+            f"{listed(missing)}: give it, or choose another estimator"
+        )
+    return estimator.function(record)

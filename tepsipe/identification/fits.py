@@ -1,0 +1,493 @@
+"""Public functions that estimate the impedance of a joint from arrays.
+
+Every function takes arrays in SI units, or `Signal`s that name their unit, filters all of them alike, and
+returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy
+
+from tepsipe.errors import InputError, quoted, refuse_other_kind
+from tepsipe.identification.arguments import (
+    bootstrap_generator,
+    check_probability,
+    rest_of,
+    shaded,
+    windows_of,
+)
+from tepsipe.identification.result import (
+    PARAMETERS,
+    UNITS,
+    Curve,
+    ImpedanceFit,
+    Quantity,
+    quantities_of_windows,
+)
+from tepsipe.signals.units import plausible_angle, regular_rate, same_length, samples
+
+
+def fit_impedance(
+    time: np.ndarray,
+    angle: np.ndarray,
+    torque: np.ndarray,
+    *,
+    perturbations: Sequence | None = None,
+    rest: np.ndarray | tuple[float, float] | None = None,
+    cutoff_hz: float | None = 20.0,
+    order: int = 4,
+    thesis: bool = False,
+    block_s: float = 1.0,
+    bootstrap_draws: int = 2000,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> ImpedanceFit:
+    """I, B, K of a joint from its angle and torque, by least squares.
+
+    With perturbations, tau = I theta'' + B theta' + K (theta - theta_rest) is fitted to each perturbation
+    separately, with tau relative to its value at rest (windowed least squares, thesis eq 3-9), and the
+    estimates are averaged. Intervals are bootstrapped over the perturbations. Without perturbations,
+    tau = I theta'' + B theta' + K theta + offset is fitted to the whole record, and intervals are
+    bootstrapped over blocks of the record.
+
+    Parameters
+    ----------
+    time : array_like or Signal, shape (n,)
+        Instants (s), on a regular clock.
+    angle, torque : array_like or Signal, shape (n,)
+        theta (rad) and tau (N·m), positive when it resists a positive angle; not filtered.
+    perturbations : sequence of Perturbation or of (start, stop), optional
+        Windows, first sample and the first after it (samples), for example from `find_perturbations`.
+    rest : ndarray of bool, shape (n,), or (float, float), optional
+        Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
+        first perturbation.
+    cutoff_hz : float or None
+        Of the zero-lag Butterworth low-pass of all signals (Hz); None if they are filtered already.
+    order : int
+        Its order, both passes together (-).
+    thesis : bool
+        Leave the torque at rest in, as eq (3-9) is printed (-).
+    block_s : float
+        Length of the bootstrapped blocks (s), without perturbations.
+    bootstrap_draws : int
+        Bootstrap samples (-).
+    confidence : float
+        Probability of the intervals (-).
+    seed : int
+        Of the bootstrap (-).
+
+    Returns
+    -------
+    ImpedanceFit
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), VAF of the torque (%).
+
+    Raises
+    ------
+    InputError
+        If the signals cannot be used, or do not determine I, B and K.
+    """
+    from tepsipe.mechanics.segment_kinematics import JointMotion
+    from tepsipe.signals.differentiation import derivative
+    from tepsipe.signals.filters import butterworth_lowpass
+
+    time, rate_hz = regular_rate(time)
+    angle = plausible_angle(samples(angle, "rad", "angle"))
+    torque = samples(torque, "Nm", "torque")
+    same_length(time, angle=angle, torque=torque)
+    rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    if cutoff_hz is not None:
+        angle, torque = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (angle, torque))
+    angle_d = derivative(time, angle)
+    motion = JointMotion(time, angle, angle_d, derivative(time, angle_d))
+    if perturbations is None:
+        if thesis or rest is not None:
+            raise InputError(
+                "fit_impedance: expected perturbations with thesis or rest, because both are about what "
+                "comes before a perturbation, found none: give perturbations, or leave thesis and rest out"
+            )
+        return _fit_record(motion, torque, rate_hz, block_s, bootstrap_draws, confidence, rng)
+    return _fit_windows(motion, torque, perturbations, rest, thesis, bootstrap_draws, confidence, rng)
+
+
+def fit_output_error(
+    motion,
+    foot_position: np.ndarray,
+    belt_velocity: np.ndarray,
+    leg,
+    *,
+    perturbations: Sequence,
+    rest: np.ndarray | tuple[float, float] | None = None,
+    cutoff_hz: float = 20.0,
+    order: int = 4,
+    bootstrap_draws: int = 2000,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> ImpedanceFit:
+    """I, B, K of the joint under a leg on a moving belt, without a torque (output error).
+
+    The angle is simulated over the whole trial from the motion of the foot. The estimate makes the error
+    orthogonal to instruments from the logged belt velocity. See `tepsipe.identification.output_error`.
+
+    Parameters
+    ----------
+    motion : SegmentMotion
+        Of the leg, from `segment_motion` with the same cutoff and order (s, rad, m).
+    foot_position : array_like or Signal, shape (n,)
+        Position of the foot along the belt (m), for example the mean of belt-fixed markers; not filtered.
+    belt_velocity : array_like or Signal, shape (n,)
+        Logged velocity of the belt (m/s), not filtered.
+    leg : Leg
+        The leg (kg, m, kg·m²).
+    perturbations : sequence of Perturbation or of (start, stop)
+        Windows (samples), from `find_perturbations`.
+    rest : ndarray of bool, shape (n,), or (float, float), optional
+        Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
+        first perturbation.
+    cutoff_hz : float
+        Of the zero-lag Butterworth low-pass (Hz), that of ``motion``.
+    order : int
+        Its order, both passes together (-), that of ``motion``.
+    bootstrap_draws : int
+        Bootstrap samples (-).
+    confidence : float
+        Probability of the intervals (-).
+    seed : int
+        Of the bootstrap (-).
+
+    Returns
+    -------
+    ImpedanceFit
+        I (N·m·s²/rad, without the leg's own), B (N·m·s/rad), K (N·m/rad), delay of the angle after the foot
+        (s); VAF of the angle (%).
+
+    Raises
+    ------
+    InputError
+        If the signals cannot be used, or the angle does not determine the parameters.
+    """
+    from tepsipe.identification.estimators import OUTPUT_ERROR, Record, estimate
+    from tepsipe.mechanics.inverse_dynamics import Leg
+    from tepsipe.mechanics.segment_kinematics import SegmentMotion
+    from tepsipe.signals.filters import butterworth_lowpass
+
+    refuse_other_kind(motion, SegmentMotion, "fit_output_error", "segment_motion")
+    refuse_other_kind(leg, Leg, "fit_output_error", "Leg")
+    time, rate_hz = regular_rate(motion.time)
+    foot = samples(foot_position, "m", "foot_position")
+    belt = samples(belt_velocity, "m/s", "belt_velocity")
+    same_length(time, foot_position=foot, belt_velocity=belt)
+    rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    foot, belt = (butterworth_lowpass(x, rate_hz, cutoff_hz, order) for x in (foot, belt))
+    windows = windows_of(perturbations, time.size)
+    record = Record(
+        motion=motion,
+        leg=leg,
+        perturbations=windows,
+        at_rest=rest_of(time, windows, rest),
+        foot_position=foot,
+        belt_velocity=belt,
+    )
+    found = estimate(OUTPUT_ERROR, record)
+    return ImpedanceFit(
+        estimator=OUTPUT_ERROR,
+        quantities=quantities_of_windows(found.parameters, bootstrap_draws, confidence, rng)
+        | {"delay": Quantity(found.delay_s, "s")},
+        vaf=found.vaf_angle,
+        vaf_of="the angle over the trial, from rest",
+        confidence=confidence,
+        curve=Curve(time, found.angle, found.simulated, "Angle (rad)", shaded(time, windows)),
+        details=found,
+        windows=found.parameters,
+    )
+
+
+def fit_admittance(
+    response,
+    *,
+    band_hz: tuple[float, float] | None = None,
+    start: Sequence[float] | None = None,
+    lower: Sequence[float] | None = None,
+    upper: Sequence[float] | None = None,
+    thesis: bool = False,
+    confidence: float = 0.95,
+) -> ImpedanceFit:
+    """I, B, K from a measured frequency response of the joint, angle over torque (thesis eqs 3-5 and 3-6).
+
+    Parameters
+    ----------
+    response : FrequencyResponse
+        Admittance theta/tau with its coherence (Hz, rad/(N·m)), from ``frequency_response(time, torque,
+        angle)``.
+    band_hz : (float, float), optional
+        Frequencies to fit (Hz); by default all.
+    start : sequence of float, optional
+        Starting values of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad); by default from the response.
+    lower, upper : sequence of float, optional
+        Bounds of I, B, K (units as ``start``); by default none.
+    thesis : bool
+        The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2 (-).
+    confidence : float
+        Probability of the intervals (-), which assume independent residuals of equal variance.
+
+    Returns
+    -------
+    ImpedanceFit
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad); VAF of the response (%).
+
+    Raises
+    ------
+    InputError
+        If the response has too few frequencies, or bounds contradict each other.
+    """
+    from tepsipe.identification.admittance_fit import (
+        TABLE_3_2,
+        Bounds,
+        fit_as_printed,
+        fit_scaled,
+        starting_values,
+    )
+    from tepsipe.mechanics.impedance_model import admittance
+    from tepsipe.signals.spectra import FrequencyResponse
+
+    refuse_other_kind(
+        response, FrequencyResponse, "fit_admittance", "frequency_response(time, torque, angle)"
+    )
+    check_probability(confidence)
+    band = response if band_hz is None else response.band(*band_hz)
+    if band.frequency_hz.size < 4:
+        raise InputError(
+            f"fit_admittance: expected at least 4 frequencies, found {band.frequency_hz.size}: widen the band"
+        )
+    if thesis:
+        start, lower, upper = (
+            given if given is not None else printed
+            for given, printed in zip((start, lower, upper), TABLE_3_2, strict=True)
+        )
+    bounds = Bounds(
+        start=starting_values(band) if start is None else samples(start, "", "start", shape=(3,)),
+        lower=np.full(3, -np.inf) if lower is None else samples(lower, "", "lower", shape=(3,)),
+        upper=np.full(3, np.inf) if upper is None else samples(upper, "", "upper", shape=(3,)),
+    )
+    if not ((bounds.lower < bounds.start) & (bounds.start < bounds.upper)).all():
+        raise InputError(
+            f"fit_admittance: expected starting values between their bounds, found "
+            f"{bounds.start.tolist()} with "
+            f"{bounds.lower.tolist()} and {bounds.upper.tolist()}: correct one of the three"
+        )
+    found = (fit_as_printed if thesis else fit_scaled)(band, bounds)
+    half = scipy.stats.t.ppf(0.5 + 0.5 * confidence, found.degrees_of_freedom) * found.standard_error
+    quantities = {
+        name: Quantity(float(value), UNITS[name], float(error), float(value - reach), float(value + reach))
+        for name, value, error, reach in zip(
+            PARAMETERS, found.parameters, found.standard_error, half, strict=True
+        )
+    }
+    model = admittance(found.parameters, band.frequency_hz)
+    residual = np.abs(band.response - model) ** 2
+    notes = (*([] if found.converged else ["The search did not converge: do not use these numbers."]),)
+    notes += ("A parameter lies at its bound: its value is that of the bound.",) if found.at_bound else ()
+    return ImpedanceFit(
+        estimator="spectral-fit-modulus" if thesis else "spectral-fit",
+        quantities=quantities,
+        vaf=float(100.0 * (1.0 - residual.sum() / np.sum(np.abs(band.response) ** 2))),
+        vaf_of="the response",
+        confidence=confidence,
+        curve=Curve(band.frequency_hz, band.response, model, "Admittance (rad/(N·m))"),
+        details=found,
+        notes=notes,
+    )
+
+
+def fit_parallel_cascade(
+    time: np.ndarray,
+    angle: np.ndarray,
+    torque: np.ndarray,
+    *,
+    training_fraction: float = 0.5,
+    cut_s: float = 1.0,
+    cutoff_hz: float = 30.0,
+    order: int = 4,
+    resample_rate_hz: float = 250.0,
+    block_s: float = 1.0,
+    bootstrap_draws: int = 1000,
+    confidence: float = 0.95,
+    seed: int = 0,
+    **options,
+) -> ImpedanceFit:
+    """Intrinsic stiffness and stretch reflex of a joint under imposed movement (Kearney et al. 1997).
+
+    The first part of the record is fitted, the rest is held out for validation.
+
+    Parameters
+    ----------
+    time : array_like or Signal, shape (n,)
+        Instants (s), on a regular clock.
+    angle, torque : array_like or Signal, shape (n,)
+        theta (rad) and tau (N·m), positive when it resists a positive angle; not filtered.
+    training_fraction : float
+        First part of the record that is fitted (-).
+    cut_s : float
+        Time that is cut at both ends (s).
+    cutoff_hz : float
+        Of the zero-lag Butterworth low-pass of all signals (Hz).
+    order : int
+        Its order, both passes together (-).
+    resample_rate_hz : float
+        Rate to which faster records are resampled first (Hz).
+    block_s : float
+        Length of the bootstrapped blocks (s).
+    bootstrap_draws : int
+        Bootstrap samples (-).
+    confidence : float
+        Probability of the intervals (-).
+    seed : int
+        Of the bootstrap (-).
+    **options
+        Fields of `ParallelCascadeOptions` that differ from the default (units in their names).
+
+    Returns
+    -------
+    ImpedanceFit
+        Intrinsic I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), reflex gain (N·m·s/rad) and delay (s); VAF of
+        the held-out torque (%).
+
+    Raises
+    ------
+    InputError
+        If the signals cannot be used, the record is too short, or the joint does not move.
+    """
+    from dataclasses import fields
+
+    from tepsipe.identification.cascade_fit import ParallelCascadeOptions
+    from tepsipe.identification.parallel_cascade import identify_cascade
+    from tepsipe.signals.filters import butterworth_lowpass
+    from tepsipe.signals.resampling import regular_time, resample
+
+    time, rate_hz = regular_rate(time)
+    angle = plausible_angle(samples(angle, "rad", "angle"))
+    torque = samples(torque, "Nm", "torque")
+    same_length(time, angle=angle, torque=torque)
+    rng = bootstrap_generator(bootstrap_draws, confidence, seed)
+    if rate_hz > 1.001 * resample_rate_hz:
+        slower = regular_time(time[0], time[-1], resample_rate_hz)
+        angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
+        time, rate_hz = slower, resample_rate_hz
+    known = [field.name for field in fields(ParallelCascadeOptions)]
+    for name in options:
+        if name not in known:
+            raise InputError(
+                f"fit_parallel_cascade: expected options among {', '.join(known)}, found {quoted(name)}: "
+                "correct it"
+            )
+    cut = round(cut_s * rate_hz)
+    kept = slice(cut, time.size - cut)
+    size, block = time[kept].size, round(block_s * rate_hz)
+    training = int(training_fraction * size)
+    if training < 4 * block or size - training < block:
+        raise InputError(
+            f"fit_parallel_cascade: expected at least 4 blocks of {block_s:g} s to fit and one to "
+            f"validate, found "
+            f"{size / rate_hz:.3g} s of record after cutting: record longer, cut less, or shorten block_s"
+        )
+    found = identify_cascade(
+        angle,
+        torque,
+        rate_hz,
+        kept,
+        training,
+        lambda x: butterworth_lowpass(x, rate_hz, cutoff_hz, order),
+        ParallelCascadeOptions(**options),
+        block,
+        bootstrap_draws,
+        rng,
+    )
+    quantities = {
+        name: Quantity.drawn(found.impedance[k], UNITS[name], found.impedance_bootstrap[:, k], confidence)
+        for k, name in enumerate(PARAMETERS)
+    }
+    if found.structure.stiffening:
+        quantities["dK/dtheta"] = Quantity.drawn(
+            found.stiffening, "N·m/rad²", found.stiffening_bootstrap, confidence
+        )
+    notes = ("Cross-validation found no reflex.",)
+    if found.structure.direction:
+        quantities["reflex gain"] = Quantity.drawn(found.gain, "N·m·s/rad", found.gain_bootstrap, confidence)
+        quantities["reflex delay"] = Quantity(found.structure.delay_s, "s")
+        low, high = found.delay_range_s
+        notes = (
+            f"The record does not separate reflex delays between {low:g} and {high:g} s; "
+            f"{found.structure.delay_s:g} s is the one nearest to the expected delay.",
+        )
+    measured = butterworth_lowpass(torque, rate_hz, cutoff_hz, order)[kept]
+    fitted = np.array([[time[kept][0], time[kept][training - 1]]])
+    return ImpedanceFit(
+        estimator="parallel-cascade",
+        quantities=quantities,
+        vaf=found.vaf.held_out,
+        vaf_of="the held-out torque",
+        confidence=confidence,
+        curve=Curve(time[kept], measured, found.predicted, "Torque (N·m)", fitted),
+        details=found,
+        notes=notes,
+    )
+
+
+# ---- parts ---------------------------------------------------------------------------------------
+
+
+def _fit_windows(motion, torque, perturbations, rest, thesis, draws, confidence, rng) -> ImpedanceFit:
+    """Windowed least squares, intervals over the perturbations."""
+    from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, Record, estimate
+
+    windows = windows_of(perturbations, motion.time.size)
+    name = LEAST_SQUARES_THESIS if thesis else LEAST_SQUARES
+    at_rest = rest_of(motion.time, windows, rest)
+    found = estimate(name, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
+    return ImpedanceFit(
+        estimator=name,
+        quantities=quantities_of_windows(found.parameters, draws, confidence, rng),
+        vaf=float(found.vaf_per_perturbation.mean()),
+        vaf_of="the torque, mean over the perturbations",
+        confidence=confidence,
+        curve=Curve(motion.time, found.torque, found.predicted, "Torque (N·m)", shaded(motion.time, windows)),
+        details=found,
+        windows=found.parameters,
+        notes=("One perturbation has no interval: record more.",) if len(windows) == 1 else (),
+    )
+
+
+def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> ImpedanceFit:
+    """One regression with an offset over the whole record, intervals over blocks."""
+    from tepsipe.statistics.bootstrap import bootstrap_blocks
+    from tepsipe.statistics.goodness_of_fit import vaf
+    from tepsipe.statistics.least_squares import least_squares_line
+
+    regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta, np.ones_like(motion.theta)])
+    block = round(block_s * rate_hz)
+    if not 4 * block <= torque.size:
+        raise InputError(
+            f"fit_impedance: expected at least 4 blocks of {block_s:g} s, found a record of "
+            f"{torque.size / rate_hz:.3g} s: record longer, or shorten block_s"
+        )
+    try:
+        found = least_squares_line(regressors, torque)
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"fit_impedance: expected a joint that moves, found {error}: check that it was perturbed"
+        ) from error
+    drawn = bootstrap_blocks(regressors, torque, block, draws, rng)
+    mean = torque.mean()
+    return ImpedanceFit(
+        estimator="regression",
+        quantities={
+            name: Quantity.drawn(found.parameters[k], UNITS[name], drawn[:, k], confidence)
+            for k, name in enumerate(PARAMETERS)
+        }
+        | {"offset": Quantity.drawn(found.parameters[3], "N·m", drawn[:, 3], confidence)},
+        vaf=vaf(torque - mean, regressors @ found.parameters - mean),
+        vaf_of="the torque about its mean",
+        confidence=confidence,
+        curve=Curve(motion.time, torque, regressors @ found.parameters, "Torque (N·m)"),
+        details=found,
+    )

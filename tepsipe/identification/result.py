@@ -1,0 +1,245 @@
+"""Result of every estimator of impedance: I, B, K, their intervals, and the VAF of the prediction."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tepsipe.mechanics.impedance_model import PARAMETERS
+
+UNITS = {"I": "N·m·s²/rad", "B": "N·m·s/rad", "K": "N·m/rad"}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One estimated number.
+
+    Attributes
+    ----------
+    value : float
+        The estimate (``unit``).
+    unit : str
+        Its unit.
+    standard_error : float
+        Its standard error (``unit``); NaN where there is none.
+    low, high : float
+        Ends of its interval (``unit``); NaN where there is none.
+    """
+
+    value: float
+    unit: str
+    standard_error: float = np.nan
+    low: float = np.nan
+    high: float = np.nan
+
+    @classmethod
+    def drawn(cls, value: float, unit: str, draws: np.ndarray, confidence: float) -> "Quantity":
+        """An estimate with the spread and the quantiles of bootstrapped ones (``unit``), shape (draws,)."""
+        tail = 50.0 * (1.0 - confidence)
+        low, high = np.percentile(draws, [tail, 100.0 - tail])
+        return cls(float(value), unit, float(np.std(draws, ddof=1)), float(low), float(high))
+
+    def cells(self) -> tuple[str, str, str]:
+        """Value, standard error and interval as text (``unit``), rounded by the standard error."""
+        error = self.standard_error if np.isfinite(self.standard_error) else None
+        interval = "–"
+        if np.isfinite([self.low, self.high]).all():
+            interval = f"[{_digits(self.low, error)}, {_digits(self.high, error)}]"
+        return _digits(self.value, error), "–" if error is None else _digits(error, error), interval
+
+    def __str__(self) -> str:
+        value, _, interval = self.cells()
+        return " ".join(part for part in (value, interval.strip("–"), self.unit) if part)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A measured and a predicted signal, for `ImpedanceFit.plot`.
+
+    Attributes
+    ----------
+    x : ndarray, shape (n,)
+        Instants (s) or frequencies (Hz).
+    measured, predicted : ndarray, shape (n,)
+        The signals (unit in ``label``); complex where ``x`` are frequencies.
+    label : str
+        Quantity and unit.
+    shaded : ndarray, shape (w, 2)
+        Intervals of ``x`` that were fitted (unit of ``x``); empty if all of it was.
+    """
+
+    x: np.ndarray
+    measured: np.ndarray
+    predicted: np.ndarray
+    label: str
+    shaded: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+
+
+@dataclass(frozen=True)
+class ImpedanceFit:
+    """Estimated impedance of a joint, tau = I theta'' + B theta' + K (theta - theta_ref).
+
+    Attributes
+    ----------
+    estimator : str
+        Name of the estimator (`tepsipe.identification.estimators`).
+    quantities : mapping of str to Quantity
+        ``I`` (N·m·s²/rad), ``B`` (N·m·s/rad), ``K`` (N·m/rad), and what else the estimator gives, each with
+        its unit and interval.
+    vaf : float
+        Variance accounted for (%) of the fitted signal, see ``vaf_of``.
+    vaf_of : str
+        Fitted signal.
+    confidence : float
+        Probability of the intervals (-).
+    curve : Curve
+        Measured and predicted signal (units there).
+    details : object
+        The estimator's complete result.
+    windows : ndarray, shape (w, 3)
+        I, B, K of every perturbation (N·m·s²/rad, N·m·s/rad, N·m/rad); empty where one fit serves all.
+    notes : tuple of str
+        Caveats for the interpretation, one sentence each.
+    """
+
+    estimator: str
+    quantities: Mapping[str, Quantity]
+    vaf: float
+    vaf_of: str
+    confidence: float
+    curve: Curve
+    details: object
+    windows: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    notes: tuple[str, ...] = ()
+
+    @property
+    def I(self) -> float:  # noqa: E743, N802  the symbol of the thesis
+        """Inertia (N·m·s²/rad), unit as in eq (2-1)."""
+        return self.quantities["I"].value
+
+    @property
+    def B(self) -> float:  # noqa: N802
+        """Damping in N·m·s/rad, unit as in eq (2-1)."""
+        return self.quantities["B"].value
+
+    @property
+    def K(self) -> float:  # noqa: N802
+        """Stiffness in N·m/rad, unit as in eq (2-1)."""
+        return self.quantities["K"].value
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """I, B, K as an array, shape (3,), units N·m·s²/rad, N·m·s/rad, N·m/rad."""
+        return np.array([self.quantities[name].value for name in PARAMETERS])
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """Name -> ends of its interval (unit of the quantity)."""
+        return {name: (q.low, q.high) for name, q in self.quantities.items()}
+
+    @property
+    def standard_errors(self) -> dict[str, float]:
+        """Name -> standard error (unit of the quantity)."""
+        return {name: q.standard_error for name, q in self.quantities.items()}
+
+    def summary(self) -> str:
+        """Table of the estimates with units, standard errors and intervals, as text."""
+        percent = f"{100.0 * self.confidence:g} % interval"
+        head = f"{'':<16}{'estimate':>12}{'std. error':>12}{percent:>26}  unit"
+        lines = [f"Joint impedance by {self.estimator}", head]
+        for name, q in self.quantities.items():
+            value, error, interval = q.cells()
+            lines.append(f"{name:<16}{value:>12}{error:>12}{interval:>26}  {q.unit}".rstrip())
+        lines.append(f"VAF of {self.vaf_of}: {self.vaf:.2f} %")
+        if len(self.windows):
+            lines.append(f"mean over {len(self.windows)} perturbations")
+        return "\n".join([*lines, *self.notes])
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def to_frame(self):
+        """The estimates as a pandas table: value, unit, standard_error, low, high by name (units there)."""
+        import pandas as pd
+
+        rows = {name: vars(q) for name, q in self.quantities.items()}
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("quantity")
+
+    def plot(self):
+        """Measured and predicted signal, or frequency response, as a matplotlib figure (units in labels)."""
+        import matplotlib.pyplot as plt
+
+        frequencies = np.iscomplexobj(self.curve.measured)
+        rows = 2 if frequencies else 1
+        figure, axes = plt.subplots(
+            rows, 1, figsize=(7.0, 2.2 + 2.0 * rows), sharex=True, squeeze=False, layout="constrained"
+        )
+        (_draw_response if frequencies else _draw_signal)(axes[:, 0], self.curve)
+        text = [f"{name} = {self.quantities[name]}" for name in PARAMETERS]
+        axes[0, 0].set_title("\n".join(text), loc="left", fontsize="small")
+        return figure
+
+
+def quantities_of_windows(
+    parameters: np.ndarray, draws: int, confidence: float, rng: np.random.Generator
+) -> dict[str, Quantity]:
+    """Means over the perturbations of I, B, K, with intervals bootstrapped over them.
+
+    Parameters
+    ----------
+    parameters : ndarray, shape (w, 3)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation.
+    draws : int
+        Bootstrap samples (-).
+    confidence : float
+        Probability of the intervals (-).
+    rng : numpy.random.Generator
+        Draws the perturbations.
+
+    Returns
+    -------
+    dict of str to Quantity
+        ``I``, ``B``, ``K`` (units there).
+    """
+    from tepsipe.statistics.bootstrap import bootstrap_mean
+
+    mean, interval = parameters.mean(axis=0), bootstrap_mean(parameters, draws, rng, confidence)
+    ends = interval.standard_error, interval.low, interval.high
+    return {
+        name: Quantity(float(mean[k]), UNITS[name], *(float(end[k]) for end in ends))
+        for k, name in enumerate(PARAMETERS)
+    }
+
+
+def _digits(x: float, error: float | None) -> str:
+    """Two significant digits of the standard error, or four of the value."""
+    if error is None or not error > 0.0 or not np.isfinite(x):
+        return f"{x:.4g}"
+    decimals = 1 - int(np.floor(np.log10(error)))
+    if not -3 < decimals < 8:
+        return f"{x:.3g}"
+    rounded = round(x, decimals)
+    return f"{rounded + 0.0:.{max(0, decimals)}f}"
+
+
+def _draw_signal(axes, curve: Curve) -> None:
+    (axis,) = axes
+    for low, high in curve.shaded:
+        axis.axvspan(low, high, color="0.9", linewidth=0.0)
+    axis.plot(curve.x, curve.measured, color="0.45", linewidth=1.8, label="measured")
+    axis.plot(curve.x, curve.predicted, color="#c8371b", linewidth=0.8, label="predicted")
+    axis.set(xlabel="Time (s)", ylabel=curve.label)
+    axis.legend(loc="upper right", frameon=False)
+
+
+def _draw_response(axes, curve: Curve) -> None:
+    gain, phase = axes
+    for values, colour, label in (
+        (curve.measured, "0.4", "measured"),
+        (curve.predicted, "#c8371b", "predicted"),
+    ):
+        gain.loglog(curve.x, np.abs(values), color=colour, label=label)
+        phase.semilogx(curve.x, np.degrees(np.unwrap(np.angle(values))), color=colour)
+    gain.set(ylabel=curve.label)
+    phase.set(xlabel="Frequency (Hz)", ylabel="Phase (degrees)")
+    gain.legend(loc="upper right", frameon=False)

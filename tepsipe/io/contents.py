@@ -1,0 +1,316 @@
+"""Contents of a file of any readable kind: channels, rates, units and gaps."""
+
+import csv
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy
+
+from tepsipe.errors import InputError
+
+TABLES = (".csv", ".tsv", ".txt")
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One signal of a file.
+
+    Attributes
+    ----------
+    name : str
+        Its name in the file.
+    unit : str
+        Its unit as given in the file; empty if there is none.
+    rate_hz : float or None
+        Sampling rate (Hz); None where the file gives none.
+    shape : tuple of int
+        Samples, and further axes (-).
+    missing : int
+        Number of instants with missing samples (-).
+    low, high : float
+        Smallest and largest value (``unit``); NaN where there are no numbers.
+    """
+
+    name: str
+    unit: str
+    rate_hz: float | None
+    shape: tuple[int, ...]
+    missing: int
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, name: str, unit: str, rate_hz: float | None, values: np.ndarray) -> "Channel":
+        """Describe samples (``unit``), shape (n, ...), taken at ``rate_hz`` (Hz)."""
+        values = np.asarray(values)
+        if values.dtype.kind not in "fiub" or not values.size:
+            return cls(name, unit, rate_hz, values.shape, 0, np.nan, np.nan)
+        there = np.isfinite(values)
+        low, high = (float(f(values[there])) if there.any() else np.nan for f in (np.min, np.max))
+        gaps = ~there.reshape(values.shape[0], -1).all(axis=1) if values.ndim else ~there.reshape(1)
+        return cls(name, unit, rate_hz, values.shape, int(gaps.sum()), low, high)
+
+
+@dataclass(frozen=True)
+class Contents:
+    """Contents of a file.
+
+    Attributes
+    ----------
+    kind : str
+        Kind of file.
+    facts : dict of str to str
+        Further properties given in the file (units in the text).
+    channels : list of Channel
+        Its signals.
+    """
+
+    kind: str
+    facts: dict[str, str]
+    channels: list[Channel]
+
+    def summary(self) -> str:
+        """The contents as text, one line per channel (units there)."""
+        lines = [self.kind, *(f"{key}: {value}" for key, value in self.facts.items()), ""]
+        rows = [("channel", "unit", "rate (Hz)", "shape", "missing", "smallest", "largest")]
+        rows += [
+            (
+                c.name,
+                c.unit or "–",
+                "–" if c.rate_hz is None else f"{c.rate_hz:g}",
+                " x ".join(map(str, c.shape)) or "1",
+                str(c.missing),
+                *("–" if np.isnan(x) else f"{x:.4g}" for x in (c.low, c.high)),
+            )
+            for c in self.channels
+        ]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        for row in rows:
+            left = "  ".join(cell.ljust(w) for cell, w in zip(row[:2], widths[:2], strict=True))
+            right = "  ".join(cell.rjust(w) for cell, w in zip(row[2:], widths[2:], strict=True))
+            lines.append(f"{left}  {right}")
+        return "\n".join(lines)
+
+
+def contents_of(path: str | Path) -> Contents:
+    """Contents of a file: a text table, C3D, EDF, MATLAB, HDF5 of the study, or treadmill models.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; a name that ends in ``.gz`` is decompressed where it is text.
+
+    Returns
+    -------
+    Contents
+        Kind, facts and channels (units as in the file).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, or of a kind that cannot be read.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: expected a file, found none: correct its path")
+    suffixes = [suffix.lower() for suffix in path.suffixes]
+    suffix = suffixes[-2] if suffixes[-1:] == [".gz"] and len(suffixes) > 1 else "".join(suffixes[-1:])
+    readers: dict[str, Callable[[Path], Contents]] = dict.fromkeys(TABLES, _of_table) | {
+        ".c3d": _of_c3d,
+        ".edf": _of_edf,
+        ".mat": _of_mat,
+        ".h5": _of_hdf5,
+        ".hdf5": _of_hdf5,
+        ".json": _of_models,
+    }
+    if suffix not in readers:
+        raise InputError(
+            f"{path}: expected a file that ends in {', '.join(readers)}, found {suffix or 'no ending'!r}: "
+            f"export "
+            "it as one of these kinds"
+        )
+    return readers[suffix](path)
+
+
+def delimiter_of(header: str) -> str:
+    """Character between the columns of a table with this header (no unit): tab, semicolon or comma."""
+    return max("\t;,", key=header.count)
+
+
+def unit_in(name: str) -> str:
+    """Unit at the end of a column's name, as in ``Torque (Nm)``, ``angle [rad]`` or ``time_s``; or empty."""
+    bracketed = re.search(r"[(\[]([^()\[\]]+)[)\]]\s*$", name)
+    if bracketed:
+        return bracketed.group(1).strip()
+    ending = re.search(r"_(s|ms|rad|deg|Nm|N|m|mm|V|mV|m_per_s|rad_per_s)$", name)
+    return ending.group(1).replace("_per_", "/") if ending else ""
+
+
+def table_columns(path: Path) -> tuple[list[str], str]:
+    """Names of a text table's columns, and the character between them (no unit).
+
+    Raises
+    ------
+    InputError
+        If the file is no text table with a header.
+    """
+    from tepsipe.io.readers.text_file import read_text
+
+    text = read_text(path, "a table of samples")
+    header = text.partition("\n")[0].rstrip("\r")
+    delimiter = delimiter_of(header)
+    names = [name.strip() for name in next(csv.reader([header], delimiter=delimiter), [])]
+    numbers = sum(bool(re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?", name, re.IGNORECASE)) for name in names)
+    if len(names) < 2 or numbers > len(names) // 2:
+        raise InputError(
+            f"{path}: expected a header that names at least two columns, found {header[:60]!r}: add a "
+            f"first line "
+            "with a name for every column"
+        )
+    return names, delimiter
+
+
+def _of_table(path: Path) -> Contents:
+    from tepsipe.io.readers.text_table import read_text_table
+
+    names, delimiter = table_columns(path)
+    unique = [name for name in names if name and names.count(name) == 1]
+    columns, texts = {}, []
+    try:
+        columns = read_text_table(path, {name: name for name in unique}, delimiter)
+    except InputError as error:
+        if "expected a number" not in str(error):
+            raise
+        for name in unique:  # a column of text is skipped
+            try:
+                columns |= read_text_table(path, {name: name}, delimiter)
+            except InputError:
+                texts.append(name)
+    time = next((name for name in columns if re.match(r"time|t\b|t_|t \(", name, re.IGNORECASE)), None)
+    rate, facts = None, {"delimiter": {"\t": "tab", ";": "semicolon", ",": "comma"}[delimiter]}
+    if time is not None:
+        seconds = columns[time] * {"ms": 1e-3, "us": 1e-6}.get(unit_in(time), 1.0)
+        steps = np.diff(seconds[np.isfinite(seconds)])
+        if steps.size and np.median(steps) > 0.0:
+            rate = float(1.0 / np.median(steps))
+            facts["duration"] = f"{steps.sum():.6g} s"
+            facts["steps of time"] = (
+                f"{steps.min():.4g} to {steps.max():.4g} s, median {np.median(steps):.4g} s"
+            )
+    if texts:
+        facts["columns of text"] = ", ".join(texts)
+    return Contents(
+        "text table", facts, [Channel.of(name, unit_in(name), rate, x) for name, x in columns.items()]
+    )
+
+
+def _of_c3d(path: Path) -> Contents:
+    from tepsipe.io.readers.c3d import open_c3d
+
+    file = open_c3d(path)
+    parameters, data = file["parameters"], file["data"]
+
+    def values(group: str, name: str) -> list:
+        return list(parameters.get(group, {}).get(name, {}).get("value", []))
+
+    point_unit = "".join(map(str, values("POINT", "UNITS")[:1])).strip()
+    point_rate, analog_rate = (float((values(g, "RATE") or [0.0])[0]) or None for g in ("POINT", "ANALOG"))
+    channels = []
+    points = data["points"][:3].transpose(2, 1, 0).copy()
+    points[data["meta_points"]["residuals"][0].T < 0.0] = np.nan
+    for k, label in enumerate(values("POINT", "LABELS")[: points.shape[1]]):
+        channels.append(Channel.of(str(label).strip(), point_unit, point_rate, points[:, k]))
+    analogs, units = data["analogs"][0], values("ANALOG", "UNITS")
+    for k, label in enumerate(values("ANALOG", "LABELS")[: analogs.shape[0]]):
+        unit = str(units[k]).strip() if k < len(units) else ""
+        channels.append(Channel.of(str(label).strip(), unit, analog_rate, analogs[k]))
+    facts = {"frames": str(points.shape[0])}
+    if point_rate:
+        facts["duration"] = f"{points.shape[0] / point_rate:.6g} s"
+    used = int((values("FORCE_PLATFORM", "USED") or [0])[0])
+    if used:
+        types = ", ".join(str(int(kind)) for kind in values("FORCE_PLATFORM", "TYPE")[:used])
+        facts["force plates"] = f"{used}, of type {types}"
+    return Contents("C3D", facts, channels)
+
+
+def _of_edf(path: Path) -> Contents:
+    from tepsipe.io.readers.edf import open_edf
+
+    channels = [
+        Channel.of(label, each.physical_dimension, float(each.sampling_frequency), np.asarray(each.data))
+        for label, signals in open_edf(path).items()
+        for each in signals
+    ]
+    lasts = max((c.shape[0] / c.rate_hz for c in channels if c.rate_hz), default=0.0)
+    return Contents("EDF", {"duration": f"{lasts:.6g} s"}, channels)
+
+
+def _of_mat(path: Path) -> Contents:
+    try:
+        content = scipy.io.loadmat(path, squeeze_me=True)
+    except NotImplementedError as error:
+        raise InputError(
+            f"{path}: expected a MATLAB file up to version 7.2, found version 7.3: save it with -v7"
+        ) from error
+    except Exception as error:  # scipy raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected a MATLAB file, found one that cannot be read ({type(error).__name__}): "
+            f"save it again"
+        ) from error
+    variables = {name: np.asarray(x) for name, x in content.items() if not name.startswith("__")}
+    rates = [float(x) for name, x in variables.items() if "rate" in name.lower() and x.size == 1]
+    longest = max((x.shape[0] for x in variables.values() if x.ndim), default=0)
+    channels = [
+        Channel.of(name, unit_in(name), rates[0] if rates and x.shape[:1] == (longest,) else None, x)
+        for name, x in variables.items()
+    ]
+    return Contents("MATLAB", {"variables": str(len(variables))}, channels)
+
+
+def _of_hdf5(path: Path) -> Contents:
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            is_trial = "experiment" in file.attrs
+    except OSError as error:
+        raise InputError(
+            f"{path}: expected an HDF5 file, found one that cannot be read: make it again"
+        ) from error
+    if is_trial:
+        from tepsipe.io.trial import read_trial
+
+        trial = read_trial(path)
+        facts = {key: str(trial.attributes[key]) for key in ("experiment", "condition")}
+        facts["duration"] = f"{trial.time[-1] - trial.time[0]:.6g} s"
+        channels = [
+            Channel.of(name, s.unit, trial.rate_hz if s.axes[0] == "time" else None, s.values)
+            for name, s in trial.signals.items()
+        ]
+        return Contents("trial of the study", facts, channels)
+    from tepsipe.io.result import read_result
+
+    result = read_result(path)
+    channels = [Channel.of(name, result.units[name], None, x) for name, x in result.arrays.items()]
+    return Contents("result of the study", {"facts": ", ".join(result.facts)}, channels)
+
+
+def _of_models(path: Path) -> Contents:
+    import json
+
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        models = {m["name"]: m for m in content["models"]}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{path}: expected a file of treadmill models, found other JSON: fit the models again"
+        ) from error
+    facts = {
+        name: f"predicts a load in {model.get('unit')}, fitted to {', '.join(model.get('trained_on', []))}"
+        for name, model in models.items()
+    }
+    return Contents("treadmill models", facts, [])

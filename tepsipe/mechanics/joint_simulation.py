@@ -1,0 +1,64 @@
+"""Simulate a joint of known impedance under a leg on a moving belt, to test estimators."""
+
+import numpy as np
+
+from tepsipe.errors import refuse_other_kind
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg
+from tepsipe.signals.units import regular_rate, same_length, samples
+
+THESIS_FOOT = Foot(mass_kg=2.1, height_m=0.055)  # Table 2-2
+
+
+def simulate_joint(
+    time: np.ndarray,
+    belt_velocity: np.ndarray,
+    leg: Leg,
+    *,
+    I: float = 0.0,  # noqa: E741, N803  the symbols of the thesis
+    B: float,  # noqa: N803
+    K: float,  # noqa: N803
+    rest_angle_rad: float = 0.0,
+    foot: Foot = THESIS_FOOT,
+    engine: str = "auto",
+    step_s: float | None = None,
+):
+    """Motion, torque and forces of a leg on a joint of known impedance, driven by the belt.
+
+    Parameters
+    ----------
+    time : array_like or Signal, shape (n,)
+        Instants (s), on a regular clock.
+    belt_velocity : array_like or Signal, shape (n,)
+        Velocity of the belt (m/s).
+    leg : Leg
+        The leg (kg, m, kg·m²).
+    I, B, K : float
+        Inertia (N·m·s²/rad, without the leg's own), damping (N·m·s/rad), stiffness (N·m/rad) of the joint.
+    rest_angle_rad : float
+        Angle at which the joint is not bent (rad).
+    foot : Foot
+        The foot (kg, m); by default that of the thesis.
+    engine : {"auto", "pybullet", "mujoco", "equations"}
+        Engine of the simulation; ``auto`` takes the first of the others that is installed.
+    step_s : float, optional
+        Longest step of the simulation (s); by default 1 ms.
+
+    Returns
+    -------
+    ForwardSimulation
+        Angle (rad), torque (N·m), forces (N) and accelerations (m/s²) at the instants.
+
+    Raises
+    ------
+    InputError
+        If the signals cannot be used, the joint cannot be simulated, or the engine is not installed.
+    """
+    from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
+
+    refuse_other_kind(leg, Leg, "simulate_joint", "Leg")
+    time, rate_hz = regular_rate(time)
+    velocity = samples(belt_velocity, "m/s", "belt_velocity")
+    same_length(time, belt_velocity=velocity)
+    stride = max(1, int(np.ceil(1.0 / (rate_hz * (0.001 if step_s is None else step_s)) - 1e-9)))
+    joint = Joint(I, B, K, rest_angle_rad)
+    return simulate_dummy(time, velocity, leg, foot, joint, 1.0 / (rate_hz * stride), engine=engine)

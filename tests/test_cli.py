@@ -1,0 +1,178 @@
+"""The commands: what they print and write, and one sentence on the standard error where they cannot."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from tepsipe.cli import main
+from tepsipe.io.contents import contents_of, unit_in
+
+TABLE = "examples/data/perturbed_joint.csv"
+COLUMNS = ["--time", "time_s", "--angle", "angle_rad", "--torque", "torque_Nm"]
+
+
+@pytest.fixture
+def table(root):
+    return str(root / TABLE)
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def refused(capsys, *arguments):
+    assert main(list(map(str, arguments))) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("tepsipe: ")
+    return lines[0]
+
+
+def rows(path):
+    with open(path, newline="") as file:
+        return {row["quantity"]: row for row in csv.DictReader(file)}
+
+
+def test_no_command_prints_help(capsys):
+    assert main([]) == 0
+    assert "calibrate" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["fit", "calibrate", "info"])
+def test_every_command_has_help(command, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([command, "--help"])
+    assert ended.value.code == 0
+    assert f"usage: tepsipe {command}" in capsys.readouterr().out
+
+
+def test_fit_perturbation_by_perturbation(table, capsys, tmp_path):
+    assert main(["fit", table, *COLUMNS, "--belt-velocity", "belt_velocity_m_per_s"]) == 0
+    out = capsys.readouterr().out
+    assert "mean over 6 perturbations" in out
+    found = rows(tmp_path / "perturbed_joint_fit.csv")
+    assert float(found["K"]["value"]) == pytest.approx(10.0, rel=0.03)
+    assert float(found["B"]["value"]) == pytest.approx(0.3, rel=0.05)
+    assert float(found["K"]["low"]) < 10.0 < float(found["K"]["high"])
+    assert (tmp_path / "perturbed_joint_fit.png").stat().st_size > 5000
+
+
+def test_fit_of_a_whole_record_in_other_units(table, capsys, tmp_path):
+    values = np.loadtxt(table, delimiter=",", skiprows=1)
+    values[:, 1] = np.degrees(values[:, 1])
+    values[:, 2] *= -1e3
+    np.savetxt("other.tsv", values[:, :3], delimiter="\t", header="t\ttheta\tM", comments="", fmt="%.7g")
+    options = ["--angle-unit", "deg", "--torque-unit", "Nmm", "--torque-sign", "-1", "--output", "there"]
+    assert main(["fit", "other.tsv", "--time", "t", "--angle", "theta", "--torque", "M", *options]) == 0
+    assert float(rows("there.csv")["K"]["value"]) == pytest.approx(10.0, rel=0.03)
+    assert main(["fit", table, *COLUMNS, "--output", "same"]) == 0
+    same, there = (float(rows(f"{name}.csv")["K"]["value"]) for name in ("same", "there"))
+    assert there == pytest.approx(same, rel=1e-4)
+
+
+def test_fit_of_the_parallel_cascade(capsys):
+    rng = np.random.default_rng(2)
+    time = np.arange(0.0, 30.0, 0.004)
+    angle = 0.02 * np.convolve(rng.standard_normal(time.size), np.hanning(60) / 5.5, mode="same")
+    torque = 1.2 * np.gradient(angle, time) + 70.0 * angle + 0.01 * rng.standard_normal(time.size)
+    np.savetxt(
+        "joint.csv", np.column_stack([time, angle, torque]), delimiter=",", header="t,a,m", comments=""
+    )
+    arguments = ["fit", "joint.csv", "--time", "t", "--angle", "a", "--torque", "m", "--model", "cascade"]
+    assert main(arguments) == 0
+    assert float(rows("joint_fit.csv")["K"]["value"]) == pytest.approx(70.0, rel=0.05)
+    assert "held-out torque" in capsys.readouterr().out
+
+
+def test_calibrate_writes_models_scores_and_figure(capsys, tmp_path):
+    for seed in (1, 2):
+        rng = np.random.default_rng(seed)
+        time = np.arange(0.0, 60.0, 0.01)
+        velocity = 1.2 + 0.02 * np.convolve(rng.standard_normal(time.size), np.hanning(20), mode="same")
+        moment = 6.0 * np.gradient(velocity, time) + 0.1 * rng.standard_normal(time.size)
+        np.savetxt(
+            f"run{seed}.txt",
+            np.column_stack([time, moment, velocity]),
+            delimiter="\t",
+            header="Time (s)\tMoment (Nm)\tVelocity (m/s)",
+            comments="",
+        )
+    assert main(["calibrate", "run1.txt", "run2.txt", "--output", "belt"]) == 0
+    out = capsys.readouterr().out
+    assert "best on run2.txt" in out
+    assert {model["name"] for model in json.loads((tmp_path / "belt.json").read_text())["models"]} >= {"fir"}
+    with open("belt.csv", newline="") as file:
+        assert all(float(row["r2"]) > 0.9 for row in csv.DictReader(file))
+    assert contents_of("belt.json").kind == "treadmill models"
+    said = refused(capsys, "calibrate", "run1.txt", "run1.txt")
+    assert "two separate recordings" in said
+
+
+def test_refusals_are_one_sentence(table, capsys, tmp_path):
+    assert "no file" in refused(capsys, "fit", "missing.csv", *COLUMNS)
+    said = refused(capsys, "fit", table, "--time", "time_s", "--angle", "angle", "--torque", "torque_Nm")
+    assert "'angle_rad'" in said
+    assert "--angle" in said
+    said = refused(capsys, "fit", table, *COLUMNS, "--angle-unit", "deg", "--output", "nowhere/fit")
+    assert "nowhere" in said
+    (tmp_path / "own.csv").write_bytes(open(table, "rb").read())
+    said = refused(capsys, "fit", "own.csv", *COLUMNS, "--output", "own")
+    assert "the input" in said
+    (tmp_path / "short.csv").write_text("t,a,m\n0,0,0\n1,1,1\n")
+    assert "short.csv: time" in refused(
+        capsys, "fit", "short.csv", "--time", "t", "--angle", "a", "--torque", "m"
+    )
+    (tmp_path / "numbers.csv").write_text("1,2,3\n4,5,6\n")
+    assert "header" in refused(capsys, "info", "numbers.csv")
+    (tmp_path / "a.docx").write_text("x")
+    assert ".c3d" in refused(capsys, "info", "a.docx")
+    assert refused(capsys, "info", "none.c3d").count("none.c3d") == 1
+
+
+def test_info_shows_channels_rates_units_and_gaps(table, capsys, dummy_files):
+    assert main(["info", table]) == 0
+    out = capsys.readouterr().out
+    assert "250" in out
+    assert "angle_rad" in out
+    c3d = contents_of(dummy_files["markers"])
+    assert c3d.channels[0].rate_hz == 250.0
+    assert c3d.channels[0].unit == "mm"
+    log = {c.name: c for c in contents_of(dummy_files["log"]).channels}
+    assert log["belt_velocity_m_per_s"].unit == "m/s"
+    assert log["belt_velocity_m_per_s"].rate_hz == 1000.0
+
+
+def test_info_counts_gaps_and_names_columns_of_text(tmp_path):
+    (tmp_path / "t.csv").write_text("time [ms],x (mm),note\n0,1,a\n10,,b\n20,3,c\n30,4,d\n")
+    contents = contents_of(tmp_path / "t.csv")
+    x = {c.name: c for c in contents.channels}["x (mm)"]
+    assert (x.missing, x.unit, x.rate_hz, x.high) == (1, "mm", 100.0, 4.0)
+    assert contents.facts["columns of text"] == "note"
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("Torque (Nm)", "Nm"), ("angle [deg]", "deg"), ("v_m_per_s", "m/s"), ("trial", ""), ("a(b)c", "")],
+)
+def test_unit_in_the_name_of_a_column(name, unit):
+    assert unit_in(name) == unit
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "channel", "rate_hz"),
+    [
+        ("c3d/Gait.c3d", "C3D", "RSHO", 100.0),
+        ("c3d/HC002D06.c3d", "C3D", "HEDO", 100.0),
+        ("human-ankle/ankle_trial1.csv.gz", "text table", "ankle_torque_Nm", 1000.0),
+        ("quiet-standing/BDS00001.txt.gz", "text table", "Fz[N]", 100.0),
+    ],
+)
+def test_info_reads_recordings_made_by_others(name, kind, channel, rate_hz, real_data):
+    contents = contents_of(real_data(name))
+    assert contents.kind == kind
+    assert {c.name: c for c in contents.channels}[channel].rate_hz == pytest.approx(rate_hz)

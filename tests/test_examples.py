@@ -1,0 +1,68 @@
+"""The examples run as the README says, and print what they promise."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.io.trial import write_trial
+
+pytestmark = pytest.mark.slow
+
+
+def run(root, folder, name, *arguments):
+    """Output of an example that runs in a folder of its own; its figures must be there afterwards."""
+    environment = os.environ | {"MPLBACKEND": "Agg", "PYTHONPATH": str(root)}
+    command = [sys.executable, str(root / "examples" / f"{name}.py"), *map(str, arguments)]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert list(folder.glob("*.png")), "no figure was written"
+    return done.stdout
+
+
+def stiffness(text):
+    """Estimate and interval (N·m/rad) of every K that a summary prints."""
+    rows = re.findall(r"^K +([-\d.]+) +\S+ +\[([-\d.]+), ([-\d.]+)\]", text, re.MULTILINE)
+    return [tuple(map(float, row)) for row in rows]
+
+
+def test_own_arrays(root, tmp_path):
+    ((value, low, high),) = stiffness(run(root, tmp_path, "own_arrays"))
+    assert value == pytest.approx(10.0, rel=0.03)
+    assert low < value < high
+    assert "K," in (tmp_path / "own_arrays.csv").read_text()
+
+
+def test_human_joint(root, tmp_path):
+    text = run(root, tmp_path, "human_joint")
+    ((value, _, _),) = stiffness(text)
+    assert value == pytest.approx(80.0, rel=0.03)
+    gain = float(re.search(r"^reflex gain +([\d.]+)", text, re.MULTILINE).group(1))
+    assert gain == pytest.approx(5.0, rel=0.1)
+
+
+def test_study_trial(root, tmp_path, dummy_files, shipped_config):
+    options = TreadmillOptions(**shipped_config["dummy"]["ingest"], resample_rate_hz=250.0)
+    labels = shipped_config["dummy"]["files"]["marker_labels"]
+    trial = ingest_treadmill_files(dummy_files, labels, options, 12.0)
+    write_trial(tmp_path / "trial.h5", trial, "dummy", "sine-0.5", dummy_files, vars(options))
+    thesis, consistent, output_error = stiffness(run(root, tmp_path, "study_trial", tmp_path / "trial.h5"))
+    assert thesis[0] == pytest.approx(10.0 - 2.0 * 0.4 * 9.81 * 0.4485, rel=0.1)
+    assert consistent[0] == pytest.approx(10.0, rel=0.05)
+    assert output_error[0] == pytest.approx(10.0, rel=0.03)
+
+
+def test_calibrate_treadmill(root, tmp_path):
+    text = run(root, tmp_path, "calibrate_treadmill")
+    measured, compensated = map(float, re.search(r"([\d.]+) Nm as measured, ([\d.]+) Nm", text).groups())
+    assert compensated < 0.1 * measured
+
+
+def test_simulate_and_estimate(root, tmp_path):
+    found = stiffness(run(root, tmp_path, "simulate_and_estimate"))
+    assert len(found) == 3
+    assert found[0][0] == pytest.approx(10.0, rel=0.005)
+    assert found[1][1] - 0.1 < 10.0 < found[1][2] + 0.1

@@ -1,0 +1,134 @@
+"""Who may import whom: packages as rooms, one direction, and what only some rooms may know."""
+
+import ast
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
+# a room may import from lower floors only, and not from another room of its own floor
+FLOORS = {
+    "errors": 0,
+    "signals": 1,
+    "io": 1,
+    "statistics": 1,
+    "mechanics": 2,
+    "ingest": 2,
+    "treadmill": 2,
+    "identification": 3,
+    "experiments": 4,
+    "reporting": 5,
+    "cli": 6,
+}
+ENGINES = {"pybullet", "mujoco"}
+LONGEST_MODULE = 500
+
+
+def name_of(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+NAMES = {name_of(path): path for path in MODULES}
+
+
+def statements(path, at_import_only):
+    """Import statements of a module; those inside functions run later."""
+    tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
+    waiting = list(tree.body)
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield node
+        elif not (at_import_only and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)):
+            waiting += list(ast.iter_child_nodes(node))
+
+
+def imported(path, at_import_only=False):
+    """Full names that a module imports: modules of the library by their own name."""
+    found = set()
+    for node in statements(path, at_import_only):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        else:
+            for alias in node.names:
+                full = f"{node.module}.{alias.name}"
+                found.add(full if full in NAMES else node.module)
+    return found
+
+
+def room(name):
+    return [*name.split("."), ""][1]
+
+
+ARROWS = {name: {n for n in imported(path) if n in NAMES} for name, path in NAMES.items()}
+
+
+def test_every_room_has_its_floor():
+    rooms = {room(name) for name in NAMES} - {"", "virtual_lab"}
+    assert rooms == set(FLOORS)
+    assert len(set(FLOORS.values())) <= 8
+
+
+@pytest.mark.parametrize("name", [n for n in NAMES if room(n) in FLOORS])
+def test_a_module_imports_from_lower_floors_or_its_own_room(name):
+    own = room(name)
+    for other in map(room, ARROWS[name] - {"tepsipe"}):
+        assert other == own or FLOORS[other] < FLOORS[own], f"{name} imports from {other}"
+
+
+def test_no_circle():
+    done = set()
+
+    def visit(name, trail):
+        assert name not in trail, " -> ".join([*trail[trail.index(name) :], name])
+        if name not in done:
+            for other in ARROWS[name] - {"tepsipe"}:
+                visit(other, [*trail, name])
+            done.add(name)
+
+    for name in NAMES:
+        visit(name, [])
+
+
+@pytest.mark.parametrize("package", ["signals", "mechanics", "identification"])
+def test_what_takes_arrays_knows_neither_trials_nor_files(package):
+    for name in NAMES:
+        if room(name) == package:
+            for other in imported(NAMES[name]):
+                assert room(other) != "io", f"{name} imports {other}"
+                assert other.split(".")[0] not in ("h5py", "ezc3d", "edfio", "pathlib", "csv"), name
+
+
+def test_pandas_and_pyplot_are_imported_in_reporting_or_when_a_result_is_shown():
+    for name, path in NAMES.items():
+        for other in imported(path, at_import_only=True):
+            if other.split(".")[0] == "pandas" or other.startswith("matplotlib"):
+                assert room(name) == "reporting", f"{name} imports {other} when it is imported"
+
+
+def test_scipys_packages_are_imported_when_they_are_used():
+    """`import scipy`, then scipy.signal.lfilter: the package is loaded when it is first named."""
+    for name, path in NAMES.items():
+        for other in imported(path):
+            assert not other.startswith("scipy."), f"{name} imports {other}"
+
+
+def test_every_engine_is_imported_by_its_own_module_only():
+    knowing = defaultdict(set)
+    for name, path in NAMES.items():
+        for other in imported(path):
+            knowing[other.split(".")[0]].add(name)
+    for engine in ENGINES:
+        assert knowing[engine] == {f"tepsipe.mechanics.engines.{engine}"}
+
+
+def test_public_names_are_imported_late():
+    assert imported(NAMES["tepsipe"]) == {"importlib"}
+
+
+@pytest.mark.parametrize("path", [p for p in MODULES if "virtual_lab" not in p.parts], ids=name_of)
+def test_modules_stay_short(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST_MODULE

@@ -1,0 +1,230 @@
+"""Table of the experiments, with all properties that the workflow needs before the first job.
+
+A new experiment begins with an entry here. The trial sheet takes raw files and columns from this table, the
+study takes figures, tables and files, and the report takes the settings that it prints.
+"""
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Properties of an experiment.
+
+    Attributes
+    ----------
+    raw_files : kind of raw file -> its name in the virtual laboratory, None if that makes none
+        The kinds are columns of the trial sheet.
+    category, figures : category of the HTML report, and names of the figures.
+    optional_files : kinds of raw file that a recorded trial may lack.
+    profiles : perturbation profiles of simulated trials.
+    pulsed, at_random : whether perturbations are separate pulses, and whether their intervals may be a range.
+    models : models of the treadmill that its trials calibrate or validate, or None.
+    tasks : tasks of the simulated person, a recorded one may have any; empty if trials have no task.
+    table_columns : quantity -> column of the sheet that names its column, if the tables of trials differ.
+    fitted : whether each trial has its own fit and estimates.
+    cross_validated : whether the parameters of each trial predict all trials.
+    thesis_tables : table of the thesis -> common beginning of the names of its conditions.
+    printed : settings that the report prints.
+    true : constants of the laboratory, as the truth of the estimates.
+    """
+
+    raw_files: dict[str, str | None]
+    category: str = ""
+    figures: tuple[str, ...] = ()
+    optional_files: tuple[str, ...] = ()
+    profiles: tuple[str, ...] = ()
+    pulsed: bool = True
+    at_random: bool = False
+    models: str | None = None
+    tasks: tuple[str, ...] = ()
+    table_columns: dict[str, str] = field(default_factory=dict)
+    fitted: bool = True
+    cross_validated: bool = False
+    thesis_tables: dict[str, str] = field(default_factory=dict)
+    printed: tuple[str, ...] = ()
+    true: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a study without trials of its own, which needs the trials of several experiments."""
+
+    needs: tuple[str, ...]
+    category: str
+    figures: tuple[str, ...]
+    printed: tuple[str, ...] = ()
+
+
+PULSES = ("sine", "minjerk")
+TREADMILL_FILES = {"log": "log.mat", "calibration": "calibration.csv"}
+
+EXPERIMENTS = {
+    "wristalyzer": Experiment(
+        raw_files={"log": "log.txt", "command": "command.txt"},
+        profiles=("multisine",),
+        pulsed=False,
+        cross_validated=True,
+        thesis_tables={"table_4_1": ""},
+        category="Wristalyzer",
+        figures=(
+            "figure_2_4",
+            "figure_3_1",
+            "figure_4_1",
+            "figure_4_2",
+            "figure_4_3",
+            "figure_starting_values",
+            "figure_averaging",
+        ),
+        printed=(
+            "ingest.resample_rate_hz",
+            "analysis.lowpass_cutoff_hz",
+            "analysis.lowpass_order",
+            "analysis.cut_s",
+            "analysis.averaged_bins",
+            "analysis.fit_band_hz",
+            "analysis.perturbation_period_s",
+        ),
+        true=("wristalyzer.rubber", "wristalyzer.manipulator.inertia_kgm2"),
+    ),
+    "dummy": Experiment(
+        raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
+        profiles=PULSES,
+        cross_validated=True,
+        thesis_tables={"table_4_2": "sine-", "table_4_3": "minjerk-"},
+        category="TEP-SIPE on the ankle dummy",
+        figures=(
+            "figure_2_9",
+            "figure_3_3",
+            "figure_4_4",
+            "figure_pathways",
+            "figure_torque",
+            "figure_specification",
+            "figure_dummy_cross_validation",
+        ),
+        printed=(
+            "files.marker_labels",
+            "ingest.resample_rate_hz",
+            "ingest.max_gap_s",
+            "ingest.marker_sampling_hz",
+            "geometry.leg_mass_kg",
+            "geometry.leg_com_m",
+            "geometry.leg_inertia_kgm2",
+            "geometry.gravity_m_per_s2",
+            "analysis.lowpass_cutoff_hz",
+            "analysis.threshold_fraction",
+            "pathways",
+            "foot.pathways",
+            "as_printed",
+            "recommended",
+        ),
+        true=("dummy.rubber",),
+    ),
+    "weight": Experiment(
+        raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
+        profiles=PULSES,
+        models="plate",
+        category="Belt-induced force",
+        figures=(
+            "figure_4_5",
+            "figure_4_6",
+            "figure_5_1",
+            "figure_plate_models",
+            "figure_plate_responses",
+        ),
+        printed=("weight.mass_kg", "analysis.cutoffs_hz", "analysis.segment_s"),
+        true=("weight.mass_kg",),
+    ),
+    "empty": Experiment(raw_files=TREADMILL_FILES, profiles=PULSES, models="plate"),
+    "standing": Experiment(
+        raw_files=TREADMILL_FILES | {"markers": "markers.c3d", "emg": "emg.edf"},
+        optional_files=("emg",),
+        profiles=("sine", "negative-sine"),
+        at_random=True,
+        tasks=("relax", "stiff"),
+        category="A person standing on the treadmill",
+        figures=(
+            "figure_4_13",
+            "figure_4_14",
+            "figure_standing_activity",
+            "figure_standing_latency",
+            "figure_standing_response",
+            "figure_standing_stiffness",
+            "figure_standing_window",
+            "figure_standing_joints",
+        ),
+        printed=(
+            "person.mass_kg",
+            "person.stature_m",
+            "pathways",
+            "estimators",
+            "latency.detector",
+            "recommended",
+        ),
+        true=("standing.tasks", "standing.muscles"),
+    ),
+    "belt": Experiment(
+        raw_files={"log": None},
+        models="belt",
+        table_columns={"time": "time_column", "load": "load_column", "velocity": "velocity_column"},
+        fitted=False,
+        category="Belt-induced load of an empty treadmill",
+        figures=("figure_belt_prediction", "figure_belt_cutoff", "figure_belt_ripple"),
+        printed=(
+            "analysis.shown_cutoff_hz",
+            "analysis.lowpass_order",
+            "analysis.zero_lag",
+            "analysis.trimmed_s",
+            "models.fir_lead_s",
+            "models.ripple.memory_s",
+        ),
+    ),
+    "position_manipulator": Experiment(
+        raw_files={"log": None},
+        category="Position-controlled manipulator",
+        figures=(
+            "figure_position_manipulator_impedance",
+            "figure_position_manipulator_prediction",
+            "figure_position_manipulator_responses",
+        ),
+        printed=(
+            "ingest.resample_rate_hz",
+            "analysis.lowpass_cutoff_hz",
+            "analysis.averaged_bins",
+            "analysis.training_fraction",
+            "analysis.block_s",
+            "analysis.parallel_cascade.intrinsic_lag_s",
+            "analysis.parallel_cascade.reflex_length_s",
+        ),
+    ),
+}
+
+# Figures B-1 to B-12 are one per condition of the dummy, in the order of the trial sheet
+APPENDIX = tuple(f"figure_b_{number}" for number in range(1, 13))
+PARTS = {
+    # the torque from the foot's side needs models of the force plate
+    "foot": Part(("dummy", "weight"), EXPERIMENTS["dummy"].category, ("figure_foot",)),
+    # simulations compare the parameters of both experiments with the dummy
+    "simulation": Part(
+        ("wristalyzer", "dummy"),
+        "Forward simulation",
+        (
+            "figure_4_7",
+            "figure_4_8",
+            "figure_4_9",
+            "figure_4_10",
+            "figure_4_11",
+            "figure_b",
+            *APPENDIX,
+            "figure_b_13",
+        ),
+    ),
+    "noise": Part(
+        ("wristalyzer", "dummy"),
+        "Sensitivity to noise",
+        ("figure_4_12", "figure_noise"),
+        ("joint", "table_snr_db", "draws", "table_estimators"),
+    ),
+}
+# captions of the HTML report that serve several figures
+CAPTIONS = dict.fromkeys(APPENDIX, "figure_b_trial")

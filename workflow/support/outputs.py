@@ -1,0 +1,139 @@
+"""Output files of a study, as named by its rules."""
+
+from workflow.support.experiments import APPENDIX, CAPTIONS, EXPERIMENTS, PARTS
+from workflow.support.study import Study
+
+
+def shown(study: Study) -> list[str]:
+    """Experiments and parts of the study, in the order in which their figures are shown."""
+    return study.experiments + [name for name in PARTS if study.has(name)]
+
+
+def figures_of(study: Study, name: str) -> dict[str, str]:
+    """Figure -> its caption, of an experiment or part; of Figures B-1 to B-12 as many as there are trials."""
+    left_out = APPENDIX[len(study.conditions("dummy")) :]
+    names = (PARTS.get(name) or EXPERIMENTS[name]).figures
+    return {figure: CAPTIONS.get(figure, figure) for figure in names if figure not in left_out}
+
+
+def category_of(name: str) -> str:
+    """Category of the HTML report."""
+    return (PARTS.get(name) or EXPERIMENTS[name]).category
+
+
+def figures(study: Study) -> list[str]:
+    """Every figure of the study's experiments and parts."""
+    return [f"<results>/figures/{figure}.svg" for name in shown(study) for figure in figures_of(study, name)]
+
+
+def standing_figures(study: Study) -> list[str]:
+    """Figures 4-13 and 4-14 of every trial of the standing person."""
+    names = ("4_13", "4_14")
+    return [
+        f"<results>/figures/standing/{c}_{name}.png" for c in study.conditions("standing") for name in names
+    ]
+
+
+def trials(study: Study) -> list[str]:
+    """HDF5 files of all trials."""
+    return [f"<results>/trials/{e}/{c}.h5" for e, c in study.trials]
+
+
+def fits(study: Study) -> list[str]:
+    """Fits of all trials that have one, experiment by experiment."""
+    return [f"<results>/fits/{e}/{c}.h5" for e, names in study.all_conditions(True).items() for c in names]
+
+
+def estimates_of(study: Study, experiment: str) -> list[str]:
+    """Rows of estimates of an experiment's trials, and of its cross-validation."""
+    files = study.of_trials(f"<results>/estimates/{experiment}/{{condition}}.csv", experiment)
+    crossed = files and EXPERIMENTS[experiment].cross_validated
+    return files + ([f"<results>/cross_validation/{experiment}.csv"] if crossed else [])
+
+
+def estimates(study: Study) -> list[str]:
+    """Rows of estimates of all trials and tasks, then of cross-validations."""
+    files = [f"<results>/estimates/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].fitted]
+    if study.has("foot"):
+        files += study.of_trials("<results>/estimates/foot/{condition}.csv", "dummy")
+    files += [f"<results>/estimates/standing_tasks/{task}.csv" for task in study.tasks()]
+    crossed = [e for e in study.experiments if EXPERIMENTS[e].cross_validated]
+    return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
+
+
+def task_fits(study: Study) -> list[str]:
+    """Joint result of the trials of each task."""
+    return [f"<results>/fits/standing_tasks/{task}.h5" for task in study.tasks()]
+
+
+def plate_models(study: Study) -> list[str]:
+    """Models of the belt-induced force and moment of the plate, if any: of Fy, then of Mx."""
+    loads = ("Fy", "Mx") if study.has("weight") else ()
+    return [f"<results>/treadmill_models/plate_{load}.json" for load in loads]
+
+
+def model_files(study: Study, experiment: str) -> list[str]:
+    """Responses and scores of a calibration of treadmill models, for the report."""
+    if not study.has(experiment):
+        return []
+    name = EXPERIMENTS[experiment].models
+    return [f"<results>/fits/{name}.h5", f"<results>/treadmill_models/{name}.csv"]
+
+
+def model_scores(study: Study) -> list[str]:
+    """Scores of the force plate's models and of those of a recorded treadmill."""
+    return [path for e in ("weight", "belt") for path in model_files(study, e)[1:]]
+
+
+def models(study: Study) -> list[str]:
+    """The table of the treadmill models, if any."""
+    return ["<results>/tables/treadmill_models.csv"] if model_scores(study) else []
+
+
+def thesis_tables(study: Study) -> list[str]:
+    """The tables of the thesis, if the study has trials to compare."""
+    return [f"<results>/tables/{name}.csv" for name in study.thesis_tables()]
+
+
+def forward(study: Study) -> list[str]:
+    """The comparison of simulations with recordings."""
+    return ["<results>/tables/forward.csv"] if study.has("simulation") else []
+
+
+def noise(study: Study) -> list[str]:
+    """The noise study's tables."""
+    names = ("noise", "table_4_4") if study.has("noise") else ()
+    return [f"<results>/tables/{name}.csv" for name in names]
+
+
+def specification(study: Study) -> list[str]:
+    """Specification curve: one trial of the dummy, analysed with every combination of choices."""
+    return ["<results>/tables/specification.csv"] if study.has("dummy") else []
+
+
+def recovery(study: Study) -> list[str]:
+    """The comparison with the truth, if there is one."""
+    return [] if study.config["study"]["virtual_lab"] is None else ["<results>/tables/recovery.csv"]
+
+
+def claims(study: Study) -> list[str]:
+    """The check of the claims of the thesis, if the study has trials to compare."""
+    return [] if study.config["study"]["reported"] is None else ["<results>/tables/claims.csv"]
+
+
+def everything(study: Study) -> list[str]:
+    """Inputs of the rule `all`, except the HTML report, which shows them."""
+    return [
+        f"<results>/report/{study.config['study']['name']}.pdf",
+        "<results>/provenance.json",
+        "<results>/tables/estimates.csv",
+        *thesis_tables(study),
+        *models(study),
+        *forward(study),
+        *noise(study),
+        *specification(study),
+        *recovery(study),
+        *claims(study),
+        *figures(study),
+        *standing_figures(study),
+    ]

@@ -1,0 +1,64 @@
+"""Complete settings of every experiment, from a configuration in which each value stands once."""
+
+import copy
+
+ON_THE_PLATE = ("dummy", "weight", "empty", "standing")
+
+
+def plate_treadmill(config: dict, experiment: str) -> dict:
+    """Belt, rate (Hz) and filter (Hz, -) of an experiment on the plate treadmill."""
+    shared = {key: value for key, value in config["plate_treadmill"].items() if key != "exceptions"}
+    return shared | config["plate_treadmill"]["exceptions"].get(experiment, {})
+
+
+def plate_key(config: dict, experiment: str, key: str) -> str:
+    """Place of the setting in the configuration, for messages."""
+    own = config["plate_treadmill"]["exceptions"].get(experiment, {})
+    return f"plate_treadmill.exceptions.{experiment}.{key}" if key in own else f"plate_treadmill.{key}"
+
+
+def settings_of(config: dict) -> dict:
+    """The configuration, with the settings of the plate treadmill copied into its experiments.
+
+    ``ingest`` of each gets ``resample_rate_hz``; that of the empty belt gets None for settings of markers.
+    All but the empty belt get ``belt``. ``analysis`` gets ``lowpass_order`` and ``lowpass_cutoff_hz``; that
+    of the weight gets ``cutoffs_hz``, the shared one first.
+    """
+    settings = copy.deepcopy(config)
+    no_markers = {"max_gap_s": None, "marker_sampling_hz": None}
+    for experiment in ON_THE_PLATE:
+        section, plate = settings[experiment], plate_treadmill(config, experiment)
+        rate = {"resample_rate_hz": plate["resample_rate_hz"]}
+        section["ingest"] = no_markers | section["ingest"] | rate
+        if experiment == "empty":
+            continue
+        section["belt"] = plate["belt"]
+        analysis = section["analysis"]
+        analysis["lowpass_order"] = plate["lowpass_order"]
+        if experiment == "weight":
+            analysis["cutoffs_hz"] = [plate["lowpass_cutoff_hz"], *analysis.pop("other_cutoffs_hz")]
+        else:
+            analysis["lowpass_cutoff_hz"] = plate["lowpass_cutoff_hz"]
+    return settings
+
+
+def only(section: dict, *keys: str) -> dict:
+    """Selected entries of a section: a rule with these parameters is not rerun for changes of the others."""
+    return {key: section[key] for key in keys}
+
+
+def without(section: dict, *keys: str) -> dict:
+    """All of a section's entries but some."""
+    return {key: value for key, value in section.items() if key not in keys}
+
+
+def pick(settings: dict, *paths: str) -> dict:
+    """Values at given paths (keys joined by dots), in their sections."""
+    picked: dict = {}
+    for path in paths:
+        *sections, key = path.split(".")
+        source, target = settings, picked
+        for name in sections:
+            source, target = source[name], target.setdefault(name, {})
+        target[key] = source[key]
+    return picked
