@@ -201,3 +201,12 @@ def test_output_error_without_markers_on_the_foot_is_refused(labels):
     with pytest.raises(InputError) as caught:
         analyse_dummy(trial_of_swing(Joint()), replace(OPTIONS, belt_fixed_labels=labels), pathways)
     assert_one_sentence(caught.value, "belt_fixed_labels")
+
+
+def test_fit_does_not_need_the_command():
+    trial = trial_of_swing(Joint(stiffness=10.0))
+    without = replace(trial, signals={k: s for k, s in trial.signals.items() if k != "belt_command"})
+    found = analyse_dummy(without, OPTIONS, {"leg": PATHWAYS["leg"]})
+    assert found.regressions["leg"].mean[2] == pytest.approx(10.0, rel=0.01)
+    result = dummy_result(found, bootstrap_pathways(found, 100, 1))
+    assert "belt_command" not in result.arrays

@@ -82,6 +82,10 @@ class Trial:
             )
         return self.signals[name].values
 
+    def optional(self, name: str) -> np.ndarray | None:
+        """Samples of one signal, in the unit that its attribute names; None where it was not recorded."""
+        return self.signals[name].values if name in self.signals else None
+
 
 def checksum(path: str | Path) -> str:
     """SHA-256 of a file (hexadecimal digits, no unit)."""

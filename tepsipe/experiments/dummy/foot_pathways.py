@@ -153,7 +153,7 @@ def analyse_foot(
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
-        belt_command=trial.values("belt_command"),
+        belt_command=trial.optional("belt_command"),
         regressions=regressions,
         pathways=pathways,
         damping_per_skew={},

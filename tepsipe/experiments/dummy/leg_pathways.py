@@ -76,8 +76,10 @@ class DummyAnalysis:
 
     Attributes
     ----------
-    time, belt_velocity, belt_command : ndarray, shape (n,)
-        Instants (s); filtered measured velocity, and command (m/s).
+    time, belt_velocity : ndarray, shape (n,)
+        Instants (s), and filtered measured velocity (m/s).
+    belt_command : ndarray, shape (n,), or None
+        Commanded velocity (m/s), for figures only; None where it was not recorded.
     regressions : dict of str to WindowedFits
         Pathway -> parameters and predictions.
     pathways : dict of str to Pathway
@@ -93,7 +95,7 @@ class DummyAnalysis:
 
     time: np.ndarray
     belt_velocity: np.ndarray
-    belt_command: np.ndarray
+    belt_command: np.ndarray | None
     regressions: dict[str, WindowedFits]
     pathways: dict[str, Pathway]
     damping_per_skew: dict[str, float]
@@ -165,7 +167,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
-        belt_command=trial.values("belt_command"),
+        belt_command=trial.optional("belt_command"),
         regressions=regressions,
         pathways=pathways,
         damping_per_skew=skews,
@@ -301,9 +303,10 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
     arrays: dict[str, np.ndarray] = {
         "time": analysis.time,
         "belt_velocity": analysis.belt_velocity,
-        "belt_command": analysis.belt_command,
     }
-    units = {"time": "s", "belt_velocity": "m/s", "belt_command": "m/s"}
+    units = {"time": "s", "belt_velocity": "m/s"}
+    if analysis.belt_command is not None:
+        arrays["belt_command"], units["belt_command"] = analysis.belt_command, "m/s"
     some = next(iter(analysis.regressions.values()))
     arrays["windows"] = np.array([[p.start, p.stop] for p in some.perturbations])
     units["windows"] = "samples"

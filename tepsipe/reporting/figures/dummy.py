@@ -34,13 +34,9 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
             result = results[name]
             shown, time = _around(result, 0, 0.06, 0.22)
             axis.plot(1e3 * time, result.arrays["belt_velocity"][shown], color=colour, label=short_name(name))
-            axis.plot(
-                1e3 * time,
-                result.arrays["belt_command"][shown],
-                color=colour,
-                linewidth=0.7,
-                linestyle=":",
-            )
+            if "belt_command" in result.arrays:
+                command = result.arrays["belt_command"][shown]
+                axis.plot(1e3 * time, command, color=colour, linewidth=0.7, linestyle=":")
         axis.set(xlabel="Time from the detected onset (ms)", title=PROFILES.get(profile, ""))
         axis.legend(loc="upper right")
     axes[0, 0].set_ylabel("Belt velocity (m/s)")
@@ -64,13 +60,9 @@ def plot_window(result: Result, name: str, pathway: str) -> Figure:
         axis.axvspan(0.0, length, color=COLOURS["window"], label=f"window of {1e3 * length:.0f} ms")
         axis.plot(time, values[shown], color=COLOURS["measured"], label=f"measured, {name}")
         axis.set_ylabel(label)
-    axes[0].plot(
-        time,
-        result.arrays["belt_command"][shown],
-        color=COLOURS["command"],
-        linestyle=":",
-        label="command",
-    )
+    if "belt_command" in result.arrays:
+        command = result.arrays["belt_command"][shown]
+        axes[0].plot(time, command, color=COLOURS["command"], linestyle=":", label="command")
     axes[0].legend(loc="upper right")
     axes[2].set_xlabel("Time from the detected onset (s)")
     figure.align_ylabels()
