@@ -96,7 +96,7 @@ def test_readme_is_short():
 
 def test_example_of_the_readme_runs(tmp_path, monkeypatch, capsys):
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"<!-- example -->\n```python\n(.*?)```", readme, re.DOTALL)
+    (code,) = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
     assert len(code.splitlines()) <= 12
     shutil.copytree(ROOT / "examples/data", tmp_path / "examples/data")
     (tmp_path / "example.py").write_text(code, encoding="utf-8")
