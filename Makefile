@@ -43,7 +43,7 @@ format: environment
 	$(BIN)/snakefmt Snakefile workflow/rules
 
 wheel-test:
-	$(PYTHON) tests/installed_wheel.py
+	$(PYTHON) tests/installed_wheel.py -n $(CORES)
 
 environment: .venv/complete-$(VERSION)
 
