@@ -4,6 +4,7 @@ import ast
 import re
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,10 +26,12 @@ def module_name(path):
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+@cache
 def syntax(path):
     return ast.parse(path.read_text(encoding="utf-8"), str(path))
 
 
+@cache
 def imported(path):
     """Full names of what a module imports, anywhere in it."""
     names = set()
@@ -115,6 +118,7 @@ def names_unit(text):
     return UNIT.search(text.translate(str.maketrans({"·": "", "²": "2", "³": "3"})))
 
 
+@cache
 def public_definitions():
     """Name, node and own docstring of every public class, function, method and property."""
     found = []

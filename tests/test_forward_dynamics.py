@@ -160,6 +160,7 @@ def test_trial_of_70_s_follows_the_exact_equation_of_motion(exact, name, engine)
     assert vaf(th, found.theta) > 99.99999
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "order"), [("pybullet", 2), ("mujoco", 4), ("equations", 4)])
 def test_error_falls_with_the_order_of_the_method(exact, engine, order):
     needed(engine)

@@ -144,6 +144,7 @@ def test_noise_of_the_foot_biases_least_squares_but_not_instruments(small, rng):
     assert abs(stiffness["instruments"] - 10.0) < 0.5 * abs(stiffness["markers"] - 10.0)
 
 
+@pytest.mark.slow
 def test_every_interval_contributes_and_the_same_noise_gives_the_same(small, rng):
     found = noisy_fit(small, rng, "instruments")
     assert len(found.fits) == len(MANY_S)

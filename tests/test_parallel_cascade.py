@@ -163,6 +163,7 @@ def test_muscle_passes_what_lasts_and_overshoots_by_its_damping():
 # ---- known joints ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.032, 0.04, 0.052])
 def test_known_reflex_is_recovered(delay, rng):
     trial, _ = joint_with_reflex(rng, delay=delay)
@@ -189,6 +190,7 @@ def test_reflex_response_is_that_of_the_muscle(rng):
     assert inside[1:-1].mean() > 0.95
 
 
+@pytest.mark.slow
 def test_part_of_the_torque_that_is_the_reflex(rng):
     trial, torque = joint_with_reflex(rng)
     without, _ = joint_with_reflex(np.random.default_rng(20140612), gain=0.0)
@@ -234,6 +236,7 @@ def test_penalty_pulls_the_free_response_a_little_towards_none(rng):
     assert STIFFNESS < np.mean([fit.impedance[2] for fit in found]) < 1.04 * STIFFNESS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise", "drift"), [(0.02, 0.0), (0.3, 0.02), (1.0, 0.05)])
 def test_no_reflex_is_found_where_there_is_none(noise, drift):
     gains = []
@@ -269,6 +272,7 @@ def test_weak_reflex_on_a_noisy_record_does_no_harm(rng):
 # ---- what must not matter ----------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_joint_that_is_turned_round_answers_the_other_direction(rng):
     trial, _ = joint_with_reflex(rng, noise=0.1)
     found = analysed(trial)

@@ -750,6 +750,7 @@ def test_person_stays_upright_under_the_largest_pulses(shipped_truth, pulsed, ta
     assert motion.drive.max() < 1.0
 
 
+@pytest.mark.slow
 def test_stiff_person_gives_way_less(pulsed):
     """Who stiffens moves less in ankles, knees and hips."""
     for profile in ("sine", "negative-sine"):
@@ -757,6 +758,7 @@ def test_stiff_person_gives_way_less(pulsed):
         assert (stiff < relaxed).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("task", TASKS)
 def test_quiet_standing_sways_as_people_do(quiet, task):
     """The centre of pressure wanders by some millimetres, about where the weight acts."""
@@ -942,6 +944,7 @@ def standing_files(shipped_truth, tmp_path_factory):
     return make(shipped_truth, tmp_path_factory.mktemp("standing") / "files")
 
 
+@pytest.mark.slow
 def test_same_seed_makes_the_same_bytes(shipped_truth, standing_files, tmp_path):
     """A trial made again is the same, another condition's or laboratory's is not, on the same plate."""
     again = make(shipped_truth, tmp_path / "again")

@@ -151,6 +151,7 @@ def test_onsets_are_found_to_a_fraction_of_a_sample():
     assert (standing.ends_s < np.array(ONSETS_S) + PULSE_S + 0.02).all()
 
 
+@pytest.mark.slow
 # a quarter of 60 ms holds three samples only
 @pytest.mark.parametrize(
     ("pulse_s", "peak_m_per_s", "apart_s"), [(0.06, 0.5, 0.002), (0.1, -0.2, 0.0005), (0.2, 0.3, 0.0005)]

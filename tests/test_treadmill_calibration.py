@@ -209,6 +209,7 @@ def test_published_figure_of_a_real_treadmill_is_reproduced_and_beaten(real_scor
     assert found["ripple-tracking"].r2 > published.r2_limit  # ripple is not caused by acceleration
 
 
+@pytest.mark.slow
 def test_at_a_high_cutoff_the_real_treadmill_needs_more_than_two_poles(real_scores):
     found = real_scores(20)
     assert 0.54 < found["hnat2014"].r2 < 0.56
