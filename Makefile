@@ -22,8 +22,8 @@ ENGINE = $$($(BIN)/python -c 'import pybullet' 2>/dev/null || echo --configfile 
 study: environment
 	$(BIN)/snakemake -c$(CORES) $(ENGINE)
 
-# processes share the tests; those that change the same study stay together
-PYTEST = $(BIN)/python -m pytest -n $(CORES) --dist loadgroup
+# processes share the files of tests: those that change the same study stay together
+PYTEST = $(BIN)/python -m pytest -n $(CORES) --dist loadfile
 
 test: environment
 	$(PYTEST)

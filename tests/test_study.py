@@ -43,8 +43,8 @@ OVERRIDES = {
 }
 FIGURES = ("2_4", "2_9", "3_1", "3_3", *(f"4_{k}" for k in range(1, 15)), "5_1", "b_1", "b_2", "b_13")
 PEOPLE = ("relax-neg-0.5", "stiff-pos-0.5")
-# one process runs all of them but the slowest, because most change the study that they share
-pytestmark = [pytest.mark.study, pytest.mark.xdist_group("study")]
+# one process runs all of this file, because most of its tests change the study that they share
+pytestmark = pytest.mark.study
 
 
 def write_sheet(project, rows, name="tiny"):
@@ -280,18 +280,6 @@ def test_another_truth_in_the_laboratory_is_recovered_too(study):
         rows = [row for row in csv.DictReader(file) if row["pathway"] == "leg"]
     assert value(rows, quantity="K") == pytest.approx(14.0, rel=0.05)
     assert value(rows, quantity="B") == pytest.approx(0.25, rel=0.3)
-
-
-@pytest.mark.xdist_group("study on one core")
-def test_one_core_or_two_give_the_same_bytes(request, tmp_path):
-    again = copy_project(tmp_path / "again")
-    run = snakemake(again, cores=1)
-    assert run.returncode == 0, run.stdout + run.stderr
-    second = digests(again / "results")
-    # wanted no earlier: another process makes it meanwhile
-    first = json.loads((request.getfixturevalue("study").parent / "digests.json").read_text())
-    assert {name for name in first if first[name] != second.get(name)} == set()
-    assert first.keys() == second.keys()
 
 
 def test_a_second_run_does_nothing(study):
