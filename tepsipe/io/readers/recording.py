@@ -1,0 +1,74 @@
+"""What one file of a laboratory holds: markers, force plates and analog channels on one clock.
+
+Readers of whole trials (C3D, D-Flow text, tables) return a `Recording`, whatever the file's own layout,
+units and axes conventions are; ingest knows `Recording` only.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tepsipe.io.readers.c3d import Markers
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One analog channel, from the recording's first instant on.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        Samples in ``unit``; NaN where the file has none.
+    unit : str
+        Unit as the file names it; empty if it names none.
+    rate_hz : float
+        Sampling rate (Hz).
+    """
+
+    values: np.ndarray
+    unit: str
+    rate_hz: float
+
+
+@dataclass(frozen=True)
+class ForcePlate:
+    """Calibrated load of one force plate in the axes of the laboratory.
+
+    Attributes
+    ----------
+    force : ndarray, shape (n, 3)
+        Ground reaction force on what stands on the plate (N): its vertical component is positive under load.
+    moment : ndarray, shape (n, 3)
+        Moment of the same force system about the origin of the laboratory (N·m).
+    rate_hz : float
+        Sampling rate (Hz).
+    corners : ndarray, shape (4, 3), or None
+        Corners of the plate's surface (m), if the file gives them.
+    """
+
+    force: np.ndarray
+    moment: np.ndarray
+    rate_hz: float
+    corners: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Everything that one trial's file holds, on one clock whose time 0 is the first sample of all.
+
+    Attributes
+    ----------
+    name : str
+        Names the file in messages.
+    markers : Markers or None
+        Positions in the axes of the laboratory (m); None if the file holds none.
+    plates : tuple of ForcePlate
+        In the order of the file.
+    channels : dict of str to Channel
+        Analog channels by the label in the file, those of the force plates included.
+    """
+
+    name: str
+    markers: Markers | None
+    plates: tuple[ForcePlate, ...]
+    channels: dict[str, Channel] = field(default_factory=dict)
