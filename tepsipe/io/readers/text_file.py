@@ -1,10 +1,9 @@
 """Text files of any kind, refused in one sentence if they cannot be read."""
 
-import gzip
-import zlib
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.io.readers.gzip_file import plain_bytes
 
 
 def read_text(path: Path, what: str) -> str:
@@ -13,33 +12,23 @@ def read_text(path: Path, what: str) -> str:
     Parameters
     ----------
     path : Path
-        The file; a name that ends in ``.gz`` is decompressed. A byte order mark at its start is skipped.
+        The file, plain or compressed with gzip. A byte order mark at its start is skipped.
     what : str
         What the file should be, for the message.
 
     Raises
     ------
     InputError
-        If there is no such file, it cannot be read, or it is not text.
+        If there is no such file, it cannot be read, is too large when unpacked, or is not text.
     """
     try:
-        if path.suffix == ".gz":
-            with gzip.open(path, "rt", encoding="utf-8-sig") as file:
-                text = file.read()
-        else:
-            text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(f"{path}: expected {what}, found no file: correct its path") from None
+        text = plain_bytes(path, what).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(
             f"{path}: expected {what} as text, found binary data or another encoding than UTF-8: check "
             "which file is named, or save it as UTF-8"
         ) from None
-    except (OSError, EOFError, zlib.error) as error:
-        raise InputError(
-            f"{path}: expected {what}, found a file that cannot be read ({error}): it is truncated or "
-            "damaged, copy it again"
-        ) from None
     if "\0" in text:
         raise InputError(f"{path}: expected {what} as text, found binary data: check which file is named")
-    return text
+    # line ends of Windows and of old Macs
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
