@@ -7,6 +7,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.guarded import guarded
 from tepsipe.io.readers.text_file import read_text
 
 VARIABLES = {
@@ -92,7 +93,9 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
             f"{path}: expected a treadmill log, found no file: correct its path in the trial sheet"
         )
     try:
-        content = scipy.io.loadmat(path)
+        content = guarded(scipy.io.loadmat, path, what=path)
+    except InputError:
+        raise
     except Exception as error:  # scipy raises many kinds on damaged files
         raise InputError(
             f"{path}: expected a MATLAB file (version 7 or older), found one that cannot be read "
