@@ -1,0 +1,1 @@
+"""The dummy that the thesis's printed tables describe: an inverse problem."""

@@ -1,0 +1,297 @@
+"""Which dummy returns the thesis's printed tables by the thesis's printed equations?
+
+Constants of a rubber joint are fitted to the printed I, B, K of the sinusoidal perturbations (Table 4-2), and the
+noise of the markers to its VAF of the full dataset. The minimum-jerk perturbations (Table 4-3) are predicted.
+"""
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.thesis_dummy.printed_path import BeltMotion, PrintedPath, printed_fits, swings
+from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.rubber_joint import CONSTANTS, RubberJoint
+
+# Table 4-2 and Table 4-3 scatter about any smooth law by about the standard errors that they print; I is rounded
+SCATTER = {"I": 0.0005, "B": 0.005, "K": 0.32}  # N·m·s²/rad, N·m·s/rad, N·m/rad
+START = RubberJoint(
+    stiffness_Nm_per_rad=10.0,
+    half_softening_rad=0.03,
+    damping_Nms_per_rad=0.05,
+    softened_damping_Nms_per_rad=0.05,
+    inertia_Nms2_per_rad=0.003,
+)
+LOWEST = dict(zip(CONSTANTS, (1.0, 0.003, 0.0, 0.0, 0.0), strict=True))
+HIGHEST = dict(zip(CONSTANTS, (50.0, 1.0, 1.0, 1.0, 0.1), strict=True))
+# simpler joints: constants that they keep, the others at these values
+LINEAR = {"half_softening_rad": math.inf, "softened_damping_Nms_per_rad": 0.0}
+WITHOUT_LOSS = {"softened_damping_Nms_per_rad": 0.0}
+JOINTS = {"linear": LINEAR, "softening": WITHOUT_LOSS, "softening with losses": {}}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One printed number and what the fitted dummy gives.
+
+    Attributes
+    ----------
+    condition, quantity : str
+        Column and row of the thesis's table.
+    role : {"fitted", "predicted"}
+        Whether the number was used by the fit.
+    printed, value : float
+        Printed, and by the fitted dummy (unit of the quantity).
+    spread : float
+        Standard deviation of the value over repeated trials with other noise (unit of the quantity).
+    """
+
+    condition: str
+    quantity: str
+    role: str
+    printed: float
+    value: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """One law of the joint, fitted.
+
+    Attributes
+    ----------
+    joint : RubberJoint
+        Fitted constants.
+    free : tuple of str
+        Names of the constants that were fitted.
+    low, high : dict of str to float
+        95 % interval of each free constant, Student's t, scatter from the residuals (unit of the constant).
+    fitted_rms, predicted_rms : float
+        Root mean square of (value - printed) / scatter, over the fitted and the other conditions (-).
+    """
+
+    joint: RubberJoint
+    free: tuple[str, ...]
+    low: dict[str, float]
+    high: dict[str, float]
+    fitted_rms: float
+    predicted_rms: float
+
+
+def fit_joint(
+    path: PrintedPath,
+    belts: dict[str, BeltMotion],
+    printed: dict[str, dict[str, float]],
+    fitted: list[str],
+    fixed: dict[str, float],
+    start: RubberJoint = START,
+) -> JointFit:
+    """Fit the free constants of a joint to printed I, B, K by weighted nonlinear least squares.
+
+    Parameters
+    ----------
+    path : PrintedPath
+        Processing of the thesis.
+    belts : dict of str to BeltMotion
+        Condition -> motion of the foot.
+    printed : dict of str to dict
+        Quantity -> condition -> printed number.
+    fitted : list of str
+        Conditions that are used.
+    fixed : dict of str to float
+        Constants that are not fitted, and their values.
+    start : RubberJoint
+        Where the search begins.
+
+    Returns
+    -------
+    JointFit
+        Constants with intervals, and how well they return the printed numbers.
+
+    Raises
+    ------
+    InputError
+        If there are fewer printed numbers than constants.
+    """
+    free = tuple(name for name in CONSTANTS if name not in fixed)
+    if 3 * len(fitted) <= len(free):
+        raise InputError(
+            f"thesis dummy: expected more printed numbers than the {len(free)} constants, found "
+            f"{3 * len(fitted)}: add the conditions of Table 4-2 to the trial sheet"
+        )
+    scatter = np.array([SCATTER[q] for q in PARAMETERS])
+
+    def joint_at(x: np.ndarray) -> RubberJoint:
+        return RubberJoint(**fixed, **dict(zip(free, (float(v) for v in np.exp(x)), strict=True)))
+
+    def misfits(joints: list[RubberJoint], names: list[str]) -> np.ndarray:
+        """(value - printed) / scatter, shape (joints, 3 conditions)."""
+        angles = swings(path, joints, {name: belts[name] for name in names})
+        targets = {name: np.array([printed[q][name] for q in PARAMETERS]) for name in names}
+        rows = [
+            [(printed_fits(path, belts[n], angles[n][k]).mean - targets[n]) / scatter for n in names]
+            for k in range(len(joints))
+        ]
+        return np.array(rows).reshape(len(joints), -1)
+
+    step = 1e-3  # of the logarithm
+
+    def residuals_and_slopes(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        tried = [joint_at(x), *(joint_at(x + step * row) for row in np.eye(x.size))]
+        found = misfits(tried, fitted)
+        return found[0], (found[1:] - found[0]).T / step
+
+    cache: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        key = x.tobytes()
+        if key not in cache:
+            cache[key] = residuals_and_slopes(x)
+        return cache[key]
+
+    bounds = [[math.log(max(limit[name], 1e-6)) for name in free] for limit in (LOWEST, HIGHEST)]
+    found = scipy.optimize.least_squares(
+        lambda x: at(x)[0],
+        [math.log(getattr(start, name)) for name in free],
+        jac=lambda x: at(x)[1],
+        bounds=bounds,
+        xtol=1e-3,
+        ftol=1e-4,
+        max_nfev=30,
+    )
+    joint = joint_at(found.x)
+    freedom = found.fun.size - len(free)
+    covariance = np.linalg.pinv(found.jac.T @ found.jac) * (2.0 * found.cost / freedom)
+    reach = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
+    others = [name for name in belts if name not in fitted]
+    apart = misfits([joint], others)[0] if others else np.array([np.nan])
+    return JointFit(
+        joint=joint,
+        free=free,
+        low={name: float(np.exp(v - r)) for name, v, r in zip(free, found.x, reach, strict=True)},
+        high={name: float(np.exp(v + r)) for name, v, r in zip(free, found.x, reach, strict=True)},
+        fitted_rms=float(np.sqrt(np.mean(found.fun**2))),
+        predicted_rms=float(np.sqrt(np.mean(apart**2))),
+    )
+
+
+def fit_marker_noise(
+    path: PrintedPath,
+    belts: dict[str, BeltMotion],
+    angles: dict[str, np.ndarray],
+    printed_vaf: dict[str, float],
+    fitted: list[str],
+    seed: int,
+) -> float:
+    """Standard deviation of the markers' noise (m) that gives the printed VAF of the full dataset.
+
+    The part of the torque that is not explained is d + e s^2, where s is the noise: d and e follow from one
+    simulation without noise and one with. Fitted by the logarithm of that part over the conditions.
+
+    Parameters
+    ----------
+    path, belts : PrintedPath, dict of str to BeltMotion
+        As `fit_joint`.
+    angles : dict of str to ndarray
+        Condition -> angle of the leg on the fitted joint (rad).
+    printed_vaf : dict of str to float
+        Condition -> printed VAF (%).
+    fitted : list of str
+        Conditions that are used.
+    seed : int
+        Of the generator of the noise.
+
+    Returns
+    -------
+    float
+        Noise per coordinate (m).
+    """
+    tried = 1e-5
+    rng = np.random.default_rng([seed, 1])
+    without = np.array([100.0 - printed_fits(path, belts[n], angles[n]).vaf_trial for n in fitted])
+    with_noise = np.array(
+        [100.0 - printed_fits(path, belts[n], angles[n], tried, rng).vaf_trial for n in fitted]
+    )
+    slope = np.maximum(with_noise - without, 1e-9) / tried**2
+    wanted = np.log(100.0 - np.array([printed_vaf[n] for n in fitted]))
+
+    def misfit(log_noise: float) -> float:
+        return float(np.sum((np.log(without + slope * math.exp(2.0 * log_noise)) - wanted) ** 2))
+
+    found = scipy.optimize.minimize_scalar(
+        misfit, bounds=(math.log(1e-7), math.log(1e-3)), method="bounded", options={"xatol": 1e-4}
+    )
+    return math.exp(found.x)
+
+
+def printed_quantities(fits: WindowedFits) -> dict[str, float]:
+    """Rows of Tables 4-2 and 4-3: I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), their SEM, and VAF (%).
+
+    The SEM is the ordinary standard error of a perturbation's parameters, the mean over perturbations: eq (3-2) as
+    printed would give numbers that are tens of times larger.
+    """
+    errors = np.mean([fit.standard_error for fit in fits.fits], axis=0)
+    rows = dict(zip(PARAMETERS, map(float, fits.mean), strict=True))
+    rows |= {f"SEM_{q}": float(e) for q, e in zip(PARAMETERS, errors, strict=True)}
+    rows["VAF_perturbation"] = float(fits.vaf_per_perturbation.mean())
+    return rows | {"VAF_trial": fits.vaf_trial}
+
+
+def printed_and_predicted(
+    path: PrintedPath,
+    belts: dict[str, BeltMotion],
+    angles: dict[str, np.ndarray],
+    printed: dict[str, dict[str, float]],
+    fitted: list[str],
+    marker_noise_m: float,
+    draws: int,
+    seed: int,
+) -> list[Cell]:
+    """Every printed number of Tables 4-2 and 4-3 beside that of the fitted dummy.
+
+    Parameters
+    ----------
+    path, belts, angles, printed, fitted, seed
+        As `fit_marker_noise`; ``printed`` maps quantity to condition to number.
+    marker_noise_m : float
+        Noise per coordinate (m).
+    draws : int
+        Trials with other noise that are averaged (-).
+
+    Returns
+    -------
+    list of Cell
+        Condition by condition.
+    """
+    rng = np.random.default_rng([seed, 2])
+    used = (*PARAMETERS, "VAF_trial")
+    cells = []
+    for name, belt in belts.items():
+        drawn = [
+            printed_quantities(printed_fits(path, belt, angles[name], marker_noise_m, rng))
+            for _ in range(draws)
+        ]
+        for quantity in drawn[0]:
+            if name not in printed.get(quantity, {}):
+                continue
+            values = np.array([row[quantity] for row in drawn])
+            role = "fitted" if name in fitted and quantity in used else "predicted"
+            cells.append(
+                Cell(
+                    name,
+                    quantity,
+                    role,
+                    float(printed[quantity][name]),
+                    float(values.mean()),
+                    float(values.std(ddof=1)) if draws > 1 else math.nan,
+                )
+            )
+    return cells
+
+
+def constants_of(fit: JointFit) -> list[tuple[str, float, float | None, float | None]]:
+    """Constants by name, with the limits of their intervals where they were fitted (unit in the name)."""
+    return [(name, value, fit.low.get(name), fit.high.get(name)) for name, value in asdict(fit.joint).items()]

@@ -1,0 +1,178 @@
+"""The thesis's path from a moving dummy to its printed numbers, without a laboratory.
+
+A candidate joint is moved by the belt of a trial, its markers are sampled one after another, and the printed
+equations are applied (thesis section 3-1-2, eqs 3-8 and 3-9): what would this joint have given the thesis?
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.identification.window_regression import WindowedFits, regress_torque
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.joint_torque import leg_pathway_torque
+from tepsipe.mechanics.rubber_joint import RubberJoint, swing
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.perturbations import Perturbation, WindowOptions, perturbations_of, rest_samples
+
+BEFORE_S, AFTER_S = 0.1, 0.3  # of the pulse that is averaged, around its onset and after its end
+
+
+@dataclass(frozen=True)
+class PrintedPath:
+    """The thesis's processing of the dummy, and the dummy as the thesis knew it.
+
+    Attributes
+    ----------
+    leg : Leg
+        Table 2-2 (kg, m, kg·m²).
+    markers : SegmentMarkers
+        Markers on the leg and their offsets (m).
+    sampled_after_s : ndarray, shape (markers,)
+        When each marker is sampled within a frame (s); zeros if all are sampled at once.
+    rate_hz : float
+        Frames per second (Hz).
+    cutoff_hz, order : float, int
+        Zero-lag Butterworth filter (Hz, -).
+    window : WindowOptions
+        Search for perturbations and rest (s).
+    """
+
+    leg: Leg
+    markers: SegmentMarkers
+    sampled_after_s: np.ndarray
+    rate_hz: float
+    cutoff_hz: float
+    order: int
+    window: WindowOptions
+
+
+@dataclass(frozen=True)
+class BeltMotion:
+    """Motion of the foot in one condition, free of measurement noise as far as averaging removes it.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Frames (s).
+    velocity, position : ndarray, shape (n,)
+        Of the foot (m/s, m).
+    acceleration : ndarray, shape (2 n - 1,)
+        At frames and halfway between them (m/s²).
+    perturbations : list of Perturbation
+        Windows (samples).
+    """
+
+    time: np.ndarray
+    velocity: np.ndarray
+    position: scipy.interpolate.PPoly
+    acceleration: np.ndarray
+    perturbations: list[Perturbation]
+
+
+def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> BeltMotion:
+    """The mean pulse of a trial at each of its onsets; the belt rests in between.
+
+    Parameters
+    ----------
+    trial : Trial
+        With the belt velocity (m/s).
+    path : PrintedPath
+        Filter and windows.
+    longest_s : float
+        Pulses that begin later are left out, and the trial ends with their rest (s): mean parameters change
+        little, and less is to be simulated.
+
+    Returns
+    -------
+    BeltMotion
+        With as many pulses as the trial, or as begin early enough.
+
+    Raises
+    ------
+    InputError
+        If no perturbation is found.
+    """
+    rate, recorded = trial.rate_hz, trial.values("belt_velocity").astype(float)
+    filtered = butterworth_lowpass(recorded, rate, path.cutoff_hz, path.order)
+    found = perturbations_of(filtered, rate, path.window, "belt velocity")
+    before = int(BEFORE_S * rate)
+    length = before + max(p.stop - p.start for p in found) + int(AFTER_S * rate)
+    pulses = np.array([recorded[p.start - before : p.start - before + length] for p in found])
+    pulse = pulses.mean(axis=0)
+    pulse -= np.linspace(pulse[:3].mean(), pulse[-3:].mean(), length)
+    found = [p for p in found if p.start < longest_s * rate] or found[:1]
+    last = found[-1].start - before + length + int(path.window.rest_after_s * rate)
+    velocity = np.zeros(min(recorded.size, last))
+    for p in found:
+        velocity[p.start - before : p.start - before + length] = pulse
+    time = np.arange(velocity.size) / rate
+    spline = scipy.interpolate.CubicSpline(time, velocity)
+    halves = np.arange(2 * velocity.size - 1) / (2.0 * rate)
+    return BeltMotion(
+        time=time,
+        velocity=butterworth_lowpass(velocity, rate, path.cutoff_hz, path.order),
+        position=spline.antiderivative(),
+        acceleration=spline(halves, 1),
+        perturbations=found,
+    )
+
+
+def swings(path: PrintedPath, joints: list[RubberJoint], belts: dict[str, BeltMotion]) -> dict:
+    """Angle (rad) of the leg by condition, shape (joints, frames); trials may differ in length."""
+    longest = max(belt.acceleration.size for belt in belts.values())
+    pushes = np.array(
+        [np.pad(belt.acceleration, (0, longest - belt.acceleration.size)) for belt in belts.values()]
+    )
+    angles = swing(path.leg, joints, pushes, 1.0 / path.rate_hz)
+    return {name: angles[:, k, : belt.time.size] for k, (name, belt) in enumerate(belts.items())}
+
+
+def printed_fits(
+    path: PrintedPath,
+    belt: BeltMotion,
+    theta: np.ndarray,
+    marker_noise_m: float = 0.0,
+    rng: np.random.Generator | None = None,
+) -> WindowedFits:
+    """I, B, K and their measures of fit as the thesis would have found them.
+
+    Parameters
+    ----------
+    path : PrintedPath
+        Processing.
+    belt : BeltMotion
+        Motion of the foot (s, m).
+    theta : ndarray, shape (n,)
+        Angle of the leg (rad).
+    marker_noise_m : float
+        Standard deviation of white noise on each coordinate (m).
+    rng : numpy.random.Generator, optional
+        Draws the noise.
+
+    Returns
+    -------
+    WindowedFits
+        As printed: torque with the thesis's signs, not referred to rest.
+    """
+    angle = scipy.interpolate.CubicSpline(belt.time, theta)
+    frames = belt.time[1:-1]  # the last marker is sampled after its frame
+    positions = np.empty((frames.size, len(path.markers.labels), 2))
+    for k, (after, (anterior, longitudinal)) in enumerate(
+        zip(path.sampled_after_s, path.markers.layout_m, strict=True)
+    ):
+        instants = frames + after
+        th, foot = angle(instants), belt.position(instants)
+        positions[:, k, 0] = foot + anterior * np.cos(th) + longitudinal * np.sin(th)
+        positions[:, k, 1] = longitudinal * np.cos(th) - anterior * np.sin(th)
+    if marker_noise_m:
+        positions += marker_noise_m * rng.standard_normal(positions.shape)
+    motion = segment_motion(
+        frames, positions, path.markers, path.leg.com_m, cutoff_hz=path.cutoff_hz, order=path.order
+    )
+    torque = leg_pathway_torque("leg-thesis", path.leg, motion)
+    windows = [Perturbation(p.start - 1, p.stop - 1, p.peak_m_per_s) for p in belt.perturbations]
+    return regress_torque(motion, torque, windows, rest_samples(frames, path.window), thesis=True)
