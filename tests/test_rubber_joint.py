@@ -65,7 +65,7 @@ def test_softening_lowers_the_stiffness_with_amplitude_and_raises_the_damping():
 
 
 def test_the_linearised_joint_swings_as_the_softening_one():
-    soft = joint(half_softening_rad=0.02)
+    soft = joint(half_softening_rad=0.006)
     theta = swing(LEG, [soft], pushed(8.0), STEP_S)[0, 0]
     stiffness, _ = soft.linearised(float(np.abs(theta[500:]).max()))
     by_hand = 2.0 * np.pi * np.sqrt(ABOUT_ANKLE / (stiffness - WEIGHT))

@@ -85,7 +85,7 @@ def test_the_belt_is_its_mean_pulse_without_noise(belts):
 def test_a_linear_joint_is_printed_as_the_signs_of_the_equation_demand(belts):
     linear = RubberJoint(**(asdict(TRUE) | JOINTS["linear"]))
     printed = printed_by(linear, {"low": belts["low"]})
-    assert printed["I"]["low"] == pytest.approx(TWO_INERTIA + 0.004, rel=2e-3)
+    assert printed["I"]["low"] == pytest.approx(TWO_INERTIA + 0.004, rel=5e-3)
     assert printed["B"]["low"] == pytest.approx(0.04, abs=1e-3)
     assert printed["K"]["low"] == pytest.approx(9.0 - TWO_MGR, rel=5e-3)
 
@@ -123,7 +123,8 @@ def test_marker_noise_is_found_from_the_printed_vaf(belts):
     assert roles["low", "K"] == roles["middle", "VAF_trial"] == "fitted"
     assert roles["other", "K"] == roles["low", "SEM_K"] == "predicted"
     for cell in cells:
-        assert cell.value == pytest.approx(cell.printed, rel=0.25, abs=0.02), cell
+        close = 0.5 if cell.quantity.startswith("SEM") else 0.1  # of three perturbations
+        assert cell.value == pytest.approx(cell.printed, rel=close, abs=0.01), cell
 
 
 def test_too_few_printed_numbers_are_refused(belts):

@@ -2,10 +2,10 @@
 
     tau = K phi (1 - s) + (B + B_s s / S) phi' + I phi'',      s = S phi^2 / (phi^2 + phi_h^2)
 
-phi is the bending, K and B hold for small bending, phi_h is the bending at which half of the softening S has taken
-place, and B_s is the damping that softening adds. Filled rubber behaves like this: its storage modulus falls with
-amplitude while its loss modulus rises (Payne 1962, J. Appl. Polym. Sci. 6:57-63). S and phi_h are not
-separated by movements below phi_h, where only S / phi_h^2 matters; S is therefore fixed.
+phi is the bending, K and B hold for small bending, phi_h is the bending at which half of the softening S has
+taken place, and B_s is the damping that softening adds. Filled rubber behaves like this: its storage modulus
+falls with amplitude while its loss modulus rises (Payne 1962, J. Appl. Polym. Sci. 6:57-63). S and phi_h are
+not separated by movements below phi_h, where only S / phi_h^2 matters; S is therefore fixed.
 """
 
 from dataclasses import astuple, dataclass, fields
@@ -44,8 +44,8 @@ class RubberJoint:
     def linearised(self, amplitude_rad: float) -> tuple[float, float]:
         """K (N·m/rad) and B (N·m·s/rad) of the linear joint nearest to this one in a sinusoid (rad).
 
-        First harmonic of the moment (describing function): mean over a period of s, weighted by the squares of
-        bending and rate, respectively.
+        First harmonic of the moment (describing function): mean over a period of s, weighted by the squares
+        of bending and rate, respectively.
         """
         phase = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
         share = _share(amplitude_rad * np.cos(phase), self.half_softening_rad)

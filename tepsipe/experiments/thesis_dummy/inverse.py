@@ -1,7 +1,8 @@
 """Which dummy returns the thesis's printed tables by the thesis's printed equations?
 
-Constants of a rubber joint are fitted to the printed I, B, K of the sinusoidal perturbations (Table 4-2), and the
-noise of the markers to its VAF of the full dataset. The minimum-jerk perturbations (Table 4-3) are predicted.
+Constants of a rubber joint are fitted to the printed I, B, K of the sinusoidal perturbations (Table 4-2),
+and the noise of the markers to its VAF of the full dataset. The minimum-jerk perturbations (Table 4-3) are
+predicted.
 """
 
 import math
@@ -16,7 +17,7 @@ from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.rubber_joint import CONSTANTS, RubberJoint
 
-# Table 4-2 and Table 4-3 scatter about any smooth law by about the standard errors that they print; I is rounded
+# the printed numbers scatter by about the standard errors that the tables print; I is rounded
 SCATTER = {"I": 0.0005, "B": 0.005, "K": 0.32}  # N·m·s²/rad, N·m·s/rad, N·m/rad
 START = RubberJoint(
     stiffness_Nm_per_rad=10.0,
@@ -98,7 +99,7 @@ def fit_joint(
     belts : dict of str to BeltMotion
         Condition -> motion of the foot.
     printed : dict of str to dict
-        Quantity -> condition -> printed number.
+        Quantity -> condition -> printed number (N·m·s²/rad, N·m·s/rad, N·m/rad).
     fitted : list of str
         Conditions that are used.
     fixed : dict of str to float
@@ -230,8 +231,8 @@ def fit_marker_noise(
 def printed_quantities(fits: WindowedFits) -> dict[str, float]:
     """Rows of Tables 4-2 and 4-3: I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), their SEM, and VAF (%).
 
-    The SEM is the ordinary standard error of a perturbation's parameters, the mean over perturbations: eq (3-2) as
-    printed would give numbers that are tens of times larger.
+    The SEM is the ordinary standard error of a perturbation's parameters, the mean over perturbations:
+    eq (3-2) as printed would give numbers that are tens of times larger.
     """
     errors = np.mean([fit.standard_error for fit in fits.fits], axis=0)
     rows = dict(zip(PARAMETERS, map(float, fits.mean), strict=True))
@@ -254,12 +255,18 @@ def printed_and_predicted(
 
     Parameters
     ----------
-    path, belts, angles, printed, fitted, seed
-        As `fit_marker_noise`; ``printed`` maps quantity to condition to number.
+    path, belts, angles
+        As `fit_marker_noise`.
+    printed : dict of str to dict
+        Quantity -> condition -> printed number.
+    fitted : list of str
+        Conditions that the fit used.
     marker_noise_m : float
         Noise per coordinate (m).
     draws : int
         Trials with other noise that are averaged (-).
+    seed : int
+        Of the generator of the noise.
 
     Returns
     -------
