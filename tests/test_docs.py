@@ -17,9 +17,8 @@ PAGES = [
         "CONTRIBUTING.md",
         "config/README.md",
         "docs/architecture.md",
-        "docs/own-recordings.md",
     )
-] + sorted((ROOT / "docs/decisions").glob("*.md"))
+] + [page for part in ("decisions", "recordings") for page in sorted((ROOT / "docs" / part).glob("*.md"))]
 NUMBERED = ["(2-1)", *(f"(3-{k})" for k in range(1, 15))]
 
 

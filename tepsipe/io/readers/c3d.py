@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.guarded import guarded
 
 # processor type -> byte order of its words, and the byte of the scale factor that holds the sign
 WORDS = {84: ("<u2", 15), 85: ("<u2", 13), 86: (">u2", 12)}
@@ -124,7 +125,7 @@ def labels_of(file, group: str) -> list[str]:
 
 
 def open_c3d(path: Path):
-    """A C3D file as ezc3d reads it (units as its parameters say).
+    """Parameters and data of a C3D file as ezc3d reads it (units as its parameters say).
 
     Raises
     ------
@@ -133,11 +134,17 @@ def open_c3d(path: Path):
     """
     import ezc3d
 
+    def parsed() -> dict:
+        file = ezc3d.c3d(str(path))
+        return {"parameters": dict(file["parameters"]), "data": dict(file["data"])}
+
     if not path.is_file():
         raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
     _refuse_truncated(path)
     try:
-        return ezc3d.c3d(str(path))
+        return guarded(parsed, what=path)
+    except InputError:
+        raise
     except Exception as error:  # ezc3d raises many kinds on damaged files
         raise InputError(
             f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "

@@ -1,0 +1,109 @@
+"""Files compressed with gzip, recognised by their content and stopped at a size.
+
+A few kilobytes of gzip can hold terabytes, so the contents are unpacked piece by piece up to a limit.
+"""
+
+import gzip
+import tempfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tepsipe.errors import InputError
+
+MAGIC = b"\x1f\x8b"
+# a recording of ten minutes with 200 columns of text has about 150 MB
+LARGEST_BYTES = 400_000_000
+PIECE_BYTES = 1 << 20
+
+
+def is_gzip(path: Path) -> bool:
+    """Whether a file is compressed with gzip, by its first two bytes (no unit)."""
+    try:
+        with path.open("rb") as file:
+            return file.read(2) == MAGIC
+    except OSError:
+        return False
+
+
+def plain_bytes(path: Path, what: str, largest_bytes: int = LARGEST_BYTES) -> bytes:
+    """Contents of a file, unpacked if it is compressed with gzip (no unit).
+
+    Parameters
+    ----------
+    path : Path
+        The file, under any name.
+    what : str
+        What the file should be, for the message.
+    largest_bytes : int
+        Size at which unpacking stops (bytes, no unit).
+
+    Returns
+    -------
+    bytes
+        The contents (no unit).
+
+    Raises
+    ------
+    InputError
+        If there is no such file, it cannot be read, is damaged, or is larger than the limit when unpacked.
+    """
+    try:
+        if not is_gzip(path):
+            return path.read_bytes()
+        pieces, size = [], 0
+        with gzip.open(path, "rb") as file:
+            while piece := file.read(PIECE_BYTES):
+                size += len(piece)
+                if size > largest_bytes:
+                    raise InputError(
+                        f"{path}: expected {what} of at most {largest_bytes / 1e6:g} MB when unpacked, found "
+                        "more: unpack it yourself and look what it holds"
+                    )
+                pieces.append(piece)
+        return b"".join(pieces)
+    except FileNotFoundError:
+        raise InputError(f"{path}: expected {what}, found no file: correct its path") from None
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(
+            f"{path}: expected {what}, found a file that cannot be read ({error}): it is truncated or "
+            "damaged, copy it again"
+        ) from None
+
+
+def plain_name(path: Path) -> Path:
+    """The path without a trailing ``.gz`` (no unit)."""
+    return path.with_suffix("") if path.suffix.lower() == ".gz" else path
+
+
+@contextmanager
+def plain_file(path: Path, what: str) -> Iterator[Path]:
+    """A file that is not compressed: the file itself, or an unpacked copy that is deleted afterwards.
+
+    Parameters
+    ----------
+    path : Path
+        The file, under any name.
+    what : str
+        What the file should be, for the message.
+
+    Yields
+    ------
+    Path
+        A plain file for libraries that open files by name (no unit).
+
+    Raises
+    ------
+    InputError
+        If the file cannot be unpacked.
+    """
+    if not is_gzip(path):
+        yield path
+        return
+    content = plain_bytes(path, what)
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder) / plain_name(path).name
+        plain.write_bytes(content)
+        del content
+        yield plain
