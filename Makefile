@@ -22,8 +22,9 @@ ENGINE = $$($(BIN)/python -c 'import pybullet' 2>/dev/null || echo --configfile 
 study: environment
 	$(BIN)/snakemake -c$(CORES) $(ENGINE)
 
-# processes share the files of tests: those that change the same study stay together
-PYTEST = $(BIN)/python -m pytest -n $(CORES) --dist loadfile
+# processes share the files of tests, because those of one file may change the same study; files that run a study
+# start first
+PYTEST = $(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
 
 test: environment
 	$(PYTEST)

@@ -1,7 +1,9 @@
 """Fixtures that several test files share: the shipped configuration, a small laboratory, real data."""
 
 import copy
+import json
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 import yaml
 from builders import DUMMY_DURATION_S, LEG, WRISTALYZER_DURATION_S
+from sharing import made_once
 
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
@@ -83,6 +86,34 @@ def dummy_files(short_truth, tmp_path_factory):
     }
     make_dummy_trial(short_truth, "sine-0.5", "sine", 0.5, 2.0, DUMMY_DURATION_S, **files)
     return files
+
+
+@pytest.fixture(scope="session")
+def study(tmp_path_factory):
+    """A tiny study that has run, made once for all processes of these tests: read it and change nothing."""
+    from study_builders import copy_project, digests, snakemake
+
+    def make(folder):
+        project = copy_project(folder / "project")
+        run = snakemake(project)
+        assert run.returncode == 0, run.stdout + run.stderr
+        (folder / "digests.json").write_text(json.dumps(digests(project / "results")))
+
+    return made_once(tmp_path_factory, "study", make) / "project"
+
+
+@pytest.fixture(scope="module")
+def own_study(study, tmp_path_factory):
+    """A copy of the tiny study with its results, for the tests of one file to change."""
+    return Path(shutil.copytree(study, tmp_path_factory.mktemp("own") / "project", symlinks=True))
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    """The tiny study before its first run, for the tests of one file to change."""
+    from study_builders import copy_project
+
+    return copy_project(tmp_path_factory.mktemp("own") / "project")
 
 
 @pytest.fixture(scope="session")

@@ -1,9 +1,9 @@
-"""The small study on one core: the same bytes as on two. In a file of its own, for a process of its own."""
+"""The tiny study on one core: the same bytes as on two."""
 
 import json
 
 import pytest
-from test_study import copy_project, digests, snakemake, study  # noqa: F401  study is a fixture
+from study_builders import copy_project, digests, snakemake
 
 pytestmark = pytest.mark.study
 

@@ -145,8 +145,13 @@ def _of_edf(path: Path) -> Contents:
 
 
 def _of_mat(path: Path) -> Contents:
+    from tepsipe.io.readers.guarded import guarded
+
+    load = scipy.io.loadmat  # imported here, not by the child
     try:
-        content = scipy.io.loadmat(path, squeeze_me=True)
+        content = guarded(lambda: load(path, squeeze_me=True), what=path)
+    except InputError:
+        raise
     except NotImplementedError as error:
         raise InputError(
             f"{path}: expected a MATLAB file up to version 7.2, found version 7.3: save it with -v7"
@@ -167,12 +172,13 @@ def _of_mat(path: Path) -> Contents:
 
 
 def _of_hdf5(path: Path) -> Contents:
-    import h5py
+    from tepsipe.io.readers.guarded import guarded
 
     try:
-        with h5py.File(path, "r") as file:
-            is_trial = "experiment" in file.attrs
-    except OSError as error:
+        is_trial = guarded(_is_trial, path, what=path)
+    except InputError:
+        raise
+    except Exception as error:  # h5py raises many kinds on damaged files
         raise InputError(
             f"{path}: expected an HDF5 file, found one that cannot be read: make it again"
         ) from error
@@ -192,6 +198,13 @@ def _of_hdf5(path: Path) -> Contents:
     result = read_result(path)
     channels = [Channel.of(name, result.units[name], None, x) for name, x in result.arrays.items()]
     return Contents("result of the study", {"facts": ", ".join(result.facts)}, channels)
+
+
+def _is_trial(path: Path) -> bool:
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        return "experiment" in file.attrs
 
 
 def _of_models(path: Path) -> Contents:

@@ -7,7 +7,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted
+from tepsipe.io.readers.guarded import guarded
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,18 @@ def read_result(path: str | Path) -> Result:
     InputError
         If the file is not such a file.
     """
+    try:
+        return guarded(_read, path, what=path)
+    except InputError:
+        raise
+    except Exception as error:  # h5py raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected a result's HDF5 file, found one that cannot be read ({quoted(error)}): make "
+            "it again"
+        ) from error
+
+
+def _read(path: str | Path) -> Result:
     arrays, units = {}, {}
 
     def collect(name: str, item) -> None:
@@ -56,12 +69,6 @@ def read_result(path: str | Path) -> Result:
             arrays[name] = item[...]
             units[name] = item.attrs["units"]
 
-    try:
-        with h5py.File(path, "r") as file:
-            file.visititems(collect)
-            facts = json.loads(file.attrs["facts"])
-    except (OSError, KeyError) as error:
-        raise InputError(
-            f"{path}: expected a result's HDF5 file, found one that cannot be read ({error}): make it again"
-        ) from error
-    return Result(arrays, units, facts)
+    with h5py.File(path, "r") as file:
+        file.visititems(collect)
+        return Result(arrays, units, json.loads(file.attrs["facts"]))

@@ -13,7 +13,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted
+from tepsipe.io.readers.guarded import guarded
 
 
 @dataclass(frozen=True)
@@ -171,25 +172,30 @@ def read_trial(path: str | Path) -> Trial:
         If the file is not such a file.
     """
     try:
-        with h5py.File(path, "r") as file:
-            axes, signals = {}, {}
-            for name, dataset in file.items():
-                if dataset.is_scale:
-                    text = h5py.check_string_dtype(dataset.dtype) is not None
-                    axes[name] = dataset.asstr()[...].astype(str) if text else dataset[...]
-                    continue
-                signals[name] = Signal(
-                    dataset[...],
-                    dataset.attrs["units"],
-                    tuple(dimension.label for dimension in dataset.dims),
-                    dataset.attrs["long_name"],
-                    tuple(filter(None, dataset.attrs["processing"].split("; "))),
-                )
-            attributes = {
-                key: getattr(value, "tolist", lambda v=value: v)() for key, value in file.attrs.items()
-            }
-            return Trial(float(file.attrs["rate_hz"]), axes, signals, attributes)
-    except (OSError, KeyError) as error:
+        return guarded(_read, path, what=path)
+    except InputError:
+        raise
+    except Exception as error:  # h5py raises many kinds on damaged files
         raise InputError(
-            f"{path}: expected a trial's HDF5 file, found one that cannot be read ({error}): make it again"
+            f"{path}: expected a trial's HDF5 file, found one that cannot be read ({quoted(error)}): make it "
+            "again"
         ) from error
+
+
+def _read(path: str | Path) -> Trial:
+    axes, signals = {}, {}
+    with h5py.File(path, "r") as file:
+        for name, dataset in file.items():
+            if dataset.is_scale:
+                text = h5py.check_string_dtype(dataset.dtype) is not None
+                axes[name] = dataset.asstr()[...].astype(str) if text else dataset[...]
+                continue
+            signals[name] = Signal(
+                dataset[...],
+                dataset.attrs["units"],
+                tuple(dimension.label for dimension in dataset.dims),
+                dataset.attrs["long_name"],
+                tuple(filter(None, dataset.attrs["processing"].split("; "))),
+            )
+        attributes = {key: getattr(value, "tolist", lambda v=value: v)() for key, value in file.attrs.items()}
+        return Trial(float(file.attrs["rate_hz"]), axes, signals, attributes)

@@ -1,0 +1,102 @@
+"""A tiny study in a copy of the project: what its tests share.
+
+The fixture ``study`` (conftest.py) is made once per run and only read. A test that changes a study takes
+``own_study``, a copy with results, or ``project``, one without; both belong to its file.
+"""
+
+import csv
+import hashlib
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import yaml
+
+from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS
+
+ROOT = Path(__file__).parents[1]
+TRIALS = [
+    "wristalyzer 0.12 virtual_lab multisine 0.12 - 40 - - - -",
+    "wristalyzer 0.16 virtual_lab multisine 0.16 - 40 - - - -",
+    "dummy sine-0.5 virtual_lab sine 0.5 4 46 - - - -",
+    "dummy minjerk-0.5 virtual_lab minjerk 0.5 4 46 - - - -",
+    "weight sine-0.4 virtual_lab sine 0.4 4 28 - - - - calibrate",
+    "weight minjerk-0.4 virtual_lab minjerk 0.4 4 28 - - - - validate",
+    "empty sine-0.4 virtual_lab sine 0.4 4 28 - - - - calibrate",
+    "empty minjerk-0.4 virtual_lab minjerk 0.4 4 28 - - - - validate",
+    "standing relax-neg-0.5 virtual_lab negative-sine 0.5 4-4.5 41 - - - - - - relax",
+    "standing stiff-pos-0.5 virtual_lab sine 0.5 4-4.5 41 - - - - - - stiff",
+]
+OVERRIDES = {
+    "study": {"trial_sheet": "config/tiny.tsv"},
+    "wristalyzer": {"analysis": {"random_starts": 3, "profile_points": 29}},
+    "dummy": {"analysis": {"bootstrap_draws": 300}},
+    "noise": {"snr_db": [20], "draws": 10, "predicted_draws": 2},
+    "weight": {"models": {"shortest_s": 0.5, "fir_lag_s": 0.04}},
+}
+PEOPLE = ("relax-neg-0.5", "stiff-pos-0.5")
+
+
+def write_sheet(project, rows, name="tiny"):
+    cells = [row.split("\t") if "\t" in row else row.split() for row in rows]
+    header = [*COLUMNS, *OPTIONAL_COLUMNS][: max(map(len, cells))]
+    lines = [header, *[row + ["-"] * (len(header) - len(row)) for row in cells]]
+    (project / f"config/{name}.tsv").write_text("".join("\t".join(line) + "\n" for line in lines))
+
+
+def write_config(project, content, name="tiny"):
+    (project / f"config/{name}.yaml").write_text(yaml.safe_dump(content))
+
+
+def copy_project(target):
+    for name in ("Snakefile", "config", "workflow", "tepsipe", "report", "profiles", "requirements.txt"):
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, target / name, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            target.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, target / name)
+    settings = target / "config/config.yaml"  # PyBullet where it is installed, and elsewhere what is there
+    settings.write_text(settings.read_text().replace("    engine: pybullet", "    engine: auto"))
+    write_sheet(target, TRIALS)
+    write_config(target, OVERRIDES)
+    return target
+
+
+def snakemake(project, *arguments, cores=2, config="tiny"):
+    command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
+    command += ["--configfile", f"config/{config}.yaml"]
+    return subprocess.run(command, cwd=project, capture_output=True, text=True)
+
+
+def jobs(run):
+    """Rule -> number of jobs in the statistics that Snakemake prints."""
+    table = re.search(r"-{3,}\s+-{3,}\n(.*?)\n\n", run.stdout + run.stderr, re.DOTALL)
+    rows = [line.split() for line in table.group(1).splitlines()] if table else []
+    return {name: int(count) for name, count in rows if name != "total"}
+
+
+def estimates(project, results="results"):
+    with open(project / results / "tables/estimates.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def table(project, name):
+    with open(project / f"results/tables/{name}.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def value(rows, **wanted):
+    (row,) = [row for row in rows if all(row[key] == cell for key, cell in wanted.items())]
+    return float(row["value"])
+
+
+def digests(folder):
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for name in ("tables", "figures", "estimates", "trials", "raw")
+        for path in sorted((folder / name).rglob("*"))
+        if path.is_file()
+    } | {"pdf": hashlib.sha256((folder / "report/thesis.pdf").read_bytes()).hexdigest()}

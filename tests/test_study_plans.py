@@ -1,0 +1,189 @@
+"""What an edit plans in a tiny study that has run: rule -> number of jobs, all of them."""
+
+import pytest
+from study_builders import OVERRIDES, jobs, snakemake, write_config
+
+pytestmark = pytest.mark.study
+
+# what stands at the end of every path: the record of file checksums and settings, and the reports
+RECORD = {"record_provenance": 1}
+REPORTS = {"write_report": 1, "write_html_report": 1, "all": 1}
+ESTIMATES = {"collect_estimates": 1, "compare_with_truth": 1, "check_claims": 1}
+# what follows from the dummy's trials, and from its estimates
+AFTER_DUMMY_ESTIMATES = {
+    "cross_validate_dummy": 1,
+    "plot_dummy": 1,
+    "plot_foot": 1,
+    "simulate_dummy": 2,
+    "collect_forward": 1,
+    "plot_simulation": 1,
+    "lay_out_table": 2,
+    **ESTIMATES,
+    **REPORTS,
+}
+AFTER_DUMMY_TRIALS = {
+    "fit_dummy": 2,
+    "fit_foot": 2,
+    "specify_dummy": 1,
+    "simulate_without_noise": 2,
+    "sweep_noise": 2,
+    "collect_noise": 1,
+    "plot_noise": 1,
+    **AFTER_DUMMY_ESTIMATES,
+}
+
+
+def planned_after_an_edit(project, name, old=None, new=None):
+    """Jobs that a dry run lists after a value is replaced, or a comment added."""
+    file = project / name
+    text = file.read_text()
+    assert old is None or text.count(old) == 1
+    try:
+        file.write_text(text + "\n# an edit\n" if old is None else text.replace(old, new))
+        return jobs(snakemake(project, "-n"))
+    finally:
+        file.write_text(text)
+
+
+def planned_with(project, changes):
+    """Jobs that a dry run lists with other settings."""
+    write_config(project, OVERRIDES | changes, "changed")
+    return jobs(snakemake(project, "-n", config="changed"))
+
+
+def test_a_second_run_does_nothing(own_study):
+    run = snakemake(own_study)
+    assert "Nothing to be done" in run.stdout + run.stderr
+
+
+def test_an_edit_of_the_dummys_rubber_makes_the_dummys_trials_again_and_no_others(own_study):
+    planned = planned_after_an_edit(
+        own_study, "config/virtual_lab.yaml", "softening: 0.03", "softening: 0.04"
+    )
+    assert planned == {"make_dummy_trial": 2, "ingest_plate_treadmill": 2, **AFTER_DUMMY_TRIALS, **RECORD}
+
+
+def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(own_study):
+    planned = planned_after_an_edit(
+        own_study, "config/virtual_lab.yaml", "friction_N: 15.0", "friction_N: 16.0"
+    )
+    assert planned == {
+        "make_dummy_trial": 2,
+        "make_weight_trial": 2,
+        "make_empty_trial": 2,
+        "make_standing_trial": 2,
+        "ingest_plate_treadmill": 6,
+        "ingest_standing": 2,
+        "fit_weight": 4,
+        "calibrate_plate": 1,
+        "collect_treadmill_models": 1,
+        "plot_weight": 1,
+        "fit_standing": 2,
+        "fit_standing_task": 2,
+        "plot_standing_trials": 1,
+        "plot_standing": 1,
+        **AFTER_DUMMY_TRIALS,
+        **RECORD,
+    }
+
+
+def test_an_edit_of_one_task_makes_the_trials_of_this_task_again(own_study):
+    stiff = "stiffness_Nm_per_rad: [600.0, 1400.0, 900.0]"
+    planned = planned_after_an_edit(own_study, "config/virtual_lab.yaml", stiff, stiff.replace("600", "610"))
+    assert planned == {
+        "make_standing_trial": 1,
+        "ingest_standing": 1,
+        "fit_standing": 1,
+        "fit_standing_task": 1,
+        "plot_standing_trials": 1,
+        "plot_standing": 1,
+        **ESTIMATES,
+        **RECORD,
+        **REPORTS,
+    }
+
+
+def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(own_study):
+    assert planned_after_an_edit(own_study, "config/virtual_lab.yaml") == RECORD | REPORTS
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        (
+            {"dummy": {"analysis": {"bootstrap_draws": 301}}},
+            {"fit_dummy": 2, "fit_foot": 2, **AFTER_DUMMY_ESTIMATES, **RECORD},
+        ),
+        (
+            {"dummy": {**OVERRIDES["dummy"], "foot": {"pathways": {"foot": {"window_s": 1.0}}}}},
+            {"fit_foot": 2, "plot_foot": 1, **ESTIMATES, **RECORD, **REPORTS},
+        ),
+        (
+            {"dummy": {**OVERRIDES["dummy"], "recommended": "leg-thesis"}},
+            {
+                "specify_dummy": 1,
+                "plot_dummy": 1,
+                "plot_foot": 1,
+                "simulate_dummy": 2,
+                "collect_forward": 1,
+                "plot_simulation": 1,
+                "lay_out_table": 2,
+                "check_claims": 1,
+                **RECORD,
+                **REPORTS,
+            },
+        ),
+        (
+            {"standing": {"latency": {"threshold_sd": 4.0}}},
+            {"fit_standing_task": 2, "plot_standing": 1, **ESTIMATES, **RECORD, **REPORTS},
+        ),
+        ({"belt": {"analysis": {"trimmed_s": 2.0}}}, RECORD | REPORTS),
+    ],
+    ids=[
+        "bootstrap",
+        "window of a pathway",
+        "recommended pathway",
+        "latency",
+        "experiment that is not there",
+    ],
+)
+def test_a_changed_setting_reruns_what_depends_on_it_and_nothing_else(own_study, changes, expected):
+    assert planned_with(own_study, changes) == expected
+
+
+def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(own_study):
+    planned = planned_after_an_edit(own_study, "tepsipe/identification/admittance_fit.py")
+    assert planned == {
+        "fit_wristalyzer": 2,
+        "cross_validate_wristalyzer": 1,
+        "plot_wristalyzer": 1,
+        "simulate_dummy": 2,
+        "collect_forward": 1,
+        "plot_simulation": 1,
+        "lay_out_table": 1,
+        **ESTIMATES,
+        **REPORTS,
+    }
+
+
+def test_an_edit_of_the_simulation_reruns_simulations_and_no_fit(own_study):
+    planned = planned_after_an_edit(own_study, "tepsipe/mechanics/forward_dynamics.py")
+    assert planned["simulate_dummy"] == planned["simulate_without_noise"] == 2
+    assert not {"fit_dummy", "fit_foot", "fit_wristalyzer", "ingest_plate_treadmill", "plot_dummy"} & set(
+        planned
+    )
+
+
+def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(own_study):
+    planned = planned_after_an_edit(own_study, "config/reported.yaml", "sine-0.5: 5.341", "sine-0.5: 5.342")
+    assert planned == {"lay_out_table": 1, **RECORD, **REPORTS}
+    planned = planned_after_an_edit(own_study, "config/reported.yaml", "reported: 9.996", "reported: 9.995")
+    assert planned == {"check_claims": 1, **RECORD, **REPORTS}
+
+
+def test_one_condition_alone_touches_nothing_else(own_study):
+    target = "results/estimates/dummy/sine-0.5.csv"
+    (own_study / target).unlink()
+    assert jobs(snakemake(own_study, "-n", target)) == {"fit_dummy": 1}
+    assert snakemake(own_study, target).returncode == 0
+    assert "Nothing to be done" in "".join(vars(snakemake(own_study))[key] for key in ("stdout", "stderr"))

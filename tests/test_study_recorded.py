@@ -1,0 +1,162 @@
+"""Other trials in a tiny study: another truth of the laboratory, and its files listed as recordings."""
+
+import csv
+import json
+import shutil
+
+import edfio
+import ezc3d
+import h5py
+import numpy as np
+import pytest
+import yaml
+from study_builders import OVERRIDES, PEOPLE, estimates, snakemake, value, write_config, write_sheet
+
+pytestmark = pytest.mark.study
+
+
+def test_another_truth_in_the_laboratory_is_recovered_too(own_study):
+    truth = yaml.safe_load((own_study / "config/virtual_lab.yaml").read_text())
+    truth["dummy"]["rubber"] |= {"stiffness_Nm_per_rad": 14.0, "damping_Nms_per_rad": 0.25}
+    (own_study / "config/other_truth.yaml").write_text(yaml.safe_dump(truth))
+    other = {
+        "study": OVERRIDES["study"] | {"virtual_lab": "config/other_truth.yaml"},
+        "pathvars": {"results": "results/other", "logs": "results/other/logs"},
+    }
+    write_config(own_study, other, "other")
+    target = "results/other/estimates/dummy/sine-0.5.csv"
+    run = snakemake(own_study, target, config="other")
+    assert run.returncode == 0, run.stdout + run.stderr
+    with open(own_study / target, newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["pathway"] == "leg"]
+    assert value(rows, quantity="K") == pytest.approx(14.0, rel=0.05)
+    assert value(rows, quantity="B") == pytest.approx(0.25, rel=0.3)
+
+
+def test_a_recorded_trial_gives_what_the_same_files_give_when_they_are_made(own_study):
+    raw = own_study / "results/raw/dummy/sine-0.5"
+    row = f"dummy own recorded - - - 46 {raw / 'log.mat'} - {raw / 'calibration.csv'} {raw / 'markers.c3d'}"
+    write_sheet(own_study, [row], "recorded")
+    recorded = {
+        "study": {"trial_sheet": "config/recorded.tsv", "virtual_lab": None, "reported": None},
+        "pathvars": {"results": "results/recorded", "logs": "results/recorded/logs"},
+        "dummy": OVERRIDES["dummy"],
+    }
+    write_config(own_study, recorded, "recorded")
+    run = snakemake(own_study, config="recorded")
+    assert run.returncode == 0, run.stdout + run.stderr
+    made = [row for row in estimates(own_study) if row["condition"] == "sine-0.5"]
+    own = estimates(own_study, "results/recorded")
+    own_pathways = {row["pathway"] for row in own}
+    of_trial = [
+        row for row in made if row["quantity"] != "VAF_cross_validated" and row["pathway"] in own_pathways
+    ]
+    assert [row["value"] for row in own] == [row["value"] for row in of_trial]
+    assert (own_study / "results/recorded/report/thesis.pdf").exists()
+
+
+def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(own_study):
+    """A flat, a missing and a loose electrode, a hidden marker, and in the other trial a step."""
+    bad = own_study / "bad_person"
+    for condition in PEOPLE:
+        shutil.copytree(own_study / f"results/raw/standing/{condition}", bad / condition)
+    edf = edfio.read_edf(bad / PEOPLE[0] / "emg.edf")
+    hum = 300.0 * np.sin(2.0 * np.pi * 50.0 * np.arange(edf.signals[0].data.size) / 1000.0)
+    for signal in edf.signals:
+        if signal.label == "EMG SOL":
+            signal.update_data(np.zeros_like(signal.data), keep_physical_range=True)
+        if signal.label == "EMG BF":
+            signal.update_data(hum, keep_physical_range=True)
+        if signal.label == "EMG GAS":
+            signal.label = "EMG gastro"
+    edf.write(bad / PEOPLE[0] / "emg.edf")
+    with h5py.File(own_study / f"results/epochs/standing/{PEOPLE[0]}.h5") as responses:
+        onset = float(responses["onsets_s"][1])
+    hide_marker(bad / PEOPLE[0] / "markers.c3d", "shank2", onset + 0.03)
+    step(bad / PEOPLE[1] / "markers.c3d", 20.0)
+    rows = [
+        f"standing {condition} recorded - - - 41 {folder / 'log.mat'} - {folder / 'calibration.csv'} "
+        f"{folder / 'markers.c3d'} - {folder / 'emg.edf'} {condition.partition('-')[0]}"
+        for condition, folder in ((condition, bad / condition) for condition in PEOPLE)
+    ]
+    write_sheet(own_study, rows, "people")
+    people = {
+        "study": {"trial_sheet": "config/people.tsv", "virtual_lab": None, "reported": None},
+        "pathvars": {"results": "results/people", "logs": "results/people/logs"},
+        "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
+    }
+    write_config(own_study, people, "people")
+    run = snakemake(own_study, config="people")
+    assert run.returncode == 0, run.stdout + run.stderr
+    report = json.loads((own_study / "results/people/report/report.json").read_text())["standing"]
+    told = "\n".join(report["left_out"])
+    for words in (
+        "muscle SOL left out: expected at least 0.25 uV",
+        "muscle GAS left out: its channel is not in the file",
+        "muscle BF left out: expected at most 80 % of the power from the mains",
+        f"perturbation at {onset:.2f} s left out: marker 'shank2' was hidden",
+        "standing/stiff-pos-0.5: left out as a whole: the foot's marker",
+    ):
+        assert words in told, told
+    found = estimates(own_study, "results/people")
+    assert {row["condition"] for row in found} == {"relax-neg-0.5", "relax"}
+    before = value(
+        estimates(own_study),
+        condition="relax-neg-0.5",
+        pathway="ankle",
+        estimator="pre-reflex-window",
+        quantity="K",
+    )
+    after = value(
+        found, condition="relax-neg-0.5", pathway="ankle", estimator="pre-reflex-window", quantity="K"
+    )
+    # one of the responses is missing, and nothing else has changed
+    assert after != before
+    assert after == pytest.approx(before, rel=0.2)
+
+
+def test_a_person_without_electromyograms_still_has_ankles(own_study):
+    folder = own_study / f"results/raw/standing/{PEOPLE[0]}"
+    row = (
+        f"standing {PEOPLE[0]} recorded - - - 41 {folder / 'log.mat'} - {folder / 'calibration.csv'} "
+        f"{folder / 'markers.c3d'} - - told"
+    )
+    write_sheet(own_study, [row], "silent")
+    silent = {
+        "study": {"trial_sheet": "config/silent.tsv", "virtual_lab": None, "reported": None},
+        "pathvars": {"results": "results/silent", "logs": "results/silent/logs"},
+        "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
+    }
+    write_config(own_study, silent, "silent")
+    run = snakemake(own_study, config="silent")
+    assert run.returncode == 0, run.stdout + run.stderr
+    wanted = {"condition": PEOPLE[0], "pathway": "ankle", "estimator": "pre-reflex-window", "quantity": "K"}
+    found = estimates(own_study, "results/silent")
+    assert value(found, **wanted) == value(estimates(own_study), **wanted)
+    assert not [row for row in found if row["estimator"] == "emg-driven"]
+    report = json.loads((own_study / "results/silent/report/report.json").read_text())["standing"]
+    assert report["left_out"][0] == (
+        f"standing/{PEOPLE[0]}: no muscles: the trial has no file of electromyograms"
+    )
+
+
+def hide_marker(path, label, instant_s):
+    """Hide a marker for 20 ms."""
+    file = ezc3d.c3d(str(path))
+    labels = file["parameters"]["POINT"]["LABELS"]["value"]
+    frames = slice(round(250.0 * instant_s), round(250.0 * instant_s) + 5)
+    file["data"]["points"][:3, labels.index(label), frames] = np.nan
+    rewrite(file, path)
+
+
+def step(path, instant_s):
+    """The leg goes on 8 cm further forward."""
+    file = ezc3d.c3d(str(path))
+    file["data"]["points"][1, :, round(250.0 * instant_s) :] += 80.0
+    rewrite(file, path)
+
+
+def rewrite(file, path):
+    hidden = np.isnan(file["data"]["points"][:3]).any(axis=0)
+    file["data"]["meta_points"]["residuals"] = np.where(hidden, -1.0, 0.0)[None]
+    file.write(str(path))

@@ -1,0 +1,97 @@
+"""What stops a tiny study: unusable recordings, mistakes in the configuration."""
+
+import numpy as np
+import pytest
+from scipy.io import loadmat, savemat
+from study_builders import snakemake, write_config, write_sheet
+
+pytestmark = pytest.mark.study
+
+
+def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(project):
+    run = snakemake(project, "results/raw/dummy/sine-0.5/log.mat")
+    assert run.returncode == 0, run.stdout + run.stderr
+    raw = project / "results/raw/dummy/sine-0.5"
+    bad = project / "bad"
+    bad.mkdir()
+    (bad / "truncated.mat").write_bytes((raw / "log.mat").read_bytes()[:300_000])
+    (bad / "truncated.c3d").write_bytes((raw / "markers.c3d").read_bytes()[:300_000])
+    content = {k: v for k, v in loadmat(raw / "log.mat").items() if not k.startswith("__")}
+    content["belt_velocity_m_per_s"] = 0.001 * np.random.default_rng(1).standard_normal(
+        content["belt_velocity_m_per_s"].shape
+    )
+    savemat(bad / "still.mat", content)
+    good = {"log": raw / "log.mat", "calibration": raw / "calibration.csv", "markers": raw / "markers.c3d"}
+    cases = {
+        "good": {},
+        "missing": {"log": "nowhere.mat"},
+        "truncated-log": {"log": bad / "truncated.mat"},
+        "truncated-markers": {"markers": bad / "truncated.c3d"},
+        "still": {"log": bad / "still.mat"},
+    }
+    rows = []
+    for condition, wrong in cases.items():
+        files = good | wrong
+        rows.append(
+            f"dummy {condition} recorded - - - 46 {files['log']} - {files['calibration']} {files['markers']}"
+        )
+    write_sheet(project, rows, "bad")
+    write_config(
+        project,
+        {
+            "study": {"trial_sheet": "config/bad.tsv", "virtual_lab": None, "reported": None},
+            "pathvars": {"results": "results/bad", "logs": "results/bad/logs"},
+        },
+        "bad",
+    )
+    run = snakemake(project, config="bad")
+    assert run.returncode != 0
+    assert (project / "results/bad/estimates/dummy/good.csv").exists()
+    said = run.stdout + run.stderr
+    assert "Traceback" not in said
+    for condition, words in {
+        "missing": "nowhere.mat: expected a treadmill log, found no file",
+        "truncated-log": "truncated.mat: expected a MATLAB file",
+        "truncated-markers": "truncated.c3d: expected 11500 frames",
+        "still": "expected perturbations",
+    }.items():
+        assert not (project / f"results/bad/estimates/dummy/{condition}.csv").exists()
+        (log,) = [
+            text
+            for rule in ("ingest_plate_treadmill/dummy", "fit_dummy")
+            for path in [project / f"results/bad/logs/{rule}/{condition}.log"]
+            if path.exists() and (text := path.read_text())
+        ]
+        assert log.startswith("tepsipe: ")
+        assert log.count("\n") == 1
+        assert words in log
+        assert words in said
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ({"plate_treadmill": {"lowpas_cutoff_hz": 20.0}}, "did you mean 'lowpass_cutoff_hz'?"),
+        ({"plate_treadmill": {"lowpass_cutoff_hz": -20.0}}, "expected a number above 0"),
+        ({"plate_treadmill": {"lowpass_cutoff_hz": "20 Hz"}}, "expected a value of type number"),
+        ({"pilot": {"person": {"mass_kg": 70.0}}}, "unknown key 'pilot': renamed to 'standing'"),
+        ({"weight": {"belt": "left"}}, "unknown key 'weight.belt': moved to plate_treadmill.belt"),
+        (
+            {"plate_treadmill": {"exceptions": {"standing": {"belt": "left"}}}},
+            "found left in plate_treadmill.exceptions.standing",
+        ),
+        ({"study": {"trial_sheet": "config/none.tsv"}}, "expected the trial sheet, found no file"),
+        (
+            {"dummy": {"simulation": {"engine": "bullet"}}},
+            "expected one of 'pybullet', 'mujoco'",
+        ),
+    ],
+)
+def test_a_mistake_in_the_configuration_stops_the_run_before_anything_is_computed(project, section, words):
+    write_config(project, section, "mistaken")
+    run = snakemake(project, config="mistaken")
+    said = run.stdout + run.stderr
+    assert run.returncode != 0
+    assert words in said
+    assert "Traceback" not in said
+    assert "Job stats" not in said
