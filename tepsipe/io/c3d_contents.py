@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tepsipe.errors import InputError
 from tepsipe.io.described import Channel, Contents
 
 LOADED_N = 20.0  # vertical force from which a plate is loaded
@@ -25,7 +26,7 @@ def c3d_contents(path: Path) -> Contents:
     InputError
         If the file is missing, truncated or not C3D.
     """
-    from tepsipe.io.readers.c3d import open_c3d
+    from tepsipe.io.readers.c3d import labels_of, open_c3d
 
     file = open_c3d(path)
     parameters, data = file["parameters"], file["data"]
@@ -37,7 +38,7 @@ def c3d_contents(path: Path) -> Contents:
     point_rate, analog_rate = (float((values(g, "RATE") or [0.0])[0]) or None for g in ("POINT", "ANALOG"))
     points = data["points"][:3].transpose(2, 1, 0).copy()
     points[data["meta_points"]["residuals"][0].T < 0.0] = np.nan
-    labels = [str(label).strip() for label in values("POINT", "LABELS")[: points.shape[1]]]
+    labels = labels_of(file, "POINT")[: points.shape[1]]
     others = {
         str(label).strip(): "".join(map(str, values("POINT", unit)[:1])).strip()
         for name, unit in NO_POSITIONS.items()
@@ -48,33 +49,34 @@ def c3d_contents(path: Path) -> Contents:
         for k, label in enumerate(labels)
     ]
     analogs, units = data["analogs"][0], values("ANALOG", "UNITS")
-    for k, label in enumerate(values("ANALOG", "LABELS")[: analogs.shape[0]]):
+    for k, label in enumerate(labels_of(file, "ANALOG")[: analogs.shape[0]]):
         unit = str(units[k]).strip() if k < len(units) else ""
-        channels.append(Channel.of(str(label).strip(), unit, analog_rate, analogs[k]))
+        channels.append(Channel.of(label, unit, analog_rate, analogs[k]))
     facts = {"frames": str(points.shape[0])}
     if point_rate:
         facts["duration"] = f"{points.shape[0] / point_rate:.6g} s"
-    plates = _vertical_forces(path, analog_rate)
+    plates, refused = _vertical_forces(path)
     facts |= _plate_facts([int(kind) for kind in values("FORCE_PLATFORM", "TYPE")], values, plates)
-    first = file["header"]["points"]["first_frame"] / point_rate if point_rate else 0.0
+    facts |= {"not usable as a whole trial": refused} if refused else {}
+    first = file["first_frame"] / point_rate if point_rate else 0.0
     events = _events(parameters, values, first)
     facts |= {"events": _event_text(events)} if events else {}
     markers = tuple(label for label in labels if label not in others)
     return Contents("C3D", facts, channels, markers, plates, events)
 
 
-def _vertical_forces(path: Path, rate_hz: float | None) -> tuple[Channel, ...]:
-    """Vertical force on each plate (N); none if the file's plates cannot be computed."""
-    import ezc3d
+def _vertical_forces(path: Path) -> tuple[tuple[Channel, ...], str]:
+    """Vertical force on each plate (N), or none and the reason."""
+    from tepsipe.io.readers.c3d_recording import read_c3d_recording
 
     try:
-        plates = ezc3d.c3d(str(path), extract_forceplat_data=True)["data"]["platform"]
-    except Exception:  # ezc3d raises many kinds: a type that it does not know, a missing parameter
-        return ()
+        plates = read_c3d_recording(path).plates
+    except InputError as error:
+        return (), str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
     return tuple(
-        Channel.of(f"force plate {number}", "N", rate_hz, plate["force"][2])
+        Channel.of(f"force plate {number}", "N", plate.rate_hz, plate.force[:, 2])
         for number, plate in enumerate(plates, start=1)
-    )
+    ), ""
 
 
 def _plate_facts(types: list[int], values, plates: tuple[Channel, ...]) -> dict[str, str]:
