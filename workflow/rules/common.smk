@@ -106,6 +106,18 @@ def reported_table(name):
     return reported_of("tables").get("tables", {}).get(name, {})
 
 
+def meant_in(*names):
+    """Quantity -> condition -> number of the thesis's tables, with misprints corrected."""
+    found = {}
+    for name in names:
+        for quantity, row in reported_table(name).items():
+            found.setdefault(quantity, {}).update(row)
+    for slip in reported_of("slips").get("slips", []):
+        if slip["table"] in names:
+            found[slip["quantity"]][slip["condition"]] = slip["meant"]
+    return found
+
+
 def library_of(script):
     """The modules that a script reaches: an edit of one re-runs the rule."""
     return [here(path) for path in reached_by(f"workflow/scripts/{script}.py", workflow.basedir)]

@@ -134,3 +134,48 @@ rule plot_foot:
         recommended=DUMMY["recommended"],
     script:
         "../scripts/plot_foot.py"
+
+
+rule fit_thesis_dummy:
+    input:
+        trials=STUDY.of_trials("<results>/trials/dummy/{condition}.h5", "dummy"),
+        library=library_of("fit_thesis_dummy"),
+    output:
+        fit="<results>/fits/thesis_dummy.h5",
+        table=report(
+            "<results>/tables/thesis_dummy.csv",
+            caption="../../report/captions/thesis_dummy.rst",
+            category="Tables",
+            labels={"table": "the dummy of the thesis"},
+        ),
+    log:
+        "<logs>/fit_thesis_dummy.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        conditions=STUDY.conditions("dummy"),
+        fitted=STUDY.table_conditions("table_4_2"),
+        printed=meant_in("table_4_2", "table_4_3"),
+        geometry=without(DUMMY["geometry"], "foot_mass_kg", "foot_height_m"),
+        analysis=DUMMY_ANALYSIS,
+        marker_labels=DUMMY["files"]["marker_labels"],
+        marker_sampling_hz=DUMMY["ingest"]["marker_sampling_hz"],
+        searched_s=DUMMY["thesis_dummy"]["searched_s"],
+        draws=DUMMY["thesis_dummy"]["draws"],
+        seed=SEED,
+    script:
+        "../scripts/fit_thesis_dummy.py"
+
+
+rule plot_thesis_dummy:
+    input:
+        table="<results>/tables/thesis_dummy.csv",
+        library=library_of("plot_thesis_dummy"),
+    output:
+        **figure_files("thesis_dummy"),
+    log:
+        "<logs>/plot_thesis_dummy.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/plot_thesis_dummy.py"

@@ -32,6 +32,7 @@ rule write_report:
         forward=outputs.forward(STUDY),
         noise=outputs.noise(STUDY),
         specification=outputs.specification(STUDY),
+        thesis_dummy=outputs.thesis_dummy(STUDY),
         tasks=outputs.task_fits(STUDY),
         plate=outputs.model_files(STUDY, "weight"),
         belt=outputs.model_files(STUDY, "belt"),

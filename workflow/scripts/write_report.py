@@ -13,6 +13,7 @@ import pandas as pd
 import typst
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
+from tepsipe.experiments.thesis_dummy.tables import read_cells
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.numbers import (
@@ -21,6 +22,7 @@ from tepsipe.reporting.numbers import (
     simulations,
     standing,
     study,
+    thesis_dummy,
     treadmill,
     wristalyzer,
 )
@@ -78,6 +80,9 @@ if "dummy" in experiments:
     data["dummy"] = dummy.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
     specifications = read_specification(snakemake.input.specification[0])
     data["dummy"]["specification"] = dummy.specification_data(specifications)
+if snakemake.input.thesis_dummy:
+    found, cells = snakemake.input.thesis_dummy
+    data["thesis_dummy"] = thesis_dummy.thesis_dummy_data(read_result(found), read_cells(cells))
 if snakemake.input.forward:
     forward = pd.read_csv(snakemake.input.forward[0], dtype=text_columns)
     data["simulation"] = simulations.forward_data(forward, snakemake.params.step_s, snakemake.params.engine)

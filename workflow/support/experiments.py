@@ -51,12 +51,16 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a study without trials of its own, which needs the trials of several experiments."""
+    """A part of a study without trials of its own, which needs the trials of several experiments.
+
+    ``tables`` are those of the thesis that it needs, with conditions in the study.
+    """
 
     needs: tuple[str, ...]
     category: str
     figures: tuple[str, ...]
     printed: tuple[str, ...] = ()
+    tables: tuple[str, ...] = ()
 
 
 PULSES = ("sine", "minjerk")
@@ -228,6 +232,13 @@ APPENDIX = tuple(f"figure_b_{number}" for number in range(1, 13))
 PARTS = {
     # the torque from the foot's side needs models of the force plate
     "foot": Part(("dummy", "weight"), EXPERIMENTS["dummy"].category, ("figure_foot",)),
+    # the dummy that the printed tables describe
+    "thesis_dummy": Part(
+        ("dummy",),
+        EXPERIMENTS["dummy"].category,
+        ("figure_thesis_dummy",),
+        tables=("table_4_2", "table_4_3"),
+    ),
     # simulations compare the parameters of both experiments with the dummy
     "simulation": Part(
         ("wristalyzer", "dummy"),

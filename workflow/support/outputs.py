@@ -111,6 +111,13 @@ def specification(study: Study) -> list[str]:
     return ["<results>/tables/specification.csv"] if study.has("dummy") else []
 
 
+def thesis_dummy(study: Study) -> list[str]:
+    """The fit of the dummy that the printed tables describe, and its table."""
+    if not study.has("thesis_dummy"):
+        return []
+    return ["<results>/fits/thesis_dummy.h5", "<results>/tables/thesis_dummy.csv"]
+
+
 def recovery(study: Study) -> list[str]:
     """The comparison with the truth, if there is one."""
     return [] if study.config["study"]["virtual_lab"] is None else ["<results>/tables/recovery.csv"]
@@ -132,6 +139,7 @@ def everything(study: Study) -> list[str]:
         *forward(study),
         *noise(study),
         *specification(study),
+        *thesis_dummy(study)[1:],
         *recovery(study),
         *claims(study),
         *figures(study),

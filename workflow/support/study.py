@@ -7,6 +7,8 @@ from workflow.support.row_names import check_names, named_by, with_names
 from workflow.support.settings import pick, settings_of
 from workflow.support.trial_sheet import TrialRow
 
+LEAST_COLUMNS = 3  # of a thesis's table, for a part of the study that needs it
+
 
 def any_of(names) -> str:
     """Regular expression for one of the names, or for nothing at all."""
@@ -35,8 +37,14 @@ class Study:
 
     def has(self, name: str) -> bool:
         """Whether an experiment, or all experiments that a part needs, are in the study."""
-        needs = PARTS[name].needs if name in PARTS else (name,)
-        return set(needs) <= set(self.experiments)
+        if name not in PARTS:
+            return name in self.experiments
+        part = PARTS[name]
+        if part.tables and self.config["study"]["reported"] is None:
+            return False
+        # fewer printed numbers than constants determine nothing
+        told = all(len(self.table_conditions(table)) >= LEAST_COLUMNS for table in part.tables)
+        return set(part.needs) <= set(self.experiments) and told
 
     def conditions(self, experiment: str) -> list[str]:
         """Conditions of an experiment in the order of the trial sheet."""

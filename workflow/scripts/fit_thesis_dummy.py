@@ -1,0 +1,49 @@
+"""Find the dummy that returns the thesis's printed tables, and what it gives for each printed number."""
+
+import job
+
+job.start(snakemake)
+
+import numpy as np
+from dummy_choices import dummy_options
+
+from tepsipe.experiments.thesis_dummy.inverse import (
+    JOINTS,
+    fit_joint,
+    fit_marker_noise,
+    printed_and_predicted,
+)
+from tepsipe.experiments.thesis_dummy.printed_path import PrintedPath, belt_motion, swings
+from tepsipe.experiments.thesis_dummy.tables import cell_rows, fit_result, write_cells
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
+
+params = snakemake.params
+options = dummy_options(params.geometry, params.analysis)
+order = [params.marker_labels.index(label) for label in options.leg_markers.labels]
+sampling = params.marker_sampling_hz
+trials = {
+    name: read_trial(path) for name, path in zip(params.conditions, snakemake.input.trials, strict=True)
+}
+path = PrintedPath(
+    leg=options.leg,
+    markers=options.leg_markers,
+    sampled_after_s=np.array(order) / sampling if sampling else np.zeros(len(order)),
+    rate_hz=next(iter(trials.values())).rate_hz,
+    cutoff_hz=options.lowpass_cutoff_hz,
+    order=options.lowpass_order,
+    window=options.window,
+)
+belts = {name: belt_motion(trial, path) for name, trial in trials.items()}
+# the search needs not all pulses
+shorter = {name: belt_motion(trial, path, params.searched_s) for name, trial in trials.items()}
+fitted, printed, seed = list(params.fitted), params.printed, params.seed
+fits = {}
+for law, fixed in JOINTS.items():
+    fits[law] = fit_joint(path, shorter, printed, fitted, fixed)
+joint = fits[law].joint
+angles = {name: angle[0] for name, angle in swings(path, [joint], belts).items()}
+noise = fit_marker_noise(path, belts, angles, printed["VAF_trial"], fitted, seed)
+cells = printed_and_predicted(path, belts, angles, printed, fitted, noise, params.draws, seed)
+write_result(snakemake.output.fit, fit_result(fits, noise))
+write_cells(snakemake.output.table, cell_rows(cells))
