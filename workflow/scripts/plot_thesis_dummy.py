@@ -9,4 +9,5 @@ from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.figures.thesis_dummy import plot_thesis_dummy
 
 figure = plot_thesis_dummy(read_cells(snakemake.input.table))
-save_figure(figure, snakemake.output.figure_thesis_dummy, snakemake.output.figure_thesis_dummy_png)
+name = "figure_thesis_dummy"
+save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])
