@@ -89,7 +89,7 @@ def test_outputs_of_the_shipped_study(shipped):
     everything = outputs.everything(shipped)
     assert len(everything) == len(set(everything))
     figures = outputs.figures(shipped)
-    assert len(figures) == 7 + 7 + 5 + 1 + 19 + 2 + 8
+    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 19 + 2 + 8
     assert "<results>/figures/figure_b_12.svg" in figures
     assert len(outputs.standing_figures(shipped)) == 32
     assert len(outputs.fits(shipped)) == len(outputs.trials(shipped)) == 53

@@ -8,6 +8,6 @@ from tepsipe.experiments.thesis_dummy.tables import read_cells
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.figures.thesis_dummy import plot_thesis_dummy
 
-figure = plot_thesis_dummy(read_cells(snakemake.input.table))
-name = "figure_thesis_dummy"
-save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])
+drawn = {"figure_thesis_dummy": plot_thesis_dummy(read_cells(snakemake.input.table))}
+for name, figure in drawn.items():
+    save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])
