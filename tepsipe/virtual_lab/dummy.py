@@ -35,6 +35,8 @@ class DummyTruth:
         Brick (kg, m).
     leg_mass_kg, leg_length_m, leg_inertia_kgm2 : float
         Rod: mass (kg), length (m), moment of inertia about its centre of mass (kg·m²).
+    joint_inertia_kgm2 : float
+        What else turns with the rod: clamps, screws and half of the rubber (kg·m²).
     rest_angle_rad : float
         Angle at which the leg stands still (rad).
     position_x_m, position_y_m : float
@@ -48,6 +50,7 @@ class DummyTruth:
     leg_mass_kg: float
     leg_length_m: float
     leg_inertia_kgm2: float
+    joint_inertia_kgm2: float
     rest_angle_rad: float
     position_x_m: float
     position_y_m: float
@@ -114,7 +117,7 @@ def move_dummy(
     m, r = dummy.leg_mass_kg, 0.5 * dummy.leg_length_m
     g = dummy.gravity_m_per_s2
     moving = drive.belt_mass_kg + dummy.foot_mass_kg + m
-    about_pivot = dummy.leg_inertia_kgm2 + m * r * r
+    about_pivot = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2 + m * r * r
     gravity_moment = m * g * r * math.sin(dummy.rest_angle_rad)
     bending_at_rest = scipy.optimize.brentq(
         lambda phi: rubber.moment(phi, 0.0) - gravity_moment, -1.0, 1.0, xtol=1e-14
@@ -152,6 +155,7 @@ def move_dummy(
 def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
     """Wrench on foot and leg about the plate's origin, from the rates of their momenta."""
     m, r = dummy.leg_mass_kg, 0.5 * dummy.leg_length_m
+    turning = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2
     leg_y, leg_z = y + r * np.sin(th), dummy.foot_height_m + r * np.cos(th)
     leg_vy, leg_vz = v + r * np.cos(th) * w, -r * np.sin(th) * w
     foot_z = 0.5 * dummy.foot_height_m
@@ -159,7 +163,7 @@ def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
     momentum_z = m * leg_vz
     # about x, right-handed (positive turns y towards z); th turns z towards y, hence its minus
     spin_x = (
-        m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * v - dummy.leg_inertia_kgm2 * w
+        m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * v - turning * w
     )
     rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
     g = dummy.gravity_m_per_s2
