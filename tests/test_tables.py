@@ -321,17 +321,24 @@ def test_truth_is_the_joint_for_small_movements(shipped_truth):
     truth = true_parameters(shipped_truth)
     rubber = shipped_truth["dummy"]["rubber"]
     assert truth["dummy"] == {
-        "I": 0.0,
+        "I": shipped_truth["dummy"]["subject"]["joint_inertia_kgm2"],
         "B": rubber["damping_Nms_per_rad"],
         "K": rubber["stiffness_Nm_per_rad"],
     }
-    inertia = shipped_truth["wristalyzer"]["manipulator"]["inertia_kgm2"]
-    assert truth["wristalyzer"]["I"] == inertia
+    # the same rubber, in a rig that adds damping
+    rig = shipped_truth["wristalyzer"]["manipulator"]
+    assert truth["wristalyzer"] == {
+        "I": rig["inertia_kgm2"],
+        "B": rubber["damping_Nms_per_rad"] + rig["damping_Nms_per_rad"],
+        "K": rubber["stiffness_Nm_per_rad"],
+    }
 
 
 def test_truth_of_some_experiments_is_theirs_alone(shipped_truth):
     whole = true_parameters(shipped_truth)
-    for section in ("wristalyzer", "dummy", "weight"):
+    both = {section: shipped_truth[section] for section in ("wristalyzer", "dummy")}
+    assert true_parameters(both) == {section: whole[section] for section in both}
+    for section in ("dummy", "weight"):
         assert true_parameters({section: shipped_truth[section]}) == {section: whole[section]}
     person = {key: shipped_truth["standing"][key] for key in ("tasks", "muscles")}
     assert true_parameters({"standing": person}) == {
@@ -350,8 +357,8 @@ def test_only_parameters_of_made_trials_are_compared(shipped_truth):
     ]
     rows = compare_with_truth(estimates, shipped_truth, {"dummy": ["sine-0.3"]}, {})
     assert [(row.estimate.quantity, row.estimate.value, row.truth) for row in rows] == [
-        ("K", 9.0, 10.0),
-        ("I", 0.054, 0.0),
+        ("K", 9.0, 10.3),
+        ("I", 0.054, 0.007),
     ]
 
 

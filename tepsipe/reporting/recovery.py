@@ -53,15 +53,17 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
     For the standing person the keys are experiment and task: standing/relax, standing/stiff. K and B are the
     intrinsic values of the ankles; the latency of a muscle is the same in every task.
 
-    ``truth`` is the laboratory's configuration, or sections of it. The rubber of the dummy has no inertia, so
-    the inertia *of the joint* is 0 on the treadmill; in the manipulator the foot rotates with the handle.
+    ``truth`` is the laboratory's configuration, or sections of it. The rubber is the same in both rigs; in the
+    manipulator the foot rotates with the handle, whose inertia and damping are those of the rig.
     """
     found = {}
-    if "wristalyzer" in truth:
-        inertia = truth["wristalyzer"]["manipulator"]["inertia_kgm2"]
-        found["wristalyzer"] = _of_joint(inertia, truth["wristalyzer"]["rubber"])
     if "dummy" in truth:
-        found["dummy"] = _of_joint(0.0, truth["dummy"]["rubber"])
+        rubber, subject = truth["dummy"]["rubber"], truth["dummy"].get("subject", {})
+        found["dummy"] = _of_joint(subject.get("joint_inertia_kgm2", 0.0), rubber)
+    if "wristalyzer" in truth:
+        rig = truth["wristalyzer"]["manipulator"]
+        found["wristalyzer"] = _of_joint(rig["inertia_kgm2"], rubber)
+        found["wristalyzer"]["B"] += rig["damping_Nms_per_rad"]
     if "weight" in truth:
         found["weight"] = {"mass": truth["weight"]["mass_kg"]}
     for task in truth.get("standing", {}).get("tasks", ()):

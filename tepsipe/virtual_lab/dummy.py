@@ -162,9 +162,7 @@ def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
     momentum_y = dummy.foot_mass_kg * v + m * leg_vy
     momentum_z = m * leg_vz
     # about x, right-handed (positive turns y towards z); th turns z towards y, hence its minus
-    spin_x = (
-        m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * v - turning * w
-    )
+    spin_x = m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * v - turning * w
     rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
     g = dummy.gravity_m_per_s2
     fy = rate[:, 0]

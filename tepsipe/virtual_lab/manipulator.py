@@ -3,7 +3,7 @@
 Symbols: th handle angle (rad), w its rate (rad/s), tau commanded torque (N·m). The rod is fixed to
 the arm rest, so the foot and the handle turn as one body against the rubber:
 
-    J w' = tau + ripple - rubber(th, w) - contact * th^3 - Fc tanh(w / ws)
+    J w' = tau + ripple - rubber(th, w) - c w - contact * th^3 - Fc tanh(w / ws)
 """
 
 import math
@@ -24,6 +24,8 @@ class ManipulatorTruth:
     ----------
     inertia_kgm2 : float
         Foot and handle about the joint (kg·m²).
+    damping_Nms_per_rad : float
+        Viscous damping c of drive and handle (N·m·s/rad).
     contact_Nm_per_rad3 : float
         Hardening as the rubber is pressed against the brick at large angles (N·m/rad³).
     friction_Nm, friction_rate_rad_per_s : float
@@ -47,6 +49,7 @@ class ManipulatorTruth:
     """
 
     inertia_kgm2: float
+    damping_Nms_per_rad: float
     contact_Nm_per_rad3: float
     friction_Nm: float
     friction_rate_rad_per_s: float
@@ -164,7 +167,8 @@ def record_manipulator(
         th, w = state
         torque = applied[min(int(t * rate + 1e-6), last)]
         friction = truth.friction_Nm * math.tanh(w / truth.friction_rate_rad_per_s)
-        resisting = rubber.moment(th, w) + truth.contact_Nm_per_rad3 * th**3 + friction
+        added = truth.damping_Nms_per_rad * w + truth.contact_Nm_per_rad3 * th**3 + friction
+        resisting = rubber.moment(th, w) + added
         return (w, (torque - resisting) / truth.inertia_kgm2)
 
     total_s = truth.lead_s + duration_s + truth.tail_s

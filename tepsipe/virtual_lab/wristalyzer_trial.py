@@ -29,7 +29,7 @@ def make_wristalyzer_trial(
     seed = truth["seed"]
     recording = record_manipulator(
         ManipulatorTruth(**truth["wristalyzer"]["manipulator"]),
-        Rubber(**truth["wristalyzer"]["rubber"]),
+        Rubber(**truth["dummy"]["rubber"]),
         factor,
         duration_s,
         generator(seed, "wristalyzer", "multisine"),

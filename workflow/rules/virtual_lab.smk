@@ -18,7 +18,7 @@ rule make_wristalyzer_trial:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        truth=truth_of("seed", "wristalyzer"),
+        truth=truth_of("seed", "wristalyzer", "dummy.rubber"),
         factor=sheet("amplitude", "wristalyzer"),
         duration_s=sheet("duration_s", "wristalyzer"),
     script:

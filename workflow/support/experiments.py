@@ -105,7 +105,11 @@ EXPERIMENTS = {
             "analysis.fit_band_hz",
             "analysis.perturbation_period_s",
         ),
-        true=("wristalyzer.rubber", "wristalyzer.manipulator.inertia_kgm2"),
+        true=(
+            "wristalyzer.manipulator.inertia_kgm2",
+            "wristalyzer.manipulator.damping_Nms_per_rad",
+            "dummy.rubber",
+        ),
     ),
     "dummy": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
@@ -138,7 +142,7 @@ EXPERIMENTS = {
             "as_printed",
             "recommended",
         ),
-        true=("dummy.rubber",),
+        true=("dummy.rubber", "dummy.subject.joint_inertia_kgm2"),
     ),
     "weight": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
