@@ -53,8 +53,8 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
     For the standing person the keys are experiment and task: standing/relax, standing/stiff. K and B are the
     intrinsic values of the ankles; the latency of a muscle is the same in every task.
 
-    ``truth`` is the laboratory's configuration, or sections of it. The rubber is the same in both rigs; in the
-    manipulator the foot rotates with the handle, whose inertia and damping are those of the rig.
+    ``truth`` is the laboratory's configuration, or sections of it. The rubber is the same in both rigs; in
+    the manipulator the foot rotates with the handle, whose inertia and damping are those of the rig.
     """
     found = {}
     if "dummy" in truth:
