@@ -333,9 +333,8 @@ def test_noise_and_hidden_markers_have_the_size_asked_for(shipped_truth, release
     clean = captured(shipped_truth, released, frames=400, **PERFECT)
     noisy = captured(shipped_truth, released, frames=400, occlusions_per_minute=240.0)
     hidden = np.isnan(noisy).any(axis=2)
-    assert np.nanstd(noisy - clean) == pytest.approx(
-        shipped_truth["treadmill"]["capture"]["noise_m"], rel=0.03
-    )
+    expected = shipped_truth["treadmill"]["capture"]["noise_m"]
+    assert np.nanstd(noisy - clean) == pytest.approx(expected, rel=0.03)
     assert (np.isnan(noisy).any(axis=2) == np.isnan(noisy).all(axis=2)).all()
     # 240 per minute for 1.6 s, about 5 frames each, 8 markers
     assert hidden.sum() == pytest.approx(240.0 / 60.0 * 1.6 * 5.0 * 8, rel=0.4)
