@@ -31,9 +31,11 @@ from benchmarks.soak.damage import mutate
 from benchmarks.soak.readers import READERS, Reader
 from tepsipe.errors import InputError
 
+# messages about a reader that crashed, or was stopped, in its child process
+OF_THE_GUARD = ("crashes its reader", "that takes longer", "that needs more")
 LONGEST_S, MOST_MB, STUCK_S = 2.0, 500.0, 60.0
 # what workers write down while they read: next mutation, when it started, and sums
-NEXT, STARTED, READ, REFUSED, LONGEST, MEMORY = range(6)
+NEXT, STARTED, READ, REFUSED, ENDED, LONGEST, MEMORY = range(7)
 
 
 @dataclass
@@ -44,6 +46,7 @@ class Outcome:
     mutations: int = 0
     read: int = 0
     refused: int = 0
+    ended: int = 0
     longest_s: float = 0.0
     memory_mb: float = 0.0
     violations: list[str] = field(default_factory=list)
@@ -68,21 +71,22 @@ def sentence_lacks(message: str, path: Path) -> str:
     return ", ".join(lacking)
 
 
-def attempt(reader: Reader, path: Path) -> tuple[bool, str]:
-    """Read one file: whether it was read, and what is wrong with that (empty if nothing)."""
+def attempt(reader: Reader, path: Path) -> tuple[int, str]:
+    """Read one file: READ, REFUSED or ENDED, and what is wrong with that (empty if nothing)."""
     try:
         found = reader.read(path)
     except InputError as error:
         lacking = sentence_lacks(str(error), path)
-        return False, f"the message lacks {lacking}: {error}" if lacking else ""
+        how = ENDED if any(words in str(error) for words in OF_THE_GUARD) else REFUSED
+        return how, f"the message lacks {lacking}: {error}" if lacking else ""
     except Exception as error:  # this is what is looked for
         frame = traceback.extract_tb(error.__traceback__)[-1]
-        return False, f"{type(error).__name__} at {Path(frame.filename).name}:{frame.lineno}: {error}"
+        return REFUSED, f"{type(error).__name__} at {Path(frame.filename).name}:{frame.lineno}: {error}"
     try:
         reader.check(found)
     except AssertionError as error:
-        return True, f"the result lacks what is promised: {error}"
-    return True, ""
+        return READ, f"the result lacks what is promised: {error}"
+    return READ, ""
 
 
 def used() -> tuple[float, float]:
@@ -100,7 +104,7 @@ def work(name: str, files: list[Path], seed: int, ks: range, folder: Path, notes
         path.write_bytes(content)
         before, memory = used()
         notes[STARTED] = time.monotonic()
-        read, wrong = attempt(READERS[name], path)
+        how, wrong = attempt(READERS[name], path)
         took, most = used()[0] - before, used()[1]
         if not wrong and took > LONGEST_S:
             wrong = f"it took {took:.2f} s"
@@ -108,8 +112,7 @@ def work(name: str, files: list[Path], seed: int, ks: range, folder: Path, notes
             wrong = f"it took {most:.0f} MB"
         if wrong:
             report(folder, ks[k], wrong)
-        notes[READ] += read
-        notes[REFUSED] += not read
+        notes[how] += 1
         notes[LONGEST], notes[MEMORY] = max(notes[LONGEST], took), max(notes[MEMORY], most)
         notes[NEXT] = k + 1
     os._exit(0)
@@ -142,14 +145,14 @@ def run(reader: str, mutations: int, seed: int = 1, cores: int = 2) -> Outcome:
         good.mkdir()
         files = READERS[reader].make(good)
         for path in files:
-            read, wrong = attempt(READERS[reader], path)
-            if not read or wrong:
+            how, wrong = attempt(READERS[reader], path)
+            if how != READ or wrong:
                 outcome.violations.append(f"the good file {path.name} is not read: {wrong}")
         workers = []
         for core in range(cores):
             folder = Path(name) / str(core)
             folder.mkdir()
-            notes = RawArray("d", 6)
+            notes = RawArray("d", 7)
             notes[STARTED] = time.monotonic()
             arguments = (reader, files, seed, range(core, mutations, cores), folder, notes)
             workers.append([context.Process(target=work, args=arguments), arguments])
@@ -179,6 +182,7 @@ def _looked_after(worker: list, context, outcome: Outcome) -> list | None:
         return [process, arguments]
     outcome.read += int(notes[READ])
     outcome.refused += int(notes[REFUSED])
+    outcome.ended += int(notes[ENDED])
     outcome.longest_s = max(outcome.longest_s, notes[LONGEST])
     outcome.memory_mb = max(outcome.memory_mb, notes[MEMORY])
     if (folder / "violations.txt").exists():
@@ -189,12 +193,12 @@ def _looked_after(worker: list, context, outcome: Outcome) -> list | None:
 def table(outcomes: list[Outcome]) -> str:
     """Outcomes as a table in Markdown."""
     lines = [
-        "| Reader | Mutations | Read | Refused | Longest (s) | Most memory (MB) | Violations |",
-        "|---|---:|---:|---:|---:|---:|---:|",
+        "| Reader | Mutations | Read | Refused | Ended | Longest (s) | Most memory (MB) | Violations |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
     lines += [
-        f"| {o.reader} | {o.mutations} | {o.read} | {o.refused} | {o.longest_s:.2f} | {o.memory_mb:.0f} | "
-        f"{len(o.violations)} |"
+        f"| {o.reader} | {o.mutations} | {o.read} | {o.refused} | {o.ended} | {o.longest_s:.2f} | "
+        f"{o.memory_mb:.0f} | {len(o.violations)} |"
         for o in outcomes
     ]
     return "\n".join(lines)

@@ -260,8 +260,8 @@ def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
             raise ValueError("it holds a sampling rate that is not positive")
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(
-            f"{path}: expected a file of treadmill models, found one that cannot be read ({quoted(error)}): fit "
-            "the models again"
+            f"{path}: expected a file of treadmill models, found one that cannot be read ({quoted(error)}): "
+            "fit the models again"
         ) from error
     return {m.name: m for m in models}
 
