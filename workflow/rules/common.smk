@@ -17,6 +17,7 @@ from workflow.support.check import (
     check_config,
     check_one_treadmill,
     check_plate_models,
+    check_recordings,
     load_yaml,
 )
 from workflow.support.reach import reached_by
@@ -52,6 +53,7 @@ def checked_study():
     check_sources(trials, study["trial_sheet"], study["virtual_lab"])
     found = Study(config, trials)
     check_one_treadmill(config, found.experiments, "configuration")
+    check_recordings(found.settings, trials, "configuration")
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, "configuration")
     return found
@@ -88,6 +90,11 @@ def protocol(experiment):
 def raw_files(experiment=None):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
+
+
+def recording_of(experiment=None):
+    """Param function: what the plates and channels of a whole trial's file are; None for other trials."""
+    return lambda w: STUDY.recording(experiment or w.experiment, w.condition)
 
 
 def raw_inputs(experiment=None):
