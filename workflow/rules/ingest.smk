@@ -1,6 +1,9 @@
 # Raw files to one self-describing HDF5 file per trial. Recorded and simulated files are
 # treated alike.
 
+# what a signal can be, for every trial on its way in
+PLAUSIBLE = without(SETTINGS["plausible"], *RIG_KEYS)
+
 
 rule ingest_wristalyzer:
     input:
@@ -19,6 +22,7 @@ rule ingest_wristalyzer:
         command_columns=SETTINGS["wristalyzer"]["files"]["command_columns"],
         angle_unit=SETTINGS["wristalyzer"]["files"]["angle_unit"],
         ingest=SETTINGS["wristalyzer"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_wristalyzer.py"
 
@@ -40,6 +44,8 @@ rule ingest_plate_treadmill:
         duration_s=sheet("duration_s"),
         marker_labels=lambda w: SETTINGS[w.experiment].get("files", {}).get("marker_labels"),
         ingest=lambda w: SETTINGS[w.experiment]["ingest"],
+        plausible=PLAUSIBLE,
+        rig=lambda w: rig_of(SETTINGS, w.experiment),
     script:
         "../scripts/ingest_plate_treadmill.py"
 
@@ -62,6 +68,8 @@ rule ingest_standing:
         emg_trigger_threshold=SETTINGS["standing"]["files"]["emg_trigger_threshold"],
         emg_channels={m: choice["channel"] for m, choice in SETTINGS["standing"]["muscles"].items()},
         ingest=SETTINGS["standing"]["ingest"],
+        plausible=PLAUSIBLE,
+        rig=rig_of(SETTINGS, "standing"),
     script:
         "../scripts/ingest_standing.py"
 
@@ -84,6 +92,7 @@ rule ingest_position_manipulator:
         angle_unit=SETTINGS["position_manipulator"]["files"]["angle_unit"],
         torque_sign=SETTINGS["position_manipulator"]["files"]["torque_sign"],
         ingest=SETTINGS["position_manipulator"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_position_manipulator.py"
 
@@ -105,5 +114,6 @@ rule ingest_belt:
         delimiter=SETTINGS["belt"]["files"]["delimiter"],
         load_unit=SETTINGS["belt"]["files"]["load_unit"],
         ingest=SETTINGS["belt"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_belt.py"

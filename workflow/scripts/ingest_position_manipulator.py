@@ -4,7 +4,9 @@ import job
 
 job.start(snakemake)
 
+from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
+from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import write_trial
 
@@ -17,6 +19,7 @@ options = TableOptions(
 delimiter = {"comma": ",", "tab": "\t"}[snakemake.params.delimiter]
 table = read_text_table(files["log"], snakemake.params.columns, delimiter)
 trial = ingest_position_manipulator(table, options, snakemake.params.duration_s, files["log"])
+trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(), files)
 write_trial(
     snakemake.output.trial, trial, "position_manipulator", snakemake.wildcards.condition, files, vars(options)
 )

@@ -4,7 +4,9 @@ import job
 
 job.start(snakemake)
 
+from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.io.trial import write_trial
 
@@ -19,4 +21,5 @@ trial = ingest_standing_files(
     options,
     snakemake.params.duration_s,
 )
+trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
 write_trial(snakemake.output.trial, trial, "standing", snakemake.wildcards.condition, files, vars(options))

@@ -4,7 +4,9 @@ import job
 
 job.start(snakemake)
 
+from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator
+from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import write_trial
 
@@ -18,6 +20,7 @@ trial = ingest_torque_manipulator(
     files["log"],
     files["command"],
 )
+trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(), files)
 write_trial(
     snakemake.output.trial,
     trial,
