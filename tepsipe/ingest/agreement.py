@@ -30,7 +30,22 @@ AGAINST_MOTION = -0.05
 
 
 def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
-    """Compare the vertical force, mean of the trial, with the mass that the belt is said to carry."""
+    """Compare the vertical force, mean of the trial, with the mass that the belt is said to carry.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (units in the signals).
+    rig : Rig
+        What the trial is said to hold (kg).
+    files : dict of str to str
+        Kind of each source file -> its path, for messages.
+
+    Raises
+    ------
+    InputError
+        If the mean vertical force is not that of the mass.
+    """
     belt = used_belt(trial, rig)
     if belt is None or rig.carried_kg is None:
         return
@@ -46,7 +61,24 @@ def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
 
 
 def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> None:
-    """Compare belt-fixed markers with the belt, and other segments with their rest."""
+    """Compare belt-fixed markers with the belt, and other segments with their rest.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (units in the signals).
+    limits : Limits
+        What each kind of signal can be (units in the names).
+    rig : Rig
+        Belt-fixed markers and segments (names, no unit).
+    files : dict of str to str
+        Kind of each source file -> its path, for messages.
+
+    Raises
+    ------
+    InputError
+        If a belt-fixed marker does not move with the belt, or a segment stays still.
+    """
     if "marker_position" not in trial.signals or "belt_velocity" not in trial.signals:
         return
     labels, rate = trial.axes["marker"].tolist(), trial.rate_hz
@@ -158,7 +190,22 @@ def _moves(trial: Trial, columns: list[int], belt: np.ndarray) -> bool:
 
 
 def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
-    """Compare torque and angle of a joint in a manipulator: size, direction, and that both move."""
+    """Compare torque and angle of a joint in a manipulator: size, direction, and that both move.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (units in the signals).
+    limits : Limits
+        What each kind of signal can be (units in the names).
+    files : dict of str to str
+        Kind of each source file -> its path, for messages.
+
+    Raises
+    ------
+    InputError
+        If torque and angle of a joint cannot belong together.
+    """
     if "torque" not in trial.signals or "angle" not in trial.signals:
         return
     torque, angle = (trial.values(name).astype(float) for name in ("torque", "angle"))

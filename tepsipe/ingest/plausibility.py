@@ -177,14 +177,16 @@ def _refuse_dead_plate(trial: Trial, limits: Limits, rig: Rig, files: dict[str, 
         )
 
 
-def refuse_dead_channels(voltages: np.ndarray, channels: list[str], calibration: np.ndarray, name: str) -> None:
+def refuse_dead_channels(
+    voltages: np.ndarray, channels: tuple[str, ...], calibration: np.ndarray, name: str
+) -> None:
     """Refuse transducers that read the same voltage throughout although the calibration uses them.
 
     Parameters
     ----------
     voltages : ndarray, shape (n, channels)
         As recorded (V).
-    channels : list of str
+    channels : tuple of str
         Their names (no unit).
     calibration : ndarray, shape (components, channels)
         Forces and moments per voltage (N/V, N·m/V).
@@ -199,8 +201,8 @@ def refuse_dead_channels(voltages: np.ndarray, channels: list[str], calibration:
     dead = np.flatnonzero((np.ptp(voltages, axis=0) == 0.0) & (calibration != 0.0).any(axis=0))
     if dead.size:
         raise InputError(
-            f"{name}: expected every transducer to show at least its noise, found {voltages[0, dead[0]]:.4g} V "
-            f"throughout in {listed([channels[k] for k in dead], 4)}: check that its amplifier was connected"
+            f"{name}: expected noise of every transducer, found {voltages[0, dead[0]]:.4g} "
+            f"V throughout in {listed([channels[k] for k in dead], 4)}: check that its amplifier is connected"
         )
 
 
