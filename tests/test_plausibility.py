@@ -166,6 +166,15 @@ def test_what_the_treadmill_cannot_have_recorded_is_refused(name, dummy, limits,
     assert_one_sentence(caught.value, file, words)
 
 
+def test_belt_that_is_not_perturbed_is_left_to_the_analysis(dummy, limits, rig, rng):
+    def still(x):
+        return x[:1] + 1e-4 * rng.standard_normal(x.shape).astype(np.float32)
+
+    noise = 0.001 * rng.standard_normal(dummy.time.size)
+    quiet = changed(both_markers(dummy, still), "belt_velocity", lambda x: noise)
+    assert plausible_trial(quiet, limits, rig, FILES) is quiet
+
+
 def test_markers_of_another_trial_are_refused(dummy, short_truth, limits, rig, tmp_path):
     from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 

@@ -23,6 +23,8 @@ GRAVITY_M_PER_S2 = 9.81
 COMPARED_HZ = 20.0
 # where markers or belt move faster than this fraction of their fastest (-)
 MOVING_FRACTION = 0.1
+# smallest ratio of a pulse's peak to the noise around it (-)
+PULSE_TO_NOISE = 8.0
 # a segment moves if its markers are this many times as fast, while the belt moves, as before (-)
 STILL_RATIO = 1.3
 # the torque is against the motion below this correlation of torque and angular velocity (-)
@@ -89,11 +91,12 @@ def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[s
     for label in (label for label in rig.belt_fixed if label in labels):
         position = trial.values("marker_position")[:, labels.index(label), 1].astype(float)
         velocity = derivative(trial.time, _lowpass(trial, position))
-        scale, delay_s, correlation = belt_fixed_motion(velocity, belt, rate, limits.belt_fixed_delay_s)
-        _refuse_belt_fixed(label, (scale, delay_s, correlation), limits, rig, files)
+        if _stands_out(belt) or _stands_out(velocity):  # otherwise the analysis finds no perturbation
+            motion = belt_fixed_motion(velocity, belt, rate, limits.belt_fixed_delay_s)
+            _refuse_belt_fixed(label, motion, limits, rig, files)
     for segment, names in (rig.segments or {}).items():
         columns = [labels.index(label) for label in names if label in labels]
-        if columns and not _moves(trial, columns, belt):
+        if columns and _stands_out(belt) and not _moves(trial, columns, belt):
             raise InputError(
                 f"{source(files, 'markers')}: expected the markers of the {segment} to move when the belt "
                 f"does, found them as still as before ({', '.join(names)}): check their labels, and that the "
@@ -170,6 +173,12 @@ def _refuse_belt_fixed(
             f"{where}, found {scale:.3g} times its velocity ({low:g} to {high:g} is plausible): check the "
             "units of both files, and that both are of this trial"
         )
+
+
+def _stands_out(velocity: np.ndarray) -> bool:
+    """Whether a velocity has pulses above its noise, which is most of it."""
+    around = np.abs(velocity - np.median(velocity))
+    return bool(around.max() > PULSE_TO_NOISE * 1.4826 * np.median(around))
 
 
 def _moves(trial: Trial, columns: list[int], belt: np.ndarray) -> bool:
