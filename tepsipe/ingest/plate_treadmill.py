@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.ingest.plausibility import refuse_dead_channels
 from tepsipe.io.readers.c3d import Markers, read_markers
 from tepsipe.io.readers.treadmill_log import (
     CalibrationMatrix,
@@ -137,6 +138,8 @@ def ingest_treadmill_files(
         If a file cannot be read, or as `ingest_treadmill`.
     """
     log, calibration = read_treadmill_log(files["log"]), read_calibration_matrix(files["calibration"])
+    if calibration.channels == log.channels:
+        refuse_dead_channels(log.voltages, log.channels, calibration.matrix, files["log"])
     markers = None if marker_labels is None else read_markers(files["markers"], marker_labels)
     return ingest_treadmill(
         log,

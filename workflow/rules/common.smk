@@ -21,6 +21,7 @@ from workflow.support.check import (
     load_yaml,
 )
 from workflow.support.reach import reached_by
+from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.settings import pick, without
 from workflow.support.study import Study, any_of, table_experiment
 from workflow.support.trial_sheet import check_sources, read_trial_sheet

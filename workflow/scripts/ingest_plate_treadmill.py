@@ -6,7 +6,9 @@ job.start(snakemake)
 
 from recording_choices import recording_options
 
+from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.whole_trial import ingest_files
 from tepsipe.io.trial import write_trial
 
@@ -20,5 +22,6 @@ trial = ingest_files(
     recording_options(recording),
     snakemake.params.duration_s,
 )
+trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
 used = vars(options) | ({} if recording is None else {"recording": recording})
 write_trial(snakemake.output.trial, trial, names.experiment, names.condition, files, used)

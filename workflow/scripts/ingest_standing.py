@@ -6,7 +6,9 @@ job.start(snakemake)
 
 from recording_choices import recording_options
 
+from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.io.trial import write_trial
 
@@ -23,5 +25,6 @@ trial = ingest_standing_files(
     snakemake.params.duration_s,
     recording_options(recording),
 )
+trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
 used = vars(options) | ({} if recording is None else {"recording": recording})
 write_trial(snakemake.output.trial, trial, "standing", snakemake.wildcards.condition, files, used)

@@ -181,6 +181,7 @@ def check_config(config: dict, name: str) -> None:
             f"{name}: expected dummy.geometry.leg_markers to name markers of "
             f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
         )
+    _check_plausible(config["plausible"], name)
     _check_filters(config, name)
     _check_estimators(dummy, name)
     _check_specification(config, name)
@@ -214,6 +215,16 @@ def check_config(config: dict, name: str) -> None:
         )
     _check_reflex(config["position_manipulator"]["analysis"]["parallel_cascade"], name)
     _check_standing(config["standing"], config["weight"]["models"]["family"], name)
+
+
+def _check_plausible(limits: dict, name: str) -> None:
+    """Limits of signals must be in order."""
+    for key, value in limits.items():
+        if isinstance(value, list) and not value[0] < value[1]:
+            raise InputError(
+                f"{name}: expected plausible.{key} from low to high, found [{value[0]}, {value[1]}]: turn it "
+                "round"
+            )
 
 
 def _check_filters(config: dict, name: str) -> None:
