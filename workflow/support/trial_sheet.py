@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tepsipe.errors import InputError, quoted
+from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.text_file import read_text
 from tepsipe.io.readers.whole_trial import holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
@@ -66,13 +66,13 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
             hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-            raise InputError(f"{path}: unknown column {name!r}: {hint}")
+            raise InputError(f"{path}: unknown column {quoted(name)}: {hint}")
         if header.count(name) > 1:
-            raise InputError(f"{path}: expected the column {name!r} once, found it twice: remove one")
+            raise InputError(f"{path}: expected the column {quoted(name)} once, found it twice: remove one")
     for name in COLUMNS:
         if name not in header:
             raise InputError(
-                f"{path}: expected the tab-separated column {name!r}, found {', '.join(header)}: add "
+                f"{path}: expected the tab-separated column {quoted(name)}, found {listed(header)}: add "
                 "it to the header and fill it with - where it does not apply"
             )
     trials: dict[tuple, TrialRow] = {}
@@ -103,7 +103,7 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         if row.task is not None and (row.experiment, row.task) in trials:
             raise InputError(
                 f"{path}: expected tasks and conditions of {row.experiment} to have different names, because "
-                f"both head rows of estimates, found {row.task!r} for both: rename the condition"
+                f"both head rows of estimates, found {quoted(row.task)} for both: rename the condition"
             )
     for models in dict.fromkeys(filter(None, (e.models for e in EXPERIMENTS.values()))):
         _check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
@@ -180,10 +180,10 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             if kind not in files and kind not in known.optional_files and not (whole and kind != "log"):
                 raise InputError(
                     f"{here}: expected a {kind} file for {experiment}/{condition}, found "
-                    f"{cells.get(kind, 'no such column')!r}: name the recorded file"
+                    f"{quoted(cells.get(kind, 'no such column'))}: name the recorded file"
                 )
     elif files or not all(needed.values()):
-        found = f"{next(iter(files.values()))!r}" if files else f"experiment {experiment!r}"
+        found = f"{quoted(next(iter(files.values())))}" if files else f"experiment {experiment!r}"
         raise InputError(
             f"{here}: expected no files for what the virtual laboratory can make, found {found}: set "
             "the source to recorded"
@@ -194,8 +194,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         interval = _positive(shortest, "interval_s", here), _positive(longest, "interval_s", here)
         if interval[0] > interval[1]:
             raise InputError(
-                f"{here}: expected interval_s from short to long, found {cells['interval_s']!r}: turn it "
-                "round"
+                f"{here}: expected interval_s from short to long, found {quoted(cells['interval_s'])}: "
+                "turn it round"
             )
     else:
         interval = (_positive(cells["interval_s"], "interval_s", here),) * 2
@@ -209,7 +209,7 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     if made and cells["profile"] not in known.profiles:
         raise InputError(
             f"{here}: expected a profile of {', '.join(known.profiles)}, found "
-            f"{cells['profile']!r}: correct it"
+            f"{quoted(cells['profile'])}: correct it"
         )
     return TrialRow(
         experiment,
@@ -231,7 +231,7 @@ def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> 
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
                 f"{quoted(files['log'])} "
-                f"holds the whole trial, found {files[kind]!r}: correct one of the two"
+                f"holds the whole trial, found {quoted(files[kind])}: correct one of the two"
             )
 
 
@@ -255,7 +255,7 @@ def _task(cells: dict[str, str], here: str) -> str | None:
         if task not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the task, because trials of {experiment} have none, found "
-                f"{task!r}: correct it"
+                f"{quoted(task)}: correct it"
             )
         return None
     made = cells["source"] == "virtual_lab"
@@ -277,7 +277,7 @@ def _role(cells: dict[str, str], here: str) -> str | None:
         if role not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the role, because trials of {experiment} have none, found "
-                f"{role!r}: correct it"
+                f"{quoted(role)}: correct it"
             )
         return None
     if role not in ROLES:
