@@ -1,4 +1,4 @@
-"""The command line: ``tepsipe fit``, ``tepsipe calibrate``, ``tepsipe info``.
+"""The command line: ``tepsipe fit``, ``tepsipe calibrate``, ``tepsipe info``, ``tepsipe check``.
 
 Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
 to the standard error and returns 2.
@@ -139,6 +139,16 @@ def _parser() -> argparse.ArgumentParser:
     )
     info.add_argument("file", type=Path)
     info.set_defaults(command=_info)
+
+    check = commands.add_parser(
+        "check",
+        help="whether configuration files can be read: mistakes by line, repeated keys, code",
+        description="Read configuration files (YAML, JSON) without running anything from them. A mistake is "
+        "named with its file and line; a repeated key and the key __use_yte__, with which Snakemake runs code "
+        "from a configuration, are refused. Keys and values are checked by snakemake -n.",
+    )
+    check.add_argument("files", type=Path, nargs="+", metavar="CONFIG")
+    check.set_defaults(command=_check)
     return parser
 
 
@@ -217,6 +227,14 @@ def _info(chosen: argparse.Namespace) -> None:
     from tepsipe.io.contents import contents_of
 
     print(f"{chosen.file}: {contents_of(chosen.file).summary()}")
+
+
+def _check(chosen: argparse.Namespace) -> None:
+    from tepsipe.io.yaml_file import read_settings
+
+    for path in chosen.files:
+        settings = read_settings(path)
+        print(f"{path}: {len(settings)} sections: {', '.join(map(str, settings))}")
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

@@ -6,51 +6,12 @@ from functools import cache
 from pathlib import Path
 
 import jsonschema
-import yaml
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.identification.estimators import ESTIMATORS
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.yaml_file import read_settings
 from workflow.support.renames import VALUES, answer_for_key, moved_from, renamed
 from workflow.support.settings import plate_key, settings_of
-
-
-def load_yaml(path: str | Path) -> dict:
-    """Read a YAML file; refuse one that is missing, damaged or holds a key twice."""
-    text = read_text(Path(path), "a configuration file")
-    try:
-        return yaml.load(text, Loader=_UniqueKeys) or {}
-    except yaml.YAMLError as error:
-        place = getattr(error, "problem_mark", None)
-        line = f" on line {place.line + 1}" if place else ""
-        problem = getattr(error, "problem", None) or error
-        raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
-
-
-class _UniqueKeys(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
-    """A loader that refuses a repeated key, which YAML readers otherwise accept."""
-
-
-def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
-    seen = set()
-    for key_node, _ in node.value:
-        if key_node.tag == "tag:yaml.org,2002:merge":
-            continue
-        if not isinstance(key_node, yaml.ScalarNode):
-            raise yaml.constructor.ConstructorError(
-                None, None, "a key that is not a word", key_node.start_mark
-            )
-        key = loader.construct_object(key_node, deep=True)
-        if key in seen:
-            raise yaml.constructor.ConstructorError(
-                None, None, f"the key {key!r} stands twice", key_node.start_mark
-            )
-        seen.add(key)
-    loader.flatten_mapping(node)
-    return loader.construct_mapping(node, deep=True)
-
-
-_UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
 
 
 def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
@@ -66,7 +27,7 @@ def check_against_schema(content: dict, schema_path: str | Path, name: str) -> N
 
 @cache
 def _schema(path: Path) -> dict:
-    return load_yaml(path)
+    return read_settings(path)
 
 
 def _refuse_not_finite(content, name: str, where: str) -> None:
