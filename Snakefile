@@ -9,6 +9,10 @@ from snakemake.utils import min_version
 min_version("9.14")
 
 
+# refuses configuration files that cannot be read as they are meant
+include: "workflow/rules/configuration.smk"
+
+
 configfile: "config/config.yaml"
 
 

@@ -142,12 +142,12 @@ def _parser() -> argparse.ArgumentParser:
 
     check = commands.add_parser(
         "check",
-        help="whether configuration files can be read: mistakes by line, repeated keys, code",
-        description="Read configuration files (YAML, JSON) without running anything from them. A mistake is "
-        "named with its file and line; a repeated key and the key __use_yte__, with which Snakemake runs code "
-        "from a configuration, are refused. Keys and values are checked by snakemake -n.",
+        help="whether a study's configuration and trial sheet can be used, before it runs",
+        description="Check configuration files and the trial sheet that they name, without running anything "
+        "from them: mistakes by file and line, repeated keys, unknown keys, values, names, folders. Run it "
+        "in the folder of the study. Snakemake checks the same, but loads the files first.",
     )
-    check.add_argument("files", type=Path, nargs="+", metavar="CONFIG")
+    check.add_argument("files", nargs="*", metavar="CONFIG", help="as after snakemake --configfile")
     check.set_defaults(command=_check)
     return parser
 
@@ -230,11 +230,18 @@ def _info(chosen: argparse.Namespace) -> None:
 
 
 def _check(chosen: argparse.Namespace) -> None:
-    from tepsipe.io.yaml_file import read_settings
+    import subprocess
 
-    for path in chosen.files:
-        settings = read_settings(path)
-        print(f"{path}: {len(settings)} sections: {', '.join(map(str, settings))}")
+    if not Path("workflow/check.py").is_file():
+        raise InputError(
+            f"tepsipe check: expected the folder of the study, with Snakefile and workflow, found "
+            f"{Path.cwd()}: run it there"
+        )
+    done = subprocess.run(
+        [sys.executable, "-m", "workflow.check", *chosen.files], stderr=subprocess.PIPE, text=True
+    )
+    if done.returncode:
+        raise InputError(done.stderr.strip().removeprefix("tepsipe: "))
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

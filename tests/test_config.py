@@ -8,7 +8,6 @@ import yaml
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.io.yaml_file import read_settings
 from tepsipe.reporting.claims import MEASURES
 from workflow.support.check import (
     check_against_schema,
@@ -22,6 +21,7 @@ from workflow.support.renames import KEYS, MOVED, REMOVED, VALUES
 from workflow.support.settings import only, pick, settings_of, without
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
+from workflow.support.yaml_file import read_settings
 
 
 def merged(base, changes):

@@ -59,8 +59,8 @@ rule ingest_standing:
     params:
         files=raw_files("standing"),
         duration_s=sheet("duration_s", "standing"),
-        marker_labels=SETTINGS["standing"]["files"]["marker_labels"],
-        emg_trigger=SETTINGS["standing"]["files"]["emg_trigger"],
+        marker_labels=as_it_is(SETTINGS["standing"]["files"]["marker_labels"]),
+        emg_trigger=as_it_is(SETTINGS["standing"]["files"]["emg_trigger"]),
         emg_trigger_threshold=SETTINGS["standing"]["files"]["emg_trigger_threshold"],
         emg_channels={m: choice["channel"] for m, choice in SETTINGS["standing"]["muscles"].items()},
         ingest=SETTINGS["standing"]["ingest"],
@@ -82,7 +82,7 @@ rule ingest_position_manipulator:
         files=raw_files("position_manipulator"),
         duration_s=sheet("duration_s", "position_manipulator"),
         columns=files_setting("position_manipulator", "columns"),
-        delimiter=SETTINGS["position_manipulator"]["files"]["delimiter"],
+        delimiter=as_it_is(SETTINGS["position_manipulator"]["files"]["delimiter"]),
         angle_unit=files_setting("position_manipulator", "angle_unit"),
         torque_sign=files_setting("position_manipulator", "torque_sign"),
         named_by=lambda w: STUDY.named_by("position_manipulator", w.condition, "columns"),
@@ -105,7 +105,7 @@ rule ingest_belt:
         files=raw_files("belt"),
         duration_s=sheet("duration_s", "belt"),
         columns=files_setting("belt", "columns"),
-        delimiter=SETTINGS["belt"]["files"]["delimiter"],
+        delimiter=as_it_is(SETTINGS["belt"]["files"]["delimiter"]),
         load_unit=SETTINGS["belt"]["files"]["load_unit"],
         ingest=SETTINGS["belt"]["ingest"],
     script:

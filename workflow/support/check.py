@@ -9,14 +9,15 @@ import jsonschema
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.identification.estimators import ESTIMATORS
-from tepsipe.io.yaml_file import read_settings
 from workflow.support.renames import VALUES, answer_for_key, moved_from, renamed
 from workflow.support.settings import plate_key, settings_of
+from workflow.support.yaml_file import read_settings
 
 
 def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
     """Raise one sentence for the first part of ``content`` that the closed schema refuses."""
     _refuse_not_finite(content, name, "")
+    _refuse_braces(content, name)
     schema = _schema(Path(schema_path))
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
     # a misspelt key also counts as a missing one: report the key that was found
@@ -37,6 +38,15 @@ def _refuse_not_finite(content, name: str, where: str) -> None:
         items = content.items() if isinstance(content, dict) else enumerate(content)
         for key, value in items:
             _refuse_not_finite(value, name, f"{where}.{key}" if where else str(key))
+
+
+def _refuse_braces(content, name: str) -> None:
+    """Names of pathways, estimators and models go through Snakemake, which fills in what braces hold."""
+    if isinstance(content, dict):
+        for key, value in content.items():
+            if set("{}") & set(str(key)):
+                raise InputError(f"{name}: expected a key without braces, found {quoted(key)}: rename it")
+            _refuse_braces(value, name)
 
 
 def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) -> str:

@@ -1,8 +1,9 @@
 """YAML and JSON files of settings, read strictly: a mistake, a repeated key or code in them is refused."""
 
 import json
-from functools import cache
 from pathlib import Path
+
+import yaml
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
@@ -11,24 +12,7 @@ CODE = "__use_yte__"  # the key by which Snakemake runs expressions in a configu
 
 
 def read_settings(path: str | Path) -> dict:
-    """Contents of a file of settings (no unit).
-
-    Parameters
-    ----------
-    path : str or Path
-        A YAML or JSON file.
-
-    Returns
-    -------
-    dict
-        Key -> value; empty for an empty file (-).
-
-    Raises
-    ------
-    InputError
-        If the file is missing or damaged, holds a key twice, has something else than keys at its top, or holds
-        the key ``__use_yte__``, with which Snakemake would run code from it.
-    """
+    """Read a YAML or JSON file; refuse one that is missing, damaged, holds a key twice or holds code."""
     text = read_text(Path(path), "a configuration file")
     content = _json(text, path) if text.lstrip().startswith("{") else None
     content = _yaml(text, path) if content is None else content
@@ -66,10 +50,8 @@ def _json(text: str, path: str | Path) -> dict | None:
 
 
 def _yaml(text: str, path: str | Path) -> object:
-    import yaml
-
     try:
-        return yaml.load(text, Loader=_loader())
+        return yaml.load(text, Loader=_UniqueKeys)
     except yaml.YAMLError as error:
         place = getattr(error, "problem_mark", None)
         line = f" on line {place.line + 1}" if place else ""
@@ -81,31 +63,27 @@ def _yaml(text: str, path: str | Path) -> object:
         raise InputError(f"{path}: expected YAML, found sections without end: check the file") from None
 
 
-@cache
-def _loader() -> type:
+class _UniqueKeys(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
     """A loader that refuses a repeated key, which YAML readers otherwise accept."""
-    import yaml
 
-    class UniqueKeys(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
-        """YAML without repeated keys."""
 
-    def mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
-        seen = set()
-        for key_node, _ in node.value:
-            if key_node.tag == "tag:yaml.org,2002:merge":
-                continue
-            if not isinstance(key_node, yaml.ScalarNode):
-                raise yaml.constructor.ConstructorError(
-                    None, None, "a key that is not a word", key_node.start_mark
-                )
-            key = loader.construct_object(key_node, deep=True)
-            if key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {key!r} stands twice", key_node.start_mark
-                )
-            seen.add(key)
-        loader.flatten_mapping(node)
-        return loader.construct_mapping(node, deep=True)
+def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
+    seen = set()
+    for key_node, _ in node.value:
+        if key_node.tag == "tag:yaml.org,2002:merge":
+            continue
+        if not isinstance(key_node, yaml.ScalarNode):
+            raise yaml.constructor.ConstructorError(
+                None, None, "a key that is not a word", key_node.start_mark
+            )
+        key = loader.construct_object(key_node, deep=True)
+        if key in seen:
+            raise yaml.constructor.ConstructorError(
+                None, None, f"the key {key!r} stands twice", key_node.start_mark
+            )
+        seen.add(key)
+    loader.flatten_mapping(node)
+    return loader.construct_mapping(node, deep=True)
 
-    UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, mapping)
-    return UniqueKeys
+
+_UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
