@@ -57,7 +57,13 @@ rule all:
 
 onstart:
     start_jobs_when_jobs_end()
+    runs.note_run()
+
+
+onsuccess:
+    runs.forget_run()
 
 
 onerror:
-    say_what_stopped()
+    runs.forget_run()
+    say_what_stopped(log)

@@ -3,22 +3,20 @@
 import compileall
 import os
 import sys
-import time
 from functools import partial
 from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import outputs
+from workflow.support import outputs, runs
 from workflow.support.reach import reached_by
 from workflow.support.settings import pick, without
 from workflow.support.start import checked_sections, checked_study
+from workflow.support.stopped import what_stopped
 from workflow.support.study import any_of, table_experiment
 from workflow.support.version import code_version
 
 # bytecode once, not once per job: some environments keep Python from writing it
 compileall.compile_dir(Path(workflow.basedir) / "tepsipe", quiet=2)
-
-STARTED = time.time()
 
 
 def sections_of(key):
@@ -126,11 +124,7 @@ def start_jobs_when_jobs_end():
         workflow.scheduler.job_rate_limiter = None
 
 
-def say_what_stopped():
+def say_what_stopped(log):
     """After a failed run: the sentence of every job that stopped, and where a bug left its trace."""
-    print("\nWhat stopped:", file=sys.stderr)
-    for log in sorted(Path(config["pathvars"]["logs"]).rglob("*.log")):
-        if log.stat().st_mtime < STARTED or not (text := log.read_text(encoding="utf-8").strip()):
-            continue
-        print(text if text.startswith("tepsipe: ") else f"tepsipe: a bug, see {log}", file=sys.stderr)
+    print("\nWhat stopped:", *what_stopped(workflow.scheduler.failed, *log[:1]), sep="\n", file=sys.stderr)
     print("Everything else is kept; the next run goes on from there.", file=sys.stderr)

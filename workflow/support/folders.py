@@ -97,6 +97,12 @@ def _check_place(folder: Path, outside: bool, where: str, found: str) -> None:
     project = Path.cwd()
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{where} to be a folder, {found}, which is a file: name another")
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(
+            f"{where} to be a folder that can be written to, {found}, where {there} cannot: change its "
+            "permissions, or name another"
+        )
     if not outside and project not in folder.parents and folder != project:
         raise InputError(
             f"{where} in the folder that the study runs in ({project}), {found}, which is {folder}: name a "
