@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError
 
@@ -250,23 +249,10 @@ def _of_edf(path: Path) -> Contents:
 
 
 def _of_mat(path: Path) -> Contents:
-    from tepsipe.io.readers.guarded import guarded
+    from tepsipe.io.readers.mat_file import read_mat
 
-    load = scipy.io.loadmat  # imported here, not by the child
-    try:
-        content = guarded(lambda: load(path, squeeze_me=True), what=path)
-    except InputError:
-        raise
-    except NotImplementedError as error:
-        raise InputError(
-            f"{path}: expected a MATLAB file up to version 7.2, found version 7.3: save it with -v7"
-        ) from error
-    except Exception as error:  # scipy raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a MATLAB file, found one that cannot be read ({type(error).__name__}): "
-            f"save it again"
-        ) from error
-    variables = {name: np.asarray(x) for name, x in content.items() if not name.startswith("__")}
+    content = read_mat(path, "a MATLAB file", squeeze=True)
+    variables = {name: np.asarray(x) for name, x in content.items()}
     rates = [float(x) for name, x in variables.items() if "rate" in name.lower() and x.size == 1]
     longest = max((x.shape[0] for x in variables.values() if x.ndim), default=0)
     channels = [
