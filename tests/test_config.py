@@ -583,6 +583,12 @@ def test_missing_or_empty_sheet_is_refused(tmp_path):
     refuse_sheet(tmp_path / "empty.tsv")
 
 
+def test_sheet_that_ends_within_a_line_is_refused(sheet):
+    path = sheet(GOOD)
+    path.write_bytes(path.read_bytes()[:-3])
+    assert "line break" in refuse_sheet(path)
+
+
 def test_sheet_that_is_not_text_is_refused(sheet):
     path = sheet(GOOD)
     path.write_bytes(path.read_text().encode("utf-16"))

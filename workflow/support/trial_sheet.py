@@ -56,7 +56,7 @@ class TrialRow:
 
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
     """Read and check the sheet; keys are (experiment, condition), in the sheet's order."""
-    text = read_text(Path(path), "the trial sheet")
+    text = read_text(path, "the trial sheet", ended=True)
     rows = list(csv.reader(text.splitlines(), delimiter="\t"))
     header = [name.strip() for name in rows[0]] if rows else []
     for name in header:
