@@ -1,4 +1,4 @@
-"""MATLAB 7.3 files as MATLAB writes them: HDF5 behind a text header, dimensions reversed, cells as references."""
+"""MATLAB 7.3 files as MATLAB writes them: HDF5 behind a text header, dimensions reversed."""
 
 import h5py
 import numpy as np
@@ -29,9 +29,8 @@ def _write(file, group, name, value):
     elif isinstance(value, list):
         cells = np.empty((len(value), 1), dtype=h5py.ref_dtype)  # a row of cells, reversed
         for k, cell in enumerate(value):
-            count = len(file.require_group("#refs#"))
-            _write(file, file["#refs#"], f"r{count}", cell)
-            cells[k, 0] = file[f"#refs#/r{count}"].ref
+            _write(file, file.require_group("#refs#"), f"{name}_{k}", cell)
+            cells[k, 0] = file[f"#refs#/{name}_{k}"].ref
         item = group.create_dataset(name, data=cells, dtype=h5py.ref_dtype)
         item.attrs["MATLAB_class"] = np.bytes_("cell")
     else:

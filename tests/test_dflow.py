@@ -9,7 +9,8 @@ from dflow_builders import write_mocap, write_record, write_rows
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.dflow import DFlowOptions, dflow_recording
-from tepsipe.io.readers.dflow import is_dflow, read_dflow
+from tepsipe.io.readers.dflow import read_dflow
+from tepsipe.io.readers.file_kind import DFLOW, kind_of
 from tepsipe.signals.time_alignment import common_signal_delay
 
 RATE_HZ = 100.0
@@ -163,7 +164,7 @@ def test_compressed_files_are_the_same(files):
     packed = [path.with_name(path.name + ".gz") for path in plain]
     for path, other in zip(plain, packed, strict=True):
         other.write_bytes(gzip.compress(path.read_bytes()))
-        assert is_dflow(other)
+        assert kind_of(other) == DFLOW
     a, b = recording_of(*plain), recording_of(*packed)
     assert np.array_equal(a.markers.positions, b.markers.positions)
     assert np.array_equal(

@@ -15,6 +15,7 @@ from typing import BinaryIO
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.file_kind import BDF
 from tepsipe.io.readers.gzip_file import is_gzip, plain_bytes
 
 # spelling of a physical dimension, at most 8 characters -> uV
@@ -26,7 +27,6 @@ UV_PER_UNIT = {
     **dict.fromkeys(("mV", "mv", "milliV", "millivol"), 1e3),
     **dict.fromkeys(("V", "v", "volt", "Volt"), 1e6),
 }
-BDF = b"\xffBIOSEMI"
 STATUS, TRIGGER_BITS = "Status", 0xFFFF
 # fields of a signal in the header and their lengths (bytes), up to the number of samples in a record
 BYTES_BEFORE_SAMPLES = 16 + 80 + 8 + 8 + 8 + 8 + 8 + 80

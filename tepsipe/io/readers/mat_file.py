@@ -11,19 +11,11 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.io.readers.file_kind import HDF5_FILE, MAT73, kind_of
 from tepsipe.io.readers.guarded import guarded
 from tepsipe.io.readers.gzip_file import plain_file
 
-HDF5 = b"\x89HDF\r\n\x1a\n"
-HDF5_AT = (0, 512)
 DEEPEST = 8
-
-
-def is_mat73(path: Path) -> bool:
-    """Whether a plain file is MATLAB 7.3, by the signature of HDF5 behind its text header (no unit)."""
-    with path.open("rb") as file:
-        head = file.read(HDF5_AT[-1] + len(HDF5))
-    return any(head[k : k + len(HDF5)] == HDF5 for k in HDF5_AT)
 
 
 def read_mat(path: str | Path, what: str, squeeze: bool = False) -> dict[str, object]:
@@ -57,7 +49,7 @@ def read_mat(path: str | Path, what: str, squeeze: bool = False) -> dict[str, ob
     load = scipy.io.loadmat
 
     def loaded(plain: Path) -> dict[str, object]:
-        if is_mat73(plain):
+        if kind_of(plain) in (MAT73, HDF5_FILE):
             return _of_hdf5(plain, squeeze)
         return {k: v for k, v in load(plain, squeeze_me=squeeze).items() if not k.startswith("__")}
 
