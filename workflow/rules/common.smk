@@ -51,6 +51,7 @@ def checked_study():
     trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
     check_sources(trials, study["trial_sheet"], study["virtual_lab"])
     found = Study(config, trials)
+    found.check(study["trial_sheet"])
     check_one_treadmill(config, found.experiments, "configuration")
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, "configuration")
@@ -78,6 +79,11 @@ wildcard_constraints:
 def sheet(column, experiment=None):
     """Param function: a column of the trial's row. The experiment is a wildcard where none is given."""
     return lambda w: getattr(STUDY.trials[experiment or w.experiment, w.condition], column)
+
+
+def files_setting(experiment, key):
+    """Param function: a setting of the experiment's files, with the names that the trial's row gives."""
+    return lambda w: STUDY.files(experiment, w.condition)[key]
 
 
 def protocol(experiment):

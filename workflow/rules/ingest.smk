@@ -15,9 +15,11 @@ rule ingest_wristalyzer:
     params:
         files=raw_files("wristalyzer"),
         duration_s=sheet("duration_s", "wristalyzer"),
-        log_columns=SETTINGS["wristalyzer"]["files"]["log_columns"],
-        command_columns=SETTINGS["wristalyzer"]["files"]["command_columns"],
-        angle_unit=SETTINGS["wristalyzer"]["files"]["angle_unit"],
+        log_columns=files_setting("wristalyzer", "log_columns"),
+        command_columns=files_setting("wristalyzer", "command_columns"),
+        angle_unit=files_setting("wristalyzer", "angle_unit"),
+        log_named_by=lambda w: STUDY.named_by("wristalyzer", w.condition, "log_columns"),
+        command_named_by=lambda w: STUDY.named_by("wristalyzer", w.condition, "command_columns"),
         ingest=SETTINGS["wristalyzer"]["ingest"],
     script:
         "../scripts/ingest_wristalyzer.py"
@@ -79,10 +81,11 @@ rule ingest_position_manipulator:
     params:
         files=raw_files("position_manipulator"),
         duration_s=sheet("duration_s", "position_manipulator"),
-        columns=SETTINGS["position_manipulator"]["files"]["columns"],
+        columns=files_setting("position_manipulator", "columns"),
         delimiter=SETTINGS["position_manipulator"]["files"]["delimiter"],
-        angle_unit=SETTINGS["position_manipulator"]["files"]["angle_unit"],
-        torque_sign=SETTINGS["position_manipulator"]["files"]["torque_sign"],
+        angle_unit=files_setting("position_manipulator", "angle_unit"),
+        torque_sign=files_setting("position_manipulator", "torque_sign"),
+        named_by=lambda w: STUDY.named_by("position_manipulator", w.condition, "columns"),
         ingest=SETTINGS["position_manipulator"]["ingest"],
     script:
         "../scripts/ingest_position_manipulator.py"
@@ -101,7 +104,7 @@ rule ingest_belt:
     params:
         files=raw_files("belt"),
         duration_s=sheet("duration_s", "belt"),
-        columns=sheet("columns", "belt"),
+        columns=files_setting("belt", "columns"),
         delimiter=SETTINGS["belt"]["files"]["delimiter"],
         load_unit=SETTINGS["belt"]["files"]["load_unit"],
         ingest=SETTINGS["belt"]["ingest"],

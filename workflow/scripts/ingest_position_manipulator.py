@@ -15,8 +15,10 @@ options = TableOptions(
     **snakemake.params.ingest,
 )
 delimiter = {"comma": ",", "tab": "\t"}[snakemake.params.delimiter]
-table = read_text_table(files["log"], snakemake.params.columns, delimiter)
+columns, named_by = snakemake.params.columns, snakemake.params.named_by
+table = read_text_table(files["log"], columns, delimiter, named_by)
 trial = ingest_position_manipulator(table, options, snakemake.params.duration_s, files["log"])
+chosen = vars(options) | ({"columns": columns} if named_by else {})
 write_trial(
-    snakemake.output.trial, trial, "position_manipulator", snakemake.wildcards.condition, files, vars(options)
+    snakemake.output.trial, trial, "position_manipulator", snakemake.wildcards.condition, files, chosen
 )
