@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.io.readers.edf import EmgRecording, read_emg
+from tepsipe.io.readers.edf import EmgRecording
+from tepsipe.io.readers.emg import read_emg
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import refuse_short, rising_edge
 

@@ -69,3 +69,9 @@ def _kind_of_text(head: bytes) -> str | None:
     if text.lstrip()[:1] in ("{", "["):
         return JSON
     return TABLE if re.search(r"[\t;,]", first) else None
+
+
+def ending_of(path: str | Path) -> str:
+    """Ending of a file's name in lower case, without that of gzip (no unit)."""
+    suffixes = [suffix.lower() for suffix in Path(path).suffixes]
+    return "".join((suffixes[:-1] if suffixes[-1:] == [".gz"] else suffixes)[-1:])
