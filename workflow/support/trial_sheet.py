@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.whole_trial import holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.renames import KEYS, renamed
 from workflow.support.row_names import NAME_COLUMNS, names_of
@@ -171,9 +172,12 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         )
     needed = known.raw_files
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
+    whole = "calibration" in needed and holds_whole_trial(files.get("log", ""))
     if source == "recorded":
+        if whole:
+            _refuse_beside_whole_trial(files, f"{experiment}/{condition}", here)
         for kind in needed:
-            if kind not in files and kind not in known.optional_files:
+            if kind not in files and kind not in known.optional_files and not (whole and kind != "log"):
                 raise InputError(
                     f"{here}: expected a {kind} file for {experiment}/{condition}, found "
                     f"{cells.get(kind, 'no such column')!r}: name the recorded file"
@@ -218,6 +222,17 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         task=_task(cells, here),
         names=names_of(cells, here),
     )
+
+
+def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> None:
+    """Refuse a calibration or markers beside a log that holds the whole trial."""
+    for kind in ("calibration", "markers"):
+        if kind in files:
+            raise InputError(
+                f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
+                f"{quoted(files['log'])} "
+                f"holds the whole trial, found {files[kind]!r}: correct one of the two"
+            )
 
 
 def _positive(cell: str, name: str, here: str) -> float | None:

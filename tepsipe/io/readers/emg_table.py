@@ -1,10 +1,10 @@
 """Electromyograms from text: an export of Delsys (EMGworks, Trigno Discover), or a plain table.
 
 An export of Delsys may begin with one line per channel, ``Label: <name> Sampling frequency: <Hz> ...
-Unit: V``. Its header names a column of the time, ``X[s]``, before each channel, or one for all of them. Channels
-of a lower rate end earlier: their fields are empty, or hold zeros. (Layout as in the exports that users of the
-system describe; Delsys publishes none.) A plain table has one column of the time and a unit in the name of
-every channel, for example ``TA (uV)``.
+Unit: V``. Its header names a column of the time, ``X[s]``, before each channel, or one for all of
+them. Channels of a lower rate end earlier: their fields are empty, or hold zeros. (Layout as in the exports
+that users of the system describe; Delsys publishes none.) A plain table has one column of the time and a
+unit in the name of every channel, for example ``TA (uV)``.
 """
 
 import re
