@@ -24,7 +24,7 @@ def load_yaml(path: str | Path) -> dict:
     except yaml.YAMLError as error:
         place = getattr(error, "problem_mark", None)
         line = f" on line {place.line + 1}" if place else ""
-        problem = getattr(error, "problem", None) or error
+        problem = " ".join(str(getattr(error, "problem", None) or error).split())
         raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
 
 
@@ -104,7 +104,7 @@ def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) ->
         "minItems": lambda: f"at least {error.validator_value} items",
         "maxItems": lambda: f"at most {error.validator_value} items",
     }.get(error.validator, lambda: error.message)()
-    return f"expected {expected} for {where!r}, {found}: correct it"
+    return f"expected {expected} for {quoted(where, 120)}, {found}: correct it"
 
 
 def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> str:
@@ -122,7 +122,7 @@ def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> st
             answer = f"did you mean {likely[close[0]]!r}?"
         else:
             answer = f"known here: {', '.join(known)}"
-    return f"unknown key {key!r}: {answer}"
+    return f"unknown key {quoted(key, 120)}: {answer}"
 
 
 def _old_name(path, content: dict) -> str | None:

@@ -157,18 +157,18 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     experiment, condition, source = cells["experiment"], cells["condition"], cells["source"]
     if experiment not in EXPERIMENTS:
         raise InputError(
-            f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {experiment!r}: "
+            f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {quoted(experiment)}: "
             f"{renamed(KEYS, experiment, EXPERIMENTS) or 'correct it'}"
         )
     known = EXPERIMENTS[experiment]
     if not condition or not all(c.isalnum() or c in ".-" for c in condition):
         raise InputError(
-            f"{here}: expected a condition of letters, digits, dots and hyphens, found {condition!r}: "
+            f"{here}: expected a condition of letters, digits, dots and hyphens, found {quoted(condition)}: "
             "rename it"
         )
     if source not in ("virtual_lab", "recorded"):
         raise InputError(
-            f"{here}: expected the source to be virtual_lab or recorded, found {source!r}: correct it"
+            f"{here}: expected the source to be virtual_lab or recorded, found {quoted(source)}: correct it"
         )
     needed = known.raw_files
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
@@ -242,7 +242,7 @@ def _positive(cell: str, name: str, here: str) -> float | None:
         number = -1.0
     if number is not None and not 0.0 < number < math.inf:
         raise InputError(
-            f"{here}: expected a positive number or {EMPTY!r} for {name}, found {cell!r}: correct it"
+            f"{here}: expected a positive number or {EMPTY!r} for {name}, found {quoted(cell)}: correct it"
         )
     return number
 

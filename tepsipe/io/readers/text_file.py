@@ -23,7 +23,7 @@ def read_text(path: str | Path, what: str, ended: bool = False) -> str:
     ------
     InputError
         If there is no such file, it cannot be read, is not text or grows beyond all measure when it is
-        decompressed, or its last line has no line break.
+        unpacked, or its last line has no line break.
     """
     path = Path(path)
     try:
