@@ -115,4 +115,6 @@ def _estimate(row: dict[str, str]) -> Estimate:
     if unknown:
         raise ValueError(f"the unknown flag {unknown[0]!r}")
     cells["n_perturbations"] = int(row["n_perturbations"]) if row["n_perturbations"] else None
+    if cells["value"] is None or (cells["n_perturbations"] or 0) < 0:
+        raise ValueError(f"a value {row['value']!r} of {row['n_perturbations']!r} perturbations")
     return Estimate(**cells)

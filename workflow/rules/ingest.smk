@@ -46,6 +46,7 @@ rule ingest_plate_treadmill:
         duration_s=sheet("duration_s"),
         marker_labels=lambda w: SETTINGS[w.experiment].get("files", {}).get("marker_labels"),
         ingest=lambda w: SETTINGS[w.experiment]["ingest"],
+        recording=recording_of(),
         plausible=PLAUSIBLE,
         rig=lambda w: rig_of(SETTINGS, w.experiment),
     script:
@@ -70,6 +71,7 @@ rule ingest_standing:
         emg_trigger_threshold=SETTINGS["standing"]["files"]["emg_trigger_threshold"],
         emg_channels={m: choice["channel"] for m, choice in SETTINGS["standing"]["muscles"].items()},
         ingest=SETTINGS["standing"]["ingest"],
+        recording=recording_of("standing"),
         plausible=PLAUSIBLE,
         rig=rig_of(SETTINGS, "standing"),
     script:
