@@ -9,6 +9,7 @@ from pathlib import Path
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support import outputs, runs
 from workflow.support.reach import reached_by
+from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.settings import pick, without
 from workflow.support.start import checked_sections, checked_study
 from workflow.support.stopped import what_stopped
@@ -71,6 +72,11 @@ def protocol(experiment):
 def raw_files(experiment=None):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
+
+
+def recording_of(experiment=None):
+    """Param function: what the plates and channels of a whole trial's file are; None for other trials."""
+    return lambda w: STUDY.recording(experiment or w.experiment, w.condition)
 
 
 def raw_inputs(experiment=None):

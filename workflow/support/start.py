@@ -8,6 +8,7 @@ from workflow.support.check import (
     check_config,
     check_one_treadmill,
     check_plate_models,
+    check_recordings,
 )
 from workflow.support.folders import check_folders, check_path, check_paths
 from workflow.support.study import Study
@@ -50,6 +51,7 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) ->
     found = Study(config, trials)
     found.check(study["trial_sheet"])
     check_one_treadmill(config, found.experiments, name)
+    check_recordings(found.settings, trials, name)
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, name)
     return found

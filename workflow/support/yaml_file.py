@@ -55,7 +55,7 @@ def _yaml(text: str, path: str | Path) -> object:
     except yaml.YAMLError as error:
         place = getattr(error, "problem_mark", None)
         line = f" on line {place.line + 1}" if place else ""
-        problem = getattr(error, "problem", None) or str(error).partition("\n")[0]
+        problem = " ".join(str(getattr(error, "problem", None) or error).split())
         raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
     except ValueError as error:  # for example a date that does not exist
         raise InputError(f"{path}: expected YAML, found a value that is none ({error}): correct it") from None
