@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.io.readers.file_kind import ending_of
 from tepsipe.io.readers.text_file import read_text
-from tepsipe.io.readers.whole_trial import holds_whole_trial
+from tepsipe.io.readers.whole_trial import TEXT_ENDINGS, holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.names import check_distinct, check_name
 from workflow.support.renames import KEYS, renamed
@@ -225,8 +226,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
 
 
 def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> None:
-    """Refuse a calibration or markers beside a log that holds the whole trial."""
-    for kind in ("calibration", "markers"):
+    """Refuse a calibration or, unless the log is text, markers beside a log that holds the whole trial."""
+    for kind in ("calibration",) if ending_of(files["log"]) in TEXT_ENDINGS else ("calibration", "markers"):
         if kind in files:
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
