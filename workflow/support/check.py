@@ -6,57 +6,19 @@ from functools import cache
 from pathlib import Path
 
 import jsonschema
-import yaml
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.identification.estimators import ESTIMATORS
-from tepsipe.io.readers.text_file import read_text
 from workflow.support.renames import VALUES, answer_for_key, moved_from, renamed
 from workflow.support.settings import ON_THE_PLATE, plate_key, settings_of
 from workflow.support.trial_sheet import TrialRow
-
-
-def load_yaml(path: str | Path) -> dict:
-    """Read a YAML file; refuse one that is missing, damaged or holds a key twice."""
-    text = read_text(Path(path), "a configuration file")
-    try:
-        return yaml.load(text, Loader=_UniqueKeys) or {}
-    except yaml.YAMLError as error:
-        place = getattr(error, "problem_mark", None)
-        line = f" on line {place.line + 1}" if place else ""
-        problem = " ".join(str(getattr(error, "problem", None) or error).split())
-        raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
-
-
-class _UniqueKeys(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
-    """A loader that refuses a repeated key, which YAML readers otherwise accept."""
-
-
-def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
-    seen = set()
-    for key_node, _ in node.value:
-        if key_node.tag == "tag:yaml.org,2002:merge":
-            continue
-        if not isinstance(key_node, yaml.ScalarNode):
-            raise yaml.constructor.ConstructorError(
-                None, None, "a key that is not a word", key_node.start_mark
-            )
-        key = loader.construct_object(key_node, deep=True)
-        if key in seen:
-            raise yaml.constructor.ConstructorError(
-                None, None, f"the key {key!r} stands twice", key_node.start_mark
-            )
-        seen.add(key)
-    loader.flatten_mapping(node)
-    return loader.construct_mapping(node, deep=True)
-
-
-_UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
+from workflow.support.yaml_file import read_settings
 
 
 def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
     """Raise one sentence for the first part of ``content`` that the closed schema refuses."""
     _refuse_not_finite(content, name, "")
+    _refuse_braces(content, name)
     schema = _schema(Path(schema_path))
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
     # a misspelt key also counts as a missing one: report the key that was found
@@ -67,7 +29,7 @@ def check_against_schema(content: dict, schema_path: str | Path, name: str) -> N
 
 @cache
 def _schema(path: Path) -> dict:
-    return load_yaml(path)
+    return read_settings(path)
 
 
 def _refuse_not_finite(content, name: str, where: str) -> None:
@@ -77,6 +39,15 @@ def _refuse_not_finite(content, name: str, where: str) -> None:
         items = content.items() if isinstance(content, dict) else enumerate(content)
         for key, value in items:
             _refuse_not_finite(value, name, f"{where}.{key}" if where else str(key))
+
+
+def _refuse_braces(content, name: str) -> None:
+    """Names of pathways, estimators and models go through Snakemake, which fills in what braces hold."""
+    if isinstance(content, dict):
+        for key, value in content.items():
+            if set("{}") & set(str(key)):
+                raise InputError(f"{name}: expected a key without braces, found {quoted(key)}: rename it")
+            _refuse_braces(value, name)
 
 
 def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) -> str:

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.io.readers.file_kind import ending_of
 from tepsipe.io.readers.text_file import read_text
-from tepsipe.io.readers.whole_trial import holds_whole_trial
+from tepsipe.io.readers.whole_trial import TEXT_ENDINGS, holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
+from workflow.support.names import check_distinct, check_name
 from workflow.support.renames import KEYS, renamed
 from workflow.support.row_names import NAME_COLUMNS, names_of
 
@@ -99,6 +101,9 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         )
     if not trials:
         raise InputError(f"{path}: expected at least one trial, found none: add a row")
+    for experiment in dict.fromkeys(experiment for experiment, _ in trials):
+        check_distinct((c for e, c in trials if e == experiment), f"condition of {experiment}", str(path))
+    check_distinct([row.task for row in trials.values() if row.task is not None], "task", str(path))
     for row in trials.values():
         if row.task is not None and (row.experiment, row.task) in trials:
             raise InputError(
@@ -161,11 +166,7 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             f"{renamed(KEYS, experiment, EXPERIMENTS) or 'correct it'}"
         )
     known = EXPERIMENTS[experiment]
-    if not condition or not all(c.isalnum() or c in ".-" for c in condition):
-        raise InputError(
-            f"{here}: expected a condition of letters, digits, dots and hyphens, found {quoted(condition)}: "
-            "rename it"
-        )
+    check_name(condition, "condition", here)
     if source not in ("virtual_lab", "recorded"):
         raise InputError(
             f"{here}: expected the source to be virtual_lab or recorded, found {quoted(source)}: correct it"
@@ -225,8 +226,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
 
 
 def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> None:
-    """Refuse a calibration or markers beside a log that holds the whole trial."""
-    for kind in ("calibration", "markers"):
+    """Refuse a calibration or, unless the log is text, markers beside a log that holds the whole trial."""
+    for kind in ("calibration",) if ending_of(files["log"]) in TEXT_ENDINGS else ("calibration", "markers"):
         if kind in files:
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
@@ -259,7 +260,7 @@ def _task(cells: dict[str, str], here: str) -> str | None:
             )
         return None
     made = cells["source"] == "virtual_lab"
-    if task in (EMPTY, "") or (made and task not in tasks) or not all(c.isalnum() or c in ".-" for c in task):
+    if task in (EMPTY, "") or (made and task not in tasks):
         found = repr(task) if "task" in cells else "no such column"
         expected = (
             f"a task of {' or '.join(tasks)}" if made else "a task of letters, digits, dots and hyphens"
@@ -268,6 +269,7 @@ def _task(cells: dict[str, str], here: str) -> str | None:
             f"{here}: expected {expected} for {experiment}/{cells['condition']}, found {found}: fill in "
             "the instruction of the person"
         )
+    check_name(task, "task", here)
     return task
 
 
