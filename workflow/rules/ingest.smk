@@ -1,6 +1,9 @@
 # Raw files to one self-describing HDF5 file per trial. Recorded and simulated files are
 # treated alike.
 
+# what a signal can be, for every trial on its way in
+PLAUSIBLE = without(SETTINGS["plausible"], *RIG_KEYS)
+
 
 rule ingest_wristalyzer:
     input:
@@ -21,6 +24,7 @@ rule ingest_wristalyzer:
         log_named_by=lambda w: STUDY.named_by("wristalyzer", w.condition, "log_columns"),
         command_named_by=lambda w: STUDY.named_by("wristalyzer", w.condition, "command_columns"),
         ingest=SETTINGS["wristalyzer"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_wristalyzer.py"
 
@@ -42,6 +46,9 @@ rule ingest_plate_treadmill:
         duration_s=sheet("duration_s"),
         marker_labels=lambda w: SETTINGS[w.experiment].get("files", {}).get("marker_labels"),
         ingest=lambda w: SETTINGS[w.experiment]["ingest"],
+        recording=recording_of(),
+        plausible=PLAUSIBLE,
+        rig=lambda w: rig_of(SETTINGS, w.experiment),
     script:
         "../scripts/ingest_plate_treadmill.py"
 
@@ -59,11 +66,14 @@ rule ingest_standing:
     params:
         files=raw_files("standing"),
         duration_s=sheet("duration_s", "standing"),
-        marker_labels=SETTINGS["standing"]["files"]["marker_labels"],
-        emg_trigger=SETTINGS["standing"]["files"]["emg_trigger"],
+        marker_labels=as_it_is(SETTINGS["standing"]["files"]["marker_labels"]),
+        emg_trigger=as_it_is(SETTINGS["standing"]["files"]["emg_trigger"]),
         emg_trigger_threshold=SETTINGS["standing"]["files"]["emg_trigger_threshold"],
         emg_channels={m: choice["channel"] for m, choice in SETTINGS["standing"]["muscles"].items()},
         ingest=SETTINGS["standing"]["ingest"],
+        recording=recording_of("standing"),
+        plausible=PLAUSIBLE,
+        rig=rig_of(SETTINGS, "standing"),
     script:
         "../scripts/ingest_standing.py"
 
@@ -82,11 +92,12 @@ rule ingest_position_manipulator:
         files=raw_files("position_manipulator"),
         duration_s=sheet("duration_s", "position_manipulator"),
         columns=files_setting("position_manipulator", "columns"),
-        delimiter=SETTINGS["position_manipulator"]["files"]["delimiter"],
+        delimiter=as_it_is(SETTINGS["position_manipulator"]["files"]["delimiter"]),
         angle_unit=files_setting("position_manipulator", "angle_unit"),
         torque_sign=files_setting("position_manipulator", "torque_sign"),
         named_by=lambda w: STUDY.named_by("position_manipulator", w.condition, "columns"),
         ingest=SETTINGS["position_manipulator"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_position_manipulator.py"
 
@@ -105,8 +116,9 @@ rule ingest_belt:
         files=raw_files("belt"),
         duration_s=sheet("duration_s", "belt"),
         columns=files_setting("belt", "columns"),
-        delimiter=SETTINGS["belt"]["files"]["delimiter"],
+        delimiter=as_it_is(SETTINGS["belt"]["files"]["delimiter"]),
         load_unit=SETTINGS["belt"]["files"]["load_unit"],
         ingest=SETTINGS["belt"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_belt.py"
