@@ -18,7 +18,9 @@ COLUMNS = (
     "value",
     "relative_error",
     "covered",
+    "truth_of",
 )
+SMALL, AT_WORK = "small movements", "the fitted windows"
 
 
 @dataclass(frozen=True)
@@ -30,11 +32,14 @@ class Recovery:
     estimate : Estimate
         The estimate (its ``unit``).
     truth : float
-        The laboratory's constant (same unit).
+        The laboratory's constant, or that of the nearest linear joint (same unit).
+    truth_of : str
+        Movements for which it holds.
     """
 
     estimate: Estimate
     truth: float
+    truth_of: str = SMALL
 
     @property
     def relative_error(self) -> float | None:
@@ -88,7 +93,11 @@ def _of_person(standing: dict, task: str) -> dict[str, float]:
 
 
 def compare_with_truth(
-    estimates: list[Estimate], truth: dict, made: dict[str, list[str]], tasks: dict[str, str]
+    estimates: list[Estimate],
+    truth: dict,
+    made: dict[str, list[str]],
+    tasks: dict[str, str],
+    at_work: dict[tuple[str, str, str], dict[str, float]] | None = None,
 ) -> list[Recovery]:
     """Compare every estimate of I, B, K, mass or latency from a simulated trial with the truth.
 
@@ -102,6 +111,9 @@ def compare_with_truth(
         Experiment -> conditions that the laboratory made.
     tasks : dict of str to str
         Condition of the standing person -> task; a task of simulated trials only counts as a condition.
+    at_work : dict of (str, str, str) to dict, optional
+        Experiment, condition and pathway -> I, B, K of the linear joint nearest to the true one in the fitted
+        windows (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
     Returns
     -------
@@ -115,7 +127,10 @@ def compare_with_truth(
             known = parameters.get(f"standing/{tasks.get(e.condition)}", {})
         else:
             known = parameters.get(e.experiment, {}) if e.condition in made.get(e.experiment, []) else {}
-        if e.quantity in known:
+        working = (at_work or {}).get((e.experiment, e.condition, e.pathway), {})
+        if e.quantity in working:
+            rows.append(Recovery(e, working[e.quantity], AT_WORK))
+        elif e.quantity in known:
             rows.append(Recovery(e, known[e.quantity]))
     return rows
 
@@ -134,5 +149,6 @@ def write_recovery(path: str | Path, rows: list[Recovery]) -> None:
                     f"{e.value:.10g}" if math.isfinite(e.value) else "",
                     f"{error:.10g}" if error is not None and math.isfinite(error) else "",
                     "" if covered is None else str(covered).lower(),
+                    row.truth_of,
                 ]
             )

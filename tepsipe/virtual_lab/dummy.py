@@ -84,10 +84,13 @@ class DummyMotion(BeltMotion):
     ----------
     angle, angle_rate : ndarray, shape (n,)
         Leg angle from the vertical (rad) and its rate (rad/s).
+    joint_torque : ndarray, shape (n,)
+        Torque of the joint, its inertia included (N·m), positive when it resists positive angles.
     """
 
     angle: np.ndarray
     angle_rate: np.ndarray
+    joint_torque: np.ndarray
 
 
 def move_dummy(
@@ -141,6 +144,8 @@ def move_dummy(
     start = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
     time, states = integrate(derivative, start, duration_s, rate_hz)
     y, v, _, th, w = states.T
+    resisting = np.array([moment(a - neutral, b) for a, b in zip(th.tolist(), w.tolist(), strict=True)])
+    inertial = dummy.joint_inertia_kgm2 * scipy.interpolate.CubicSpline(time, w)(time, 1)
     return DummyMotion(
         time=time,
         belt_position=y,
@@ -148,6 +153,7 @@ def move_dummy(
         belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
         angle=th,
         angle_rate=w,
+        joint_torque=resisting + inertial,
         reaction=_reaction(dummy, time, y, v, th, w),
     )
 

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.dummy import MARKERS, DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.rubber import Rubber
@@ -12,6 +14,7 @@ from tepsipe.virtual_lab.treadmill_trial import (
     record_log,
     schedule_trial,
 )
+from tepsipe.virtual_lab.truth_file import TrueMotion, write_true_motion
 
 
 def make_dummy_trial(
@@ -24,6 +27,7 @@ def make_dummy_trial(
     log: Path,
     calibration: Path,
     markers: Path,
+    motion_file: Path | None = None,
 ) -> None:
     """Make one trial of the ankle dummy on the treadmill.
 
@@ -39,6 +43,8 @@ def make_dummy_trial(
         Velocity amplitude (m/s), time between perturbations (s), length of the trial (s).
     log, calibration, markers : Path
         Files to write: treadmill log, calibration matrix and C3D.
+    motion_file : Path, optional
+        File for the hidden motion of the joint (s, rad, N·m).
     """
     seed, rig = truth["seed"], truth["treadmill"]
     dummy = DummyTruth(**truth["dummy"]["subject"])
@@ -57,3 +63,10 @@ def make_dummy_trial(
     record_log(rig, seed, schedule, motion, load_kg, rng, log, calibration)
     paths = dummy_marker_paths(DummyMarkers(**truth["dummy"]["markers"]), dummy, motion)
     record_capture(rig, schedule, MARKERS, paths, rng, markers)
+    if motion_file is not None:
+        rate = motion.angle_rate
+        acceleration = np.gradient(rate, motion.time)
+        elapsed = motion.time - schedule.trigger_s
+        write_true_motion(
+            motion_file, TrueMotion(elapsed, motion.angle, rate, acceleration, motion.joint_torque)
+        )

@@ -14,6 +14,7 @@ import scipy
 
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.rubber import Rubber
+from tepsipe.virtual_lab.truth_file import TrueMotion
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,8 @@ class ManipulatorRecording:
         Torque command from the trigger on (N·m).
     command_rate_hz : float
         Rate of the command (Hz).
+    motion : TrueMotion
+        Hidden motion of the handle and the torque on it, that of the drive's ripple included (s, rad, N·m).
     """
 
     log_time: np.ndarray
@@ -93,6 +96,7 @@ class ManipulatorRecording:
     trigger_time: float
     command: np.ndarray
     command_rate_hz: float
+    motion: TrueMotion
 
 
 def multisine(truth: ManipulatorTruth, duration_s: float, rng: np.random.Generator) -> np.ndarray:
@@ -173,7 +177,10 @@ def record_manipulator(
 
     total_s = truth.lead_s + duration_s + truth.tail_s
     time, states = integrate(derivative, (0.0, 0.0), total_s, rate)
-    return _log(truth, time, states, command, trial_rng)
+    th, w = states.T
+    torque = np.array(applied)[np.minimum(np.arange(time.size), last)]
+    motion = TrueMotion(time - truth.lead_s, th, w, np.gradient(w, time), torque)
+    return _log(truth, time, states, command, trial_rng, motion)
 
 
 def _log(
@@ -182,6 +189,7 @@ def _log(
     states: np.ndarray,
     command: np.ndarray,
     rng: np.random.Generator,
+    motion: TrueMotion,
 ) -> ManipulatorRecording:
     """Sample the angle irregularly, as the operating system of the logging computer lets it."""
     step = 1.0 / truth.log_rate_hz
@@ -201,4 +209,5 @@ def _log(
         trigger_time=started + truth.lead_s,
         command=command,
         command_rate_hz=truth.command_rate_hz,
+        motion=motion,
     )

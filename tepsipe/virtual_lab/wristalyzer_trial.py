@@ -6,10 +6,17 @@ from tepsipe.virtual_lab.manipulator import ManipulatorTruth, record_manipulator
 from tepsipe.virtual_lab.manipulator_files import write_dflow_log, write_torque_command
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.truth_file import write_true_motion
 
 
 def make_wristalyzer_trial(
-    truth: dict, condition: str, factor: float, duration_s: float, log: Path, command: Path
+    truth: dict,
+    condition: str,
+    factor: float,
+    duration_s: float,
+    log: Path,
+    command: Path,
+    motion_file: Path | None = None,
 ) -> None:
     """Make one trial of the Wristalyzer experiment.
 
@@ -25,6 +32,8 @@ def make_wristalyzer_trial(
         Length of the perturbation (s).
     log, command : Path
         Files to write: manipulator log and torque command.
+    motion_file : Path, optional
+        File for the hidden motion of the handle (s, rad, N·m).
     """
     seed = truth["seed"]
     recording = record_manipulator(
@@ -37,3 +46,5 @@ def make_wristalyzer_trial(
     )
     write_dflow_log(log, recording)
     write_torque_command(command, recording)
+    if motion_file is not None:
+        write_true_motion(motion_file, recording.motion)

@@ -67,6 +67,8 @@ rule lay_out_table:
 rule compare_with_truth:
     input:
         estimates="<results>/tables/estimates.csv",
+        motions=outputs.true_motions(STUDY),
+        fits=outputs.fits_of_made(STUDY),
         library=library_of("compare_with_truth"),
     output:
         table=report(
@@ -83,6 +85,7 @@ rule compare_with_truth:
         truth=truth_of(*STUDY.true()),
         made=STUDY.all_made(),
         tasks=STUDY.made_tasks(),
+        windows_s=STUDY.dummy_windows(),
     script:
         "../scripts/compare_with_truth.py"
 

@@ -11,6 +11,7 @@ rule make_wristalyzer_trial:
     output:
         log="<results>/raw/wristalyzer/{condition}/log.txt",
         command="<results>/raw/wristalyzer/{condition}/command.txt",
+        motion="<results>/truth/wristalyzer/{condition}.h5",
     log:
         "<logs>/make_wristalyzer_trial/{condition}.log",
     wildcard_constraints:
@@ -32,6 +33,7 @@ rule make_dummy_trial:
         log="<results>/raw/dummy/{condition}/log.mat",
         calibration="<results>/raw/dummy/{condition}/calibration.csv",
         markers="<results>/raw/dummy/{condition}/markers.c3d",
+        motion="<results>/truth/dummy/{condition}.h5",
     log:
         "<logs>/make_dummy_trial/{condition}.log",
     wildcard_constraints:

@@ -5,12 +5,25 @@ import job
 job.start(snakemake)
 
 from tepsipe.io.estimates import read_estimates
+from tepsipe.io.result import read_result
 from tepsipe.reporting.recovery import compare_with_truth, write_recovery
+from tepsipe.reporting.true_motion import linear_truth, read_true_motion
 
+params = snakemake.params
+at_work, motions, fits = {}, iter(snakemake.input.motions), iter(snakemake.input.fits)
+for condition in params.made.get("wristalyzer", ()):
+    motion, fit = read_true_motion(next(motions)), read_result(next(fits))
+    kept = [sample / fit.facts["rate_hz"] for sample in fit.facts["kept_samples"]]
+    at_work["wristalyzer", condition, "admittance"] = linear_truth(motion, [tuple(kept)])
+for condition in params.made.get("dummy", ()):
+    motion, fit = read_true_motion(next(motions)), read_result(next(fits))
+    time, windows = fit.arrays["time"], fit.arrays["windows"]
+    for pathway, length in params.windows_s.items():
+        ends = time[windows[:, 1] - 1] if length is None else time[windows[:, 0]] + length
+        at_work["dummy", condition, pathway] = linear_truth(
+            motion, list(zip(time[windows[:, 0]], ends, strict=True))
+        )
 rows = compare_with_truth(
-    read_estimates(snakemake.input.estimates),
-    snakemake.params.truth,
-    snakemake.params.made,
-    snakemake.params.tasks,
+    read_estimates(snakemake.input.estimates), params.truth, params.made, params.tasks, at_work
 )
 write_recovery(snakemake.output.table, rows)

@@ -15,4 +15,5 @@ make_dummy_trial(
     log=Path(snakemake.output.log),
     calibration=Path(snakemake.output.calibration),
     markers=Path(snakemake.output.markers),
+    motion_file=Path(snakemake.output.motion),
 )

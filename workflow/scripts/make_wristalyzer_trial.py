@@ -15,4 +15,5 @@ make_wristalyzer_trial(
     snakemake.params.duration_s,
     Path(snakemake.output.log),
     Path(snakemake.output.command),
+    Path(snakemake.output.motion),
 )

@@ -118,6 +118,16 @@ def thesis_dummy(study: Study) -> list[str]:
     return ["<results>/fits/thesis_dummy.h5", "<results>/tables/thesis_dummy.csv"]
 
 
+def true_motions(study: Study) -> list[str]:
+    """Hidden motion of the joint in every simulated trial, first of the manipulator, then of the dummy."""
+    return [f"<results>/truth/{e}/{c}.h5" for e in ("wristalyzer", "dummy") for c in study.made(e)]
+
+
+def fits_of_made(study: Study) -> list[str]:
+    """Fits of the same trials."""
+    return [f"<results>/fits/{e}/{c}.h5" for e in ("wristalyzer", "dummy") for c in study.made(e)]
+
+
 def recovery(study: Study) -> list[str]:
     """The comparison with the truth, if there is one."""
     return [] if study.config["study"]["virtual_lab"] is None else ["<results>/tables/recovery.csv"]

@@ -199,6 +199,12 @@ class Study:
         choices = self.settings["standing"]["estimators"]
         return [name for name, choice in choices.items() if choice["active"] != "none"]
 
+    def dummy_windows(self) -> dict[str, float | None]:
+        """Pathway of the dummy -> length of its windows (s), None if as long as the perturbation."""
+        dummy = self.settings["dummy"]
+        foot = dummy["foot"]["pathways"] if self.has("foot") else {}
+        return dict.fromkeys(dummy["pathways"]) | {name: p["window_s"] for name, p in foot.items()}
+
     def printed(self) -> dict[str, dict]:
         """Settings that the report prints, by experiment and part."""
         named = {e: EXPERIMENTS[e].printed for e in self.experiments}
