@@ -3,7 +3,7 @@
 A rubber that softens has no one stiffness. What an estimator of I, B, K should find is the least-squares fit
 of the true torque by the true motion, over the same windows:
 
-    tau = I theta'' + B theta' + K (theta - theta_mean)
+    tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 """
 
 from dataclasses import dataclass
@@ -77,20 +77,13 @@ def linear_truth(motion: TrueMotion, windows_s: list[tuple[float, float]]) -> di
         If a window holds no motion.
     """
     found = []
-    at_rest = motion.angle[0]
+    at_rest, torque_at_rest = motion.angle[0], motion.torque[0]
     for start, end in windows_s:
         own = slice(*np.searchsorted(motion.time, (start, end)))
-        columns = np.column_stack(
-            [
-                motion.acceleration[own],
-                motion.rate[own],
-                motion.angle[own] - at_rest,
-                np.ones_like(motion.rate[own]),
-            ]
-        )
+        columns = np.column_stack([motion.acceleration[own], motion.rate[own], motion.angle[own] - at_rest])
         if columns.shape[0] < 5 or not np.ptp(columns[:, 2]):
             raise InputError(
                 f"expected motion from {start:.2f} to {end:.2f} s, found none: make the trial again"
             )
-        found.append(np.linalg.lstsq(columns, motion.torque[own], rcond=None)[0][:3])
+        found.append(np.linalg.lstsq(columns, motion.torque[own] - torque_at_rest, rcond=None)[0])
     return dict(zip("IBK", np.mean(found, axis=0).tolist(), strict=True))
