@@ -10,7 +10,8 @@ from tepsipe.virtual_lab import truth_file
 
 def swinging(torque):
     t = np.arange(-0.5, 6.0, 0.002)
-    angle = 0.001 + 0.02 * np.where(t > 0.0, np.sin(9.0 * t) * np.exp(-0.2 * t), 0.0)
+    moved = (np.sin(9.0 * t) + 0.5 * np.sin(31.0 * t) + 0.2 * np.sin(57.0 * t)) * np.exp(-0.3 * t)
+    angle = 0.001 + 0.02 * np.where(t > 0.0, moved, 0.0)
     rate = np.gradient(angle, t)
     acceleration = np.gradient(rate, t)
     return TrueMotion(t, angle, rate, acceleration, torque(acceleration, rate, angle))
@@ -30,7 +31,7 @@ def test_a_softening_joint_is_softer_where_it_moves_more():
 
 
 def test_a_window_without_motion_is_refused():
-    with pytest.raises(InputError, match="expected motion from -0.40 to -0.20 s, found none"):
+    with pytest.raises(InputError, match=r"expected motion from -0\.40 to -0\.20 s, found none"):
         linear_truth(swinging(lambda a, w, th: th), [(-0.4, -0.2)])
 
 

@@ -213,7 +213,8 @@ class Study:
 
     def true(self) -> list[str]:
         """Constants of the laboratory, as the truth for the estimates of simulated trials."""
-        return [path for e, made in self.all_made().items() if made for path in EXPERIMENTS[e].true]
+        paths = [path for e, made in self.all_made().items() if made for path in EXPERIMENTS[e].true]
+        return list(dict.fromkeys(paths))
 
 
 def table_experiment(table: str) -> str:
