@@ -46,7 +46,7 @@ def fit(tmp_path):
 def trial(tmp_path, rng):
     """Path of a trial on the force plates: a load of known point of application, and none on the left."""
     force, point = np.zeros((50, 2, 3)), np.array([0.1, 0.25, 0.0])
-    force[:, 1] = [5.0, 40.0, 700.0] + rng.standard_normal((50, 3))
+    force[:, 1] = np.array([5.0, 40.0, 700.0]) + rng.standard_normal((50, 3))
     moment = np.cross(point, force) + np.array([0.0, 0.0, 2.0]) * (force[:, :, 2:] != 0.0)
     signals = {
         "force": Signal(force, "N", ("time", "belt", "axis")),
