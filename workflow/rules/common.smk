@@ -19,6 +19,7 @@ from workflow.support.check import (
     check_plate_models,
     load_yaml,
 )
+from workflow.support.placeholders import refuse_placeholders
 from workflow.support.reach import reached_by
 from workflow.support.settings import pick, without
 from workflow.support.study import Study, any_of, table_experiment
@@ -45,6 +46,7 @@ def sections_of(key):
 def checked_study():
     """Check the configuration, then read the trial sheet."""
     load_yaml(Path(workflow.basedir) / "config" / "config.yaml")
+    refuse_placeholders(config, "configuration")
     check_against_schema(config, SCHEMAS / "config.schema.yaml", "configuration")
     check_config(config, "configuration")
     study = config["study"]
