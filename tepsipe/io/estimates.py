@@ -67,4 +67,6 @@ def _estimate(row: dict[str, str]) -> Estimate:
     for name in NUMBERS:
         cells[name] = float(row[name]) if row[name] else None
     cells["n_perturbations"] = int(row["n_perturbations"]) if row["n_perturbations"] else None
+    if cells["value"] is None or (cells["n_perturbations"] or 0) < 0:
+        raise ValueError(f"a value {row['value']!r} of {row['n_perturbations']!r} perturbations")
     return Estimate(**cells)
