@@ -20,6 +20,7 @@ COLUMNS = {
     "torque": r"torque|moment|drehmoment|\btau\b|\bnm\b",
     "force": r"force|load|kraft|^f[xyz]",
 }
+LOAD = re.compile(r"(^|[ _.:-]|FP\d?|GRF)[FM][xyz]\d?(?![a-z])", re.IGNORECASE)  # of a force plate
 LOG_VARIABLES = {"transducers_V", "belt_velocity_m_per_s", "trigger_V"}
 # kinds that are the first file of a trial, and those that belong to one
 FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "belt table")
@@ -134,14 +135,21 @@ def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, 
         if contents.markers and not refused:
             return "markers", ""
         return "other", refused or "it holds neither markers nor force plates"
-    if contents.kind == "MATLAB":
+    if contents.kind.startswith("D-Flow"):
+        mocap = "mocap" in contents.kind
+        return (
+            ("whole trial", "") if mocap else ("other", "D-Flow's record module, read it with its mocap file")
+        )
+    if contents.kind == "TRC":
+        return "markers", ""
+    if contents.kind.startswith("MATLAB"):
         missing = sorted(LOG_VARIABLES - names)
         return (
             ("other", f"a treadmill log also holds {', '.join(missing)}")
             if missing
             else ("treadmill log", "")
         )
-    if contents.kind in ("EDF", "BDF"):
+    if contents.kind in ("EDF", "BDF", "Delsys export"):
         return "emg", ""
     if contents.kind == "text table":
         return _kind_of_table(contents, columns, name)
@@ -152,6 +160,9 @@ def _kind_of_table(contents: Contents, columns: dict[str, str], name: str) -> tu
     texts = contents.facts.get("columns of text", "")
     if texts.replace(" ", "") == "component,unit":
         return "calibration", ""
+    loads = {c.name for c in contents.channels if LOAD.search(c.name)}
+    if len(loads) >= 6 and "time" in columns:
+        return "whole trial", ""
     has = set(columns)
     if {"time", "angle", "trigger"} <= has:
         return "manipulator log", ""

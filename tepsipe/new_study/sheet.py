@@ -102,7 +102,7 @@ def _duration(group: Group, seen: Seen | None) -> float:
         length = min(after, command.duration_s) if command is not None else after
     else:
         time = samples(group.first.channel(group.first.columns["time"]))
-        length = float(np.nanmax(time) - np.nanmin(time))
+        length = float(np.nanmax(time) - np.nanmin(time) + np.nanmedian(np.diff(time)))
     return max(0.1, float(np.floor(10.0 * length + 1e-6)) / 10.0)
 
 

@@ -27,8 +27,10 @@ def experiment_of(group: Group, seen: Seen, folder: str) -> str:
     named = experiment_by_name(f"{folder}/{group.first.name}")
     load = max((abs(x) for x in seen.loads_N.values()), default=0.0)
     muscles, _ = muscles_of(seen.emg)
-    if muscles or load > PERSON_N:
-        shown, why = "standing", f"{len(muscles)} muscles" if muscles else f"{load:.0f} N on the plate"
+    if muscles or seen.emg:
+        shown, why = "standing", f"{len(seen.emg)} electromyograms"
+    elif load > PERSON_N or len(seen.markers) > MANY_MARKERS:
+        shown, why = "standing", f"{load:.0f} N on the plate, {len(seen.markers)} markers"
     elif load > WEIGHT_N:
         shown, why = "weight", f"{load:.0f} N on the plate"
     elif seen.markers:
@@ -82,7 +84,7 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
     plan.assume(
         f"{key}.axes.forward", forward, how, "direction of the belt to which the person or dummy faces"
     )
-    plan.put(f"{key}.axes.up", "+z", "vertical axis of the file")
+    plan.put(f"{key}.axes.up", f"+{'xyz'[seen.up]}", "vertical axis of the file")
     loads: dict[str, float] = {}
     for _, other in whole:
         for number, load in other.loads_N.items():
@@ -104,7 +106,7 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
         plan.put(f"{key}.force_sign", -1, "vertical forces are negative under load")
     belts = [s.belt for _, s in whole if s.belt is not None]
     if belts:
-        b = belts[0]
+        b, sign = belts[0], 1.0 if forward[0] == "+" else -1.0
         note = f"channel of {name}"
         if np.isfinite(b.correlation):
             note += f" that follows a low marker with r = {abs(b.correlation):.3f}"
@@ -112,7 +114,7 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
         scale = f"from {b.name} in {b.unit or 'its unit'} against the markers"
         plan.assume(
             f"{key}.belt_velocity.m_per_s_per_unit",
-            _rounded(b.m_per_s_per_unit),
+            _rounded(sign * b.m_per_s_per_unit),
             scale,
             "factor of the amplifier",
         )
@@ -152,7 +154,7 @@ def _across(seen: Seen, number: str, forward: str) -> float | None:
     if centre is None:
         return None
     axis, sign = "xyz".index(forward[1]), 1.0 if forward[0] == "+" else -1.0
-    return float(np.cross(sign * np.eye(3)[axis], [0.0, 0.0, 1.0]) @ centre)
+    return float(np.cross(sign * np.eye(3)[axis], np.eye(3)[seen.up]) @ centre)
 
 
 def _forward(seen: Seen) -> tuple[str, str]:
@@ -163,6 +165,8 @@ def _forward(seen: Seen) -> tuple[str, str]:
     if toes is not None and heels is not None:
         sign = "+" if toes[seen.forward] >= heels[seen.forward] else "-"
         return f"{sign}{axis}", f"the belt moves along {axis}, toes are on that side of the heels"
+    if seen.up == 1:
+        return f"-{axis}", "axes of D-Flow: z is backward"
     return f"+{axis}", f"the belt moves along {axis}; the file does not show to which side it is forward"
 
 
@@ -310,16 +314,9 @@ def _one_side(labels: Iterable[str]) -> list[str]:
 
 def _visible(trials: list[tuple[Group, Seen]]) -> list[str]:
     """Markers that no trial hides for longer than `LONGEST_GAP_S`, in the order of the file."""
-    kept = None
-    for group, seen in trials:
-        found = group.partners.get("markers", group.first)
-        good = [
-            c.name
-            for c in found.contents.channels
-            if c.name in seen.markers and c.longest_gap <= LONGEST_GAP_S * (c.rate_hz or 1.0)
-        ]
-        kept = good if kept is None else [m for m in kept if m in good]
-    return list(dict.fromkeys(kept or []))
+    first = trials[0][1].markers
+    kept = [m for m in first if all(s.longest_gap_s.get(m, np.inf) <= LONGEST_GAP_S for _, s in trials)]
+    return list(dict.fromkeys(kept))
 
 
 def _plan_markers(plan: Plan, experiment: str, trials: list[tuple[Group, Seen]], labels=None) -> None:
@@ -381,8 +378,8 @@ def _place(label: str, ankle: str | None, trials) -> str:
 
     at = place(label)
     if ankle is None:
-        return f"at rest {at[2]:.3f} m high"
-    along, up = (at - place(ankle))[[seen.forward, 2]]
+        return f"at rest {at[seen.up]:.3f} m high"
+    along, up = (at - place(ankle))[[seen.forward, seen.up]]
     return f"at rest {along:+.3f} m along {'xyz'[seen.forward]} and {up:+.3f} m up from {ankle}"
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.io.described import Channel
+from tepsipe.io.readers.c3d import Markers
 from tepsipe.io.readers.recording import Recording
 from tepsipe.new_study.look import Found, samples
 from tepsipe.new_study.measures import (
@@ -29,7 +31,6 @@ MUSCLES = {
     "BF": r"\bBF\b|bic\w*[ ._-]*fem|ham|^[lr]?bic",
     "RF": r"\bRF\b|rect",
 }
-METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,8 @@ class Seen:
         Positions in the axes of the file (m).
     frame_rate_hz : float or None
         Rate of the frames (Hz).
+    longest_gap_s : dict of str to float
+        Marker -> longest time for which it is hidden (s).
     maker : str
         Maker of the motion capture system as the file names it.
     duration_s : float
@@ -83,13 +86,14 @@ class Seen:
         Label and threshold (its unit) of the trigger in the file of electromyograms.
     belt_fixed : list of str
         Markers that follow the belt.
-    forward : int
-        Axis of the file along which the belt moves (-): 0 for x.
+    forward, up : int
+        Axes of the file along which the belt moves, and of the vertical (-): 0 for x.
     """
 
     markers: tuple[str, ...] = ()
     positions: np.ndarray | None = None
     frame_rate_hz: float | None = None
+    longest_gap_s: dict[str, float] = field(default_factory=dict)
     maker: str = ""
     duration_s: float = 0.0
     loads_N: dict[str, float] = field(default_factory=dict)
@@ -103,6 +107,7 @@ class Seen:
     emg_trigger: tuple[str, float] | None = None
     belt_fixed: list[str] = field(default_factory=list)
     forward: int = 1
+    up: int = 2
 
 
 def seen_in(group: Group) -> Seen:
@@ -136,14 +141,17 @@ def seen_in(group: Group) -> Seen:
     return seen
 
 
-def _see_markers(seen: Seen, found: Found) -> None:
-    channels = [c for c in found.contents.channels if c.name in found.contents.markers]
-    scale = METRES.get(channels[0].unit, 1.0) if channels else 1.0
-    seen.markers = tuple(c.name for c in channels)
-    seen.maker = found.contents.facts.get("made by", "")
-    if channels:
-        seen.positions = scale * np.stack([c.values for c in channels], axis=1)
-        seen.frame_rate_hz = channels[0].rate_hz
+def _see_markers(seen: Seen, markers: Markers | None, maker: str) -> None:
+    """Markers that are visible at all, in the order of the file."""
+    if markers is None:
+        return
+    there = np.isfinite(markers.positions).any(axis=(0, 2))
+    seen.markers = tuple(m for m, visible in zip(markers.labels, there, strict=True) if visible)
+    seen.positions, seen.frame_rate_hz, seen.maker = markers.positions[:, there], markers.rate_hz, maker
+    for k, label in enumerate(seen.markers):
+        gap = Channel.of(label, "m", None, seen.positions[:, k]).longest_gap
+        seen.longest_gap_s[label] = max(seen.longest_gap_s.get(label, 0.0), gap / markers.rate_hz)
+    seen.forward = _moving_axis(seen)
 
 
 def _see_log(seen: Seen, group: Group) -> None:
@@ -164,9 +172,10 @@ def _see_log(seen: Seen, group: Group) -> None:
         except (InputError, ValueError) as error:
             group.notes.append(f"calibration matrix not applied: {error}")
     if "markers" in group.partners:
-        _see_markers(seen, group.partners["markers"])
-        seen.duration_s = min(seen.duration_s, seen.positions.shape[0] / seen.frame_rate_hz)
-        seen.forward = _moving_axis(seen)
+        found = group.partners["markers"]
+        markers, maker = markers_in(found)
+        _see_markers(seen, markers, maker)
+        seen.duration_s = min(seen.duration_s, markers.positions.shape[0] / markers.rate_hz)
 
 
 def _see_recording(seen: Seen, found: Found) -> None:
@@ -174,13 +183,15 @@ def _see_recording(seen: Seen, found: Found) -> None:
     from tepsipe.io.readers.whole_trial import read_recording
 
     recording = read_recording(found.path)
-    _see_markers(seen, found)
+    seen.up = 1 if found.contents.kind.startswith("D-Flow") else 2
+    _see_markers(seen, recording.markers, found.contents.facts.get("made by", ""))
     for number, plate in enumerate(recording.plates, start=1):
-        seen.loads_N[str(number)] = float(np.nanmean(plate.force[:, 2]))
+        seen.loads_N[str(number)] = float(np.nanmean(plate.force[:, seen.up]))
         if plate.corners is not None:
             seen.plate_centres_m[str(number)] = plate.corners.mean(axis=0)
-    if seen.positions is not None:
-        seen.forward = _moving_axis(seen)
+    lengths = [p.force.shape[0] / p.rate_hz for p in recording.plates]
+    lengths += [] if seen.positions is None else [seen.positions.shape[0] / seen.frame_rate_hz]
+    seen.duration_s = min(lengths, default=seen.duration_s)
     of_plates = set(_plate_channels(recording))
     free = {name: c for name, c in recording.channels.items() if name not in of_plates}
     seen.triggers = [n for n, c in free.items() if TRIGGER_NAMES.search(n) and is_two_levels(c.values)]
@@ -200,6 +211,29 @@ def _see_recording(seen: Seen, found: Found) -> None:
         seen.velocity_rate_hz = seen.frame_rate_hz
 
 
+def markers_in(found: Found) -> tuple[Markers, str]:
+    """Markers of a file of markers (m), and the maker of the system that recorded them.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    """
+    from tepsipe.io.readers.c3d import markers_of, open_c3d
+
+    if found.contents.kind == "TRC":
+        from tepsipe.io.readers.trc import read_trc
+
+        return read_trc(found.path), ""
+    wanted = set(found.contents.markers)
+    markers = markers_of(open_c3d(found.path), found.path)
+    columns = [k for k, label in enumerate(markers.labels) if label in wanted]
+    labels = tuple(markers.labels[k] for k in columns)
+    return Markers(markers.rate_hz, labels, markers.positions[:, columns]), found.contents.facts.get(
+        "made by", ""
+    )
+
+
 def _plate_channels(recording: Recording) -> list[str]:
     """Channels that look like those of force plates by name or unit."""
     forces = re.compile(r"^(N|kN|Nmm|Nm|N\.?mm|Ncm)$")
@@ -213,18 +247,18 @@ def _plate_channels(recording: Recording) -> list[str]:
 
 def _moving_axis(seen: Seen) -> int:
     """Horizontal axis of the file along which the lowest markers move most (-)."""
-    low = seen.positions[:, _lowest(seen)[:3], :2]
-    spread = np.nanmax(low, axis=0) - np.nanmin(low, axis=0)
-    return int(np.argmax(np.nanmedian(spread, axis=0)))
+    low = seen.positions[:, _lowest(seen)[:3]]
+    spread = np.nanmedian(np.nanmax(low, axis=0) - np.nanmin(low, axis=0), axis=0)
+    spread[seen.up] = -1.0
+    return int(np.argmax(spread))
 
 
 def _lowest(seen: Seen) -> list[int]:
-    """Visible markers from low to high, by the third axis of the file."""
-    there = np.isfinite(seen.positions[:, :, 2]).mean(axis=0) > 0.5
-    heights = [
-        float(np.nanmedian(seen.positions[:, k, 2])) if there[k] else np.inf for k in range(len(seen.markers))
-    ]
-    return [int(k) for k in np.argsort(heights, kind="stable")]
+    """Numbers of the markers (-) from low to high; those that are hidden most of the time come last."""
+    heights = seen.positions[:, :, seen.up]
+    there = np.isfinite(heights).mean(axis=0) > 0.5
+    middle = [float(np.nanmedian(heights[:, k])) if there[k] else np.inf for k in range(len(seen.markers))]
+    return [int(k) for k in np.argsort(middle, kind="stable")]
 
 
 def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
