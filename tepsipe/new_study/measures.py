@@ -7,6 +7,7 @@ import numpy as np
 PULSE_FRACTION = 0.2  # of the peak speed
 NEW_PULSE_S = 0.5  # shortest time between two pulses
 SMOOTH_S = 0.02
+LONG_S = 0.04
 FOLLOWS = 0.9  # correlation from which a marker follows the belt
 
 
@@ -98,6 +99,33 @@ def follows(velocity: np.ndarray, other: np.ndarray) -> tuple[float, float]:
     return best
 
 
+def scale_of(velocity: np.ndarray, other: np.ndarray, rate_hz: float) -> float:
+    """First signal per unit of the second (units of both), at the delay at which they agree best.
+
+    Both are averaged over `LONG_S`, so that the noise of the second biases the ratio little.
+
+    Parameters
+    ----------
+    velocity, other : ndarray, shape (n,)
+        Two records of one motion, of any units.
+    rate_hz : float
+        Their rate (Hz).
+    """
+    width = max(1, round(LONG_S * rate_hz))
+    kernel = np.full(width, 1.0 / width)
+    a, b = (np.convolve(x - np.median(x), kernel, mode="same") for x in (velocity, other))
+    time = np.arange(a.size)
+    inside = slice(width, -width)
+    best = (0.0, 0.0)
+    for delay in np.arange(-0.02, 0.0201, 0.0005) * rate_hz:
+        c = np.interp(time - delay, time, b)[inside]
+        both = float(a[inside] @ c)
+        r = both / np.sqrt(float(a[inside] @ a[inside]) * float(c @ c))
+        if abs(r) > abs(best[0]):
+            best = (r, both / float(c @ c))
+    return best[1]
+
+
 def period_s(values: np.ndarray, rate_hz: float) -> float | None:
     """Period after which a signal repeats itself exactly, or None (s)."""
     n = values.size
@@ -108,7 +136,7 @@ def period_s(values: np.ndarray, rate_hz: float) -> float | None:
     spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
     correlation = np.fft.irfft(spectrum)[:n] / np.arange(n, 0, -1)
     low = round(0.5 * rate_hz)
-    candidates = low + np.argsort(correlation[low : n // 2 + 1])[::-1][:50]
+    candidates = low + np.argsort(correlation[low : 3 * n // 4 + 1])[::-1][:50]
     for lag in sorted(candidates):
         if np.sqrt(np.mean((values[lag:] - values[:-lag]) ** 2)) < 0.01 * scale:
             return float(lag / rate_hz)

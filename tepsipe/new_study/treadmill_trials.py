@@ -15,6 +15,7 @@ from tepsipe.new_study.measures import (
     at_frames,
     follows,
     is_two_levels,
+    scale_of,
     smooth_velocity,
 )
 from tepsipe.new_study.pairing import Group
@@ -263,7 +264,7 @@ def _lowest(seen: Seen) -> list[int]:
 
 def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
     """Channel whose integral is the way of a low marker; without markers one with a telling name."""
-    best = None
+    best, rank = None, (False, 0.0)
     for name, channel in channels.items():
         values = channel.values
         if not np.isfinite(values).all() or not np.ptp(values) > 0.0:
@@ -277,12 +278,13 @@ def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
         sampled = at_frames(values, channel.rate_hz, seen.positions.shape[0], seen.frame_rate_hz)
         for k in _lowest(seen)[:4]:
             moved = smooth_velocity(seen.positions[:, k, seen.forward], seen.frame_rate_hz)
-            r, scale = follows(moved, sampled)
-            if abs(r) > FOLLOWS and (
-                best is None
-                or (named, abs(r)) > (bool(VELOCITY_NAMES.search(best.name)), abs(best.correlation))
-            ):
-                best = BeltChannel(name, channel.unit, scale, float(np.median(values)), r)
+            r, _ = follows(moved, sampled)
+            if abs(r) > FOLLOWS and (best is None or (named, abs(r)) > rank):
+                scale = scale_of(moved, sampled, seen.frame_rate_hz)
+                best, rank = (
+                    BeltChannel(name, channel.unit, scale, float(np.median(values)), r),
+                    (named, abs(r)),
+                )
     return best
 
 
