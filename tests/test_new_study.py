@@ -24,9 +24,10 @@ from tepsipe.new_study.pairing import experiment_by_name, group_files, key_of
 from tepsipe.new_study.settings import Plan, flow, yaml_text
 from tepsipe.new_study.study import FILES, new_study
 from tepsipe.new_study.treadmill_trials import muscles_of
-from workflow.support.check import check_against_schema, load_yaml
+from workflow.support.check import check_against_schema
 from workflow.support.placeholders import refuse_placeholders
 from workflow.support.trial_sheet import read_trial_sheet
+from workflow.support.yaml_file import read_settings
 
 
 @pytest.fixture(autouse=True)
@@ -46,7 +47,7 @@ def merged(base, other):
 
 def settings(config, folder):
     """The shipped configuration under what new-study wrote."""
-    return merged(config, load_yaml(folder / "config.yaml"))
+    return merged(config, read_settings(folder / "config.yaml"))
 
 
 def filled(content):
@@ -70,7 +71,7 @@ def test_dummy_of_the_instruments_files(dummy_files, tmp_path, config, root):
     made = new_study("lab")
     assert made.trials == {"dummy": 1}
     assert digests(tmp_path / "lab") == before
-    own = load_yaml(tmp_path / "lab-study" / "config.yaml") if (tmp_path / "lab-study").exists() else None
+    own = read_settings(tmp_path / "lab-study" / "config.yaml") if (tmp_path / "lab-study").exists() else None
     assert own is not None  # the folder of the recordings is not written to
     assert own["plate_treadmill"] == {"belt": "right", "resample_rate_hz": 250.0}
     assert own["dummy"]["foot"]["belt_fixed_labels"] == ["foot1", "foot2", "foot3", "ankle"]
@@ -94,7 +95,7 @@ def test_single_c3d_of_the_dummy(dummy_files, tmp_path, config, root):
     (tmp_path / "mine").mkdir()
     single_c3d(dummy_files, tmp_path / "mine" / "trial_07.c3d")
     assert new_study("mine", output="study").trials == {"dummy": 1}
-    own = load_yaml(tmp_path / "study" / "config.yaml")["plate_treadmill"]
+    own = read_settings(tmp_path / "study" / "config.yaml")["plate_treadmill"]
     recording = own["recording"]
     assert recording["plates"] == {"left": [1], "right": [2]}
     assert own["belt"] == "right"
@@ -115,7 +116,9 @@ def test_c3d_without_a_channel_of_the_belt_takes_belt_fixed_markers(dummy_files,
     (tmp_path / "mine").mkdir()
     single_c3d(dummy_files, tmp_path / "mine" / "dummy.c3d", belt_velocity=False)
     new_study("mine", output="study")
-    velocity = load_yaml(tmp_path / "study" / "config.yaml")["plate_treadmill"]["recording"]["belt_velocity"]
+    velocity = read_settings(tmp_path / "study" / "config.yaml")["plate_treadmill"]["recording"][
+        "belt_velocity"
+    ]
     assert velocity["channel"] is None
     assert velocity["markers"] == ["foot1", "foot2", "foot3"]
 
@@ -128,7 +131,7 @@ def test_wristalyzer_is_ready_to_run(wristalyzer_files, tmp_path, config, root):
     shutil.copy(wristalyzer_files["log"], tmp_path / "lab" / "s01_16.txt")
     shutil.copy(wristalyzer_files["command"], tmp_path / "lab" / "s01_16_cmd.txt")
     assert new_study("lab", name="wrist").missing == 0
-    own = load_yaml(tmp_path / "wrist" / "config.yaml")
+    own = read_settings(tmp_path / "wrist" / "config.yaml")
     assert own["wristalyzer"]["analysis"]["perturbation_period_s"] == pytest.approx(10.0)
     assert own["wristalyzer"]["files"]["angle_unit"] == "rad"
     assert own["pathvars"]["results"] == "results/wrist"
@@ -156,7 +159,7 @@ def test_position_manipulator_in_other_units_and_signs(sign, tmp_path):
     (tmp_path / "lab").mkdir()
     joint(tmp_path / "lab" / "relaxed 1.tsv.gz", sign, gzip.open)
     assert new_study("lab", output="s").missing == 0
-    own = load_yaml(tmp_path / "s" / "config.yaml")["position_manipulator"]
+    own = read_settings(tmp_path / "s" / "config.yaml")["position_manipulator"]
     assert own["files"]["torque_sign"] == sign
     assert own["files"]["angle_unit"] == "deg"
     assert own["files"]["delimiter"] == "tab"

@@ -136,7 +136,7 @@ def period_s(values: np.ndarray, rate_hz: float) -> float | None:
     spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
     correlation = np.fft.irfft(spectrum)[:n] / np.arange(n, 0, -1)
     low = round(0.5 * rate_hz)
-    candidates = low + np.argsort(correlation[low : 3 * n // 4 + 1])[::-1][:50]
+    candidates = low + np.argsort(correlation[low : n - round(rate_hz) + 1])[::-1][:50]
     for lag in sorted(candidates):
         if np.sqrt(np.mean((values[lag:] - values[:-lag]) ** 2)) < 0.01 * scale:
             return float(lag / rate_hz)

@@ -195,6 +195,7 @@ def _config_text(plan: Plan, name: str, output: Path) -> str:
         f"# Replace every {PLACEHOLDER} (see {FILES[2]}), then, in the folder of the project:",
         f"#   snakemake -n --configfile {config}",
         f"#   snakemake -c2 --configfile {config}",
+        "# tepsipe check, with this file, says what is wrong without running anything.",
         "",
     ]
     blocks = []
