@@ -97,10 +97,10 @@ def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
         ("slow-2", "validate"),
     ]
     assert trials["belt", "slow-1"].files == {"log": "folder/RandomSlowSpeed1.txt"}
-    assert trials["belt", "slow-1"].columns == {
-        "time": "Timestamp (s)",
-        "load": "Pitch Moment (Nm)",
-        "velocity": "Belt Velocity (m/s)",
+    assert trials["belt", "slow-1"].names == {
+        "columns.time": "Timestamp (s)",
+        "columns.load": "Pitch Moment (Nm)",
+        "columns.velocity": "Belt Velocity (m/s)",
     }
 
 
@@ -583,6 +583,12 @@ def test_missing_or_empty_sheet_is_refused(tmp_path):
     refuse_sheet(tmp_path / "empty.tsv")
 
 
+def test_sheet_that_ends_within_a_line_is_refused(sheet):
+    path = sheet(GOOD)
+    path.write_bytes(path.read_bytes()[:-3])
+    assert "line break" in refuse_sheet(path)
+
+
 def test_sheet_that_is_not_text_is_refused(sheet):
     path = sheet(GOOD)
     path.write_bytes(path.read_text().encode("utf-16"))
@@ -606,18 +612,18 @@ def test_roles_and_columns_are_read(sheet):
     path = sheet(CALIBRATE, VALIDATE, GOOD | NO_EXTRAS, columns=ALL_COLUMNS)
     trials = read_trial_sheet(path, "/data")
     assert [row.role for row in trials.values()] == ["calibrate", "validate", None]
-    assert trials["belt", "slow-2"].columns == {
-        "time": "Time (s)",
-        "load": "My (Nm)",
-        "velocity": "Belt (m/s)",
+    assert trials["belt", "slow-2"].names == {
+        "columns.time": "Time (s)",
+        "columns.load": "My (Nm)",
+        "columns.velocity": "Belt (m/s)",
     }
     assert trials["belt", "slow-2"].files == {"log": "/data/slow2.txt"}
-    assert trials["dummy", "sine-0.3"].columns == {}
+    assert trials["dummy", "sine-0.3"].names == {}
 
 
 def test_sheet_of_other_experiments_needs_no_optional_column(sheet):
     row = read_trial_sheet(sheet(GOOD), ".")["dummy", "sine-0.3"]
-    assert (row.role, row.columns) == (None, {})
+    assert (row.role, row.names) == (None, {})
 
 
 ROLE_MISTAKES = [
@@ -642,7 +648,7 @@ def test_mistake_in_a_role_or_column_is_named_with_its_line(row, changes, names,
         assert name in text, f"{name!r} is not in: {text}"
 
 
-@pytest.mark.parametrize("missing", [name for name in OPTIONAL_COLUMNS if name not in ("emg", "task")])
+@pytest.mark.parametrize("missing", ["role", "time_column", "load_column", "velocity_column"])
 def test_optional_column_that_a_treadmill_needs_is_named(missing, sheet):
     columns = [name for name in ALL_COLUMNS if name != missing]
     text = refuse_sheet(sheet(CALIBRATE, VALIDATE, columns=columns))

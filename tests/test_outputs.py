@@ -45,7 +45,7 @@ def test_experiment_has_columns_settings_and_captions_for_its_facts(name, config
     assert name in config
     assert set(experiment.raw_files) <= set(COLUMNS + OPTIONAL_COLUMNS)
     assert set(experiment.optional_files) <= set(experiment.raw_files)
-    assert set(experiment.table_columns.values()) <= set(OPTIONAL_COLUMNS)
+    assert set(experiment.named) <= set(experiment.names) <= set(OPTIONAL_COLUMNS)
     assert bool(experiment.figures) == bool(experiment.category)
     for figure in experiment.figures:
         assert (root / f"report/captions/{figure}.rst").is_file()

@@ -2,6 +2,7 @@
 
 import gzip
 import shutil
+import time
 
 import ezc3d
 import numpy as np
@@ -163,6 +164,21 @@ def test_compressed_file_with_a_damaged_byte_is_refused_wherever_it_is(damaged):
         damaged("log.txt.gz", flipped_at(k))
 
 
+@pytest.mark.parametrize("rest", [b"x", b"\0\0x", bytes(range(200))])
+def test_compressed_file_with_something_behind_it_is_refused(rest, damaged):
+    damaged("log.txt.gz", lambda content: content + rest)
+
+
+def test_compressed_file_that_is_a_bomb_is_stopped_early(tmp_path):
+    path = tmp_path / "bomb.txt.gz"
+    path.write_bytes(gzip.compress(bytes(1 << 20)) * 1000)  # a gigabyte in one megabyte
+    start = time.process_time()
+    with pytest.raises(InputError) as caught:
+        read_log(path)
+    assert_one_sentence(caught.value, path, "MB")
+    assert time.process_time() - start < 1.0
+
+
 # ---- text --------------------------------------------------------------------------------------
 
 
@@ -206,6 +222,16 @@ def test_windows_line_ends_and_empty_last_lines_do_not_matter(tmp_path):
     (tmp_path / "table.csv").write_bytes(b"time,angle\r\n0,1\r\n1,2\r\n\r\n")
     table = read_text_table(tmp_path / "table.csv", {"t": "time", "angle": "angle"}, ",")
     assert table["angle"].tolist() == [1.0, 2.0]
+
+
+def test_last_line_that_may_be_cut_within_its_last_number_is_left_out(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("time,angle\n0,1.25\n1,2.2")
+    assert read_text_table(path, {"angle": "angle"}, ",")["angle"].tolist() == [1.25]
+    path.write_text("time,angle\n0,1.2")
+    with pytest.raises(InputError) as caught:
+        read_text_table(path, {"angle": "angle"}, ",")
+    assert_one_sentence(caught.value, path, "truncated")
 
 
 def test_missing_column_is_named_beside_those_that_are_there(damaged):
@@ -340,9 +366,19 @@ def test_matrix_without_its_labels_is_refused(damaged):
 
 
 def test_matrix_of_one_belt_is_refused(damaged):
-    message = damaged("calibration.csv", lambda content: b"\n".join(content.split(b"\n")[:7]))
+    message = damaged("calibration.csv", lambda content: b"\n".join(content.split(b"\n")[:7]) + b"\n")
     assert "12 components" in message
     assert "found 6" in message
+
+
+def test_matrix_that_lacks_any_number_of_bytes_of_its_last_line_is_refused(raw, tmp_path):
+    content = raw["calibration.csv"].read_bytes()
+    path = tmp_path / "calibration.csv"
+    for missing in range(1, len(content.splitlines()[-1]) + 1):
+        path.write_bytes(content[:-missing])
+        with pytest.raises(InputError) as caught:
+            read_calibration_matrix(path)
+        assert_one_sentence(caught.value, path)
 
 
 # ---- markers -----------------------------------------------------------------------------------

@@ -64,6 +64,23 @@ def test_file_without_the_columns_of_estimates_is_refused(content, tmp_path):
     assert_one_sentence(caught.value, path)
 
 
+def test_table_that_ends_within_a_row_is_refused(tmp_path):
+    path = tmp_path / "estimates.csv"
+    write_estimates(path, [estimate("K", 10.5, n_perturbations=14), estimate("B", 0.5, n_perturbations=14)])
+    content = path.read_bytes()
+    for missing in range(1, len(content.splitlines()[-1]) + 1):
+        path.write_bytes(content[:-missing])
+        with pytest.raises(InputError) as caught:
+            read_estimates(path)
+        assert_one_sentence(caught.value, path)
+
+
+def test_missing_table_is_refused(tmp_path):
+    with pytest.raises(InputError) as caught:
+        read_estimates(tmp_path / "estimates.csv")
+    assert_one_sentence(caught.value, tmp_path / "estimates.csv")
+
+
 # ---- the thesis's tables -----------------------------------------------------------------------
 
 CONDITIONS = ["sine-0.1", "sine-0.5"]

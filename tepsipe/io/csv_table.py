@@ -1,11 +1,13 @@
 """Rows of a table as CSV: one dataclass per table, one field per column."""
 
 import csv
+import io
 from collections.abc import Callable, Iterable
 from dataclasses import fields
 from pathlib import Path
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.text_file import read_text
 
 
 def column_names(kind: type) -> tuple[str, ...]:
@@ -55,21 +57,23 @@ def read_rows(path: str | Path, kind: type, row: Callable[[dict[str, str]], obje
     Raises
     ------
     InputError
-        If the columns are not those of ``kind``, or a row is damaged.
+        If the file is missing, truncated or not text, its columns are not those of ``kind``, or a row is
+        damaged.
     """
-    with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
+    reader = csv.DictReader(io.StringIO(read_text(path, what, ended=True)), strict=True)
+    try:
         if tuple(reader.fieldnames or ()) != column_names(kind):
             raise InputError(
                 f"{path}: expected the columns {', '.join(column_names(kind))}, found "
-                f"{', '.join(reader.fieldnames or ['none'])}: make the file again"
+                f"{listed(reader.fieldnames or [])}: make the file again"
             )
-        try:
-            return [row(_complete(cells)) for cells in reader]
-        except ValueError as error:
-            raise InputError(
-                f"{path}: expected {what}, found a damaged row ({error}): make the file again"
-            ) from error
+        return [row(_complete(cells)) for cells in reader]
+    except InputError:
+        raise
+    except (ValueError, csv.Error) as error:
+        raise InputError(
+            f"{path}: expected {what}, found a damaged row ({quoted(error)}): make the file again"
+        ) from error
 
 
 def _complete(cells: dict) -> dict[str, str]:

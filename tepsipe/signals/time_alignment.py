@@ -66,3 +66,64 @@ def marker_delay(time: np.ndarray, position: np.ndarray, belt_velocity: np.ndarr
 def advanced(time: np.ndarray, x: np.ndarray, delay_s: float) -> np.ndarray:
     """``x`` advanced by a delay (s), shape (n, ...), at the instants ``time`` (s); ends are held."""
     return scipy.interpolate.CubicSpline(time, x)(np.clip(time + delay_s, time[0], time[-1]))
+
+
+def common_signal_delay(
+    reference: np.ndarray, signal: np.ndarray, rate_hz: float, longest_s: float
+) -> tuple[float, float, float]:
+    """Delay of a signal relative to another record of the same quantity, from their correlation.
+
+    For every lag, the correlation coefficient of the samples that overlap; the largest absolute value, where
+    at least half of the shorter record overlaps, is refined by a parabola through it and its neighbours.
+
+    Parameters
+    ----------
+    reference, signal : ndarray, shape (n,) and (m,)
+        The two records (any units), sampled from the same instant on; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate of both (Hz).
+    longest_s : float
+        Longest delay that is looked for, in either direction (s).
+
+    Returns
+    -------
+    delay_s : float
+        Time by which ``signal`` is late (s).
+    correlation : float
+        Correlation coefficient at this delay (-); 0 if one of the two does not change.
+    gain : float
+        Slope of the regression of ``reference`` on ``signal`` there (unit of one per unit of the other).
+    """
+    size = reference.size + signal.size
+    length = 1 << (size - 1).bit_length()
+    there = [np.isfinite(x) for x in (reference, signal)]
+    middle = [float(x[k].mean()) if k.any() else 0.0 for x, k in zip((reference, signal), there, strict=True)]
+    x, y = (np.where(k, v - c, 0.0) for v, k, c in zip((reference, signal), there, middle, strict=True))
+    spectra = {key: np.fft.rfft(v, length) for key, v in (("x", x), ("xx", x * x), ("kx", there[0] * 1.0))}
+    other = {key: np.fft.rfft(v, length) for key, v in (("y", y), ("yy", y * y), ("ky", there[1] * 1.0))}
+
+    most = min(round(longest_s * rate_hz) + 1, max(reference.size, signal.size) - 1)
+    lags = np.arange(-most, most + 1)
+
+    def summed(a: str, b: str) -> np.ndarray:
+        """Sum over t of a(t) b(t + lag) for all lags."""
+        return np.fft.irfft(np.conj(spectra[a]) * other[b], length)[lags]
+
+    count = np.round(summed("kx", "ky"))
+    enough = count >= max(3, 0.5 * min(there[0].sum(), there[1].sum()))
+    n = np.maximum(count, 1.0)
+    sx, sy = summed("x", "ky"), summed("kx", "y")
+    covariance = summed("x", "y") - sx * sy / n
+    of_x, of_y = summed("xx", "ky") - sx**2 / n, summed("kx", "yy") - sy**2 / n
+    floor = 1e-9 * max(float(x @ x), 1e-300), 1e-9 * max(float(y @ y), 1e-300)
+    usable = enough & (of_x > floor[0]) & (of_y > floor[1])
+    r = np.where(usable, covariance / np.sqrt(np.where(usable, of_x * of_y, 1.0)), 0.0)
+    k = int(np.argmax(np.abs(r)))
+    if r[k] == 0.0:
+        return 0.0, 0.0, 0.0
+    shift = 0.0
+    if 0 < k < lags.size - 1 and usable[k - 1 : k + 2].all():
+        before, at, after = np.abs(r[k - 1 : k + 2])
+        bend = before - 2.0 * at + after
+        shift = 0.5 * float(before - after) / bend if bend < 0.0 else 0.0
+    return float(lags[k] + shift) / rate_hz, float(r[k]), float(covariance[k] / of_y[k])

@@ -17,9 +17,11 @@ from workflow.support.check import (
     check_config,
     check_one_treadmill,
     check_plate_models,
+    check_recordings,
     load_yaml,
 )
 from workflow.support.reach import reached_by
+from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.settings import pick, without
 from workflow.support.study import Study, any_of, table_experiment
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
@@ -51,7 +53,9 @@ def checked_study():
     trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
     check_sources(trials, study["trial_sheet"], study["virtual_lab"])
     found = Study(config, trials)
+    found.check(study["trial_sheet"])
     check_one_treadmill(config, found.experiments, "configuration")
+    check_recordings(found.settings, trials, "configuration")
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, "configuration")
     return found
@@ -80,6 +84,11 @@ def sheet(column, experiment=None):
     return lambda w: getattr(STUDY.trials[experiment or w.experiment, w.condition], column)
 
 
+def files_setting(experiment, key):
+    """Param function: a setting of the experiment's files, with the names that the trial's row gives."""
+    return lambda w: STUDY.files(experiment, w.condition)[key]
+
+
 def protocol(experiment):
     """Param function: what the belt is to do in a trial that is made."""
     return lambda w: STUDY.protocol(experiment, w.condition)
@@ -88,6 +97,11 @@ def protocol(experiment):
 def raw_files(experiment=None):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
+
+
+def recording_of(experiment=None):
+    """Param function: what the plates and channels of a whole trial's file are; None for other trials."""
+    return lambda w: STUDY.recording(experiment or w.experiment, w.condition)
 
 
 def raw_inputs(experiment=None):

@@ -1,6 +1,9 @@
 # Raw files to one self-describing HDF5 file per trial. Recorded and simulated files are
 # treated alike.
 
+# what a signal can be, for every trial on its way in
+PLAUSIBLE = without(SETTINGS["plausible"], *RIG_KEYS)
+
 
 rule ingest_wristalyzer:
     input:
@@ -15,10 +18,13 @@ rule ingest_wristalyzer:
     params:
         files=raw_files("wristalyzer"),
         duration_s=sheet("duration_s", "wristalyzer"),
-        log_columns=SETTINGS["wristalyzer"]["files"]["log_columns"],
-        command_columns=SETTINGS["wristalyzer"]["files"]["command_columns"],
-        angle_unit=SETTINGS["wristalyzer"]["files"]["angle_unit"],
+        log_columns=files_setting("wristalyzer", "log_columns"),
+        command_columns=files_setting("wristalyzer", "command_columns"),
+        angle_unit=files_setting("wristalyzer", "angle_unit"),
+        log_named_by=lambda w: STUDY.named_by("wristalyzer", w.condition, "log_columns"),
+        command_named_by=lambda w: STUDY.named_by("wristalyzer", w.condition, "command_columns"),
         ingest=SETTINGS["wristalyzer"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_wristalyzer.py"
 
@@ -40,6 +46,9 @@ rule ingest_plate_treadmill:
         duration_s=sheet("duration_s"),
         marker_labels=lambda w: SETTINGS[w.experiment].get("files", {}).get("marker_labels"),
         ingest=lambda w: SETTINGS[w.experiment]["ingest"],
+        recording=recording_of(),
+        plausible=PLAUSIBLE,
+        rig=lambda w: rig_of(SETTINGS, w.experiment),
     script:
         "../scripts/ingest_plate_treadmill.py"
 
@@ -62,6 +71,9 @@ rule ingest_standing:
         emg_trigger_threshold=SETTINGS["standing"]["files"]["emg_trigger_threshold"],
         emg_channels={m: choice["channel"] for m, choice in SETTINGS["standing"]["muscles"].items()},
         ingest=SETTINGS["standing"]["ingest"],
+        recording=recording_of("standing"),
+        plausible=PLAUSIBLE,
+        rig=rig_of(SETTINGS, "standing"),
     script:
         "../scripts/ingest_standing.py"
 
@@ -79,11 +91,13 @@ rule ingest_position_manipulator:
     params:
         files=raw_files("position_manipulator"),
         duration_s=sheet("duration_s", "position_manipulator"),
-        columns=SETTINGS["position_manipulator"]["files"]["columns"],
+        columns=files_setting("position_manipulator", "columns"),
         delimiter=SETTINGS["position_manipulator"]["files"]["delimiter"],
-        angle_unit=SETTINGS["position_manipulator"]["files"]["angle_unit"],
-        torque_sign=SETTINGS["position_manipulator"]["files"]["torque_sign"],
+        angle_unit=files_setting("position_manipulator", "angle_unit"),
+        torque_sign=files_setting("position_manipulator", "torque_sign"),
+        named_by=lambda w: STUDY.named_by("position_manipulator", w.condition, "columns"),
         ingest=SETTINGS["position_manipulator"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_position_manipulator.py"
 
@@ -101,9 +115,10 @@ rule ingest_belt:
     params:
         files=raw_files("belt"),
         duration_s=sheet("duration_s", "belt"),
-        columns=sheet("columns", "belt"),
+        columns=files_setting("belt", "columns"),
         delimiter=SETTINGS["belt"]["files"]["delimiter"],
         load_unit=SETTINGS["belt"]["files"]["load_unit"],
         ingest=SETTINGS["belt"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_belt.py"

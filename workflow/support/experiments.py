@@ -21,7 +21,9 @@ class Experiment:
     pulsed, at_random : whether perturbations are separate pulses, and whether their intervals may be a range.
     models : models of the treadmill that its trials calibrate or validate, or None.
     tasks : tasks of the simulated person, a recorded one may have any; empty if trials have no task.
-    table_columns : quantity -> column of the sheet that names its column, if the tables of trials differ.
+    names : column of the sheet -> setting below ``files`` that it overrides for its trial
+        Names of a table's columns, units and signs.
+    named : those without such a setting, which every row must fill in.
     fitted : whether each trial has its own fit and estimates.
     cross_validated : whether the parameters of each trial predict all trials.
     thesis_tables : table of the thesis -> common beginning of the names of its conditions.
@@ -38,7 +40,8 @@ class Experiment:
     at_random: bool = False
     models: str | None = None
     tasks: tuple[str, ...] = ()
-    table_columns: dict[str, str] = field(default_factory=dict)
+    names: dict[str, str] = field(default_factory=dict)
+    named: tuple[str, ...] = ()
     fitted: bool = True
     cross_validated: bool = False
     thesis_tables: dict[str, str] = field(default_factory=dict)
@@ -58,10 +61,23 @@ class Part:
 
 PULSES = ("sine", "minjerk")
 TREADMILL_FILES = {"log": "log.mat", "calibration": "calibration.csv"}
+TABLE_OF_A_BELT = {
+    "time_column": "columns.time",
+    "load_column": "columns.load",
+    "velocity_column": "columns.velocity",
+}
 
 EXPERIMENTS = {
     "wristalyzer": Experiment(
         raw_files={"log": "log.txt", "command": "command.txt"},
+        names={
+            "time_column": "log_columns.time",
+            "angle_column": "log_columns.angle",
+            "trigger_column": "log_columns.trigger_time",
+            "torque_column": "command_columns.torque",
+            "command_time_column": "command_columns.time",
+            "angle_unit": "angle_unit",
+        },
         profiles=("multisine",),
         pulsed=False,
         cross_validated=True,
@@ -166,7 +182,8 @@ EXPERIMENTS = {
     "belt": Experiment(
         raw_files={"log": None},
         models="belt",
-        table_columns={"time": "time_column", "load": "load_column", "velocity": "velocity_column"},
+        names=TABLE_OF_A_BELT,
+        named=tuple(TABLE_OF_A_BELT),
         fitted=False,
         category="Belt-induced load of an empty treadmill",
         figures=("figure_belt_prediction", "figure_belt_cutoff", "figure_belt_ripple"),
@@ -181,6 +198,13 @@ EXPERIMENTS = {
     ),
     "position_manipulator": Experiment(
         raw_files={"log": None},
+        names={
+            "time_column": "columns.time",
+            "angle_column": "columns.angle",
+            "torque_column": "columns.torque",
+            "angle_unit": "angle_unit",
+            "torque_sign": "torque_sign",
+        },
         category="Position-controlled manipulator",
         figures=(
             "figure_position_manipulator_impedance",

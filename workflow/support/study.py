@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from workflow.support.experiments import EXPERIMENTS, PARTS
+from workflow.support.row_names import check_names, named_by, with_names
 from workflow.support.settings import pick, settings_of
 from workflow.support.trial_sheet import TrialRow
 
@@ -24,6 +25,11 @@ class Study:
         self.config, self.trials = config, trials
         self.settings = settings_of(config)
         self.experiments = list(dict.fromkeys(experiment for experiment, _ in trials))
+
+    def check(self, path: str) -> None:
+        """Refuse rows of the trial sheet, whose path messages name, that do not fit the configuration."""
+        for (experiment, condition), row in self.trials.items():
+            check_names(experiment, condition, self.settings[experiment].get("files", {}), row.names, path)
 
     # ---- experiments and files -------------------------------------------------------------------
 
@@ -61,11 +67,25 @@ class Study:
         folder = f"{results}/raw/{experiment}/{condition}"
         return {kind: f"{folder}/{name}" for kind, name in EXPERIMENTS[experiment].raw_files.items()}
 
+    def recording(self, experiment: str, condition: str) -> dict | None:
+        """Plates and channels of a trial that is one file; None for trials of several files."""
+        alone = self.trials[experiment, condition].source == "recorded"
+        alone = alone and "calibration" not in self.trials[experiment, condition].files
+        return self.settings[experiment]["recording"] if alone else None
+
     def raw_inputs(self, experiment: str, condition: str, results: str) -> list[str]:
         """As `raw_paths`, without missing recorded files: these stop their own job, not the whole study."""
         made = self.trials[experiment, condition].source == "virtual_lab"
         paths = self.raw_files(experiment, condition, results).values()
         return [path for path in paths if made or Path(path).is_file()]
+
+    def files(self, experiment: str, condition: str) -> dict:
+        """Settings ``files`` of an experiment, with the names that the trial's row gives in their place."""
+        return with_names(self.settings[experiment]["files"], self.trials[experiment, condition].names)
+
+    def named_by(self, experiment: str, condition: str, table: str) -> dict[str, str]:
+        """Key of a table's columns -> column of the trial sheet that names it, for messages."""
+        return named_by(experiment, self.trials[experiment, condition].names, table)
 
     # ---- properties of trials, from the trial sheet ---------------------------------------------------
 

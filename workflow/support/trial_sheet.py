@@ -3,13 +3,15 @@
 import csv
 import difflib
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.whole_trial import holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.renames import KEYS, renamed
+from workflow.support.row_names import NAME_COLUMNS, names_of
 
 COLUMNS = (
     "experiment",
@@ -25,7 +27,7 @@ COLUMNS = (
     "markers",
 )
 # which a sheet needs only if one of its experiments does
-OPTIONAL_COLUMNS = ("role", "emg", "task", "time_column", "load_column", "velocity_column")
+OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS)
 ROLES = ("calibrate", "validate")
 EMPTY = "-"
 
@@ -36,8 +38,8 @@ class TrialRow:
 
     ``interval_s`` is the shortest, ``longest_interval_s`` the longest time between perturbations. ``files``
     maps kinds of raw file to paths, and is empty for simulated trials. ``role`` and ``task`` (instruction of
-    the person) are None where trials have none. ``columns`` maps time, load and velocity to names in the
-    header of the trial's table.
+    the person) are None where trials have none. ``names`` maps settings below ``files`` of the experiment to
+    what the row says in their place, for example ``columns.time`` to the name of a column.
     """
 
     experiment: str
@@ -51,12 +53,12 @@ class TrialRow:
     files: dict[str, str]
     role: str | None
     task: str | None
-    columns: dict[str, str]
+    names: dict[str, str | int] = field(default_factory=dict)
 
 
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
     """Read and check the sheet; keys are (experiment, condition), in the sheet's order."""
-    text = read_text(Path(path), "the trial sheet")
+    text = read_text(path, "the trial sheet", ended=True)
     rows = list(csv.reader(text.splitlines(), delimiter="\t"))
     header = [name.strip() for name in rows[0]] if rows else []
     for name in header:
@@ -170,9 +172,12 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         )
     needed = known.raw_files
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
+    whole = "calibration" in needed and holds_whole_trial(files.get("log", ""))
     if source == "recorded":
+        if whole:
+            _refuse_beside_whole_trial(files, f"{experiment}/{condition}", here)
         for kind in needed:
-            if kind not in files and kind not in known.optional_files:
+            if kind not in files and kind not in known.optional_files and not (whole and kind != "log"):
                 raise InputError(
                     f"{here}: expected a {kind} file for {experiment}/{condition}, found "
                     f"{cells.get(kind, 'no such column')!r}: name the recorded file"
@@ -215,8 +220,19 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         files=files,
         role=_role(cells, here),
         task=_task(cells, here),
-        columns=_columns(cells, here),
+        names=names_of(cells, here),
     )
+
+
+def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> None:
+    """Refuse a calibration or markers beside a log that holds the whole trial."""
+    for kind in ("calibration", "markers"):
+        if kind in files:
+            raise InputError(
+                f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
+                f"{quoted(files['log'])} "
+                f"holds the whole trial, found {files[kind]!r}: correct one of the two"
+            )
 
 
 def _positive(cell: str, name: str, here: str) -> float | None:
@@ -273,32 +289,3 @@ def _role(cells: dict[str, str], here: str) -> str | None:
             f"{found}: {hint}"
         )
     return role
-
-
-def _columns(cells: dict[str, str], here: str) -> dict[str, str]:
-    """Names of a table's columns, by quantity."""
-    experiment = cells["experiment"]
-    named_by = EXPERIMENTS[experiment].table_columns
-    columns: dict[str, str] = {}
-    for what, name in named_by.items():
-        column = cells.get(name, "")
-        if column in (EMPTY, ""):
-            found = repr(column) if name in cells else "no such column"
-            raise InputError(
-                f"{here}: expected a {name} for {experiment}/{cells['condition']}, found {found}: name the "
-                f"column that holds the {what} as the header of its table does"
-            )
-        if column in columns.values():
-            twice = next(named_by[key] for key, other in columns.items() if other == column)
-            raise InputError(
-                f"{here}: expected {twice} and {name} to name two columns, found {column!r} for both: "
-                "correct one of the two"
-            )
-        columns[what] = column
-    for name in OPTIONAL_COLUMNS[3:]:
-        if name not in named_by.values() and cells.get(name, "") not in (EMPTY, ""):
-            raise InputError(
-                f"{here}: expected {EMPTY!r} for {name}, because tables of {experiment} have their columns "
-                f"named in the configuration, found {cells[name]!r}: correct it"
-            )
-    return columns

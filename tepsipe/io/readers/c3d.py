@@ -53,7 +53,59 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
         If the file is missing, truncated or not C3D, its unit is unknown, or a marker is missing.
     """
     path = Path(path)
-    file = open_c3d(path)
+    return select_markers(markers_of(open_c3d(path), path), labels, path)
+
+
+def select_markers(markers: Markers, labels: list[str], name: str | Path) -> Markers:
+    """The wanted ones of a file's markers (m), in the wanted order.
+
+    Raises
+    ------
+    InputError
+        If a marker is missing, or its name is not unique.
+    """
+    found = list(markers.labels)
+    for label in labels:
+        if label not in found:
+            raise InputError(
+                f"{name}: expected a marker named {label!r}, found {listed(found)}: "
+                "name the file's markers in the configuration"
+            )
+        if found.count(label) > 1:
+            raise InputError(
+                f"{name}: expected one marker named {label!r}, found {found.count(label)}: rename them "
+                "when exporting"
+            )
+    columns = [found.index(label) for label in labels]
+    return Markers(markers.rate_hz, tuple(labels), markers.positions[:, columns])
+
+
+def markers_of(file, path: Path) -> Markers:
+    """All markers of an opened C3D file (m), NaN where one was hidden.
+
+    Raises
+    ------
+    InputError
+        If their unit is unknown.
+    """
+    point = file["parameters"]["POINT"]
+    labels = labels_of(file, "POINT")
+    scale = metres_per_unit(file, path)
+    points, residuals = file["data"]["points"][:3], file["data"]["meta_points"]["residuals"][0]
+    labels += [f"unnamed {k + 1}" for k in range(len(labels), points.shape[1])]
+    positions = scale * points.transpose(2, 1, 0)
+    positions[residuals.T < 0.0] = np.nan
+    return Markers(float(point["RATE"]["value"][0]), tuple(labels[: points.shape[1]]), positions)
+
+
+def metres_per_unit(file, path: Path) -> float:
+    """Factor from the positions of an opened C3D file to metres (m per unit).
+
+    Raises
+    ------
+    InputError
+        If their unit is unknown.
+    """
     point = file["parameters"]["POINT"]
     unit = str(point["UNITS"]["value"][0]).strip() if point["UNITS"]["value"] else ""
     if unit not in METRES_PER_UNIT:
@@ -61,27 +113,19 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
             f"{path}: expected marker positions in mm, cm or m, found the unit {quoted(unit)}: set "
             "POINT:UNITS when exporting"
         )
-    found = [label.strip() for label in point["LABELS"]["value"]]
-    for label in labels:
-        if label not in found:
-            raise InputError(
-                f"{path}: expected a marker named {label!r}, found {listed(found)}: "
-                "name the file's markers in the configuration"
-            )
-        if found.count(label) > 1:
-            raise InputError(
-                f"{path}: expected one marker named {label!r}, found {found.count(label)}: rename them "
-                "when exporting"
-            )
-    points = file["data"]["points"][:3, [found.index(label) for label in labels]]
-    residuals = file["data"]["meta_points"]["residuals"][0, [found.index(label) for label in labels]]
-    positions = METRES_PER_UNIT[unit] * points.transpose(2, 1, 0)
-    positions[residuals.T < 0.0] = np.nan
-    return Markers(float(point["RATE"]["value"][0]), tuple(labels), positions)
+    return METRES_PER_UNIT[unit]
+
+
+def labels_of(file, group: str) -> list[str]:
+    """Labels of POINT or ANALOG, also beyond the 255 that one parameter can hold (no unit)."""
+    parameters = file["parameters"].get(group, {})
+    names = ["LABELS", *(f"LABELS{k}" for k in range(2, 100))]
+    found = [parameters[name]["value"] for name in names if name in parameters]
+    return [str(label).strip() for labels in found for label in labels]
 
 
 def open_c3d(path: Path):
-    """Parameters and data of a C3D file as ezc3d reads it (units as its parameters say).
+    """Parameters, data and number of the first frame of a C3D file, as ezc3d reads it (units of the file).
 
     Raises
     ------
@@ -92,7 +136,8 @@ def open_c3d(path: Path):
 
     def parsed() -> dict:
         file = ezc3d.c3d(str(path))
-        return {"parameters": dict(file["parameters"]), "data": dict(file["data"])}
+        first = int(file["header"]["points"]["first_frame"])
+        return {"parameters": dict(file["parameters"]), "data": dict(file["data"]), "first_frame": first}
 
     if not path.is_file():
         raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")

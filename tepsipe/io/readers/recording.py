@@ -23,11 +23,14 @@ class Channel:
         Unit as the file names it; empty if it names none.
     rate_hz : float
         Sampling rate (Hz).
+    limits : tuple of float, or None
+        Lowest and highest value that the recorder could write, in ``unit``, if the file gives them.
     """
 
     values: np.ndarray
     unit: str
     rate_hz: float
+    limits: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -46,8 +46,8 @@ def read_text_table(
     names = [name.strip() for name in header.split(delimiter)]
     for key, name in columns.items():
         _refuse_other_names(path, name, (named_by or {}).get(key, "the configuration"), names)
-    lines = body.splitlines()
-    ended = body.endswith(("\n", "\r"))
+    lines = body.split("\n")
+    ended = not lines[-1].strip()
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
@@ -60,8 +60,13 @@ def read_text_table(
                 f"{path}: expected {len(names)} fields on every line, found {found} on line "
                 f"{number + 2}: {state}, copy it again from the instrument"
             )
-    if not ended and len(lines) > 1:
+    if not ended:
         lines.pop()
+    if not lines:
+        raise InputError(
+            f"{path}: expected samples that end with a line break, found one line without: the file is "
+            "truncated, copy it again from the instrument"
+        )
     wanted = [names.index(name) for name in columns.values()]
     try:
         values = np.loadtxt(lines, delimiter=delimiter, usecols=wanted, ndmin=2, comments=None)

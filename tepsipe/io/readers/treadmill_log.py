@@ -156,7 +156,8 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
     Parameters
     ----------
     path : str or Path
-        CSV with the columns component, unit (N/V or Nm/V) and one per transducer channel; 12 rows.
+        CSV with the columns component, unit (N/V or Nm/V) and one per transducer channel; 12 rows, each with
+        a line break at its end: a file without the last one may be cut within its last number.
 
     Returns
     -------
@@ -170,7 +171,7 @@ def read_calibration_matrix(path: str | Path) -> CalibrationMatrix:
         another number of components than 6 per belt.
     """
     path = Path(path)
-    lines = read_text(path, "a calibration matrix").splitlines()
+    lines = read_text(path, "a calibration matrix", ended=True).splitlines()
     rows = [line.split(",") for line in lines if line.strip()]
     if not rows or [field.strip() for field in rows[0][:2]] != ["component", "unit"]:
         found = quoted(",".join(rows[0][:2])) if rows else "an empty file"

@@ -1,0 +1,186 @@
+"""Text tables of numbers whose columns are not known beforehand: D-Flow, TRC, exports of EMG, plain CSV.
+
+`tepsipe.io.readers.text_table.read_text_table` reads named columns of a table that a configuration
+describes; here every column is read, and the delimiter and the decimal sign are found in the file.
+"""
+
+import csv
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.text_file import read_text
+
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
+DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
+DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma"}
+
+
+@dataclass(frozen=True)
+class PlainTable:
+    """All columns of a text table.
+
+    Attributes
+    ----------
+    name : str
+        Names the file in messages.
+    preamble : tuple of str
+        Lines above the header (no unit).
+    names : tuple of str
+        Names of the columns.
+    values : ndarray, shape (n, columns)
+        Numbers in the units of the file; NaN where a field is empty.
+    lines : ndarray of int, shape (n,)
+        Line of the file on which each row stands (-).
+    delimiter : str
+        Character between columns.
+    """
+
+    name: str
+    preamble: tuple[str, ...]
+    names: tuple[str, ...]
+    values: np.ndarray
+    lines: np.ndarray
+    delimiter: str
+
+    def column(self, name: str) -> np.ndarray:
+        """Numbers of the only column of a name, shape (n,), in the unit of the file.
+
+        Raises
+        ------
+        InputError
+            If no column, or more than one, has that name.
+        """
+        if self.names.count(name) != 1:
+            raise InputError(
+                f"{self.name}: expected one column named {name!r}, found {self.names.count(name)} among "
+                f"{listed(dict.fromkeys(self.names))}: correct the name in the configuration or in the header"
+            )
+        return self.values[:, self.names.index(name)]
+
+
+def delimiter_in(header: str) -> str:
+    """Character between the columns of a table with this header (no unit): tab, semicolon or comma."""
+    if header.count("\t"):
+        return "\t"
+    return ";" if header.count(";") else ","
+
+
+def fields_of(header: str, delimiter: str) -> list[str]:
+    """Names in a header line, without quotes and surrounding spaces (no unit)."""
+    return [name.strip() for name in next(csv.reader([header], delimiter=delimiter), [])]
+
+
+def read_plain_table(
+    path: str | Path,
+    what: str,
+    is_header: Callable[[str], bool] | None = None,
+    below_header: int = 0,
+    ragged: bool = False,
+) -> PlainTable:
+    """Read all columns of a text table.
+
+    Lines that begin with ``#`` and empty lines are skipped. A last line without a line break may have been
+    cut within its last number, so it is omitted. Commas are decimal signs where they do not separate columns.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, plain or compressed with gzip.
+    what : str
+        What the file should be, for messages.
+    is_header : callable, optional
+        Whether a line is the header; by default the first line that is not skipped.
+    below_header : int
+        Further lines below the header that hold no numbers (-).
+    ragged : bool
+        Whether rows may end before the header does, as columns of a lower rate do; what is missing is NaN.
+
+    Returns
+    -------
+    PlainTable
+        Numbers in the units of the file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or not text, has no header or no rows, or a field is no number.
+    """
+    path = Path(path)
+    text = read_text(path, what)
+    lines = text.split("\n")
+    ended = lines[-1].strip() == ""
+    used = [k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    header = next((k for k in used if is_header is None or is_header(lines[k])), None)
+    if header is None:
+        found = quoted(lines[used[0]]) if used else "an empty file"
+        raise InputError(f"{path}: expected the header of {what}, found {found}: check which file is named")
+    delimiter = delimiter_in(lines[header])
+    names = fields_of(lines[header], delimiter)
+    if sum(bool(NUMBER.fullmatch(name)) for name in names) > len(names) // 2:
+        raise InputError(
+            f"{path}: expected a header that names the columns, found {quoted(lines[header])}: add a first "
+            "line with a name for every column"
+        )
+    rows = [k for k in used if k > header][below_header:]
+    if not rows:
+        raise InputError(f"{path}: expected samples under the header, found none: record or export it again")
+    body = [lines[k] for k in rows]
+    if not names[-1]:  # the header ends with a delimiter, and rows may
+        names.pop()
+        body = [line if ragged else line.rstrip("\r ").removesuffix(delimiter) for line in body]
+    _refuse_other_counts(path, body, rows, delimiter, len(names), ragged)
+    if not ended and len(body) > 1:
+        body.pop()
+        rows.pop()
+    values = _numbers(path, body, rows, delimiter, names, ragged)
+    return PlainTable(str(path), tuple(lines[:header]), tuple(names), values, np.array(rows) + 1, delimiter)
+
+
+def _refuse_other_counts(path, body, rows, delimiter, count, ragged) -> None:
+    """Refuse a row with more fields than the header or, unless rows may be short, with fewer."""
+    for k in (len(body) - 1, *range(len(body))):
+        found = body[k].count(delimiter) + 1
+        long = found > count and body[k].rstrip(delimiter).count(delimiter) + 1 > count
+        if long or (found < count and not ragged):
+            cut = k == len(body) - 1 and not long
+            if cut:
+                hint = "the file is truncated, copy it again from the instrument"
+            elif long and delimiter == ",":
+                hint = "if commas are decimal signs, export it with decimal points or semicolons"
+            else:
+                hint = "the line is damaged, copy the file again from the instrument"
+            raise InputError(
+                f"{path}: expected {count} fields on every line, found {found} on line {rows[k] + 1}: {hint}"
+            )
+
+
+def _numbers(path, body, rows, delimiter, names, ragged) -> np.ndarray:
+    """Numbers of all rows; a field that is empty is NaN."""
+    if delimiter != "," and any("," in line for line in body[:5]):
+        body = [line.replace(",", ".") if _commas_are_decimal(line, delimiter) else line for line in body]
+    if not ragged:
+        try:
+            return np.loadtxt(body, delimiter=delimiter, ndmin=2, comments=None, usecols=range(len(names)))
+        except ValueError:
+            pass  # an empty field, or one that is no number
+    values = np.full((len(body), len(names)), np.nan)
+    for i, line in enumerate(body):
+        for j, field in enumerate(line.split(delimiter)[: len(names)]):
+            try:
+                if field and not field.isspace():
+                    values[i, j] = float(field)
+            except ValueError:
+                raise InputError(
+                    f"{path}: expected a number, found {quoted(field.strip())} in column {names[j]!r} on "
+                    f"line {rows[i] + 1}: repair the file or export it again"
+                ) from None
+    return values
+
+
+def _commas_are_decimal(line: str, delimiter: str) -> bool:
+    return all("," not in field or DECIMAL_COMMA.fullmatch(field.strip()) for field in line.split(delimiter))

@@ -1,0 +1,100 @@
+"""Names that a row of the trial sheet gives in place of the configuration's: columns, unit, sign.
+
+Which experiment takes which is in the table of the experiments (`EXPERIMENTS[...].names`).
+"""
+
+from collections.abc import Iterable
+
+from tepsipe.errors import InputError
+from workflow.support.experiments import EXPERIMENTS, TABLE_OF_A_BELT
+
+NAME_COLUMNS = tuple(
+    dict.fromkeys((*TABLE_OF_A_BELT, *(name for known in EXPERIMENTS.values() for name in known.names)))
+)
+# cells that are no names
+VALUES: dict[str, dict[str, str | int]] = {
+    "angle_unit": {"rad": "rad", "deg": "deg"},
+    "torque_sign": {"1": 1, "+1": 1, "-1": -1},
+}
+NOTHING = ("-", "")
+
+
+def names_of(cells: dict[str, str], here: str) -> dict[str, str | int]:
+    """Setting below ``files`` -> what the row says in its place; ``here`` begins every message."""
+    experiment, trial = cells["experiment"], f"{cells['experiment']}/{cells['condition']}"
+    known = EXPERIMENTS[experiment]
+    found: dict[str, str | int] = {}
+    for column in NAME_COLUMNS:
+        cell = cells.get(column, "")
+        if column in known.named and cell in NOTHING:
+            what = column.removesuffix("_column")
+            said = repr(cell) if column in cells else "no such column"
+            raise InputError(
+                f"{here}: expected a {column} for {trial}, found {said}: name the column that holds the "
+                f"{what} as the header of its table does"
+            )
+        if cell in NOTHING:
+            continue
+        if column not in known.names:
+            raise InputError(
+                f"{here}: expected '-' for {column}, because files of {experiment} take "
+                f"{', '.join(known.names) or 'no names from the sheet'}, found {cell!r}: correct it"
+            )
+        if cells["source"] == "virtual_lab":
+            raise InputError(
+                f"{here}: expected '-' for {column}, because the virtual laboratory names its columns "
+                f"itself, found {cell!r}: correct it"
+            )
+        values = VALUES.get(column)
+        if values is not None and cell not in values:
+            raise InputError(
+                f"{here}: expected {column} to be {' or '.join(values)}, or '-' for that of the "
+                f"configuration, found {cell!r}: correct it"
+            )
+        found[known.names[column]] = cell if values is None else values[cell]
+    _refuse_twice(experiment, found, here)
+    return found
+
+
+def named_by(experiment: str, names: Iterable[str], table: str) -> dict[str, str]:
+    """Key of a table's columns -> where its name was given, for messages: a column of the trial sheet."""
+    column_of = {setting: column for column, setting in EXPERIMENTS[experiment].names.items()}
+    return {
+        setting.rpartition(".")[2]: f"{column_of[setting]} of the trial sheet"
+        for setting in names
+        if setting.rpartition(".")[0] == table
+    }
+
+
+def with_names(files: dict, names: dict[str, str | int]) -> dict:
+    """Settings ``files`` of an experiment with what a row says in place of some."""
+    merged = {key: dict(value) if isinstance(value, dict) else value for key, value in files.items()}
+    for setting, value in names.items():
+        section, _, key = setting.rpartition(".")
+        (merged.setdefault(section, {}) if section else merged)[key] = value
+    return merged
+
+
+def check_names(experiment: str, condition: str, files: dict, names: dict, path) -> None:
+    """Refuse a row whose names, with those of the configuration, give one column two meanings."""
+    if names:
+        everything = {
+            f"{section}.{key}": name
+            for section, columns in with_names(files, names).items()
+            if isinstance(columns, dict)
+            for key, name in columns.items()
+        }
+        _refuse_twice(experiment, everything, f"{path}: {experiment}/{condition}")
+
+
+def _refuse_twice(experiment: str, names: dict, here: str) -> None:
+    column_of = {setting: column for column, setting in EXPERIMENTS[experiment].names.items()}
+    seen: dict[tuple[str, str | int], str] = {}
+    for setting, name in names.items():
+        table = setting.rpartition(".")[0]
+        if table and (table, name) in seen:
+            raise InputError(
+                f"{here}: expected {column_of[seen[table, name]]} and {column_of[setting]} to name two "
+                f"columns, found {name!r} for both: correct one of the two"
+            )
+        seen[table, name] = setting
