@@ -209,7 +209,7 @@
     c.fillStyle = "#444";
     c.textAlign = "right";
     c.textBaseline = "middle";
-    for (const [value, label] of ticks(low, high, 4)) {
+    for (const [value, label] of ticks(low, high, 6)) {
       const at = Math.round(y(value)) + 0.5;
       if (at < TOP || at > HEIGHT - BOTTOM) continue;
       c.beginPath(); c.moveTo(LEFT, at); c.lineTo(width - RIGHT, at); c.stroke();

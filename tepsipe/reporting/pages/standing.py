@@ -72,7 +72,7 @@ def standing_page(
 
 
 def epoch_bands(epochs: Result) -> list[Band]:
-    """Epochs that are used, and perturbations that are left out (s), with the reason if it names their time."""
+    """Epochs that are used, and perturbations that are left out (s), with the reason if one is stored."""
     used, time = epochs.arrays["onsets_s"], epochs.arrays["time"]
     after = float(time[-1]) if time.size else 1.0
     every = epochs.arrays.get("processed/onsets_s", used)

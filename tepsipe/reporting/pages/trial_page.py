@@ -6,6 +6,7 @@ stays small, and writes one file of HTML.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -206,6 +207,11 @@ def render(page: Page) -> str:
         f"{json_script('data', data)}\n<script>\n{asset('plot.js')}</script>\n"
     )
     return document(f"{page.title} \N{EN DASH} {page.study}", content)
+
+
+def write_page(path: str | Path, page: Page) -> None:
+    """Write a page as one file of HTML (units in its labels)."""
+    Path(path).write_text(render(page), encoding="utf-8", newline="\n")
 
 
 def _figure(panel: Panel, number: int) -> str:

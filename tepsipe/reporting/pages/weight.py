@@ -17,6 +17,8 @@ from tepsipe.reporting.pages.signals import (
 )
 from tepsipe.reporting.pages.trial_page import CYCLE, Clock, Page, Panel, Section, Trace
 
+ROLES = {"calibrate": "calibrates the treadmill models", "validate": "validates the treadmill models"}
+
 
 def weight_page(
     trial: Trial,
@@ -55,12 +57,7 @@ def weight_page(
         *header.trial_facts(trial, choices["experiment"], choices["condition"], choices["made"]),
         ("Mass on the belt", f"{fit.facts['carried_kg']:g} kg"),
         ("Perturbations", f"{len(windows)}, {1e3 * segments.shape[1] / rate:.0f} ms from the onset of each"),
-        (
-            "Role",
-            {"calibrate": "calibrates the treadmill models", "validate": "validates them"}.get(
-                choices["role"], ""
-            ),
-        ),
+        ("Role", ROLES.get(choices["role"], "")),
     ]
     flags = header.flagged(estimates)
     left_out = [*hidden_sentences(trial), *_cut_short(len(onsets) - len(segments))]
@@ -84,6 +81,12 @@ def weight_page(
     )
 
 
+def _of_markers(fit: Result, name: str) -> str:
+    """The filter, and where the acceleration of the weight comes from."""
+    weight = "; acceleration of the weight from its markers" if fit.facts["carried_kg"] else ""
+    return f"low-pass {name}{weight}"
+
+
 def _cut_short(count: int) -> list[str]:
     return (
         [f"{count} perturbations before the end of the trial are too short to be used."] if count > 0 else []
@@ -105,7 +108,7 @@ def _responses(fit: Result, plate: Result | None, choices: dict) -> tuple[Panel,
     velocity = fit.arrays[f"{first}/belt_velocity"].mean(axis=0)
     panels = [
         Panel("Mean belt velocity", "m/s", (Trace("measured", velocity, clock),), axis="onset"),
-        Panel("Belt-induced force", "N", (mean, *spread), axis="onset", note=f"low-pass {first}"),
+        Panel("Belt-induced force", "N", (mean, *spread), axis="onset", note=_of_markers(fit, first)),
     ]
     condition = choices["condition"]
     if choices["experiment"] != "weight" or plate is None or f"{condition}/measured" not in plate.arrays:
@@ -123,7 +126,7 @@ def _responses(fit: Result, plate: Result | None, choices: dict) -> tuple[Panel,
             "N",
             (Trace("measured", measured, clock, width=2.0), *predicted),
             axis="onset",
-            note="means over the perturbations; the models were fitted to other trials",
+            note="means over the perturbations; the weight moves as the belt; models fitted to other trials",
         ),
         Panel("Residuals of the models", "N", tuple(residual), axis="onset"),
     )
