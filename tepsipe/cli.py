@@ -1,4 +1,4 @@
-"""The command line: ``tepsipe fit``, ``tepsipe calibrate``, ``tepsipe info``.
+"""The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``export``, ``check``.
 
 Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
 to the standard error and returns 2.
@@ -147,7 +147,72 @@ def _parser() -> argparse.ArgumentParser:
         help="also draw the signals; default: the file's name with .png, in the current folder",
     )
     info.set_defaults(command=_info)
+
+    check = commands.add_parser(
+        "check",
+        help="whether a study's configuration and trial sheet can be used, before it runs",
+        description="Check configuration files and the trial sheet that they name, without running anything "
+        "from them: mistakes by file and line, repeated keys, unknown keys, values, names, folders. Run it "
+        "in the folder of the study. Snakemake checks the same, but loads the files first.",
+    )
+    check.add_argument("files", nargs="*", metavar="CONFIG", help="as after snakemake --configfile")
+    check.set_defaults(command=_check)
+    _add_export(commands)
     return parser
+
+
+def _add_export(commands: argparse._SubParsersAction) -> None:
+    export = commands.add_parser(
+        "export",
+        help="write a trial or a fit as MATLAB or OpenSim file",
+        description="Write a trial (results/trials) or a fit (results/fits) of the study as MATLAB file "
+        "(mat), its angle or ground reactions as OpenSim motion (mot), or its torque as OpenSim "
+        "storage (sto).",
+    )
+    export.add_argument("file", type=Path, help="HDF5 file of the study")
+    export.add_argument("--to", required=True, choices=("mat", "mot", "sto"), help="kind of file")
+    export.add_argument(
+        "--trial", type=Path, help="trial of a fit, where the fit does not hold the time (mot, sto)"
+    )
+    export.add_argument("--pathway", help="pathway of a fit (mot, sto); default: leg")
+    export.add_argument(
+        "--coordinate",
+        default="ankle_angle_r",
+        help="coordinate of the OpenSim model (mot, sto); default ankle_angle_r",
+    )
+    export.add_argument(
+        "--output", type=Path, metavar="FILE", help="file to write; default: FILE's name in this folder"
+    )
+    export.set_defaults(command=_export)
+
+
+def _export(chosen: argparse.Namespace) -> None:
+    from tepsipe.io.stored import read_stored
+    from tepsipe.io.trial import Trial
+
+    output = chosen.output or Path(f"{chosen.file.stem}.{chosen.to}")
+    if output.resolve() in {given.resolve() for given in (chosen.file, chosen.trial) if given is not None}:
+        raise InputError(f"{output}: expected a file of its own to write to, found the input: choose another")
+    if not output.parent.is_dir():
+        raise InputError(
+            f"--output: expected a folder that exists, found {quoted(output.parent)}: make it first"
+        )
+    content = read_stored(chosen.file)
+    if chosen.to == "mat":
+        from tepsipe.io.mat_export import export_mat
+
+        export_mat(content, output)
+    else:
+        from tepsipe.io.opensim_export import motion_of, torque_of, write_storage
+
+        trial = None if chosen.trial is None else read_stored(chosen.trial)
+        if trial is not None and not isinstance(trial, Trial):
+            raise InputError(
+                f"{chosen.trial}: expected a trial, found a result: name a file of results/trials"
+            )
+        make = motion_of if chosen.to == "mot" else torque_of
+        write_storage(make(content, str(chosen.file), trial, chosen.pathway, chosen.coordinate), output)
+    print(f"written: {output}")
 
 
 def _fit(chosen: argparse.Namespace) -> None:
@@ -248,6 +313,21 @@ def _picture(file: Path, wanted: Path) -> Path:
     if not png.parent.is_dir():
         raise InputError(f"--plot: expected a folder that exists, found {quoted(png.parent)}: make it first")
     return png
+
+
+def _check(chosen: argparse.Namespace) -> None:
+    import subprocess
+
+    if not Path("workflow/check.py").is_file():
+        raise InputError(
+            f"tepsipe check: expected the folder of the study, with Snakefile and workflow, found "
+            f"{Path.cwd()}: run it there"
+        )
+    done = subprocess.run(
+        [sys.executable, "-m", "workflow.check", *chosen.files], stderr=subprocess.PIPE, text=True
+    )
+    if done.returncode:
+        raise InputError(done.stderr.strip().removeprefix("tepsipe: "))
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

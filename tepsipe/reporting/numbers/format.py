@@ -45,7 +45,9 @@ def by_uncertainty(value: float, low: float | None, high: float | None) -> tuple
 
 
 def percent(value: float, decimals: int = 1) -> str:
-    """A percentage (%) as text."""
+    """A percentage (%) as text; a dash for NaN, powers of ten for what is far from one."""
+    if not math.isfinite(value) or abs(value) >= 1e7:
+        return number(value, 2)
     return f"{value:.{decimals}f}".replace("-", MINUS)
 
 
@@ -62,8 +64,8 @@ def span_of_decimals(values, decimals: int) -> str:
 
 
 def _cell(quantity: str, value: float | None) -> str:
-    if value is None:
-        return number(None)
+    if value is None or not math.isfinite(value):
+        return number(value)
     if quantity.startswith("VAF"):
         return percent(value, 2 if value > 99.0 else 1)
     if quantity in ("I", "B"):
