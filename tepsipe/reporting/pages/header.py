@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Sequence
 from pathlib import PurePath
 
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import FLAGS, Estimate
 from tepsipe.io.trial import Trial
 from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.numbers.format import by_uncertainty
@@ -39,7 +39,6 @@ TITLES = {
     "belt": "Treadmill belt",
     "position_manipulator": "Position-controlled manipulator",
 }
-FLAG_WORDS = str.maketrans("_-", "  ")
 
 
 def facts_list(facts: Iterable[tuple[str, str]]) -> str:
@@ -87,7 +86,7 @@ def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -
             _cell(e),
             text(_unit(e.unit)),
             "" if e.n_perturbations is None else text(e.n_perturbations),
-            text(_flags(e)),
+            text(e.flags.replace(";", "; ")),
         ]
         for e in estimates
     ]
@@ -99,18 +98,13 @@ def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -
 
 
 def flagged(estimates: Sequence[Estimate]) -> list[str]:
-    """One sentence per failed check of an estimate (no unit), from the column ``flags`` if there is one."""
-    found: dict[str, list[str]] = {}
+    """One sentence per failed check: the estimates that failed it (no unit), and what it says."""
+    found: dict[str, dict[str, None]] = {}
     for e in estimates:
-        for flag in filter(None, _flags(e).split("; ")):
+        for flag in filter(None, e.flags.split(";")):
             name = f"{e.quantity} by {words(e.pathway)}, {words(e.estimator)}"
-            found.setdefault(flag, []).append(name)
-    return [f"{flag}: {', '.join(names)}" for flag, names in found.items()]
-
-
-def _flags(estimate: Estimate) -> str:
-    flags = getattr(estimate, "flags", "") or ""
-    return "; ".join(flag.translate(FLAG_WORDS) for flag in flags.split(";") if flag)
+            found.setdefault(flag, {})[name] = None
+    return [f"{'; '.join(names)}: {FLAGS.get(flag, flag)}." for flag, names in found.items()]
 
 
 def _heading(quantity: str, unit: str) -> str:
@@ -124,8 +118,9 @@ def _unit(unit: str) -> str:
 
 def _cell(estimate: Estimate) -> str:
     value, interval = by_uncertainty(estimate.value, estimate.ci_low, estimate.ci_high)
+    mark = ' <b title="flagged, see below">\N{DAGGER}</b>' if estimate.flags else ""
     between = f' <span class="interval">({text(interval)})</span>' if interval else ""
-    return f'<span class="nowrap">{text(value)}</span>{between}'
+    return f'<span class="nowrap">{text(value)}{mark}</span>{between}'
 
 
 def sources_table(trial: Trial) -> str:

@@ -201,7 +201,9 @@ def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
         *header.trial_facts(trial, "belt", condition, choices["made"]),
         (
             "Role",
-            {"calibrate": "calibrates the models", "validate": "validates the models"}.get(choices["role"], ""),
+            {"calibrate": "calibrates the models", "validate": "validates the models"}.get(
+                choices["role"], ""
+            ),
         ),
     ]
     return Page(

@@ -281,8 +281,8 @@
     try { history.replaceState(null, "", hash ? "#" + hash : location.pathname + location.search); } catch (e) { /* a page opened from a mail */ }
   }
 
-  function remembered() {
-    for (const part of location.hash.slice(1).split("&")) {
+  function recall(address) {
+    for (const part of address.slice(1).split("&")) {
       const [name, view] = part.split("="), ends = (view || "").split(",").map(Number);
       if (axes[name] && ends.length === 2 && ends[1] > ends[0]) show(axes[name], ends[0], ends[1]);
     }
@@ -407,9 +407,10 @@
     if (event.target === document.body && main && !event.shiftKey && !/^Arrow/.test(event.key) && keys(main, event)) event.preventDefault();
   });
 
+  const address = location.hash;
   for (const axis of Object.values(axes)) show(axis, axis.full[0], axis.full[1]);
-  remembered();
-  window.addEventListener("hashchange", remembered);
+  recall(address);
+  window.addEventListener("hashchange", () => recall(location.hash));
   const observer = new IntersectionObserver(function (entries) {
     for (const entry of entries) {
       const panel = panels.find((p) => p.figure === entry.target);
