@@ -150,8 +150,9 @@ def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shippe
 def test_study_without_weight_and_wristalyzer_has_neither_foot_nor_simulation(study_of):
     study = study_of(row("dummy", "a"), row("dummy", "b"), row("dummy", "sine-1"))
     assert [name for name in PARTS if study.has(name)] == []
-    names = [outputs.plate_models, outputs.forward, outputs.noise, outputs.model_scores, outputs.task_fits]
-    assert [files(study) for files in names] == [[]] * 5
+    names = [outputs.forward, outputs.noise, outputs.model_scores, outputs.task_fits]
+    assert [files(study) for files in names] == [[]] * 4
+    assert outputs.plate_models(study, "dummy", "a") == []
     assert outputs.specification(study) == ["<results>/tables/specification.csv"]
     assert study.thesis_tables() == {"table_4_2": "dummy"}
     assert [name for name in outputs.figures_of(study, "simulation") if name in APPENDIX] == list(

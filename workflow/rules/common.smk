@@ -19,6 +19,7 @@ from workflow.support.check import (
     check_plate_models,
     load_yaml,
 )
+from workflow.support.people import read_participants
 from workflow.support.reach import reached_by
 from workflow.support.settings import pick, without
 from workflow.support.study import Study, any_of, table_experiment
@@ -50,7 +51,8 @@ def checked_study():
     study = config["study"]
     trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
     check_sources(trials, study["trial_sheet"], study["virtual_lab"])
-    found = Study(config, trials)
+    people = None if study["participants"] is None else read_participants(study["participants"])
+    found = Study(config, trials, people)
     found.check(study["trial_sheet"])
     check_one_treadmill(config, found.experiments, "configuration")
     if found.has("standing") and not found.has("weight"):

@@ -7,6 +7,7 @@ rule record_provenance:
         trial_sheet=config["study"]["trial_sheet"],
         virtual_lab=config["study"]["virtual_lab"] or [],
         reported=config["study"]["reported"] or [],
+        participants=config["study"]["participants"] or [],
         requirements=here("requirements.txt"),
         library=library_of("record_provenance"),
     output:

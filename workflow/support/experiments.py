@@ -24,6 +24,8 @@ class Experiment:
     names : column of the sheet -> setting below ``files`` that it overrides for its trial
         Names of a table's columns, units and signs.
     named : those without such a setting, which every row must fill in.
+    of_people : whether trials may name a participant.
+    on_plate : whether trials are on a belt of the plate treadmill, left or right.
     fitted : whether each trial has its own fit and estimates.
     cross_validated : whether the parameters of each trial predict all trials.
     thesis_tables : table of the thesis -> common beginning of the names of its conditions.
@@ -42,6 +44,8 @@ class Experiment:
     tasks: tuple[str, ...] = ()
     names: dict[str, str] = field(default_factory=dict)
     named: tuple[str, ...] = ()
+    of_people: bool = False
+    on_plate: bool = False
     fitted: bool = True
     cross_validated: bool = False
     thesis_tables: dict[str, str] = field(default_factory=dict)
@@ -106,6 +110,8 @@ EXPERIMENTS = {
     "dummy": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
         profiles=PULSES,
+        of_people=True,
+        on_plate=True,
         cross_validated=True,
         thesis_tables={"table_4_2": "sine-", "table_4_3": "minjerk-"},
         category="TEP-SIPE on the ankle dummy",
@@ -139,6 +145,7 @@ EXPERIMENTS = {
     "weight": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
         profiles=PULSES,
+        on_plate=True,
         models="plate",
         category="Belt-induced force",
         figures=(
@@ -151,12 +158,14 @@ EXPERIMENTS = {
         printed=("weight.mass_kg", "analysis.cutoffs_hz", "analysis.segment_s"),
         true=("weight.mass_kg",),
     ),
-    "empty": Experiment(raw_files=TREADMILL_FILES, profiles=PULSES, models="plate"),
+    "empty": Experiment(raw_files=TREADMILL_FILES, profiles=PULSES, on_plate=True, models="plate"),
     "standing": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d", "emg": "emg.edf"},
         optional_files=("emg",),
         profiles=("sine", "negative-sine"),
         at_random=True,
+        of_people=True,
+        on_plate=True,
         tasks=("relax", "stiff"),
         category="A person standing on the treadmill",
         figures=(
@@ -198,6 +207,7 @@ EXPERIMENTS = {
     ),
     "position_manipulator": Experiment(
         raw_files={"log": None},
+        of_people=True,
         names={
             "time_column": "columns.time",
             "angle_column": "columns.angle",

@@ -9,6 +9,7 @@ from pathlib import Path
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
 from workflow.support.experiments import EXPERIMENTS
+from workflow.support.people import belt_of, is_name, participant_of
 from workflow.support.renames import KEYS, renamed
 from workflow.support.row_names import NAME_COLUMNS, names_of
 
@@ -26,7 +27,7 @@ COLUMNS = (
     "markers",
 )
 # which a sheet needs only if one of its experiments does
-OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS)
+OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS, "participant", "belt")
 ROLES = ("calibrate", "validate")
 EMPTY = "-"
 
@@ -38,7 +39,8 @@ class TrialRow:
     ``interval_s`` is the shortest, ``longest_interval_s`` the longest time between perturbations. ``files``
     maps kinds of raw file to paths, and is empty for simulated trials. ``role`` and ``task`` (instruction of
     the person) are None where trials have none. ``names`` maps settings below ``files`` of the experiment to
-    what the row says in their place, for example ``columns.time`` to the name of a column.
+    what the row says in their place, for example ``columns.time`` to the name of a column. ``participant``
+    is None where the row names none, ``belt`` (left or right) where it is that of the configuration.
     """
 
     experiment: str
@@ -53,6 +55,8 @@ class TrialRow:
     role: str | None
     task: str | None
     names: dict[str, str | int] = field(default_factory=dict)
+    participant: str | None = None
+    belt: str | None = None
 
 
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
@@ -99,13 +103,13 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
     if not trials:
         raise InputError(f"{path}: expected at least one trial, found none: add a row")
     for row in trials.values():
-        if row.task is not None and (row.experiment, row.task) in trials:
+        if row.task is not None and row.participant is None and (row.experiment, row.task) in trials:
             raise InputError(
                 f"{path}: expected tasks and conditions of {row.experiment} to have different names, because "
                 f"both head rows of estimates, found {row.task!r} for both: rename the condition"
             )
     for models in dict.fromkeys(filter(None, (e.models for e in EXPERIMENTS.values()))):
-        _check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
+        check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
     return trials
 
 
@@ -126,20 +130,21 @@ def check_sources(trials: dict[tuple, TrialRow], path: str | Path, virtual_lab: 
             )
 
 
-def _check_roles(rows: list[TrialRow], path) -> None:
-    """Models need trials that calibrate them and others that validate them."""
-    for experiment in dict.fromkeys(row.experiment for row in rows):
+def check_roles(rows: list[TrialRow], path, belt: str | None = None) -> None:
+    """Models need trials that calibrate them and others that validate them, on the belt if one is named."""
+    on = f" on the {belt} belt" if belt else ""
+    for experiment in dict.fromkeys(row.experiment for row in rows) if belt is None else ("weight", "empty"):
         if not any(row.role == "calibrate" for row in rows if row.experiment == experiment):
             raise InputError(
-                f"{path}: expected a trial of {experiment} with the role calibrate, found none: without it "
-                "no model can be fitted, set the role of one of its rows"
+                f"{path}: expected a trial of {experiment}{on} with the role calibrate, found none: without "
+                "it no model can be fitted, set the role of one of its rows"
             )
     evaluated = [row for row in rows if row.experiment != "empty"]
     if evaluated and not any(row.role == "validate" for row in evaluated):
         names = " or ".join(dict.fromkeys(row.experiment for row in evaluated))
         raise InputError(
-            f"{path}: expected a trial of {names} with the role validate, found none: without it no model "
-            "can be tested, set the role of one of its rows or record another trial"
+            f"{path}: expected a trial of {names}{on} with the role validate, found none: without it no "
+            "model can be tested, set the role of one of its rows or record another trial"
         )
     for row in rows:
         for other in rows:
@@ -217,6 +222,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         role=_role(cells, here),
         task=_task(cells, here),
         names=names_of(cells, here),
+        participant=participant_of(cells, here),
+        belt=belt_of(cells, here),
     )
 
 
@@ -233,10 +240,12 @@ def _positive(cell: str, name: str, here: str) -> float | None:
 
 
 def _task(cells: dict[str, str], here: str) -> str | None:
-    """Task of a standing person."""
+    """Task of a standing person, or of another experiment's participant, who need not have one."""
     experiment, task = cells["experiment"], cells.get("task", "")
     tasks = EXPERIMENTS[experiment].tasks
     if not tasks:
+        if EXPERIMENTS[experiment].of_people and participant_of(cells, here) and is_name(task):
+            return task
         if task not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the task, because trials of {experiment} have none, found "
@@ -244,7 +253,7 @@ def _task(cells: dict[str, str], here: str) -> str | None:
             )
         return None
     made = cells["source"] == "virtual_lab"
-    if task in (EMPTY, "") or (made and task not in tasks) or not all(c.isalnum() or c in ".-" for c in task):
+    if (made and task not in tasks) or not is_name(task):
         found = repr(task) if "task" in cells else "no such column"
         expected = (
             f"a task of {' or '.join(tasks)}" if made else "a task of letters, digits, dots and hyphens"
