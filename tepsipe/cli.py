@@ -138,6 +138,14 @@ def _parser() -> argparse.ArgumentParser:
         "models.",
     )
     info.add_argument("file", type=Path)
+    info.add_argument(
+        "--plot",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        metavar="PNG",
+        help="also draw the signals; default: the file's name with .png, in the current folder",
+    )
     info.set_defaults(command=_info)
     return parser
 
@@ -216,7 +224,30 @@ def _calibrate(chosen: argparse.Namespace) -> None:
 def _info(chosen: argparse.Namespace) -> None:
     from tepsipe.io.contents import contents_of
 
-    print(f"{chosen.file}: {contents_of(chosen.file).summary()}")
+    contents = contents_of(chosen.file)
+    print(f"{chosen.file}: {contents.summary()}")
+    if chosen.plot is not None:
+        from tepsipe.reporting.figures.contents import draw_contents
+        from tepsipe.reporting.figures.style import save_png
+
+        png = _picture(chosen.file, chosen.plot)
+        save_png(draw_contents(contents, chosen.file.name), png)
+        print(f"\nwritten: {png}")
+
+
+def _picture(file: Path, wanted: Path) -> Path:
+    """Name of the picture of a file: a PNG of its own in a folder that exists."""
+    png = Path(f"{file.name}.png") if wanted == Path() else wanted
+    if png.suffix.lower() != ".png" or (
+        png.exists() and (png.resolve() == file.resolve() or png.read_bytes()[:8] != b"\x89PNG\r\n\x1a\n")
+    ):
+        raise InputError(
+            f"{png}: expected a PNG to write to, found a name of another kind or a file that is no picture: "
+            "choose another name after --plot"
+        )
+    if not png.parent.is_dir():
+        raise InputError(f"--plot: expected a folder that exists, found {quoted(png.parent)}: make it first")
+    return png
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

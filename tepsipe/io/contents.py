@@ -3,96 +3,15 @@
 import csv
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.io.described import Channel, Contents
 
 TABLES = (".csv", ".tsv", ".txt")
-
-
-@dataclass(frozen=True)
-class Channel:
-    """One signal of a file.
-
-    Attributes
-    ----------
-    name : str
-        Its name in the file.
-    unit : str
-        Its unit as given in the file; empty if there is none.
-    rate_hz : float or None
-        Sampling rate (Hz); None where the file gives none.
-    shape : tuple of int
-        Samples, and further axes (-).
-    missing : int
-        Number of instants with missing samples (-).
-    low, high : float
-        Smallest and largest value (``unit``); NaN where there are no numbers.
-    """
-
-    name: str
-    unit: str
-    rate_hz: float | None
-    shape: tuple[int, ...]
-    missing: int
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, name: str, unit: str, rate_hz: float | None, values: np.ndarray) -> "Channel":
-        """Describe samples (``unit``), shape (n, ...), taken at ``rate_hz`` (Hz)."""
-        values = np.asarray(values)
-        if values.dtype.kind not in "fiub" or not values.size:
-            return cls(name, unit, rate_hz, values.shape, 0, np.nan, np.nan)
-        there = np.isfinite(values)
-        low, high = (float(f(values[there])) if there.any() else np.nan for f in (np.min, np.max))
-        gaps = ~there.reshape(values.shape[0], -1).all(axis=1) if values.ndim else ~there.reshape(1)
-        return cls(name, unit, rate_hz, values.shape, int(gaps.sum()), low, high)
-
-
-@dataclass(frozen=True)
-class Contents:
-    """Contents of a file.
-
-    Attributes
-    ----------
-    kind : str
-        Kind of file.
-    facts : dict of str to str
-        Further properties given in the file (units in the text).
-    channels : list of Channel
-        Its signals.
-    """
-
-    kind: str
-    facts: dict[str, str]
-    channels: list[Channel]
-
-    def summary(self) -> str:
-        """The contents as text, one line per channel (units there)."""
-        lines = [self.kind, *(f"{key}: {value}" for key, value in self.facts.items()), ""]
-        rows = [("channel", "unit", "rate (Hz)", "shape", "missing", "smallest", "largest")]
-        rows += [
-            (
-                c.name,
-                c.unit or "–",
-                "–" if c.rate_hz is None else f"{c.rate_hz:g}",
-                " x ".join(map(str, c.shape)) or "1",
-                str(c.missing),
-                *("–" if np.isnan(x) else f"{x:.4g}" for x in (c.low, c.high)),
-            )
-            for c in self.channels
-        ]
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        for row in rows:
-            left = "  ".join(cell.ljust(w) for cell, w in zip(row[:2], widths[:2], strict=True))
-            right = "  ".join(cell.rjust(w) for cell, w in zip(row[2:], widths[2:], strict=True))
-            lines.append(f"{left}  {right}")
-        return "\n".join(lines)
 
 
 def contents_of(path: str | Path) -> Contents:
@@ -208,33 +127,9 @@ def _of_table(path: Path) -> Contents:
 
 
 def _of_c3d(path: Path) -> Contents:
-    from tepsipe.io.readers.c3d import open_c3d
+    from tepsipe.io.c3d_contents import c3d_contents
 
-    file = open_c3d(path)
-    parameters, data = file["parameters"], file["data"]
-
-    def values(group: str, name: str) -> list:
-        return list(parameters.get(group, {}).get(name, {}).get("value", []))
-
-    point_unit = "".join(map(str, values("POINT", "UNITS")[:1])).strip()
-    point_rate, analog_rate = (float((values(g, "RATE") or [0.0])[0]) or None for g in ("POINT", "ANALOG"))
-    channels = []
-    points = data["points"][:3].transpose(2, 1, 0).copy()
-    points[data["meta_points"]["residuals"][0].T < 0.0] = np.nan
-    for k, label in enumerate(values("POINT", "LABELS")[: points.shape[1]]):
-        channels.append(Channel.of(str(label).strip(), point_unit, point_rate, points[:, k]))
-    analogs, units = data["analogs"][0], values("ANALOG", "UNITS")
-    for k, label in enumerate(values("ANALOG", "LABELS")[: analogs.shape[0]]):
-        unit = str(units[k]).strip() if k < len(units) else ""
-        channels.append(Channel.of(str(label).strip(), unit, analog_rate, analogs[k]))
-    facts = {"frames": str(points.shape[0])}
-    if point_rate:
-        facts["duration"] = f"{points.shape[0] / point_rate:.6g} s"
-    used = int((values("FORCE_PLATFORM", "USED") or [0])[0])
-    if used:
-        types = ", ".join(str(int(kind)) for kind in values("FORCE_PLATFORM", "TYPE")[:used])
-        facts["force plates"] = f"{used}, of type {types}"
-    return Contents("C3D", facts, channels)
+    return c3d_contents(path)
 
 
 def _of_edf(path: Path) -> Contents:

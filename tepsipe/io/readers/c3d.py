@@ -125,7 +125,7 @@ def labels_of(file, group: str) -> list[str]:
 
 
 def open_c3d(path: Path):
-    """Parameters and data of a C3D file as ezc3d reads it (units as its parameters say).
+    """Parameters, data and number of the first frame of a C3D file, as ezc3d reads it (units of the file).
 
     Raises
     ------
@@ -136,7 +136,8 @@ def open_c3d(path: Path):
 
     def parsed() -> dict:
         file = ezc3d.c3d(str(path))
-        return {"parameters": dict(file["parameters"]), "data": dict(file["data"])}
+        first = int(file["header"]["points"]["first_frame"])
+        return {"parameters": dict(file["parameters"]), "data": dict(file["data"]), "first_frame": first}
 
     if not path.is_file():
         raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")

@@ -1,0 +1,117 @@
+"""Contents of a C3D file: markers, analog channels, force plates and events."""
+
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.io.described import Channel, Contents
+
+LOADED_N = 20.0  # vertical force from which a plate is loaded
+# lists of points that are no markers, and the parameters with their units
+NO_POSITIONS = {
+    "ANGLES": "ANGLE_UNITS",
+    "FORCES": "FORCE_UNITS",
+    "MOMENTS": "MOMENT_UNITS",
+    "POWERS": "POWER_UNITS",
+    "SCALARS": "SCALAR_UNITS",
+}
+
+
+def c3d_contents(path: Path) -> Contents:
+    """Contents of a C3D file (units as in the file).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or not C3D.
+    """
+    from tepsipe.io.readers.c3d import labels_of, open_c3d
+
+    file = open_c3d(path)
+    parameters, data = file["parameters"], file["data"]
+
+    def values(group: str, name: str) -> list:
+        return list(np.ravel(parameters.get(group, {}).get(name, {}).get("value", [])))
+
+    point_unit = "".join(map(str, values("POINT", "UNITS")[:1])).strip()
+    point_rate, analog_rate = (float((values(g, "RATE") or [0.0])[0]) or None for g in ("POINT", "ANALOG"))
+    points = data["points"][:3].transpose(2, 1, 0).copy()
+    points[data["meta_points"]["residuals"][0].T < 0.0] = np.nan
+    labels = labels_of(file, "POINT")[: points.shape[1]]
+    others = {
+        str(label).strip(): "".join(map(str, values("POINT", unit)[:1])).strip()
+        for name, unit in NO_POSITIONS.items()
+        for label in values("POINT", name)
+    }
+    channels = [
+        Channel.of(label, others.get(label, point_unit), point_rate, points[:, k])
+        for k, label in enumerate(labels)
+    ]
+    analogs, units = data["analogs"][0], values("ANALOG", "UNITS")
+    for k, label in enumerate(labels_of(file, "ANALOG")[: analogs.shape[0]]):
+        unit = str(units[k]).strip() if k < len(units) else ""
+        channels.append(Channel.of(label, unit, analog_rate, analogs[k]))
+    facts = {"frames": str(points.shape[0])}
+    if point_rate:
+        facts["duration"] = f"{points.shape[0] / point_rate:.6g} s"
+    plates, refused = _vertical_forces(path)
+    facts |= _plate_facts([int(kind) for kind in values("FORCE_PLATFORM", "TYPE")], values, plates)
+    facts |= {"not usable as a whole trial": refused} if refused else {}
+    first = file["first_frame"] / point_rate if point_rate else 0.0
+    events = _events(parameters, values, first)
+    facts |= {"events": _event_text(events)} if events else {}
+    markers = tuple(label for label in labels if label not in others)
+    return Contents("C3D", facts, channels, markers, plates, events)
+
+
+def _vertical_forces(path: Path) -> tuple[tuple[Channel, ...], str]:
+    """Vertical force on each plate (N), or none and the reason."""
+    from tepsipe.io.readers.c3d_recording import read_c3d_recording
+
+    try:
+        plates = read_c3d_recording(path).plates
+    except InputError as error:
+        return (), str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
+    return tuple(
+        Channel.of(f"force plate {number}", "N", plate.rate_hz, plate.force[:, 2])
+        for number, plate in enumerate(plates, start=1)
+    ), ""
+
+
+def _plate_facts(types: list[int], values, plates: tuple[Channel, ...]) -> dict[str, str]:
+    """Type and load of each plate as text (N, %)."""
+    used = int((values("FORCE_PLATFORM", "USED") or [0])[0])
+    facts = {"force plates": str(used)} if used else {}
+    for number, kind in enumerate(types[:used], start=1):
+        text = f"type {kind}"
+        if number <= len(plates):
+            force = np.abs(plates[number - 1].values)
+            loaded = force[force > LOADED_N]
+            text += f", mean vertical force {plates[number - 1].values.mean():.1f} N"
+            if loaded.size:
+                share = 100.0 * loaded.size / force.size
+                text += f", loaded {share:.0f} % of the time with {loaded.mean():.0f} N"
+            else:
+                text += f", never above {LOADED_N:g} N: not loaded"
+        facts[f"force plate {number}"] = text
+    return facts
+
+
+def _events(parameters, values, first_s: float) -> tuple[tuple[str, float], ...]:
+    """Events in the order of time: label with its side, and time after the first frame (s)."""
+    times = np.asarray(parameters.get("EVENT", {}).get("TIMES", {}).get("value", []), dtype=float)
+    if times.ndim != 2 or times.shape[0] != 2:
+        return ()
+    seconds = 60.0 * times[0] + times[1] - first_s
+    labels, sides = values("EVENT", "LABELS"), values("EVENT", "CONTEXTS")
+    names = [
+        " ".join(str(names[k]).strip() for names in (sides, labels) if k < len(names)) or "event"
+        for k in range(seconds.size)
+    ]
+    return tuple(sorted(zip(names, seconds.tolist(), strict=True), key=lambda event: event[1]))
+
+
+def _event_text(events: tuple[tuple[str, float], ...], most: int = 12) -> str:
+    text = ", ".join(f"{label} {time:.3f} s" for label, time in events[:most])
+    return text + (f" and {len(events) - most} more" if len(events) > most else "")

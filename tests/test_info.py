@@ -1,0 +1,86 @@
+"""tepsipe info: gaps, plates, events, and the picture of a file."""
+
+import numpy as np
+import pytest
+
+from tepsipe.cli import main
+from tepsipe.io.contents import contents_of
+from tepsipe.io.described import Channel
+from tepsipe.reporting.figures.contents import BINS, decimated, draw_contents
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_longest_gap_and_share_of_missing_samples():
+    values = np.arange(20.0)
+    values[[3, 8, 9, 10]] = np.nan
+    channel = Channel.of("x", "m", 100.0, values)
+    assert (channel.missing, channel.longest_gap) == (4, 3)
+    assert channel.missing_text() == "20 %, longest 0.03 s"
+    assert Channel.of("x", "m", 100.0, np.arange(4.0)).missing_text() == ""
+
+
+def test_decimation_keeps_extremes_and_breaks(rng):
+    values = rng.standard_normal(50_000)
+    values[31_234] = 40.0
+    values[777] = -40.0
+    values[10_000:12_000] = np.nan
+    positions, kept = decimated(values)
+    assert kept.size == 2 * BINS
+    assert (np.diff(positions) >= 0).all()
+    assert np.nanmax(kept) == 40.0
+    assert np.nanmin(kept) == -40.0
+    assert np.isnan(kept).sum() > 50  # the gap stays visible
+    assert decimated(values[:100])[1].size == 100
+
+
+def test_picture_of_markers_without_a_screen(dummy_files, tmp_path, capsys):
+    assert main(["info", str(dummy_files["markers"]), "--plot"]) == 0
+    assert "written: markers.c3d.png" in capsys.readouterr().out
+    assert (tmp_path / "markers.c3d.png").read_bytes().startswith(b"\x89PNG")
+    assert main(["info", str(dummy_files["markers"]), "--plot"]) == 0  # an earlier picture is replaced
+    figure = draw_contents(contents_of(dummy_files["markers"]), "markers")
+    assert [ax.get_ylabel().split()[0] for ax in figure.axes] == ["vertical", "forward"]
+    assert len(figure.axes[0].lines) == 8
+
+
+def test_picture_of_a_log_has_an_axis_per_transducer(dummy_files):
+    figure = draw_contents(contents_of(dummy_files["log"]), "log")
+    assert len(figure.axes) == 14 + 3
+    assert max(ax.get_xlim()[1] for ax in figure.axes) == pytest.approx(
+        contents_of(dummy_files["log"]).channels[-1].shape[0] / 1000.0, rel=0.01
+    )
+
+
+@pytest.mark.parametrize("name", ["own.csv", "other.png", "nowhere/a.png"])
+def test_a_picture_never_overwrites_anything_else(name, tmp_path, capsys):
+    (tmp_path / "own.csv").write_text("time_s,x_m\n0,1\n1,2\n2,0\n")
+    (tmp_path / "other.png").write_text("notes of mine")
+    assert main(["info", "own.csv", "--plot", name]) == 2
+    said = capsys.readouterr().err
+    assert name.split("/")[0] in said
+    assert said.count("\n") == 1
+    assert (tmp_path / "own.csv").read_text().startswith("time_s")
+    assert (tmp_path / "other.png").read_text() == "notes of mine"
+
+
+def test_a_file_without_samples_gives_no_picture(tmp_path, capsys):
+    (tmp_path / "x.csv").write_text("no numbers,at all\na,b\n")
+    assert main(["info", "x.csv", "--plot"]) == 2
+    assert "expected samples to draw" in capsys.readouterr().err
+    assert not (tmp_path / "x.csv.png").exists()
+
+
+def test_plates_and_events_of_a_recording_made_by_others(real_data):
+    contents = contents_of(real_data("c3d/HC002D06.c3d"))
+    assert contents.events[0] == ("Left Foot Strike", pytest.approx(0.12, abs=0.02))
+    assert all(0.0 <= time <= 2.55 for _, time in contents.events)
+    assert contents.facts["force plate 1"].startswith("type 2, mean vertical force 55.0 N, loaded 21 %")
+    assert "LKneeAngles" not in contents.markers
+    assert {c.name: c.unit for c in contents.channels}["LKneeAngles"] == "deg"
+    channels = [ax.get_title(loc="left") for ax in draw_contents(contents, "walk").figure.axes]
+    assert "Force.Fz1 (N)" in channels
+    assert not any("Angles" in name for name in channels)
