@@ -1,6 +1,6 @@
 """Tidy rows of estimates, the common format of all experiments (``results/tables/estimates.csv``)."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -46,20 +46,29 @@ class Estimate:
 NUMBERS = ("value", "standard_error", "ci_low", "ci_high", "sem_as_printed")
 
 
-def write_estimates(path: str | Path, estimates: Iterable[Estimate]) -> None:
-    """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
-    write_rows(path, Estimate, estimates)
+# columns that may follow those of `Estimate`
+LABELS = ("participant", "belt")
+
+
+def write_estimates(
+    path: str | Path, estimates: Iterable[Estimate], labels: Mapping[str, Sequence[str]] | None = None
+) -> None:
+    """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``).
+
+    ``labels`` are columns of `LABELS` that follow, with one cell per row.
+    """
+    write_rows(path, Estimate, estimates, further=labels)
 
 
 def read_estimates(path: str | Path) -> list[Estimate]:
-    """Read rows written by `write_estimates` (units in the column ``unit``).
+    """Read rows written by `write_estimates`, without labels (units in the column ``unit``).
 
     Raises
     ------
     InputError
         If the columns are not those of `Estimate`, or a row is damaged.
     """
-    return read_rows(path, Estimate, _estimate, "estimates")
+    return read_rows(path, Estimate, _estimate, "estimates", LABELS)
 
 
 def _estimate(row: dict[str, str]) -> Estimate:

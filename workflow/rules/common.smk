@@ -11,7 +11,7 @@ sys.path.insert(0, workflow.basedir)
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import outputs
+from workflow.support import groups, outputs
 from workflow.support.check import (
     check_against_schema,
     check_config,

@@ -253,6 +253,8 @@ PARTS = {
             "figure_b_13",
         ),
     ),
+    # any experiment whose trials name participants
+    "participants": Part((), "Participants", ("figure_participants",)),
     "noise": Part(
         ("wristalyzer", "dummy"),
         "Sensitivity to noise",

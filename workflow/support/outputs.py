@@ -105,6 +105,12 @@ def thesis_tables(study: Study) -> list[str]:
     return [f"<results>/tables/{name}.csv" for name in study.thesis_tables()]
 
 
+def participants(study: Study) -> list[str]:
+    """Tables of the participants and of the means over them, if the sheet names any."""
+    names = ("participants", "group") if study.by_participant else ()
+    return [f"<results>/tables/{name}.csv" for name in names]
+
+
 def forward(study: Study) -> list[str]:
     """The comparison of simulations with recordings."""
     return ["<results>/tables/forward.csv"] if study.has("simulation") else []
@@ -142,6 +148,7 @@ def everything(study: Study) -> list[str]:
         *forward(study),
         *noise(study),
         *specification(study),
+        *participants(study),
         *recovery(study),
         *claims(study),
         *figures(study),

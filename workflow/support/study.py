@@ -91,6 +91,8 @@ class Study:
 
     def has(self, name: str) -> bool:
         """Whether an experiment, or all experiments that a part needs, are in the study."""
+        if name == "participants":
+            return self.by_participant
         needs = PARTS[name].needs if name in PARTS else (name,)
         return set(needs) <= set(self.experiments)
 
