@@ -53,7 +53,7 @@ def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(project):
         "missing": "nowhere.mat: expected a treadmill log, found no file",
         "truncated-log": "truncated.mat: expected a MATLAB file",
         "truncated-markers": "truncated.c3d: expected 11500 frames",
-        "still": "expected perturbations",
+        "still": "expected the belt-fixed marker 'foot1' to move with the belt",
     }.items():
         assert not (project / f"results/bad/estimates/dummy/{condition}.csv").exists()
         (log,) = [

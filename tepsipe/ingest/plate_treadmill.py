@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.ingest.plausibility import refuse_dead_channels
 from tepsipe.io.readers.c3d import Markers, read_markers
 from tepsipe.io.readers.treadmill_log import (
     CalibrationMatrix,
@@ -54,6 +55,56 @@ class TreadmillOptions:
     trigger_threshold_V: float
 
 
+@dataclass(frozen=True)
+class TreadmillSignals:
+    """What a treadmill measured, on the clock of its trial.
+
+    Attributes
+    ----------
+    belts : tuple of str
+        Belts with forces.
+    force, moment : ndarray, shape (n, belts, 3)
+        Ground reaction forces (N) and moments (N·m).
+    velocity : ndarray, shape (n,)
+        Velocity of the perturbed belt (m/s).
+    command : ndarray, shape (n,), or None
+        Its commanded velocity (m/s), if it was recorded.
+    calibrated, moved, derived : tuple of str
+        What was done to forces and moments, to all signals but the velocity, and to the velocity.
+    """
+
+    belts: tuple[str, ...]
+    force: np.ndarray
+    moment: np.ndarray
+    velocity: np.ndarray
+    command: np.ndarray | None
+    calibrated: tuple[str, ...]
+    moved: tuple[str, ...]
+    derived: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class MarkerSignals:
+    """Markers of a trial with its clock.
+
+    Attributes
+    ----------
+    grid : ndarray, shape (n,)
+        Instants of the trial (s).
+    labels : tuple of str
+        Names of the markers.
+    signals : dict of str to Signal
+        ``marker_position``, ``marker_position_as_sampled`` (m), ``marker_hidden``.
+    hidden_samples : int
+        Number of samples that were filled (-).
+    """
+
+    grid: np.ndarray
+    labels: tuple[str, ...]
+    signals: dict[str, Signal]
+    hidden_samples: int
+
+
 def ingest_treadmill_files(
     files: dict[str, str],
     marker_labels: list[str] | None,
@@ -87,6 +138,8 @@ def ingest_treadmill_files(
         If a file cannot be read, or as `ingest_treadmill`.
     """
     log, calibration = read_treadmill_log(files["log"]), read_calibration_matrix(files["calibration"])
+    if calibration.channels == log.channels:
+        refuse_dead_channels(log.voltages, log.channels, calibration.matrix, files["log"])
     markers = None if marker_labels is None else read_markers(files["markers"], marker_labels)
     return ingest_treadmill(
         log,
@@ -175,13 +228,13 @@ def ingest_treadmill(
     if markers is None:
         refuse_short(high_s, duration_s, log_name)
         grid = regular_time(0.0, min(high_s, duration_s), options.resample_rate_hz)
-        axes, positions, hidden = {}, {}, {}
+        marked = None
     else:
         _refuse_other_recording(markers, options, high_s, log_name, markers_name)
         refuse_short(high_s, duration_s, log_name)
         refuse_short(markers.positions.shape[0] / markers.rate_hz, duration_s, markers_name)
-        grid, positions, hidden = _marker_signals(markers, options, markers_name, bridge_long_gaps)
-        axes = {"marker": np.array(markers.labels)}
+        marked = marker_signals(markers, options, markers_name, bridge_long_gaps)
+        grid = marked.grid
     # the trigger rose between the sample before the edge and the edge: half a sample on average
     log_time = (np.arange(log.trigger.size) - edge + 0.5) / log.rate_hz
     band = BAND_PER_RATE * options.resample_rate_hz
@@ -197,46 +250,83 @@ def ingest_treadmill(
         calibrated = log.voltages @ np.array(rows).T
         return resample(log_time, calibrated, grid, band).reshape(grid.size, len(BELTS), 3)
 
+    treadmill = TreadmillSignals(
+        belts=BELTS,
+        force=wrench("F"),
+        moment=wrench("M"),
+        velocity=resample(log_time, log.belt_velocity, grid, band),
+        command=resample(log_time, log.command, grid, band),
+        calibrated=("calibration matrix applied",),
+        moved=moved,
+        derived=moved,
+    )
+    return treadmill_trial(grid, options.resample_rate_hz, treadmill, marked, {"trigger_sample": edge})
+
+
+def treadmill_trial(
+    grid: np.ndarray,
+    rate_hz: float,
+    treadmill: TreadmillSignals,
+    markers: MarkerSignals | None,
+    attributes: dict,
+) -> Trial:
+    """One trial of what treadmill and markers recorded.
+
+    Parameters
+    ----------
+    grid : ndarray, shape (n,)
+        Instants of all signals (s).
+    rate_hz : float
+        Their rate (Hz).
+    treadmill : TreadmillSignals
+        Forces (N), moments (N·m) and belt (m/s).
+    markers : MarkerSignals or None
+        Markers (m), if there are any.
+    attributes : dict
+        Further facts (units in the keys).
+
+    Returns
+    -------
+    Trial
+        With the signals of `ingest_treadmill`.
+    """
+    done, moved, of_belts = treadmill.calibrated, treadmill.moved, ("time", "belt", "axis")
+    signals = {
+        "force": Signal(
+            treadmill.force.astype(np.float32), "N", of_belts, "ground reaction forces", (*done, *moved)
+        ),
+        "moment": Signal(
+            treadmill.moment.astype(np.float32),
+            "Nm",
+            of_belts,
+            "ground reaction moments about the plate's origin",
+            (*done, *moved),
+        ),
+        "belt_velocity": Signal(
+            treadmill.velocity,
+            "m/s",
+            ("time",),
+            "measured velocity of the belt",
+            treadmill.derived,
+        ),
+    }
+    if treadmill.command is not None:
+        signals["belt_command"] = Signal(
+            treadmill.command, "m/s", ("time",), "commanded velocity of the belt", moved
+        )
     return Trial(
-        rate_hz=options.resample_rate_hz,
+        rate_hz=rate_hz,
         axes={
             "time": grid,
-            "belt": np.array(BELTS),
-            **axes,
+            "belt": np.array(treadmill.belts),
+            **({} if markers is None else {"marker": np.array(markers.labels)}),
             "axis": np.array(["x", "y", "z"]),
         },
-        signals={
-            "force": Signal(
-                wrench("F").astype(np.float32),
-                "N",
-                ("time", "belt", "axis"),
-                "ground reaction forces",
-                ("calibration matrix applied", *moved),
-            ),
-            "moment": Signal(
-                wrench("M").astype(np.float32),
-                "Nm",
-                ("time", "belt", "axis"),
-                "ground reaction moments about the plate's origin",
-                ("calibration matrix applied", *moved),
-            ),
-            "belt_velocity": Signal(
-                resample(log_time, log.belt_velocity, grid, band),
-                "m/s",
-                ("time",),
-                "measured velocity of the belt",
-                moved,
-            ),
-            "belt_command": Signal(
-                resample(log_time, log.command, grid, band),
-                "m/s",
-                ("time",),
-                "commanded velocity of the belt",
-                moved,
-            ),
-            **positions,
+        signals={**signals, **({} if markers is None else markers.signals)},
+        attributes={
+            **({} if markers is None else {"hidden_samples": markers.hidden_samples}),
+            **attributes,
         },
-        attributes={**hidden, "trigger_sample": edge},
     )
 
 
@@ -257,10 +347,16 @@ def _refuse_other_recording(
         )
 
 
-def _marker_signals(
+def marker_signals(
     markers: Markers, options: TreadmillOptions, markers_name: str | None, bridge_long_gaps: bool
-) -> tuple[np.ndarray, dict[str, Signal], dict[str, int]]:
-    """Clock of the markers (s), their signals, and how many samples were filled."""
+) -> MarkerSignals:
+    """Markers (m) on a clock (s) that starts with the first frame; that frame is left out.
+
+    Raises
+    ------
+    InputError
+        If a marker is hidden too long, or all the time.
+    """
     filled = np.empty_like(markers.positions)
     hidden = np.empty(markers.positions.shape[:2], dtype=bool)
     for k, label in enumerate(markers.labels):
@@ -297,4 +393,4 @@ def _marker_signals(
         ),
         "marker_hidden": Signal(hidden[1:], "1", ("time", "marker"), "true where a position was filled"),
     }
-    return grid, signals, {"hidden_samples": int(hidden.sum())}
+    return MarkerSignals(grid, markers.labels, signals, int(hidden.sum()))

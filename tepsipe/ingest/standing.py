@@ -1,15 +1,22 @@
 """From treadmill, markers and electromyograms of a standing person to one trial.
 
 Time 0 is the trigger on every clock. Forces, belt and markers are on the clock of the motion capture, the
-electromyograms on their recorder's own, at the full rate.
+electromyograms on their recorder's own, at the full rate. A file that holds all of them has one clock, which
+needs no trigger.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
+from tepsipe.errors import InputError, listed, quoted
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
-from tepsipe.io.readers.edf import EmgRecording, read_emg
+from tepsipe.ingest.recording_options import RecordingOptions
+from tepsipe.ingest.whole_trial import ingest_recording
+from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording
+from tepsipe.io.readers.emg import read_emg
+from tepsipe.io.readers.recording import Recording
+from tepsipe.io.readers.whole_trial import read_recording
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import refuse_short, rising_edge
 
@@ -22,13 +29,15 @@ def ingest_standing_files(
     emg_trigger_threshold: float,
     options: TreadmillOptions,
     duration_s: float,
+    recording: RecordingOptions | None = None,
 ) -> Trial:
     """Read a standing person's files and make one trial of them.
 
     Parameters
     ----------
     files : dict of str to str
-        Paths of ``log``, ``calibration``, ``markers`` and, if muscles were recorded, ``emg``.
+        Paths of ``log``, ``calibration``, ``markers`` and, if muscles were recorded, ``emg``; or ``log``
+        alone if it holds a whole trial, with ``emg`` if muscles were recorded in a file of their own.
     marker_labels : list of str
         Markers in the order of sequential sampling.
     emg_channels : dict of str to str
@@ -41,6 +50,8 @@ def ingest_standing_files(
         Rates (Hz), longest gap (s), trigger (V). Longer gaps are bridged and marked.
     duration_s : float
         Length of the trial by the protocol (s).
+    recording : RecordingOptions, optional
+        What the plates and channels of a file that holds a whole trial are.
 
     Returns
     -------
@@ -52,11 +63,84 @@ def ingest_standing_files(
     InputError
         If a file cannot be read, or as `ingest_treadmill` but for long gaps.
     """
-    trial = ingest_treadmill_files(files, marker_labels, options, duration_s, bridge_long_gaps=True)
+    if "calibration" in files:
+        trial = ingest_treadmill_files(files, marker_labels, options, duration_s, bridge_long_gaps=True)
+    else:
+        whole = read_recording(files["log"])
+        trial = ingest_recording(
+            whole, marker_labels, options, recording or RecordingOptions(), duration_s, bridge_long_gaps=True
+        )
+        if "emg" not in files:
+            return with_recorded_emg(trial, whole, emg_channels)
     if "emg" not in files:
         return trial
-    recording = read_emg(files["emg"], emg_channels, emg_trigger)
-    return with_emg(trial, recording, emg_trigger_threshold, duration_s, files["emg"])
+    emg = read_emg(files["emg"], emg_channels, emg_trigger)
+    return with_emg(trial, emg, emg_trigger_threshold, duration_s, files["emg"])
+
+
+def with_recorded_emg(trial: Trial, recording: Recording, channels: dict[str, str]) -> Trial:
+    """The trial with electromyograms from analog channels of its own recording.
+
+    Parameters
+    ----------
+    trial : Trial
+        Other signals of the same recording.
+    recording : Recording
+        Channels in V, mV or uV.
+    channels : dict of str to str
+        Muscle -> label of its channel. A muscle without channel is named in ``emg_missing``.
+
+    Returns
+    -------
+    Trial
+        As `with_emg`. Without any of the channels, the trial itself, with the reason in ``no_emg``.
+
+    Raises
+    ------
+    InputError
+        If a unit is unknown, or the channels differ in rate.
+    """
+    name = recording.name
+    muscles = tuple(muscle for muscle, label in channels.items() if label in recording.channels)
+    if not muscles:
+        reason = (
+            f"expected at least one of the channels {listed(channels.values())} in the recording, found "
+            f"{listed(recording.channels)}: name its channels in standing.muscles of the configuration"
+        )
+        return replace(trial, attributes={**trial.attributes, "no_emg": reason})
+    found = [recording.channels[channels[muscle]] for muscle in muscles]
+    for muscle, channel in zip(muscles, found, strict=True):
+        if channel.unit.strip() not in UV_PER_UNIT:
+            raise InputError(
+                f"{name}: expected the channel {channels[muscle]!r} in uV, mV or V, found the unit "
+                f"{quoted(channel.unit)}: set its unit (ANALOG:UNITS) when exporting"
+            )
+    rates = {channel.rate_hz for channel in found}
+    if len(rates) > 1:
+        shown = ", ".join(f"{rate:g}" for rate in sorted(rates))
+        raise InputError(
+            f"{name}: expected one sampling rate for all electromyograms, found {shown} Hz: export them "
+            "at one rate"
+        )
+    per_unit = [UV_PER_UNIT[channel.unit.strip()] for channel in found]
+    # without the converter's limits, the extremes of the samples show where they were clipped
+    ends = [c.limits or _extremes(c.values) for c in found]
+    emg = EmgRecording(
+        rate_hz=found[0].rate_hz,
+        muscles=muscles,
+        signals=np.column_stack([s * c.values for s, c in zip(per_unit, found, strict=True)]),
+        trigger=np.zeros(found[0].values.size),
+        limits=np.array([np.multiply(s, both) for s, both in zip(per_unit, ends, strict=True)]),
+        missing=tuple(muscle for muscle in channels if muscle not in muscles),
+    )
+    time = np.arange(emg.trigger.size) / emg.rate_hz - float(trial.attributes["start_s"])
+    return _with_emg(trial, emg, time, ("clock of the recording",))
+
+
+def _extremes(x: np.ndarray) -> tuple[float, float]:
+    """Smallest and largest sample (unit of ``x``)."""
+    there = x[np.isfinite(x)]
+    return (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
 
 
 def with_emg(
@@ -94,12 +178,17 @@ def with_emg(
     refuse_short((recording.trigger.size - edge) / rate, duration_s, name)
     # the trigger rose between the sample before the edge and the edge: half a sample on average
     time = (np.arange(recording.trigger.size) - edge + 0.5) / rate
+    return _with_emg(trial, recording, time, ("clock moved to the trigger",))
+
+
+def _with_emg(trial: Trial, recording: EmgRecording, time: np.ndarray, done: tuple[str, ...]) -> Trial:
+    """The trial with electromyograms (uV) at given instants (s)."""
     emg = Signal(
         recording.signals.astype(np.float32),
         "uV",
         ("emg_time", "muscle"),
         "raw electromyograms",
-        ("clock moved to the trigger",),
+        done,
     )
     return replace(
         trial,
@@ -107,7 +196,7 @@ def with_emg(
         signals={**trial.signals, "emg": emg},
         attributes={
             **trial.attributes,
-            "emg_rate_hz": rate,
+            "emg_rate_hz": recording.rate_hz,
             "emg_limits_uV": recording.limits,
             "emg_missing": ", ".join(recording.missing),
         },

@@ -17,10 +17,12 @@ from workflow.support.check import (
     check_config,
     check_one_treadmill,
     check_plate_models,
+    check_recordings,
     load_yaml,
 )
 from workflow.support.people import read_participants
 from workflow.support.reach import reached_by
+from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.settings import pick, without
 from workflow.support.study import Study, any_of, table_experiment
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
@@ -55,6 +57,7 @@ def checked_study():
     found = Study(config, trials, people)
     found.check(study["trial_sheet"])
     check_one_treadmill(config, found.experiments, "configuration")
+    check_recordings(found.settings, trials, "configuration")
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, "configuration")
     return found
@@ -96,6 +99,11 @@ def protocol(experiment):
 def raw_files(experiment=None):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])
+
+
+def recording_of(experiment=None):
+    """Param function: what the plates and channels of a whole trial's file are; None for other trials."""
+    return lambda w: STUDY.recording(experiment or w.experiment, w.condition)
 
 
 def raw_inputs(experiment=None):

@@ -1,6 +1,9 @@
 # Raw files to one self-describing HDF5 file per trial. Recorded and simulated files are
 # treated alike.
 
+# what a signal can be, for every trial on its way in
+PLAUSIBLE = without(SETTINGS["plausible"], *RIG_KEYS)
+
 
 rule ingest_wristalyzer:
     input:
@@ -21,6 +24,7 @@ rule ingest_wristalyzer:
         log_named_by=lambda w: STUDY.named_by("wristalyzer", w.condition, "log_columns"),
         command_named_by=lambda w: STUDY.named_by("wristalyzer", w.condition, "command_columns"),
         ingest=SETTINGS["wristalyzer"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_wristalyzer.py"
 
@@ -42,6 +46,9 @@ rule ingest_plate_treadmill:
         duration_s=sheet("duration_s"),
         marker_labels=lambda w: SETTINGS[w.experiment].get("files", {}).get("marker_labels"),
         ingest=lambda w: SETTINGS[w.experiment]["ingest"],
+        recording=recording_of(),
+        plausible=PLAUSIBLE,
+        rig=lambda w: rig_of(SETTINGS, w.experiment),
     script:
         "../scripts/ingest_plate_treadmill.py"
 
@@ -64,6 +71,9 @@ rule ingest_standing:
         emg_trigger_threshold=SETTINGS["standing"]["files"]["emg_trigger_threshold"],
         emg_channels={m: choice["channel"] for m, choice in SETTINGS["standing"]["muscles"].items()},
         ingest=SETTINGS["standing"]["ingest"],
+        recording=recording_of("standing"),
+        plausible=PLAUSIBLE,
+        rig=rig_of(SETTINGS, "standing"),
     script:
         "../scripts/ingest_standing.py"
 
@@ -87,6 +97,7 @@ rule ingest_position_manipulator:
         torque_sign=files_setting("position_manipulator", "torque_sign"),
         named_by=lambda w: STUDY.named_by("position_manipulator", w.condition, "columns"),
         ingest=SETTINGS["position_manipulator"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_position_manipulator.py"
 
@@ -108,5 +119,6 @@ rule ingest_belt:
         delimiter=SETTINGS["belt"]["files"]["delimiter"],
         load_unit=SETTINGS["belt"]["files"]["load_unit"],
         ingest=SETTINGS["belt"]["ingest"],
+        plausible=PLAUSIBLE,
     script:
         "../scripts/ingest_belt.py"

@@ -4,10 +4,24 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from recording_choices import recording_options
+
+from tepsipe.ingest.limits import Limits, Rig
+from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.plausibility import plausible_trial
+from tepsipe.ingest.whole_trial import ingest_files
 from tepsipe.io.trial import write_trial
 
 files, names = dict(snakemake.params.files), snakemake.wildcards
 options = TreadmillOptions(**snakemake.params.ingest)
-trial = ingest_treadmill_files(files, snakemake.params.marker_labels, options, snakemake.params.duration_s)
-write_trial(snakemake.output.trial, trial, names.experiment, names.condition, files, vars(options))
+recording = snakemake.params.recording
+trial = ingest_files(
+    files,
+    snakemake.params.marker_labels,
+    options,
+    recording_options(recording),
+    snakemake.params.duration_s,
+)
+trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
+used = vars(options) | ({} if recording is None else {"recording": recording})
+write_trial(snakemake.output.trial, trial, names.experiment, names.condition, files, used)

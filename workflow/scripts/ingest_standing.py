@@ -4,12 +4,17 @@ import job
 
 job.start(snakemake)
 
+from recording_choices import recording_options
+
+from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.io.trial import write_trial
 
 files = dict(snakemake.params.files)
 options = TreadmillOptions(**snakemake.params.ingest)
+recording = snakemake.params.recording
 trial = ingest_standing_files(
     files,
     snakemake.params.marker_labels,
@@ -18,5 +23,8 @@ trial = ingest_standing_files(
     snakemake.params.emg_trigger_threshold,
     options,
     snakemake.params.duration_s,
+    recording_options(recording),
 )
-write_trial(snakemake.output.trial, trial, "standing", snakemake.wildcards.condition, files, vars(options))
+trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
+used = vars(options) | ({} if recording is None else {"recording": recording})
+write_trial(snakemake.output.trial, trial, "standing", snakemake.wildcards.condition, files, used)

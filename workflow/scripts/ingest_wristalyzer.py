@@ -4,7 +4,9 @@ import job
 
 job.start(snakemake)
 
+from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator
+from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import write_trial
 
@@ -19,6 +21,7 @@ trial = ingest_torque_manipulator(
     files["log"],
     files["command"],
 )
+trial = plausible_trial(trial, Limits(**params.plausible), Rig(), files)
 chosen = vars(options)
 if params.log_named_by or params.command_named_by:
     chosen = chosen | {"log_columns": params.log_columns, "command_columns": params.command_columns}

@@ -12,7 +12,8 @@ from tepsipe.errors import InputError, quoted
 from tepsipe.identification.estimators import ESTIMATORS
 from tepsipe.io.readers.text_file import read_text
 from workflow.support.renames import VALUES, answer_for_key, moved_from, renamed
-from workflow.support.settings import plate_key, settings_of
+from workflow.support.settings import ON_THE_PLATE, plate_key, settings_of
+from workflow.support.trial_sheet import TrialRow
 
 
 def load_yaml(path: str | Path) -> dict:
@@ -23,7 +24,7 @@ def load_yaml(path: str | Path) -> dict:
     except yaml.YAMLError as error:
         place = getattr(error, "problem_mark", None)
         line = f" on line {place.line + 1}" if place else ""
-        problem = getattr(error, "problem", None) or error
+        problem = " ".join(str(getattr(error, "problem", None) or error).split())
         raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
 
 
@@ -103,7 +104,7 @@ def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) ->
         "minItems": lambda: f"at least {error.validator_value} items",
         "maxItems": lambda: f"at most {error.validator_value} items",
     }.get(error.validator, lambda: error.message)()
-    return f"expected {expected} for {where!r}, {found}: correct it"
+    return f"expected {expected} for {quoted(where, 120)}, {found}: correct it"
 
 
 def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> str:
@@ -121,7 +122,7 @@ def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> st
             answer = f"did you mean {likely[close[0]]!r}?"
         else:
             answer = f"known here: {', '.join(known)}"
-    return f"unknown key {key!r}: {answer}"
+    return f"unknown key {quoted(key, 120)}: {answer}"
 
 
 def _old_name(path, content: dict) -> str | None:
@@ -180,6 +181,7 @@ def check_config(config: dict, name: str) -> None:
             f"{name}: expected dummy.geometry.leg_markers to name markers of "
             f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
         )
+    _check_plausible(config["plausible"], name)
     _check_filters(config, name)
     _check_estimators(dummy, name)
     _check_specification(config, name)
@@ -213,6 +215,16 @@ def check_config(config: dict, name: str) -> None:
         )
     _check_reflex(config["position_manipulator"]["analysis"]["parallel_cascade"], name)
     _check_standing(config["standing"], config["weight"]["models"]["family"], name)
+
+
+def _check_plausible(limits: dict, name: str) -> None:
+    """Limits of signals must be in order."""
+    for key, value in limits.items():
+        if isinstance(value, list) and not value[0] < value[1]:
+            raise InputError(
+                f"{name}: expected plausible.{key} from low to high, found [{value[0]}, {value[1]}]: turn it "
+                "round"
+            )
 
 
 def _check_filters(config: dict, name: str) -> None:
@@ -399,12 +411,50 @@ def check_one_treadmill(config: dict, experiments, name: str) -> None:
         if not {experiment, "weight"} <= set(experiments):
             continue
         for key, value in own.items():
-            if value != shared[key]:
+            if key != "recording" and value != shared[key]:
                 raise InputError(
                     f"{name}: expected plate_treadmill.{key} ({shared[key]}) for {experiment}, too, because "
                     "models of the treadmill, fitted to trials of weight and empty, hold for one belt, rate "
                     f"and filter, found {value} in plate_treadmill.exceptions.{experiment}: take it out"
                 )
+
+
+def check_recordings(settings: dict, trials: dict[tuple, TrialRow], name: str) -> None:
+    """Trials that are one file need to know the plates of the belt, and where its velocity is."""
+    whole = {
+        experiment
+        for (experiment, _), row in trials.items()
+        if experiment in ON_THE_PLATE and row.source == "recorded" and "calibration" not in row.files
+    }
+    for experiment in sorted(whole):
+        section, here = settings[experiment]["recording"], f"{name}: expected plate_treadmill.recording"
+        belts = {belt: section["plates"][belt] for belt in ("left", "right")}
+        both = sorted(set(belts["left"]) & set(belts["right"]))
+        if both:
+            raise InputError(
+                f"{here}.plates to give every force plate to one belt, found {both[0]} for both: correct "
+                "one of "
+                "the two"
+            )
+        belt = settings[experiment].get("belt", settings["plate_treadmill"]["belt"])
+        if not belts[belt] and not section["load_cells"][belt]:
+            raise InputError(
+                f"{here}.plates to number a force plate of the {belt} belt, which is perturbed in the "
+                "trials of "
+                f"{experiment}, found none: add its number, or correct plate_treadmill.belt"
+            )
+        if section["axes"]["forward"][1] == section["axes"]["up"][1]:
+            raise InputError(
+                f"{here}.axes to be two different axes, found {section['axes']['forward']!r} and "
+                f"{section['axes']['up']!r}: correct one of the two"
+            )
+        velocity = section["belt_velocity"]
+        if velocity["channel"] is None and not velocity["markers"]:
+            raise InputError(
+                f"{here}.belt_velocity to name a channel or belt-fixed markers for the trials of "
+                f"{experiment}, "
+                "found none of both: name one of them"
+            )
 
 
 def check_plate_models(config: dict, name: str) -> None:

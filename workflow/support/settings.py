@@ -6,9 +6,10 @@ ON_THE_PLATE = ("dummy", "weight", "empty", "standing")
 
 
 def plate_treadmill(config: dict, experiment: str) -> dict:
-    """Belt, rate (Hz) and filter (Hz, -) of an experiment on the plate treadmill."""
+    """Belt, rate (Hz), filter (Hz, -) and recording of an experiment on the plate treadmill."""
     shared = {key: value for key, value in config["plate_treadmill"].items() if key != "exceptions"}
-    return shared | config["plate_treadmill"]["exceptions"].get(experiment, {})
+    own = config["plate_treadmill"]["exceptions"].get(experiment, {})
+    return shared | own | {"recording": shared["recording"] | own.get("recording", {})}
 
 
 def plate_key(config: dict, experiment: str, key: str) -> str:
@@ -21,8 +22,8 @@ def settings_of(config: dict) -> dict:
     """The configuration, with the settings of the plate treadmill copied into its experiments.
 
     ``ingest`` of each gets ``resample_rate_hz``; that of the empty belt gets None for settings of markers.
-    All but the empty belt get ``belt``. ``analysis`` gets ``lowpass_order`` and ``lowpass_cutoff_hz``; that
-    of the weight gets ``cutoffs_hz``, the shared one first.
+    Each gets ``recording``, with what differs for it. All but the empty belt get ``belt``. ``analysis`` gets
+    ``lowpass_order`` and ``lowpass_cutoff_hz``; that of the weight gets ``cutoffs_hz``, the shared one first.
     """
     settings = copy.deepcopy(config)
     no_markers = {"max_gap_s": None, "marker_sampling_hz": None}
@@ -30,6 +31,7 @@ def settings_of(config: dict) -> dict:
         section, plate = settings[experiment], plate_treadmill(config, experiment)
         rate = {"resample_rate_hz": plate["resample_rate_hz"]}
         section["ingest"] = no_markers | section["ingest"] | rate
+        section["recording"] = plate["recording"]
         if experiment == "empty":
             continue
         section["belt"] = plate["belt"]

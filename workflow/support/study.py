@@ -125,6 +125,12 @@ class Study:
         folder = f"{results}/raw/{experiment}/{condition}"
         return {kind: f"{folder}/{name}" for kind, name in EXPERIMENTS[experiment].raw_files.items()}
 
+    def recording(self, experiment: str, condition: str) -> dict | None:
+        """Plates and channels of a trial that is one file; None for trials of several files."""
+        alone = self.trials[experiment, condition].source == "recorded"
+        alone = alone and "calibration" not in self.trials[experiment, condition].files
+        return self.settings[experiment]["recording"] if alone else None
+
     def raw_inputs(self, experiment: str, condition: str, results: str) -> list[str]:
         """As `raw_paths`, without missing recorded files: these stop their own job, not the whole study."""
         made = self.trials[experiment, condition].source == "virtual_lab"

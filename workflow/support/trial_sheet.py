@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.whole_trial import holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.people import belt_of, is_name, participant_of
 from workflow.support.renames import KEYS, renamed
@@ -161,24 +162,27 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     experiment, condition, source = cells["experiment"], cells["condition"], cells["source"]
     if experiment not in EXPERIMENTS:
         raise InputError(
-            f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {experiment!r}: "
+            f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {quoted(experiment)}: "
             f"{renamed(KEYS, experiment, EXPERIMENTS) or 'correct it'}"
         )
     known = EXPERIMENTS[experiment]
     if not condition or not all(c.isalnum() or c in ".-" for c in condition):
         raise InputError(
-            f"{here}: expected a condition of letters, digits, dots and hyphens, found {condition!r}: "
+            f"{here}: expected a condition of letters, digits, dots and hyphens, found {quoted(condition)}: "
             "rename it"
         )
     if source not in ("virtual_lab", "recorded"):
         raise InputError(
-            f"{here}: expected the source to be virtual_lab or recorded, found {source!r}: correct it"
+            f"{here}: expected the source to be virtual_lab or recorded, found {quoted(source)}: correct it"
         )
     needed = known.raw_files
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
+    whole = "calibration" in needed and holds_whole_trial(files.get("log", ""))
     if source == "recorded":
+        if whole:
+            _refuse_beside_whole_trial(files, f"{experiment}/{condition}", here)
         for kind in needed:
-            if kind not in files and kind not in known.optional_files:
+            if kind not in files and kind not in known.optional_files and not (whole and kind != "log"):
                 raise InputError(
                     f"{here}: expected a {kind} file for {experiment}/{condition}, found "
                     f"{cells.get(kind, 'no such column')!r}: name the recorded file"
@@ -227,6 +231,17 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     )
 
 
+def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> None:
+    """Refuse a calibration or markers beside a log that holds the whole trial."""
+    for kind in ("calibration", "markers"):
+        if kind in files:
+            raise InputError(
+                f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
+                f"{quoted(files['log'])} "
+                f"holds the whole trial, found {files[kind]!r}: correct one of the two"
+            )
+
+
 def _positive(cell: str, name: str, here: str) -> float | None:
     try:
         number = None if cell == EMPTY else float(cell)
@@ -234,7 +249,7 @@ def _positive(cell: str, name: str, here: str) -> float | None:
         number = -1.0
     if number is not None and not 0.0 < number < math.inf:
         raise InputError(
-            f"{here}: expected a positive number or {EMPTY!r} for {name}, found {cell!r}: correct it"
+            f"{here}: expected a positive number or {EMPTY!r} for {name}, found {quoted(cell)}: correct it"
         )
     return number
 

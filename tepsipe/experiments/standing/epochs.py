@@ -288,7 +288,8 @@ def _channels(
 ) -> _Channels:
     if "emg" not in trial.signals:
         nobody = (np.zeros((at.size, 0), dtype=bool) for at in (onsets, quiet))
-        return _Channels((), [], *nobody, [f"{name}: no muscles: the trial has no file of electromyograms"])
+        reason = trial.attributes.get("no_emg", "the trial has no file of electromyograms")
+        return _Channels((), [], *nobody, [f"{name}: no muscles: {reason}"])
     muscles, columns, usable, unperturbed_usable, left_out = [], [], [], [], []
     missing = trial.attributes["emg_missing"]
     left_out += [

@@ -1,0 +1,247 @@
+"""Whether the signals of a trial agree with each other: mass, belt-fixed markers, torque and angle.
+
+Symbols: y(t) position of a belt-fixed marker along the belt (m), v(t) velocity of the belt (m/s), s scale, d
+delay (s):
+
+    y'(t + d) = s v(t)
+
+A marker that is fixed to the belt has s = 1 but for noise, and a correlation near 1 with the belt. The work
+that a torque does on a passive joint, the integral of torque times angular velocity, is positive.
+"""
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.ingest.frozen import held_while_moving
+from tepsipe.ingest.limits import Limits, Rig, source, used_belt
+from tepsipe.io.trial import Trial
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.resampling import resample
+
+GRAVITY_M_PER_S2 = 9.81
+# motion of markers and belt is compared below this frequency (Hz)
+COMPARED_HZ = 20.0
+# where markers or belt move faster than this fraction of their fastest (-)
+MOVING_FRACTION = 0.1
+# smallest ratio of a pulse's peak to the noise around it (-)
+PULSE_TO_NOISE = 8.0
+# a segment moves if its markers are this many times as fast, while the belt moves, as before (-)
+STILL_RATIO = 1.3
+# the torque is against the motion below this correlation of torque and angular velocity (-)
+AGAINST_MOTION = -0.05
+
+
+def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
+    """Compare the vertical force, mean of the trial, with the mass that the belt is said to carry.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (units in the signals).
+    rig : Rig
+        What the trial is said to hold (kg).
+    files : dict of str to str
+        Kind of each source file -> its path, for messages.
+
+    Raises
+    ------
+    InputError
+        If the mean vertical force is not that of the mass.
+    """
+    belt = used_belt(trial, rig)
+    if belt is None or rig.carried_kg is None:
+        return
+    low, high = rig.carried_kg
+    mass = float(trial.values("force")[:, belt, 2].mean(dtype=float)) / GRAVITY_M_PER_S2
+    if not low <= mass <= high:
+        raise InputError(
+            f"{source(files, 'log')}: expected {low:.3g} to {high:.3g} kg on the {rig.belt} belt, found "
+            f"{mass:.4g} kg by the mean vertical force: check the calibration matrix and its unit, that this "
+            "file is that of the trial, that the plate was not set to zero under its load, and the masses in "
+            "the configuration"
+        )
+
+
+def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> None:
+    """Compare belt-fixed markers with the belt, and other segments with their rest.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (units in the signals).
+    limits : Limits
+        What each kind of signal can be (units in the names).
+    rig : Rig
+        Belt-fixed markers and segments (names, no unit).
+    files : dict of str to str
+        Kind of each source file -> its path, for messages.
+
+    Raises
+    ------
+    InputError
+        If a belt-fixed marker does not move with the belt, or a segment stays still.
+    """
+    if "marker_position" not in trial.signals or "belt_velocity" not in trial.signals:
+        return
+    labels, rate = trial.axes["marker"].tolist(), trial.rate_hz
+    if rate <= 2.0 * COMPARED_HZ:
+        return
+    belt = _lowpass(trial, trial.values("belt_velocity"))
+    belt = belt - np.median(belt)
+    for label in (label for label in rig.belt_fixed if label in labels):
+        position = trial.values("marker_position")[:, labels.index(label), 1].astype(float)
+        velocity = derivative(trial.time, _lowpass(trial, position))
+        if _stands_out(belt) or _stands_out(velocity):  # otherwise the analysis finds no perturbation
+            motion = belt_fixed_motion(velocity, belt, rate, limits.belt_fixed_delay_s)
+            _refuse_belt_fixed(label, motion, limits, rig, files)
+    for segment, names in (rig.segments or {}).items():
+        columns = [labels.index(label) for label in names if label in labels]
+        if columns and _stands_out(belt) and not _moves(trial, columns, belt):
+            raise InputError(
+                f"{source(files, 'markers')}: expected the markers of the {segment} to move when the belt "
+                f"does, found them as still as before ({', '.join(names)}): check their labels, and that the "
+                "markers are those of this trial"
+            )
+
+
+def _lowpass(trial: Trial, x: np.ndarray) -> np.ndarray:
+    """A signal below the compared frequency (a filter of scipy.signal would take longer to import)."""
+    return resample(trial.time, x, trial.time, COMPARED_HZ)
+
+
+def belt_fixed_motion(
+    velocity: np.ndarray, belt_velocity: np.ndarray, rate_hz: float, longest_s: float
+) -> tuple[float, float, float]:
+    """Scale, delay and correlation of a belt-fixed marker's velocity relative to the belt's.
+
+    Parameters
+    ----------
+    velocity, belt_velocity : ndarray, shape (n,)
+        Of the marker along the belt, and of the belt without its constant speed (m/s), filtered alike.
+    rate_hz : float
+        Sampling rate (Hz).
+    longest_s : float
+        Longest delay that is searched, in either direction (s).
+
+    Returns
+    -------
+    scale, delay_s, correlation : float
+        s (-), d (s, positive where the marker lags, to one sample) and the uncentred correlation (-) over the
+        samples in which either moves.
+    """
+    v = np.asarray(belt_velocity, dtype=float)
+    y = np.asarray(velocity, dtype=float) - np.median(velocity)
+    active = np.abs(v) > MOVING_FRACTION * np.abs(v).max(initial=0.0)
+    active |= np.abs(y) > max(MOVING_FRACTION * np.abs(y).max(initial=0.0), 0.5 * np.abs(v).max(initial=0.0))
+    power = float(v[active] @ v[active])
+    if power == 0.0:
+        return 0.0, 0.0, 0.0
+    best = (0.0, 0.0, -np.inf)
+    most = max(1, round(longest_s * rate_hz))
+    for lag in range(-most, most + 1):
+        shifted = np.roll(y, -lag)[active]
+        product, own = float(shifted @ v[active]), float(shifted @ shifted)
+        correlation = product / np.sqrt(own * power) if own > 0.0 else 0.0
+        if correlation > best[2]:
+            best = (product / power, lag / rate_hz, correlation)
+    return best
+
+
+def _refuse_belt_fixed(
+    label: str, motion: tuple[float, float, float], limits: Limits, rig: Rig, files: dict[str, str]
+) -> None:
+    """Refuse a belt-fixed marker whose scale, delay and correlation are not those of the belt."""
+    scale, delay_s, correlation = motion
+    where = f"{source(files, 'markers')}: expected the belt-fixed marker {label!r} to move with the belt of "
+    where += source(files, "log")
+    low, high = limits.belt_fixed_scale
+    if correlation < limits.belt_fixed_correlation:
+        if not rig.person:  # after a step a foot is not belt-fixed: standing trials report the step
+            raise InputError(
+                f"{where}, found a correlation of {correlation:.2g} (at least "
+                f"{limits.belt_fixed_correlation:g} is plausible): check that both files are of this trial, "
+                "the direction of the axes, and the belt-fixed labels in the configuration"
+            )
+        return
+    if abs(delay_s) >= limits.belt_fixed_delay_s:
+        raise InputError(
+            f"{where}, found it {1e3 * delay_s:.3g} ms later, the longest delay that is searched: check the "
+            "trigger of both instruments and that both files are of this trial"
+        )
+    if not low <= scale <= high:
+        raise InputError(
+            f"{where}, found {scale:.3g} times its velocity ({low:g} to {high:g} is plausible): check the "
+            "units of both files, and that both are of this trial"
+        )
+
+
+def _stands_out(velocity: np.ndarray) -> bool:
+    """Whether a velocity has pulses above its noise, which is most of it."""
+    around = np.abs(velocity - np.median(velocity))
+    return bool(around.max() > PULSE_TO_NOISE * 1.4826 * np.median(around))
+
+
+def _moves(trial: Trial, columns: list[int], belt: np.ndarray) -> bool:
+    """Whether any of these markers is faster while the belt moves, and shortly after, than before."""
+    rate = trial.rate_hz
+    moving = np.flatnonzero(np.abs(belt) > MOVING_FRACTION * np.abs(belt).max())
+    before = slice(round(0.1 * rate), max(0, int(moving[0]) - round(0.2 * rate)))
+    if before.stop - before.start < rate:
+        return True  # without a second of rest nothing can be said
+    after = np.zeros(belt.size, dtype=bool)
+    for k in moving:
+        after[k : k + round(0.3 * rate)] = True
+    positions = trial.values("marker_position")[:, columns, 1:].astype(float)
+    speed = derivative(trial.time, _lowpass(trial, positions))
+    size = np.sqrt((speed**2).sum(axis=2))
+    root = [np.sqrt(np.mean(size[part] ** 2, axis=0)) for part in (after, before)]
+    return bool((root[0] > STILL_RATIO * root[1]).any())
+
+
+def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
+    """Compare torque and angle of a joint in a manipulator: size, direction, and that both move.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (units in the signals).
+    limits : Limits
+        What each kind of signal can be (units in the names).
+    files : dict of str to str
+        Kind of each source file -> its path, for messages.
+
+    Raises
+    ------
+    InputError
+        If torque and angle of a joint cannot belong together.
+    """
+    if "torque" not in trial.signals or "angle" not in trial.signals:
+        return
+    torque, angle = (trial.values(name).astype(float) for name in ("torque", "angle"))
+    log, rate = source(files, "log"), trial.rate_hz
+    names = [("angle", angle, "torque", torque)]
+    if "command" not in files:  # a measured torque; a commanded one may be constant
+        names.append(("torque", torque, "angle", angle))
+    for still, values, moving, others in names:
+        found = held_while_moving(values, others, rate, 3.0 * limits.frozen_s)
+        if found is not None:
+            raise InputError(
+                f"{log}: expected the {still} to change with the {moving}, found it constant from "
+                f"{trial.time[found[0]]:.3f} to {trial.time[found[1] - 1]:.3f} s while the {moving} changes: "
+                "check that its sensor was connected, and record again"
+            )
+    if not np.ptp(angle) > 0.0 or not np.ptp(torque) > 0.0:
+        return  # the analysis refuses a joint that is not perturbed
+    ratio, (low, high) = float(torque.std() / angle.std()), limits.torque_per_angle_Nm_per_rad
+    if not low <= ratio <= high:
+        raise InputError(
+            f"{source(files, 'command', 'log')}: expected a torque of {low:g} to {high:g} N·m per rad of the "
+            f"angle, found {ratio:.4g} N·m/rad: check the units of torque and angle, or change "
+            "plausible.torque_per_angle_Nm_per_rad in the configuration"
+        )
+    work = float(np.corrcoef(torque, derivative(trial.time, angle))[0, 1])
+    if work < AGAINST_MOTION:
+        raise InputError(
+            f"{log}: expected a torque that moves the joint, found one against its motion (correlation "
+            f"with the angular velocity {work:.2g}): reverse the sign of the angle or of the torque"
+        )

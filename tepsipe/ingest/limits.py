@@ -1,0 +1,95 @@
+"""What the signals of a trial can be, and what its rig is said to hold."""
+
+from dataclasses import dataclass
+
+from tepsipe.io.trial import Trial
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a signal can be; (lowest, highest) of each kind.
+
+    Attributes
+    ----------
+    rate_hz : tuple of float
+        Sampling rate (Hz).
+    belt_velocity_m_per_s, belt_acceleration_m_per_s2 : tuple of float
+        Of the belt (m/s, m/s²).
+    marker_position_m : tuple of float
+        Every coordinate of a marker (m).
+    marker_speed_m_per_s : float
+        Highest speed of a marker from sample to sample (m/s).
+    force_N, moment_Nm : tuple of float
+        Of a force plate, and the load of a treadmill (N, N·m).
+    angle_rad, torque_Nm : tuple of float
+        Of a joint in a manipulator (rad, N·m).
+    torque_per_angle_Nm_per_rad : tuple of float
+        Standard deviation of the torque over that of the angle (N·m/rad).
+    emg_uV : tuple of float
+        Raw electromyogram (uV).
+    frozen_s : float
+        Longest stretch of identical samples of a noisy channel (s).
+    belt_fixed_correlation : float
+        Lowest correlation between the velocities of a belt-fixed marker and of the belt (-).
+    belt_fixed_scale : tuple of float
+        Ratio s of the two velocities (-).
+    belt_fixed_delay_s : float
+        Longest delay d between the two, in either direction (s).
+    """
+
+    rate_hz: tuple[float, float]
+    belt_velocity_m_per_s: tuple[float, float]
+    belt_acceleration_m_per_s2: tuple[float, float]
+    marker_position_m: tuple[float, float]
+    marker_speed_m_per_s: float
+    force_N: tuple[float, float]
+    moment_Nm: tuple[float, float]
+    angle_rad: tuple[float, float]
+    torque_Nm: tuple[float, float]
+    torque_per_angle_Nm_per_rad: tuple[float, float]
+    emg_uV: tuple[float, float]
+    frozen_s: float
+    belt_fixed_correlation: float
+    belt_fixed_scale: tuple[float, float]
+    belt_fixed_delay_s: float
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What the trial is said to hold; everything may be left out where it is not known.
+
+    Attributes
+    ----------
+    belt : str or None
+        Belt that carries something: its force plate must be alive (no unit).
+    carried_kg : tuple of float or None
+        Lowest and highest mass on that belt (kg).
+    belt_fixed : tuple of str
+        Belt-fixed markers (no unit).
+    segments : dict of str to tuple of str
+        Segment -> its markers, which must move when the belt does (no unit).
+    person : bool
+        Whether a person stands on the belt (-): a step moves the foot, and stretches in which a marker is
+        frozen are marked as hidden, so that their perturbations are left out.
+    """
+
+    belt: str | None = None
+    carried_kg: tuple[float, float] | None = None
+    belt_fixed: tuple[str, ...] = ()
+    segments: dict[str, tuple[str, ...]] | None = None
+    person: bool = False
+
+
+def source(files: dict[str, str], *kinds: str) -> str:
+    """Path of the first of these kinds of file that there is, otherwise of the first of all (no unit)."""
+    return next(
+        (str(files[kind]) for kind in kinds if kind in files), str(next(iter(files.values()), "trial"))
+    )
+
+
+def used_belt(trial: Trial, rig: Rig) -> int | None:
+    """Index (-) of the belt in use on the axis of the trial's plates, or None."""
+    if rig.belt is None or "force" not in trial.signals:
+        return None
+    belts = trial.axes["belt"].tolist()
+    return belts.index(rig.belt) if rig.belt in belts else None

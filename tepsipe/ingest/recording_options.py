@@ -1,0 +1,115 @@
+"""What the force plates and channels of a laboratory's recordings are."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed
+from tepsipe.io.readers.recording import Channel, Recording
+
+DIRECTIONS = {
+    f"{sign}{axis}": np.array([value * (axis == other) for other in "xyz"])
+    for sign, value in (("+", 1.0), ("-", -1.0))
+    for axis in "xyz"
+}
+
+
+@dataclass(frozen=True)
+class ScaledChannel:
+    """An analog channel that holds a velocity: (value - offset) times ``m_per_s_per_unit``.
+
+    Attributes
+    ----------
+    channel : str
+        Its label.
+    m_per_s_per_unit : float or None
+        Velocity per unit of the channel (m/s); None takes it from the channel's unit.
+    offset : float
+        Value of the channel at rest, in its unit.
+    """
+
+    channel: str
+    m_per_s_per_unit: float | None = None
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class LoadCell:
+    """A load cell of a belt outside the file's force plates.
+
+    Attributes
+    ----------
+    channel : str
+        Its label.
+    newton_per_unit : float
+        Reaction on what stands on the belt, per unit of the channel (N).
+    direction : str
+        Direction of that force in the axes of the file: ``+x`` to ``-z``.
+    position_m : tuple of float
+        Its point of application in the axes of the file (m).
+    """
+
+    channel: str
+    newton_per_unit: float
+    direction: str
+    position_m: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """What the plates and channels of a recording are.
+
+    Attributes
+    ----------
+    forward, up : str
+        Directions of the study's y and z in the axes of the file: ``+x`` to ``-z``.
+    plates : dict of str to tuple of int
+        Belt -> numbers of its force plates, counted from 1.
+    load_cells : dict of str to tuple of LoadCell
+        Belt -> its load cells outside the force plates.
+    force_sign : int
+        1 if the plates give the force on what stands on them, -1 if they give the force on the plate (-).
+    belt_velocity : ScaledChannel or None
+        Velocity of the perturbed belt; None takes it from ``velocity_markers``.
+    velocity_markers : tuple of str
+        Belt-fixed markers.
+    belt_command : ScaledChannel or None
+        Commanded velocity, if it was recorded.
+    trigger : str or None
+        Channel whose edge is time 0; None for the first frame.
+    """
+
+    forward: str = "+y"
+    up: str = "+z"
+    plates: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    load_cells: dict[str, tuple[LoadCell, ...]] = field(default_factory=dict)
+    force_sign: int = 1
+    belt_velocity: ScaledChannel | None = None
+    velocity_markers: tuple[str, ...] = ()
+    belt_command: ScaledChannel | None = None
+    trigger: str | None = None
+
+
+def channel_of(recording: Recording, label: str, key: str) -> Channel:
+    """A channel of a recording (in its unit), named by a key of the configuration.
+
+    Raises
+    ------
+    InputError
+        If there is no such channel, or samples are missing.
+    """
+    if label not in recording.channels:
+        raise InputError(
+            f"{recording.name}: expected a channel named {label!r}, found {listed(recording.channels)}: "
+            "name the "
+            f"file's channel in {key} of the configuration"
+        )
+    channel = recording.channels[label]
+    bad = int(np.count_nonzero(~np.isfinite(channel.values)))
+    if bad:
+        raise InputError(
+            f"{recording.name}: expected a number in every sample of the channel {label!r}, found none in "
+            f"{bad}: "
+            "export the file again"
+        )
+    return channel

@@ -1,0 +1,408 @@
+"""From one recording that holds a whole trial to one trial on one clock.
+
+Markers, force plates and analog channels share their clock, so no trigger is needed: time 0 is the first
+frame, or the edge of a trigger channel where one is named. Positions, forces and moments are turned to the
+axes of the study (x to the right, y forward along the belt, z up) and moved to the centre of the plates'
+surface:
+
+    p' = A p - c,    F' = A F,    M' = A M - c x A F
+
+with the rows of A the three directions in the axes of the laboratory, and c the mean of the corners there
+(zero where the file gives none).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.ingest.plate_treadmill import (
+    MarkerSignals,
+    TreadmillOptions,
+    TreadmillSignals,
+    ingest_treadmill_files,
+    marker_signals,
+    treadmill_trial,
+)
+from tepsipe.ingest.recording_options import (
+    DIRECTIONS,
+    RecordingOptions,
+    ScaledChannel,
+    channel_of,
+)
+from tepsipe.io.readers.c3d import Markers, select_markers
+from tepsipe.io.readers.recording import ForcePlate, Recording
+from tepsipe.io.readers.whole_trial import read_recording
+from tepsipe.io.trial import Trial
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge
+
+M_PER_S = {"m/s": 1.0, "m s-1": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}
+# markers whose centre is farther than this from the plates (m) are not on them
+FARTHEST_M = 0.5
+# a load of less than this (N) on all plates together, where something stands on them, has the wrong sign
+LEAST_N = -10.0
+# the belt's velocity from markers is band limited here (Hz): pulses pass unchanged, most of the noise does
+# not
+MARKER_BAND_HZ = 50.0
+# longest gap of markers on an empty belt (s)
+MAX_GAP_S = 0.1
+
+
+def ingest_files(
+    files: dict[str, str],
+    marker_labels: list[str] | None,
+    options: TreadmillOptions,
+    recording: RecordingOptions,
+    duration_s: float,
+) -> Trial:
+    """One trial from a log with its calibration and markers, or from one file that holds all.
+
+    Parameters
+    ----------
+    files : dict of str to str
+        Paths: ``log`` alone, or ``log``, ``calibration`` and, where there are any, ``markers``.
+    marker_labels : list of str or None
+        Markers in the order of sequential sampling; None if there are none.
+    options : TreadmillOptions
+        Rates (Hz), longest gap (s), trigger (V).
+    recording : RecordingOptions
+        What the plates and channels of a file that holds all are.
+    duration_s : float
+        Length of the trial by the protocol (s).
+
+    Returns
+    -------
+    Trial
+        Forces (N), moments (N·m), belt (m/s) and, if there are any, markers (m).
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read or used.
+    """
+    if "calibration" in files:
+        return ingest_treadmill_files(files, marker_labels, options, duration_s)
+    return ingest_recording(read_recording(files["log"]), marker_labels, options, recording, duration_s)
+
+
+def ingest_recording(
+    recording: Recording,
+    marker_labels: list[str] | None,
+    options: TreadmillOptions,
+    use: RecordingOptions,
+    duration_s: float,
+    bridge_long_gaps: bool = False,
+) -> Trial:
+    """Trial on the instrumented treadmill from one recording.
+
+    Parameters
+    ----------
+    recording : Recording
+        Markers (m), plates (N, N·m) and channels.
+    marker_labels : list of str or None
+        Markers in the order of sequential sampling; None if nothing on the belt carries markers.
+    options : TreadmillOptions
+        Rates (Hz), longest gap (s), trigger (V).
+    use : RecordingOptions
+        What plates and channels are.
+    duration_s : float
+        Length of the trial by the protocol (s).
+    bridge_long_gaps : bool
+        As `ingest_treadmill`.
+
+    Returns
+    -------
+    Trial
+        As `ingest_treadmill`, without ``belt_command`` if it was not recorded. The attribute ``start_s`` is
+        the instant of time 0 in the file, ``origin_m`` the origin of the trial in the study's axes (m).
+
+    Raises
+    ------
+    InputError
+        If a marker, channel or plate is missing, a plate is dead, its load has the wrong sign or is not
+        where the markers are, the trigger does not rise, or the recording is too short.
+    """
+    name, rate = recording.name, options.resample_rate_hz
+    plates = _plates_of(recording, use)
+    axes = _axes(use, name)
+    origin = _origin(plates, axes)
+    sources = _sources(recording, use, plates)
+    start_s, first_s, last_s = _span(recording, sources, use, options, duration_s)
+    refuse_short(min(n / r for n, r in sources) - start_s, duration_s, name)
+    marked, velocity_of = None, None
+    labels = marker_labels if marker_labels is not None else list(use.velocity_markers)
+    if marker_labels is not None or use.belt_velocity is None:
+        markers = _cut(_markers(recording, labels, options), first_s, last_s, axes, origin)
+        if options.max_gap_s is None:
+            options = replace(options, max_gap_s=MAX_GAP_S)
+        marked = marker_signals(markers, options, name, bridge_long_gaps)
+        marked = replace(marked, grid=marked.grid + (first_s - start_s))
+        velocity_of = marked if use.belt_velocity is None else None
+        grid = marked.grid
+    else:
+        grid = regular_time(0.0, last_s - start_s, rate)
+
+    def on_grid(values: np.ndarray, rate_hz: float) -> np.ndarray:
+        """Samples at the trial's instants (unit of ``values``)."""
+        time = np.arange(values.shape[0]) / rate_hz - start_s
+        band = BAND_PER_RATE * rate if rate_hz > (1.0 + 1e-6) * rate else None
+        return resample(time, values, grid, band)
+
+    force, moment = _wrench(recording, use, plates, axes, origin, on_grid)
+    if marker_labels is not None:
+        _refuse_wrong_sign(force, name)
+        _refuse_far_markers(marked, plates, axes, origin, name)
+    moved = (f"band limited at {BAND_PER_RATE * rate:g} Hz", f"resampled at {rate:g} Hz")
+    if velocity_of is None:
+        velocity, derived = on_grid(*_velocity(recording, use.belt_velocity)), moved
+    else:
+        velocity, derived = _velocity_of_markers(use.velocity_markers, velocity_of, rate, name)
+    command = use.belt_command
+    treadmill = TreadmillSignals(
+        belts=tuple(belt for belt in ("left", "right") if _has(use, belt)),
+        force=force,
+        moment=moment,
+        velocity=velocity,
+        command=None if command is None else on_grid(*_velocity(recording, command)),
+        calibrated=("calibrated by the recording", "turned to the study's axes"),
+        moved=moved,
+        derived=derived,
+    )
+    facts = {"start_s": start_s, "origin_m": origin}
+    if velocity_of is not None:
+        facts["belt_velocity_from"] = (
+            f"belt-fixed markers {', '.join(use.velocity_markers)}, which therefore cannot show a delay "
+            "between markers and analog channels"
+        )
+    return treadmill_trial(grid, rate, treadmill, marked if marker_labels is not None else None, facts)
+
+
+# ---- parts of the recording ----------------------------------------------------------------------
+
+
+def _has(use: RecordingOptions, belt: str) -> bool:
+    return bool(use.plates.get(belt) or use.load_cells.get(belt))
+
+
+def _plates_of(recording: Recording, use: RecordingOptions) -> dict[int, ForcePlate]:
+    """Number -> force plate that carries a belt."""
+    key = "plate_treadmill.recording.plates"
+    if not any(_has(use, belt) for belt in ("left", "right")):
+        raise InputError(
+            f"{recording.name}: expected the number of a force plate for a belt, found none, and no load "
+            "cells: "
+            f"set {key} in the configuration (the file has {len(recording.plates)} force plates)"
+        )
+    found = {}
+    for number in dict.fromkeys(n for numbers in use.plates.values() for n in numbers):
+        if not 1 <= number <= len(recording.plates):
+            raise InputError(
+                f"{recording.name}: expected a force plate {number}, found {len(recording.plates)} force "
+                "plates: "
+                f"correct {key} in the configuration"
+            )
+        plate = recording.plates[number - 1]
+        bad = int(np.count_nonzero(~np.isfinite(plate.force)) + np.count_nonzero(~np.isfinite(plate.moment)))
+        if bad:
+            raise InputError(
+                f"{recording.name}, force plate {number}: expected a number in every sample, found none in "
+                f"{bad}: export the file again"
+            )
+        if not plate.force.any():
+            raise InputError(
+                f"{recording.name}, force plate {number}: expected a load, found zeros only: it was not "
+                "recorded, "
+                f"or {key} in the configuration names another plate than that of the belt"
+            )
+        found[number] = plate
+    return found
+
+
+def _axes(use: RecordingOptions, name: str) -> np.ndarray:
+    """Rows: the study's x, y and z in the axes of the file (-)."""
+    forward, up = DIRECTIONS[use.forward], DIRECTIONS[use.up]
+    if forward @ up:
+        raise InputError(
+            f"{name}: expected two different axes in plate_treadmill.recording.axes, found {use.forward!r} "
+            "and "
+            f"{use.up!r}: correct one of the two in the configuration"
+        )
+    return np.array([np.cross(forward, up), forward, up])
+
+
+def _origin(plates: dict[int, ForcePlate], axes: np.ndarray) -> np.ndarray:
+    """Centre of the corners of all plates in the study's directions (m)."""
+    corners = [plate.corners for plate in plates.values() if plate.corners is not None]
+    return axes @ np.mean(np.concatenate(corners), axis=0) if corners else np.zeros(3)
+
+
+def _sources(
+    recording: Recording, use: RecordingOptions, plates: dict[int, ForcePlate]
+) -> list[tuple[int, float]]:
+    """Number of samples and rate (Hz) of everything that the trial takes, but markers."""
+    labels = {cell.channel: "load_cells" for cells in use.load_cells.values() for cell in cells}
+    named = {"belt_velocity": use.belt_velocity, "belt_command": use.belt_command}
+    labels |= {channel.channel: f"{key}.channel" for key, channel in named.items() if channel is not None}
+    if use.trigger is not None:
+        labels[use.trigger] = "trigger"
+    if use.belt_velocity is None and not use.velocity_markers:
+        raise InputError(
+            f"{recording.name}: expected a channel of the belt velocity, or belt-fixed markers, found none "
+            "of "
+            f"both among {listed(recording.channels)}: set plate_treadmill.recording.belt_velocity in the "
+            "configuration"
+        )
+    channels = [
+        channel_of(recording, label, f"plate_treadmill.recording.{key}") for label, key in labels.items()
+    ]
+    return [(plate.force.shape[0], plate.rate_hz) for plate in plates.values()] + [
+        (channel.values.size, channel.rate_hz) for channel in channels
+    ]
+
+
+def _span(
+    recording: Recording,
+    sources: list[tuple[int, float]],
+    use: RecordingOptions,
+    options: TreadmillOptions,
+    duration_s: float,
+) -> tuple[float, float, float]:
+    """Instants of time 0, of the first frame from there on, and of the last sample that is used (s)."""
+    rate = options.resample_rate_hz
+    slowest = min(rate_hz for _, rate_hz in sources)
+    if slowest < (1.0 - 1e-6) * rate:
+        raise InputError(
+            f"{recording.name}: expected plates and channels at {rate:g} Hz or faster, found {slowest:g} Hz: "
+            "correct plate_treadmill.resample_rate_hz in the configuration"
+        )
+    last_s = min((n - 1) / rate_hz for n, rate_hz in sources)
+    if use.trigger is None:
+        return 0.0, 0.0, last_s
+    line = channel_of(recording, use.trigger, "plate_treadmill.recording.trigger")
+    edge = rising_edge(line.values, options.trigger_threshold_V, f"{recording.name}, channel {use.trigger!r}")
+    # the trigger rose between the sample before the edge and the edge: half a sample on average
+    start_s = (edge - 0.5) / line.rate_hz
+    return start_s, np.ceil(start_s * rate - 1e-6) / rate, min(last_s, start_s + duration_s)
+
+
+# ---- markers -------------------------------------------------------------------------------------
+
+
+def _markers(recording: Recording, labels: list[str], options: TreadmillOptions) -> Markers:
+    """The wanted markers (m), at the rate of the trial."""
+    name = recording.name
+    if recording.markers is None:
+        raise InputError(
+            f"{name}: expected markers, found none: export the file with its points, or take the belt "
+            "velocity "
+            "from a channel"
+        )
+    markers = select_markers(recording.markers, labels, name)
+    if abs(markers.rate_hz - options.resample_rate_hz) > 1e-6 * markers.rate_hz:
+        raise InputError(
+            f"{name}: expected markers at {options.resample_rate_hz:g} Hz, found {markers.rate_hz:g} Hz: "
+            "correct "
+            "plate_treadmill.resample_rate_hz in the configuration"
+        )
+    return markers
+
+
+def _cut(markers: Markers, first_s: float, last_s: float, axes: np.ndarray, origin: np.ndarray) -> Markers:
+    """Frames between two instants (s), in the axes of the study and from its origin (m)."""
+    first = round(first_s * markers.rate_hz)
+    stop = int(np.floor(last_s * markers.rate_hz + 1e-6)) + 1
+    return replace(markers, positions=markers.positions[first:stop] @ axes.T - origin)
+
+
+def _refuse_far_markers(
+    marked: MarkerSignals, plates: dict[int, ForcePlate], axes: np.ndarray, origin: np.ndarray, name: str
+) -> None:
+    """Raise InputError if the markers' centre is not above the plates (m)."""
+    corners = [plate.corners for plate in plates.values() if plate.corners is not None]
+    if not corners:
+        return
+    places = (np.concatenate(corners) @ axes.T - origin)[:, :2]
+    centre = np.median(marked.signals["marker_position"].values[:, :, :2], axis=(0, 1))
+    beyond = np.maximum(places.min(axis=0) - centre, centre - places.max(axis=0)).max()
+    if beyond > FARTHEST_M:
+        raise InputError(
+            f"{name}: expected the markers above the force plate {' or '.join(map(str, plates))}, found "
+            "their "
+            f"centre {beyond:.2g} m outside its corners: correct plate_treadmill.recording.plates in the "
+            "configuration, or FORCE_PLATFORM:CORNERS of the file"
+        )
+
+
+# ---- forces and velocities -------------------------------------------------------------------------
+
+
+def _wrench(recording, use, plates, axes, origin, on_grid) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (N) and moments about the trial's origin (N·m), each of shape (n, belts, 3)."""
+    forces, moments = [], []
+    for belt in ("left", "right"):
+        if not _has(use, belt):
+            continue
+        parts = [
+            use.force_sign * on_grid(np.hstack([plate.force, plate.moment]), plate.rate_hz)
+            for plate in (plates[number] for number in use.plates.get(belt, ()))
+        ]
+        for cell in use.load_cells.get(belt, ()):
+            channel = channel_of(recording, cell.channel, "plate_treadmill.recording.load_cells")
+            along = DIRECTIONS[cell.direction]
+            unit = np.concatenate([along, np.cross(cell.position_m, along)])
+            parts.append(np.outer(cell.newton_per_unit * on_grid(channel.values, channel.rate_hz), unit))
+        total = np.sum(parts, axis=0)
+        force = total[:, :3] @ axes.T
+        forces.append(force)
+        moments.append(total[:, 3:] @ axes.T - np.cross(origin, force))
+    return np.stack(forces, axis=1), np.stack(moments, axis=1)
+
+
+def _refuse_wrong_sign(force: np.ndarray, name: str) -> None:
+    """Raise InputError if the load (N) of something on the belt points down."""
+    load = float(np.median(force[:, :, 2].sum(axis=1)))
+    if load < LEAST_N:
+        raise InputError(
+            f"{name}: expected vertical forces that point up under load, found {load:.4g} N: set "
+            "plate_treadmill.recording.force_sign to -1 if the plates give the force on the plate, or "
+            "correct the "
+            "axes there"
+        )
+
+
+def _velocity(recording: Recording, scaled: ScaledChannel) -> tuple[np.ndarray, float]:
+    """Velocity (m/s) in a channel, and its rate (Hz)."""
+    channel = channel_of(recording, scaled.channel, "plate_treadmill.recording.belt_velocity.channel")
+    per_unit = scaled.m_per_s_per_unit
+    if per_unit is None:
+        per_unit = M_PER_S.get(channel.unit.strip())
+    if per_unit is None:
+        raise InputError(
+            f"{recording.name}: expected the channel {scaled.channel!r} in {', '.join(M_PER_S)}, found the "
+            "unit "
+            f"{quoted(channel.unit)}: set m_per_s_per_unit beside its name in the configuration"
+        )
+    return per_unit * (channel.values - scaled.offset), channel.rate_hz
+
+
+def _velocity_of_markers(
+    labels: tuple[str, ...], markers: MarkerSignals, rate_hz: float, name: str
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Velocity of belt-fixed markers (m/s), shape (n,), and how it was found."""
+    for label in labels:
+        if label not in markers.labels:
+            raise InputError(
+                f"{name}: expected the belt-fixed marker {label!r} among the markers of the trial, found "
+                f"{listed(markers.labels)}: add it to marker_labels in the configuration"
+            )
+    columns = [markers.labels.index(label) for label in labels]
+    along = markers.signals["marker_position"].values[:, columns, 1].astype(float).mean(axis=1)
+    band = min(MARKER_BAND_HZ, BAND_PER_RATE * rate_hz)
+    smooth = resample(markers.grid, along, markers.grid, band)
+    done = (
+        f"mean of the markers {', '.join(labels)}",
+        f"band limited at {band:g} Hz",
+        "derived",
+    )
+    return derivative(markers.grid, smooth), done

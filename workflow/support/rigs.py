@@ -1,0 +1,34 @@
+"""What the trials of each experiment hold, as ingest compares it with their signals."""
+
+# keys of the section `plausible` that describe rigs, not signals
+RIG_KEYS = ("mass_fraction", "plate_offset_kg")
+
+
+def rig_of(settings: dict, experiment: str) -> dict:
+    """Arguments of `tepsipe.ingest.plausibility.Rig` for an experiment on the treadmill.
+
+    The belt of `empty` carries less than half of the weight. The analysis compares the mass of a person,
+    because it knows when the person stands still.
+    """
+    section, limits = settings[experiment], settings["plausible"]
+    if experiment == "empty":
+        half = 0.5 * settings["weight"]["weight"]["mass_kg"]
+        return {"belt": settings["weight"]["belt"], "carried_kg": (-half, half)}
+    rig: dict = {"belt": section["belt"]}
+    if experiment == "dummy":
+        geometry = section["geometry"]
+        fixed = section["foot"]["belt_fixed_labels"]
+        leg = [m["label"] for m in geometry["leg_markers"] if m["label"] not in fixed]
+        mass = geometry["leg_mass_kg"] + geometry["foot_mass_kg"]
+        return rig | {"carried_kg": _about(mass, limits), "belt_fixed": fixed, "segments": {"leg": leg}}
+    if experiment == "weight":
+        mass = section["weight"]["mass_kg"]
+        return rig | {"carried_kg": _about(mass, limits), "belt_fixed": section["files"]["marker_labels"]}
+    person = section["person"]
+    return rig | {"belt_fixed": [m["label"] for m in person["foot_markers"]], "person": True}
+
+
+def _about(mass_kg: float, limits: dict) -> tuple[float, float]:
+    """Lowest and highest mass that the plate may show."""
+    within = max(limits["mass_fraction"] * mass_kg, limits["plate_offset_kg"])
+    return mass_kg - within, mass_kg + within
