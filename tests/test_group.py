@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tepsipe.io.estimates import Estimate, read_estimates, write_estimates
+from tepsipe.io.estimates import Estimate, flagged, read_estimates, write_estimates
 from tepsipe.reporting.participants import (
     Member,
     group_estimates,
@@ -149,6 +149,17 @@ def test_values_without_error_have_no_interval_and_values_that_are_not_finite_do
     assert (alone.standard_error, alone.ci_low) == (None, None)
 
 
+def test_flags_of_estimates_are_those_of_the_person_and_counted_in_the_group(people):
+    rows, members = people
+    rows = [*flagged(rows[:1], "at-bound"), *rows[1:]]
+    found = person_estimates(rows, members, MASSES)
+    flags = {(r.participant, r.condition): r.flags for r in chosen(found, quantity="K")}
+    assert flags["P1", "relax"] == flags["P1", "stiff minus relax"] == "at-bound"
+    assert flags["P1", "stiff"] == flags["P2", "stiff minus relax"] == ""
+    (mean,) = chosen(group_estimates(found), condition="relax", quantity="K_per_kg")
+    assert (mean.n, mean.n_flagged) == (2, 1)
+
+
 def test_rows_of_trials_that_are_no_persons_are_omitted(people):
     rows, members = people
     others = [estimate("P1-relax-1", 1.0, 1.0), estimate("P1-relax", 1.0, 1.0, experiment="dummy")]
@@ -187,6 +198,6 @@ def test_labels_follow_the_columns_of_estimates_and_are_not_read(tmp_path):
     path = tmp_path / "estimates.csv"
     write_estimates(path, rows, {"participant": ["P1", ""]})
     lines = path.read_text().splitlines()
-    assert lines[0].endswith("n_perturbations,participant")
+    assert lines[0].endswith("n_perturbations,flags,participant")
     assert lines[1].endswith(",P1")
     assert read_estimates(path) == rows

@@ -66,6 +66,8 @@ class PersonEstimate:
         Number of trials (-).
     mass_kg : float or None
         Body mass (kg); None where it is not known.
+    flags : str
+        Failed checks of the estimates, joined by ``;``.
     belt : str
         Belt of the treadmill, empty where the study does not separate them.
     """
@@ -83,6 +85,7 @@ class PersonEstimate:
     ci_high: float | None
     n_trials: int
     mass_kg: float | None
+    flags: str = ""
     belt: str = ""
 
 
@@ -101,6 +104,8 @@ class GroupEstimate:
         Student's t (``unit``); None, except the mean, for one person.
     u_within : float or None
         Typical standard error within a person: root mean square over people (``unit``).
+    n_flagged : int
+        Number of people whose value has a flag (-); it counts nevertheless.
     belt : str
         Belt of the treadmill, empty where the study does not separate them.
     """
@@ -118,6 +123,7 @@ class GroupEstimate:
     ci_low: float | None
     ci_high: float | None
     u_within: float | None
+    n_flagged: int
     belt: str = ""
 
 
@@ -154,7 +160,8 @@ def person_estimates(
         mass = masses_kg.get(experiment, {}).get(participant)
         numbers = _mean_of_trials([row for _, row in rows])
         trials = sum(member.trials for member, _ in rows)
-        person = PersonEstimate(experiment, participant, label, *what, *numbers, trials, mass, belt)
+        flags = _joined(row.flags for _, row in rows)
+        person = PersonEstimate(experiment, participant, label, *what, *numbers, trials, mass, flags, belt)
         people.append(person)
         if mass is not None and person.quantity in PER_KG:
             people.append(_per_kg(person, mass))
@@ -176,6 +183,10 @@ def _mean_of_trials(rows: list[Estimate]) -> tuple[float, float | None, float | 
 
 def _normal(value: float, error: float) -> tuple[float, float, float, float]:
     return value, error, value - NORMAL_95 * error, value + NORMAL_95 * error
+
+
+def _joined(flags: Iterable[str]) -> str:
+    return ";".join(dict.fromkeys(flag for several in flags for flag in several.split(";") if flag))
 
 
 def _finite(x: float | None) -> float | None:
@@ -204,9 +215,9 @@ def _differences(people: list[PersonEstimate], tasks: set[tuple[str, str]]) -> l
             numbers: tuple = (b.value - a.value, None, None, None)
             if a.standard_error is not None and b.standard_error is not None:
                 numbers = _normal(b.value - a.value, math.hypot(a.standard_error, b.standard_error))
-            named = dict(zip(("value", "standard_error", "ci_low", "ci_high"), numbers, strict=True))
-            trials = a.n_trials + b.n_trials
-            rows.append(replace(b, condition=f"{second} minus {first}", n_trials=trials, **named))
+            named: dict = dict(zip(("value", "standard_error", "ci_low", "ci_high"), numbers, strict=True))
+            named |= {"n_trials": a.n_trials + b.n_trials, "flags": _joined((a.flags, b.flags))}
+            rows.append(replace(b, condition=f"{second} minus {first}", **named))
     return rows
 
 
@@ -227,6 +238,7 @@ def group_estimates(people: list[PersonEstimate]) -> list[GroupEstimate]:
         known = [p.standard_error for p in group if p.standard_error is not None]
         within = typical_uncertainty(np.array(known)) if len(known) == len(group) else None
         numbers = (mean.n, mean.mean, mean.sd, mean.sem, mean.low, mean.high, within)
+        numbers += (sum(bool(p.flags) for p in group),)
         rows.append(GroupEstimate(experiment, condition, *what, *numbers, belt))
     return rows
 

@@ -57,7 +57,8 @@ def checked_study():
     found = Study(config, trials, people)
     found.check(study["trial_sheet"])
     check_one_treadmill(config, found.experiments, "configuration")
-    check_recordings(found.settings, trials, "configuration")
+    for trial, row in trials.items():
+        check_recordings(found.settings_of(*trial), {trial: row}, "configuration")
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, "configuration")
     return found
@@ -88,7 +89,7 @@ def sheet(column, experiment=None):
 
 def files_setting(experiment, key):
     """Param function: a setting of the experiment's files, with the names that the trial's row gives."""
-    return lambda w: STUDY.files(experiment, w.condition)[key]
+    return lambda w: STUDY.of_trial(experiment, w.condition)["files"][key]
 
 
 def protocol(experiment):

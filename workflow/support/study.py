@@ -48,7 +48,7 @@ class Study:
     def check(self, path: str) -> None:
         """Refuse rows of the trial sheet, whose path messages name, that do not fit the configuration."""
         for (experiment, condition), row in self.trials.items():
-            check_names(experiment, condition, self.settings[experiment].get("files", {}), row.names, path)
+            check_names(experiment, condition, self.settings[experiment], row.names, path)
         rows: dict[str, list[TrialRow]] = {}
         for row in self.trials.values():
             rows.setdefault(row.experiment, []).append(row)
@@ -129,7 +129,7 @@ class Study:
         """Plates and channels of a trial that is one file; None for trials of several files."""
         alone = self.trials[experiment, condition].source == "recorded"
         alone = alone and "calibration" not in self.trials[experiment, condition].files
-        return self.settings[experiment]["recording"] if alone else None
+        return self.of_trial(experiment, condition)["recording"] if alone else None
 
     def raw_inputs(self, experiment: str, condition: str, results: str) -> list[str]:
         """As `raw_paths`, without missing recorded files: these stop their own job, not the whole study."""
@@ -137,13 +137,23 @@ class Study:
         paths = self.raw_files(experiment, condition, results).values()
         return [path for path in paths if made or Path(path).is_file()]
 
-    def files(self, experiment: str, condition: str) -> dict:
-        """Settings ``files`` of an experiment, with the names that the trial's row gives in their place."""
-        return with_names(self.settings[experiment]["files"], self.trials[experiment, condition].names)
+    def of_trial(self, experiment: str, condition: str) -> dict:
+        """Settings of an experiment for one trial: names and belt of its row, person of its participant."""
+        row = self.trials[experiment, condition]
+        section = with_names(self.settings[experiment], row.names)
+        if EXPERIMENTS[experiment].on_plate:
+            section["belt"] = self.belt_of(experiment, condition)
+        if experiment == "standing":
+            section["person"] = self.person(row.participant)
+        return section
+
+    def settings_of(self, experiment: str, condition: str) -> dict:
+        """All settings, with those of one trial for its experiment."""
+        return self.settings | {experiment: self.of_trial(experiment, condition)}
 
     def named_by(self, experiment: str, condition: str, table: str) -> dict[str, str]:
         """Key of a table's columns -> column of the trial sheet that names it, for messages."""
-        return named_by(experiment, self.trials[experiment, condition].names, table)
+        return named_by(experiment, self.trials[experiment, condition].names, f"files.{table}")
 
     # ---- properties of trials, from the trial sheet ---------------------------------------------------
 

@@ -39,8 +39,8 @@ class TrialRow:
 
     ``interval_s`` is the shortest, ``longest_interval_s`` the longest time between perturbations. ``files``
     maps kinds of raw file to paths, and is empty for simulated trials. ``role`` and ``task`` (instruction of
-    the person) are None where trials have none. ``names`` maps settings below ``files`` of the experiment to
-    what the row says in their place, for example ``columns.time`` to the name of a column. ``participant``
+    the person) are None where trials have none. ``names`` maps settings of the experiment to what the
+    row says in their place, for example ``files.columns.time`` to the name of a column. ``participant``
     is None where the row names none, ``belt`` (left or right) where it is that of the configuration.
     """
 
