@@ -202,7 +202,7 @@ def test_numbers_of_participants_are_read_and_a_dash_keeps_those_of_the_configur
         ("participant\tmass_kg\tmass_kg\nP1\t60\t60\n", ["'mass_kg'", "twice"]),
         ("mass_kg\n60\n", ["'participant'"]),
         ("participant\tmass_kg\nP1\n", ["2 cells", "line 2"]),
-        ("participant\tmass_kg\nP1\t60\nP1\t60\n", ["'P1' again", "line 3"]),
+        ("participant\tmass_kg\nP1\t60\nP1\t60\n", ["'P1' again", "once", "line 3"]),
         ("participant\tmass_kg\nP/1\t60\n", ["'P/1'", "line 2"]),
         ("participant\tmass_kg\nP1\t60 kg\n", ["mass_kg", "'60 kg'", "positive"]),
         ("participant\tmass_kg\nP1\tnan\n", ["mass_kg", "'nan'"]),

@@ -74,8 +74,8 @@ def read_dflow_files(mocap: str, record: str | None, options: DFlowOptions) -> R
 def with_record(mocap: DFlowTable, record: DFlowTable, options: DFlowOptions) -> Recording:
     """One recording of D-Flow's mocap file and its record file.
 
-    Signals of the record file are interpolated linearly at the instants of the frames; they are NaN where
-    they were not recorded.
+    Signals of the record file are interpolated linearly at the instants of the frames. Frames that it does
+    not cover are cut off.
 
     Parameters
     ----------
@@ -112,6 +112,10 @@ def with_record(mocap: DFlowTable, record: DFlowTable, options: DFlowOptions) ->
     _refuse_no_overlap(mocap, record, sample, n)
     order = np.concatenate([[True], np.diff(sample) > 0.0])
     signals = {name: x for name, x in record.columns.items() if np.isfinite(x).any()}
+    if not signals:
+        raise InputError(
+            f"{record.name}: expected belt speeds of D-Flow's record module, found no numbers: record again"
+        )
 
     def at(late: float) -> dict[str, np.ndarray]:
         """Signals at the frames, if the record file is late by so many samples."""
@@ -121,12 +125,31 @@ def with_record(mocap: DFlowTable, record: DFlowTable, options: DFlowOptions) ->
         return {name: np.where(outside, np.nan, x) for name, x in found.items()}
 
     late = 0.0 if counted else _late(recording, record, at(0.0), clock, options)
+    found = at(late)
+    seen = np.flatnonzero(np.isfinite(np.column_stack(list(found.values()))).any(axis=1))
+    if seen.size < 0.5 * n:
+        raise InputError(
+            f"{record.name}: expected samples for the {n} frames of {mocap.name}, found them for "
+            f"{seen.size}: it is of another trial, or was stopped early"
+        )
     channels = {
         name: Channel(x, unit_of(name), clock.rate_hz)
-        for name, x in at(late).items()
+        for name, x in found.items()
         if name not in recording.channels
     }
-    return replace(recording, channels=recording.channels | channels)
+    whole = replace(recording, channels=recording.channels | channels)
+    return _cut(whole, seen[0], seen[-1] + 1)
+
+
+def _cut(recording: Recording, first: int, stop: int) -> Recording:
+    """The frames that both files cover; all signals of a recording of D-Flow have one clock."""
+    within = slice(first, stop)
+    markers = recording.markers
+    if markers is not None:
+        markers = replace(markers, positions=markers.positions[within])
+    plates = tuple(replace(p, force=p.force[within], moment=p.moment[within]) for p in recording.plates)
+    channels = {name: replace(c, values=c.values[within]) for name, c in recording.channels.items()}
+    return replace(recording, markers=markers, plates=plates, channels=channels)
 
 
 def _by_counter(mocap: DFlowTable, record: DFlowTable) -> np.ndarray:

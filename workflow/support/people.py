@@ -5,20 +5,16 @@ import difflib
 import math
 from pathlib import Path
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
 from workflow.support.experiments import EXPERIMENTS
+from workflow.support.names import check_distinct, check_name
 
 EMPTY = ("-", "")
 BELTS = ("left", "right")
 # numbers of `standing.person` that the table of the participants may hold
 NUMBERS = ("mass_kg", "stature_m", "com_height", "ankle_height_m", "foot_com_m")
 ANY_SIGN = ("foot_com_m",)
-
-
-def is_name(text: str) -> bool:
-    """Whether a text of letters, digits, dots and hyphens, not only the latter, can name a file."""
-    return all(c.isalnum() or c in ".-" for c in text) and any(c.isalnum() for c in text)
 
 
 def participant_of(cells: dict[str, str], here: str) -> str | None:
@@ -29,13 +25,9 @@ def participant_of(cells: dict[str, str], here: str) -> str | None:
     if not EXPERIMENTS[experiment].of_people:
         raise InputError(
             f"{here}: expected '-' for the participant, because trials of {experiment} have none, found "
-            f"{participant!r}: correct it"
+            f"{quoted(participant)}: correct it"
         )
-    if not is_name(participant):
-        raise InputError(
-            f"{here}: expected a participant of letters, digits, dots and hyphens, found {participant!r}: "
-            "rename it"
-        )
+    check_name(participant, "participant", here)
     return participant
 
 
@@ -47,17 +39,17 @@ def belt_of(cells: dict[str, str], here: str) -> str | None:
     if not EXPERIMENTS[experiment].on_plate:
         raise InputError(
             f"{here}: expected '-' for the belt, because trials of {experiment} are not on the plate "
-            f"treadmill, found {belt!r}: correct it"
+            f"treadmill, found {quoted(belt)}: correct it"
         )
     if belt not in BELTS:
         raise InputError(
             f"{here}: expected the belt to be left or right, or '-' for plate_treadmill.belt of the "
-            f"configuration, found {belt!r}: correct it"
+            f"configuration, found {quoted(belt)}: correct it"
         )
     if cells["source"] == "virtual_lab" and belt != "right":
         raise InputError(
             f"{here}: expected right or '-' for the belt, because the virtual laboratory moves the right "
-            f"one, found {belt!r}: correct it"
+            f"one, found {quoted(belt)}: correct it"
         )
     return belt
 
@@ -76,9 +68,9 @@ def read_participants(path: str | Path) -> dict[str, dict[str, float]]:
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
             hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-            raise InputError(f"{path}: unknown column {name!r}: {hint}")
+            raise InputError(f"{path}: unknown column {quoted(name)}: {hint}")
         if header.count(name) > 1:
-            raise InputError(f"{path}: expected the column {name!r} once, found it twice: remove one")
+            raise InputError(f"{path}: expected the column {quoted(name)} once, found it twice: remove one")
     if "participant" not in header:
         raise InputError(
             f"{path}: expected the tab-separated column 'participant', found {', '.join(header) or 'none'}: "
@@ -93,11 +85,11 @@ def read_participants(path: str | Path) -> dict[str, dict[str, float]]:
             )
         cells = dict(zip(header, map(str.strip, row), strict=True))
         name = cells.pop("participant")
-        if name in people or not is_name(name):
-            found = f"{name!r} again" if name in people else repr(name)
+        check_name(name, "participant", f"{path}: line {number}")
+        if name in people:
             raise InputError(
-                f"{path}: expected every participant once, with a name of letters, digits, dots and hyphens, "
-                f"found {found} on line {number}: rename it"
+                f"{path}: expected every participant once, found {quoted(name)} again on line {number}: "
+                "remove one of the two"
             )
         people[name] = {
             key: _number(cell, key, f"{path}: line {number}")
@@ -118,7 +110,7 @@ def _number(cell: str, key: str, here: str) -> float:
         kind = {"com_height": "a number between 0 and 1", "foot_com_m": "a number"}.get(
             key, "a positive number"
         )
-        raise InputError(f"{here}: expected {kind}, or '-', for {key}, found {cell!r}: correct it")
+        raise InputError(f"{here}: expected {kind}, or '-', for {key}, found {quoted(cell)}: correct it")
     return number
 
 
@@ -141,17 +133,18 @@ def check_people(experiments: dict[str, list], standing: dict, people: dict | No
                 f"for {without[0]}: fill it in"
             )
         named |= {row.participant for row in rows} - {None}
+    check_distinct(sorted(named), "participant", str(path))
     for name in sorted(named if people is not None else ()):
         if name not in people:
             close = difflib.get_close_matches(name, people, n=1)
             hint = f"did you mean {close[0]!r}?" if close else f"add a row to {table}"
-            raise InputError(f"{path}: expected participants of {table}, found {name!r}: {hint}")
+            raise InputError(f"{path}: expected participants of {table}, found {quoted(name)}: {hint}")
     table_of = people or {}
     for name, own in standing["participants"].items():
         if name not in named and name not in table_of:
             raise InputError(
                 f"configuration: expected standing.participants to name participants of {path}, found "
-                f"{name!r}: correct one of the two"
+                f"{quoted(name)}: correct one of the two"
             )
         for key in own:
             if key in table_of.get(name, {}):

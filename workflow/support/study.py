@@ -5,6 +5,7 @@ from pathlib import Path
 
 from tepsipe.errors import InputError
 from workflow.support.experiments import EXPERIMENTS, PARTS
+from workflow.support.names import check_distinct, check_name
 from workflow.support.people import check_people, person_of
 from workflow.support.row_names import check_names, named_by, with_names
 from workflow.support.settings import pick, plate_treadmill, settings_of
@@ -68,6 +69,8 @@ class Study:
                     f"found {pool.name!r} for the task {pool.task} and for {what}: rename one of the two"
                 )
             seen[pool.name] = pool
+            check_name(pool.name, "name of participant, belt and task together", path)
+        check_distinct(seen, "name of participant, belt and task together", path)
 
     def _check_belts(self, path: str) -> None:
         """Trials that need models of the treadmill must be on a belt that has been calibrated."""

@@ -118,7 +118,7 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str)
     Returns
     -------
     EmgRecording
-        Rate (Hz), electromyograms (uV) without known limits, trigger (V, or as recorded).
+        Rate (Hz), electromyograms and their extremes (uV), trigger (V, or as recorded).
 
     Raises
     ------
@@ -165,7 +165,8 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str)
         muscles=muscles,
         signals=np.column_stack([UV_PER_UNIT[c.unit] * c.values[:n] for c in channels]),
         trigger=volts * trigger.values[held],
-        limits=np.tile([-np.inf, np.inf], (len(muscles), 1)),
+        # without the converter's limits, the extremes of the samples show where they were clipped
+        limits=np.array([UV_PER_UNIT[c.unit] * np.array([c.values.min(), c.values.max()]) for c in channels]),
         missing=tuple(muscle for muscle in wanted if muscle not in muscles),
     )
 

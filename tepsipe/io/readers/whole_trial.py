@@ -28,11 +28,10 @@ def _read_text(path: Path) -> Recording:
     return read_table_recording(path)
 
 
+TEXT_ENDINGS = (".txt", ".csv", ".tsv")
 READERS: dict[str, Callable[[Path], Recording]] = {
     ".c3d": _read_c3d,
-    ".txt": _read_text,
-    ".csv": _read_text,
-    ".tsv": _read_text,
+    **dict.fromkeys(TEXT_ENDINGS, _read_text),
 }
 
 
