@@ -20,7 +20,6 @@ SOURCES = (
 )
 # of Snakemake and YAML in names, and what no shell takes as it is
 SPECIAL = set('{}<>*?"|\n\r\t')
-
 # files that the section `study` names
 INPUTS = {
     "trial_sheet": "the trial sheet",

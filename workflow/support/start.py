@@ -11,7 +11,11 @@ from workflow.support.check import (
     check_recordings,
 )
 from workflow.support.folders import check_folders, check_path, check_paths
+<<<<<<< HEAD
 from workflow.support.people import read_participants
+=======
+from workflow.support.placeholders import refuse_placeholders
+>>>>>>> origin/main
 from workflow.support.study import Study
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
 from workflow.support.yaml_file import read_settings
@@ -39,6 +43,7 @@ def _override(config: dict, changes: dict) -> None:
 
 def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) -> Study:
     """Check the configuration, read the trial sheet, and check the folders that the study writes to."""
+    refuse_placeholders(config, name)
     check_against_schema(config, SCHEMAS / "config.schema.yaml", name)
     check_paths(config, name)
     check_config(config, name)
