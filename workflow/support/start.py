@@ -11,11 +11,8 @@ from workflow.support.check import (
     check_recordings,
 )
 from workflow.support.folders import check_folders, check_path, check_paths
-<<<<<<< HEAD
 from workflow.support.people import read_participants
-=======
 from workflow.support.placeholders import refuse_placeholders
->>>>>>> origin/main
 from workflow.support.study import Study
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
 from workflow.support.yaml_file import read_settings
