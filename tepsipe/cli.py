@@ -1,4 +1,4 @@
-"""The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``export``, ``check``.
+"""The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``export``, ``check``.
 
 Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
 to the standard error and returns 2.
@@ -147,6 +147,19 @@ def _parser() -> argparse.ArgumentParser:
         help="also draw the signals; default: the file's name with .png, in the current folder",
     )
     info.set_defaults(command=_info)
+
+    study = commands.add_parser(
+        "new-study",
+        help="write trial sheet and configuration for a folder of recordings",
+        description="Look into the recordings of a folder and write trials.tsv, config.yaml and MISSING.md, "
+        "the list of what no file shows. Nothing is overwritten, and the recordings are only read.",
+    )
+    study.add_argument("folder", type=Path)
+    study.add_argument("--name", metavar="N", help="name of the study; default: that of the folder")
+    study.add_argument(
+        "--output", type=Path, metavar="DIR", help="folder to write to; default: one with the study's name"
+    )
+    study.set_defaults(command=_new_study)
 
     check = commands.add_parser(
         "check",
@@ -298,6 +311,21 @@ def _info(chosen: argparse.Namespace) -> None:
         png = _picture(chosen.file, chosen.plot)
         save_png(draw_contents(contents, chosen.file.name), png)
         print(f"\nwritten: {png}")
+
+
+def _new_study(chosen: argparse.Namespace) -> None:
+    from tepsipe.new_study.study import FILES, new_study
+
+    made = new_study(chosen.folder, chosen.name, chosen.output)
+    for experiment, count in made.trials.items():
+        print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
+    if made.left:
+        print(f"not used: {len(made.left)} files, see {FILES[2]}")
+    print(f"written to {made.folder}: {', '.join(FILES)}")
+    config = made.folder / FILES[1]
+    if made.missing:
+        print(f"next: fill in what {made.folder / FILES[2]} lists ({made.missing} items), then")
+    print(f"  snakemake -n --configfile {config}\n  snakemake -c2 --configfile {config}")
 
 
 def _picture(file: Path, wanted: Path) -> Path:
