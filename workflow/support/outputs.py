@@ -169,11 +169,8 @@ def everything(study: Study) -> list[str]:
         *forward(study),
         *noise(study),
         *specification(study),
-<<<<<<< HEAD
         *thesis_dummy(study)[1:],
-=======
         *participants(study),
->>>>>>> origin/main
         *recovery(study),
         *claims(study),
         *figures(study),
