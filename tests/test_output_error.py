@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import LEG, RATE_HZ, Joint, assert_one_sentence, scaled_leg, swing
+from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
 from tepsipe.identification.output_error import match_angle, simulate_leg
+from tepsipe.mechanics.rubber_joint import RubberJoint
+from tepsipe.mechanics.rubber_joint import swing as rubber_swing
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import WindowOptions, perturbations_of
 from tepsipe.statistics.bootstrap import bootstrap_mean
@@ -168,3 +171,38 @@ def test_angle_that_has_nothing_to_do_with_the_foot_is_refused(still, rng):
     with pytest.raises(InputError) as caught:
         fit(still, replace(still.motion, theta=noise))
     assert_one_sentence(caught.value, "I, B, K")
+
+
+# ---- a joint that softens ------------------------------------------------------------------------
+
+
+def softening_swing(joint, peak_m_per_s, onsets_s=(2.0, 4.0, 6.0), duration_s=10.0):
+    """As `swing`, with a joint that softens; integrated by a Runge-Kutta method."""
+    linear = swing(Joint(), onsets_s, peak_m_per_s, duration_s)
+    halves = np.arange(2 * linear.motion.time.size - 1) / (2.0 * RATE_HZ)
+    push = CubicSpline(linear.motion.time, linear.belt_acceleration)(halves)
+    theta = rubber_swing(LEG, [joint], push[None], 1.0 / RATE_HZ)[0, 0]
+    return linear, replace(linear.motion, theta=theta)
+
+
+RUBBER = RubberJoint(
+    stiffness_Nm_per_rad=10.0,
+    half_softening_rad=0.025,
+    damping_Nms_per_rad=0.06,
+    softened_damping_Nms_per_rad=0.1,
+    inertia_Nms2_per_rad=0.007,
+)
+
+
+@pytest.mark.parametrize("peak", [0.2, 0.4])
+def test_a_joint_that_softens_gives_the_constants_of_small_movements(peak):
+    linear, motion = softening_swing(RUBBER, peak)
+    found = fit(linear, motion)
+    assert found.softening is not None
+    assert values(found) == pytest.approx([0.007, 0.06, 10.0], rel=0.03, abs=5e-4)
+    assert found.vaf_angle > 99.95
+
+
+def test_a_linear_joint_is_not_said_to_soften(still, small, rng):
+    assert fit(still).softening is None or abs(fit(still).softening[0]) < 0.05
+    assert [noisy_fit(small, rng, "instruments").softening for _ in range(5)] == [None] * 5

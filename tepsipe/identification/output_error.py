@@ -30,6 +30,14 @@ perturbation to the next. Then x_i = x + n (sum Z' S)^-1 c_i are n contributions
 resampling them with replacement is the bootstrap over intervals to first order. It assumes independent
 intervals: they must be longer than 2 J / B, the time for which the leg rings.
 
+A joint that softens with bending and loses more as it softens has two more parameters, C and B_s:
+
+    tau = K phi - C q phi + (B + B_s q) phi',    q = phi^2 / (phi^2 + phi_h^2)
+
+They enter u with the measured phi, so the equation stays linear in them, and K and B are those of small
+movements. phi_h is chosen among several by the remaining error. The joint is taken as linear unless C differs
+from 0 by more than `SOFTENS` standard errors over the intervals.
+
 Symbols: J inertia of the leg about the ankle and of the joint (kg·m²), B (N·m·s/rad), K (N·m/rad), m, r, I_l,
 g as in `inverse_dynamics`; y position of the foot (m); theta leg angle, positive towards +y (rad);
 theta_ref neutral angle of the joint (rad); delta delay of the angle after the foot (s).
@@ -56,6 +64,10 @@ _LOWEST_RAD_PER_S = 0.6
 _LARGEST_RATIO = 3.0
 # steps in which the instruments are updated (-); then they are fixed, so that the solution is unique
 _RENEWED = 2
+# C over its standard error from which a joint softens (-): the larger of two noises in 10^4 trials
+SOFTENS = 5.0
+# phi_h that is tried, over the largest bending (-)
+_HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 
 
 @dataclass(frozen=True)
@@ -71,12 +83,15 @@ class OutputError(WindowedFits):
         Measured and simulated theta (rad).
     theta_0_rad, delay_s : float
         theta_0 (rad) and delta (s).
+    softening : tuple of float, or None
+        C (N·m/rad), B_s (N·m·s/rad) and phi_h (rad) of a joint that softens; None of a linear one.
     """
 
     angle: np.ndarray
     simulated: np.ndarray
     theta_0_rad: float
     delay_s: float
+    softening: tuple[float, float, float] | None = None
 
     @property
     def vaf_angle(self) -> float:
@@ -85,14 +100,20 @@ class OutputError(WindowedFits):
 
 
 def simulate_leg(
-    x: np.ndarray, leg: Leg, time: np.ndarray, theta: np.ndarray, y_dd: np.ndarray
+    x: np.ndarray,
+    leg: Leg,
+    time: np.ndarray,
+    theta: np.ndarray,
+    y_dd: np.ndarray,
+    half_rad: float | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Angle of the leg on a moving foot, and its sensitivities.
 
     Parameters
     ----------
-    x : ndarray, shape (5,)
-        J (kg·m²), B (N·m·s/rad), K (N·m/rad), theta_0 (rad), delta (s).
+    x : ndarray, shape (5,) or (7,)
+        J (kg·m²), B (N·m·s/rad), K (N·m/rad), theta_0 (rad), delta (s), and of a joint that softens C
+        (N·m/rad) and B_s (N·m·s/rad).
     leg : Leg
         m, r, g (kg, m, m/s²).
     time : ndarray, shape (n,)
@@ -101,29 +122,41 @@ def simulate_leg(
         Measured angle, for the non-linear terms (rad).
     y_dd : ndarray, shape (n,)
         Acceleration of the foot (m/s²), of the cubic spline through its positions.
+    half_rad : float, optional
+        phi_h of a joint that softens (rad).
 
     Returns
     -------
     angle : ndarray, shape (n,)
         theta (rad).
-    sensitivities : ndarray, shape (n, 5)
+    sensitivities : ndarray, shape (n, 5) or (n, 7)
         Derivatives of it with respect to ``x`` (rad over the units of ``x``).
     """
     p = leg.mass_kg * leg.com_m
     critical_stiffness = p * leg.gravity_m_per_s2
-    inertia, damping, stiffness, rest, delay = x
+    inertia, damping, stiffness, rest, delay = x[:5]
     rate = (time.size - 1) / (time[-1] - time[0])
     motion = np.array([inertia, damping, stiffness - critical_stiffness])
     beyond = np.sin(theta) - np.sin(rest) - (theta - rest)
-    phi = simulate_angle(motion, critical_stiffness * beyond - p * y_dd * np.cos(theta), rate)
+    forces = _softening_forces(time, theta - rest, half_rad) if x.size > 5 else []
+    push = critical_stiffness * beyond - p * y_dd * np.cos(theta)
+    phi = simulate_angle(motion, push + sum(c * f for c, f in zip(x[5:], forces, strict=True)), rate)
     phi_d = derivative(time, phi)
     phi_dd = derivative(time, phi_d)
-    # the same equation, differentiated with respect to J, B and K
-    moved = [phi, *(simulate_angle(motion, -force, rate) for force in (phi_dd, phi_d, phi)), phi_d]
+    # the same equation, differentiated with respect to J, B, K, C and B_s
+    forces = [-phi_dd, -phi_d, -phi, *forces]
+    moved = [phi, phi_d, *(simulate_angle(motion, force, rate) for force in forces)]
     late = scipy.interpolate.CubicSpline(time, np.column_stack(moved))(
         np.clip(time - delay, time[0], time[-1])
     )
-    return rest + late[:, 0], np.column_stack([late[:, 1:4], np.ones(time.size), -late[:, 4]])
+    sensitivities = np.column_stack([late[:, 2:5], np.ones(time.size), -late[:, 1], late[:, 5:]])
+    return rest + late[:, 0], sensitivities
+
+
+def _softening_forces(time: np.ndarray, phi: np.ndarray, half_rad: float) -> list[np.ndarray]:
+    """What C and B_s add to u, per unit: q phi (rad) and -q phi' (rad/s)."""
+    share = phi**2 / (phi**2 + half_rad**2)
+    return [share * phi, -share * derivative(time, phi)]
 
 
 def match_angle(
@@ -179,6 +212,7 @@ def match_angle(
             )
     used = moved["belt" if source == "belt" else "markers"]
     other = moved["belt" if source == "instruments" else source]
+    task = _Task(motion, leg, moved["belt"], used, other, source == "instruments", perturbations)
     x, low, high = _start(motion, leg, at_rest)
     # the belt velocity gives a less noisy acceleration, and so a better starting point
     solution = scipy.optimize.least_squares(
@@ -188,33 +222,103 @@ def match_angle(
         bounds=(low, high),
         x_scale=[0.1 * x[0], x[1], 0.1 * x[2], 1e-3, 1e-3],
     )
-    x = solution.x
+    found = _solve(task, solution.x, low, high)
+    softer = _softening_solution(task, found.x, low, high)
+    if softer is not None:
+        found = softer
+    angle = simulate_leg(found.x, leg, time, motion.theta, used, found.half_rad)[0]
+    each = found.each[:, :3].copy()
+    each[:, 0] -= leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
+    regression = _with_torque(each, found.conditioning, motion, leg, perturbations, at_rest)
+    return OutputError(
+        **vars(regression),
+        angle=motion.theta,
+        simulated=angle,
+        theta_0_rad=float(found.x[3]),
+        delay_s=float(found.x[4]),
+        softening=None if found.half_rad is None else (*map(float, found.x[5:]), found.half_rad),
+    )
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is fitted: motion of the leg (rad), acceleration of belt, of the foot in use and of the other
+    (m/s²), whether the other is the instrument, and the perturbations (samples).
+    """
+
+    motion: SegmentMotion
+    leg: Leg
+    belt: np.ndarray
+    used: np.ndarray
+    other: np.ndarray
+    instruments: bool
+    perturbations: list[Perturbation]
+
+    def simulate(self, x: np.ndarray, y_dd: np.ndarray, half_rad: float | None):
+        """Angle (rad) and sensitivities for an acceleration of the foot (m/s²)."""
+        return simulate_leg(x, self.leg, self.motion.time, self.motion.theta, y_dd, half_rad)
+
+
+@dataclass(frozen=True)
+class _Solution:
+    """Parameters, their contributions by interval, conditioning of the last step (-), phi_h (rad)."""
+
+    x: np.ndarray
+    each: np.ndarray
+    conditioning: float
+    half_rad: float | None
+
+
+def _solve(task: _Task, x: np.ndarray, low, high, half_rad: float | None = None) -> _Solution:
+    """Make the error orthogonal to the instruments, or to its own sensitivities."""
+    perturbations = task.perturbations
     for count in range(30):
-        angle, sensitivities = simulate_leg(x, leg, time, motion.theta, used)
-        if source != "instruments" or count < _RENEWED:
-            instruments = simulate_leg(x, leg, time, motion.theta, other)[1]
+        angle, sensitivities = task.simulate(x, task.used, half_rad)
+        if not task.instruments or count < _RENEWED:
+            instruments = task.simulate(x, task.other, half_rad)[1]
         scale = np.linalg.norm(instruments, axis=0)
         normal = (instruments / scale).T @ (sensitivities / scale)
         if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e10:
             raise _undetermined("sensitivities that depend on each other")
-        contributions = _by_interval((instruments / scale) * (motion.theta - angle)[:, None], perturbations)
-        steps = np.linalg.solve(normal, contributions.T).T / scale
+        error = (instruments / scale) * (task.motion.theta - angle)[:, None]
+        steps = np.linalg.solve(normal, _by_interval(error, perturbations).T).T / scale
         step = steps.sum(axis=0)
         x = x + step
-        if (x <= low).any() or (x >= high).any():
+        if (x[:5] <= low).any() or (x[:5] >= high).any():
             raise _undetermined("parameters at the bounds of the search")
-        if np.abs(step / [x[0], x[1], x[2], 1.0, 1e-2]).max() < 1e-8:
+        if np.abs(step[:5] / [x[0], x[1], x[2], 1.0, 1e-2]).max() < 1e-8:
             break
     else:
         raise _undetermined("no convergence")
-    angle = simulate_leg(x, leg, time, motion.theta, used)[0]
     each = x + len(perturbations) * (steps - step / len(perturbations))
-    each[:, 0] -= leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
-    conditioning = float(np.linalg.cond(normal))
-    regression = _with_torque(each[:, :3], conditioning, motion, leg, perturbations, at_rest)
-    return OutputError(
-        **vars(regression), angle=motion.theta, simulated=angle, theta_0_rad=float(x[3]), delay_s=float(x[4])
-    )
+    return _Solution(x, each, float(np.linalg.cond(normal)), half_rad)
+
+
+def _softening_solution(task: _Task, x: np.ndarray, low, high) -> _Solution | None:
+    """Solution for a joint that softens; None if the joint is linear as far as the trial shows."""
+    if len(task.perturbations) < 3:
+        return None
+    largest = float(np.abs(task.motion.theta - x[3]).max())
+    angle, linear = task.simulate(x, task.belt, None)
+    error, best = task.motion.theta - angle, None
+    for half in (share * largest for share in _HALVES):
+        # one step of Gauss and Newton tells which phi_h leaves the least
+        columns = np.column_stack(
+            [linear, task.simulate(np.append(x, [0.0, 0.0]), task.belt, half)[1][:, 5:]]
+        )
+        scale = np.linalg.norm(columns, axis=0)
+        step, *_ = np.linalg.lstsq(columns / scale, error, rcond=None)
+        left = float(np.sum((error - columns @ (step / scale)) ** 2))
+        if best is None or left < best[0]:
+            best = (left, half, step / scale)
+    _, half, step = best
+    try:
+        found = _solve(task, np.append(x, [0.0, 0.0]) + step, low, high, half)
+    except InputError:
+        return None
+    softening = found.each[:, 5]
+    error = float(softening.std(ddof=1)) / np.sqrt(softening.size)
+    return found if float(softening.mean()) > SOFTENS * error else None
 
 
 def _undetermined(found: str) -> InputError:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.identification.estimators import ESTIMATORS
 from workflow.support.experiments import EXPERIMENTS, PARTS
 from workflow.support.names import check_distinct, check_name
 from workflow.support.people import check_people, person_of
@@ -359,10 +360,11 @@ class Study:
         return [name for name, choice in choices.items() if choice["active"] != "none"]
 
     def dummy_windows(self) -> dict[str, float | None]:
-        """Pathway of the dummy -> length of its windows (s), None if as long as the perturbation."""
+        """Pathway of the dummy that fits windows -> their length (s), None if as long as the perturbation."""
         dummy = self.settings["dummy"]
         foot = dummy["foot"]["pathways"] if self.has("foot") else {}
-        return dict.fromkeys(dummy["pathways"]) | {name: p["window_s"] for name, p in foot.items()}
+        legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].windowed}
+        return legs | {name: p["window_s"] for name, p in foot.items()}
 
     def printed(self) -> dict[str, dict]:
         """Settings that the report prints, by experiment and part."""
