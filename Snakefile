@@ -38,6 +38,8 @@ include: "workflow/rules/simulation.smk"
 include: "workflow/rules/noise.smk"
 # sections 2-2, 3-2 and 4-2: a person standing on the treadmill
 include: "workflow/rules/standing.smk"
+# participants of any experiment: values per person, means over people
+include: "workflow/rules/participants.smk"
 # a treadmill of your own
 include: "workflow/rules/belt.smk"
 # a human joint in a position-controlled manipulator
