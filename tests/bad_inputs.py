@@ -164,7 +164,7 @@ def sheet_rows(folder: Path, conditions: dict[str, list[str]]) -> list[str]:
 # settings of a study of these trials, beside its sheet
 STUDY = {
     "dummy": {"analysis": {"rest_before_s": 2.0, "rest_after_s": 3.0, "bootstrap_draws": 100}},
-    "wristalyzer": {"analysis": {"cut_s": 2.0, "random_starts": 2, "profile_points": 9}},
+    "wristalyzer": {"analysis": {"cut_s": 2.0, "perturbation_period_s": None, "random_starts": 2}},
     "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
     "position_manipulator": {"analysis": {"bootstrap_draws": 100}},
 }
