@@ -1,4 +1,5 @@
-# make            build the environment, run the study to results/report/thesis.pdf
+# make            build the environment, run the study to results/report/thesis.pdf; after a run that was killed, go on
+# make CONFIG=... the same for a study of your own, for example CONFIG=my-study/config.yaml
 # make test       build the environment if needed, run the tests
 # make quick      the same without tests that are slow or run a study
 # make lint       the same for the lint and format checks
@@ -19,8 +20,9 @@ CORES ?= 2
 # where PyBullet is not installed, another engine moves the simulated dummy
 ENGINE = $$($(BIN)/python -c 'import pybullet' 2>/dev/null || echo --configfile config/any-engine.yaml)
 
+# checks the configuration before Snakemake loads it, and goes on after a run that was killed
 study: environment
-	$(BIN)/snakemake -c$(CORES) $(ENGINE)
+	@$(BIN)/python -m workflow.run -c$(CORES) $(ENGINE) $(if $(CONFIG),--configfile $(CONFIG))
 
 # processes share the files of tests, because those of one file may change the same study; files that run a study
 # start first

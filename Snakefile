@@ -9,6 +9,10 @@ from snakemake.utils import min_version
 min_version("9.14")
 
 
+# refuses configuration files that cannot be read as they are meant
+include: "workflow/rules/configuration.smk"
+
+
 configfile: "config/config.yaml"
 
 
@@ -53,7 +57,13 @@ rule all:
 
 onstart:
     start_jobs_when_jobs_end()
+    runs.note_run()
+
+
+onsuccess:
+    runs.forget_run()
 
 
 onerror:
-    say_what_stopped()
+    runs.forget_run()
+    say_what_stopped(log)

@@ -1,4 +1,4 @@
-"""The command line: ``tepsipe fit``, ``tepsipe calibrate``, ``tepsipe info``.
+"""The command line: ``tepsipe fit``, ``tepsipe calibrate``, ``tepsipe info``, ``tepsipe check``.
 
 Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
 to the standard error and returns 2.
@@ -147,6 +147,16 @@ def _parser() -> argparse.ArgumentParser:
         help="also draw the signals; default: the file's name with .png, in the current folder",
     )
     info.set_defaults(command=_info)
+
+    check = commands.add_parser(
+        "check",
+        help="whether a study's configuration and trial sheet can be used, before it runs",
+        description="Check configuration files and the trial sheet that they name, without running anything "
+        "from them: mistakes by file and line, repeated keys, unknown keys, values, names, folders. Run it "
+        "in the folder of the study. Snakemake checks the same, but loads the files first.",
+    )
+    check.add_argument("files", nargs="*", metavar="CONFIG", help="as after snakemake --configfile")
+    check.set_defaults(command=_check)
     return parser
 
 
@@ -248,6 +258,21 @@ def _picture(file: Path, wanted: Path) -> Path:
     if not png.parent.is_dir():
         raise InputError(f"--plot: expected a folder that exists, found {quoted(png.parent)}: make it first")
     return png
+
+
+def _check(chosen: argparse.Namespace) -> None:
+    import subprocess
+
+    if not Path("workflow/check.py").is_file():
+        raise InputError(
+            f"tepsipe check: expected the folder of the study, with Snakefile and workflow, found "
+            f"{Path.cwd()}: run it there"
+        )
+    done = subprocess.run(
+        [sys.executable, "-m", "workflow.check", *chosen.files], stderr=subprocess.PIPE, text=True
+    )
+    if done.returncode:
+        raise InputError(done.stderr.strip().removeprefix("tepsipe: "))
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:

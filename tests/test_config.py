@@ -14,7 +14,6 @@ from workflow.support.check import (
     check_config,
     check_one_treadmill,
     check_plate_models,
-    load_yaml,
 )
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.reach import reached_by
@@ -22,6 +21,7 @@ from workflow.support.renames import KEYS, MOVED, REMOVED, VALUES
 from workflow.support.settings import only, pick, settings_of, without
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
+from workflow.support.yaml_file import read_settings
 
 
 def merged(base, changes):
@@ -45,7 +45,7 @@ def merged(base, changes):
     ],
 )
 def test_shipped_file_agrees_with_its_schema(name, schema, root):
-    content = load_yaml(root / "config" / name)
+    content = read_settings(root / "config" / name)
     check_against_schema(content, root / f"workflow/schemas/{schema}.schema.yaml", name)
 
 
@@ -68,7 +68,7 @@ def test_shipped_person_does_all_of_the_protocol(config, root):
 
 
 def test_shipped_study_of_recordings_is_a_valid_override(config, root):
-    override = load_yaml(root / "config/human-ankle/config.yaml")
+    override = read_settings(root / "config/human-ankle/config.yaml")
     both = merged(config, override)
     check_against_schema(both, root / "workflow/schemas/config.schema.yaml", "human-ankle")
     check_config(both, "human-ankle")
@@ -78,7 +78,7 @@ def test_shipped_study_of_recordings_is_a_valid_override(config, root):
 
 
 def test_overlay_for_computers_without_pybullet_changes_the_engine_and_nothing_else(config, root):
-    both = merged(config, load_yaml(root / "config/any-engine.yaml"))
+    both = merged(config, read_settings(root / "config/any-engine.yaml"))
     check_against_schema(both, root / "workflow/schemas/config.schema.yaml", "any-engine")
     assert both["dummy"]["simulation"]["engine"] == "auto"
     assert config["dummy"]["simulation"]["engine"] == "pybullet"
@@ -87,7 +87,7 @@ def test_overlay_for_computers_without_pybullet_changes_the_engine_and_nothing_e
 
 
 def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
-    override = load_yaml(root / "config/rmill-treadmill/config.yaml")
+    override = read_settings(root / "config/rmill-treadmill/config.yaml")
     both = merged(config, override)
     check_against_schema(both, root / "workflow/schemas/config.schema.yaml", "rmill-treadmill")
     check_config(both, "rmill-treadmill")
@@ -106,7 +106,7 @@ def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
 
 def test_reported_tables_have_the_conditions_of_the_trial_sheet(config, root):
     trials = read_trial_sheet(root / config["study"]["trial_sheet"], ".")
-    reported = load_yaml(root / "config/reported.yaml")
+    reported = read_settings(root / "config/reported.yaml")
     for table, experiment in (("table_4_1", "wristalyzer"), ("table_4_2", "dummy")):
         for quantity, row in reported["tables"][table].items():
             for condition in row:
@@ -114,7 +114,7 @@ def test_reported_tables_have_the_conditions_of_the_trial_sheet(config, root):
 
 
 def test_reported_slips_are_in_the_tables_as_printed(root):
-    reported = load_yaml(root / "config/reported.yaml")
+    reported = read_settings(root / "config/reported.yaml")
     assert reported["slips"]
     for slip in reported["slips"]:
         printed = reported["tables"][slip["table"]][slip["quantity"]][slip["condition"]]
@@ -123,7 +123,7 @@ def test_reported_slips_are_in_the_tables_as_printed(root):
 
 
 def test_every_reported_claim_can_be_measured(root):
-    reported = load_yaml(root / "config/reported.yaml")
+    reported = read_settings(root / "config/reported.yaml")
     measured = [claim["measure"] for claim in reported["claims"]]
     assert set(measured) <= set(MEASURES)
     assert len(set(measured)) == len(measured)
@@ -396,7 +396,7 @@ def test_leg_marker_that_is_placed_twice_is_refused(config, refused):
 def refused_yaml(path, content):
     path.write_bytes(content)
     with pytest.raises(InputError) as caught:
-        load_yaml(path)
+        read_settings(path)
     assert_one_sentence(caught.value, path)
     return str(caught.value)
 
@@ -423,24 +423,24 @@ def test_yaml_that_holds_no_keys_is_refused(tmp_path, root):
     (tmp_path / "c.yaml").write_text("- 1\n- 2\n")
     with pytest.raises(InputError) as caught:
         schema = root / "workflow/schemas/config.schema.yaml"
-        check_against_schema(load_yaml(tmp_path / "c.yaml"), schema, "c.yaml")
+        check_against_schema(read_settings(tmp_path / "c.yaml"), schema, "c.yaml")
     assert_one_sentence(caught.value, "c.yaml")
 
 
 def test_missing_yaml_is_refused(tmp_path):
     with pytest.raises(InputError) as caught:
-        load_yaml(tmp_path / "none.yaml")
+        read_settings(tmp_path / "none.yaml")
     assert_one_sentence(caught.value, tmp_path / "none.yaml")
 
 
 def test_good_yaml_is_read_as_any_reader_would(root):
     text = (root / "config/config.yaml").read_text()
-    assert load_yaml(root / "config/config.yaml") == yaml.safe_load(text)
+    assert read_settings(root / "config/config.yaml") == yaml.safe_load(text)
 
 
 def test_yaml_that_merges_one_mapping_into_another_is_read(tmp_path):
     (tmp_path / "c.yaml").write_text("base: &b {x: 1, y: 2}\nmore:\n  <<: *b\n  y: 3\n")
-    assert load_yaml(tmp_path / "c.yaml")["more"] == {"x": 1, "y": 3}
+    assert read_settings(tmp_path / "c.yaml")["more"] == {"x": 1, "y": 3}
 
 
 # ---- the trial sheet ---------------------------------------------------------------------------

@@ -8,14 +8,14 @@ from builders import assert_one_sentence, belt_pulses
 from dflow_builders import write_mocap, write_record, write_rows
 
 from tepsipe.errors import InputError
-from tepsipe.ingest.dflow import DFlowOptions, dflow_recording
-from tepsipe.io.readers.dflow import is_dflow, read_dflow
+from tepsipe.ingest.dflow import DFlowOptions, read_dflow_files
+from tepsipe.io.readers.file_kind import DFLOW, kind_of
 from tepsipe.signals.time_alignment import common_signal_delay
 
 RATE_HZ = 100.0
 SECONDS = 20.0
 ONSETS_S = (4.0, 7.1, 9.3, 13.7)
-OPTIONS = DFlowOptions(max_gap_s=0.1, belt_fixed_labels=("HEEL",))
+OPTIONS = DFlowOptions(belt_fixed_labels=("HEEL",))
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def files(truth, tmp_path, rng):
 
 
 def recording_of(mocap, record=None, options=OPTIONS):
-    return dflow_recording(read_dflow(mocap), None if record is None else read_dflow(record), options)
+    return read_dflow_files(mocap, record, options)
 
 
 # ---- the mocap file ----------------------------------------------------------------------------
@@ -107,13 +107,17 @@ def test_hidden_markers_are_nan_whether_zero_or_held(files, truth):
     assert np.flatnonzero(hidden[:, found.labels.index("KEPT")]).tolist() == list(range(200, 220))
 
 
-def test_regular_stamps_replace_a_missing_counter(truth, tmp_path):
+def test_regular_stamps_replace_a_missing_counter(truth, tmp_path, rng):
     columns = [208.0 + truth["time"], *truth["heel"].T]
     path = write_rows(tmp_path / "m.txt", ["TimeStamp", "HEEL.PosX", "HEEL.PosY", "HEEL.PosZ"], columns)
     assert recording_of(path).markers.positions.shape == (truth["time"].size, 1, 3)
-    columns = [x[np.random.default_rng(1).random(truth["time"].size) > 0.1] for x in columns]
+    kept = np.delete(np.arange(truth["time"].size), [5, 6, 90])
+    write_rows(path, ["TimeStamp", "HEEL.PosX", "HEEL.PosY", "HEEL.PosZ"], [x[kept] for x in columns])
+    missing = np.isnan(recording_of(path).markers.positions[:, 0, 0])
+    assert np.flatnonzero(missing).tolist() == [5, 6, 90]
+    columns[0] = np.sort(rng.uniform(208.0, 228.0, truth["time"].size))
     write_rows(path, ["TimeStamp", "HEEL.PosX", "HEEL.PosY", "HEEL.PosZ"], columns)
-    with pytest.raises(InputError, match="'FrameNumber' or regular time stamps"):
+    with pytest.raises(InputError, match="time stamps of a regular clock"):
         recording_of(path)
 
 
@@ -144,7 +148,7 @@ def test_common_channel_aligns_without_belt_fixed_markers(files, truth, tmp_path
     stamp, true = record_instants(rng, late_s=0.8)
     columns = [stamp, belt_pulses(true, ONSETS_S, 0.5)[1], 2.0 * np.sin(1.0 + true)]
     record = write_rows(tmp_path / "Record.txt", ["Time", "LeftBeltSpeed", "FP1.ForY"], columns)
-    found = recording_of(mocap, record, DFlowOptions(max_gap_s=0.1))
+    found = recording_of(mocap, record, DFlowOptions())
     speed = found.channels["LeftBeltSpeed"].values
     inside = np.isfinite(speed)
     assert np.abs(speed - truth["speed"])[inside].max() < 0.1
@@ -163,7 +167,7 @@ def test_compressed_files_are_the_same(files):
     packed = [path.with_name(path.name + ".gz") for path in plain]
     for path, other in zip(plain, packed, strict=True):
         other.write_bytes(gzip.compress(path.read_bytes()))
-        assert is_dflow(other)
+        assert kind_of(other) == DFLOW
     a, b = recording_of(*plain), recording_of(*packed)
     assert np.array_equal(a.markers.positions, b.markers.positions)
     assert np.array_equal(
@@ -245,10 +249,8 @@ def test_record_of_another_trial_is_refused(files, rng):
 
 def test_record_that_cannot_be_aligned_or_is_a_mocap_file_is_refused(files):
     mocap, record = files()
-    refused(
-        record, "a signal that the mocap file holds", lambda: recording_of(mocap, record, DFlowOptions(0.1))
-    )
+    refused(record, "a signal that the mocap file holds", lambda: recording_of(mocap, record, DFlowOptions()))
     refused(mocap, "name the mocap file in the column", lambda: recording_of(mocap, mocap))
     refused(record, "name the file of D-Flow's mocap module", lambda: recording_of(record))
-    options = DFlowOptions(0.1, ("TOE",))
+    options = DFlowOptions(("TOE",))
     refused(mocap, "the belt-fixed marker 'TOE'", lambda: recording_of(mocap, record, options))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from builders import assert_one_sentence
-from edfio import Bdf, BdfSignal, Edf, EdfSignal
+from edfio import Edf, EdfSignal
 
 from tepsipe.errors import InputError
 from tepsipe.io.readers.edf import read_emg
@@ -182,11 +182,6 @@ def test_recording_that_was_not_closed_is_refused(refused, changed):
 
 def test_header_that_is_no_number_is_refused(refused, changed):
     refused(changed(lambda content: content[:244] + b"a second" + content[252:]))
-
-
-def test_bdf_is_named(refused, muscles, tmp_path):
-    Bdf([BdfSignal(muscles[0][:, 0], RATE_HZ, label="a")]).write(tmp_path / "emg.bdf")
-    assert "BDF" in refused(tmp_path / "emg.bdf")
 
 
 def test_missing_trigger_is_named_beside_the_channels_that_are_there(refused, good):

@@ -2,11 +2,18 @@
 
 import math
 
+import pandas as pd
 import pytest
 
 from tepsipe.reporting.figures.names import short_name, unit_symbol, words
 from tepsipe.reporting.numbers.format import number, percent, span
-from tepsipe.reporting.numbers.study import provenance_data, slips_data, table_data
+from tepsipe.reporting.numbers.study import (
+    flagged_cells,
+    flags_data,
+    provenance_data,
+    slips_data,
+    table_data,
+)
 from tepsipe.reporting.thesis_tables import TableRow
 
 MINUS = "\N{MINUS SIGN}"
@@ -130,3 +137,29 @@ def test_units_are_typeset_in_figures_and_kept_in_files():
     row = TableRow("leg", "regression", "I", "Nms2/rad", [0.0], [None])
     assert table_data([row], ["a"], ["A"])[0]["rows"][0]["unit"] == "N·m·s²/rad"
     assert row.unit == "Nms2/rad"
+
+
+def test_flagged_estimates_are_counted_and_marked_by_a_dagger():
+    frame = pd.DataFrame(
+        {
+            "pathway": "leg",
+            "estimator": "regression",
+            "quantity": ["K", "K", "B"],
+            "condition": ["a", "b", "a"],
+            "flags": [None, "at-bound;undefined", None],
+        }
+    )
+    rows = [
+        TableRow("leg", "regression", "K", "Nm/rad", [6.4801, None], [None, None]),
+        TableRow("leg", "regression", "SE_K", "Nm/rad", [0.1, 0.2], [None, None]),
+    ]
+    (block,) = table_data(rows, ["a", "b"], ["A", "B"], flagged_cells(frame))
+    assert block["rows"][0]["values"] == ["6.480", "\N{EN DASH} \N{DAGGER}"]
+    assert block["rows"][1]["values"] == ["0.10", "0.20 \N{DAGGER}"]
+    told = flags_data(frame)
+    assert (told["count"], told["total"]) == (1, 3)
+    assert [(kind["name"], kind["count"]) for kind in told["kinds"]] == [
+        ("at-bound", "1"),
+        ("undefined", "1"),
+    ]
+    assert flags_data(frame.assign(flags=None))["count"] == 0

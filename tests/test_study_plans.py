@@ -182,8 +182,19 @@ def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(own_study):
 
 
 def test_one_condition_alone_touches_nothing_else(own_study):
+    def written():
+        files = (path for path in (own_study / "results").rglob("*") if path.is_file())
+        return {path.relative_to(own_study).as_posix(): path.stat().st_mtime_ns for path in files}
+
     target = "results/estimates/dummy/sine-0.5.csv"
     (own_study / target).unlink()
+    before = written()
     assert jobs(snakemake(own_study, "-n", target)) == {"fit_dummy": 1}
     assert snakemake(own_study, target).returncode == 0
-    assert "Nothing to be done" in "".join(vars(snakemake(own_study))[key] for key in ("stdout", "stderr"))
+    after = written()
+    assert {name for name in after if after[name] != before.get(name)} == {
+        target,
+        "results/fits/dummy/sine-0.5.h5",
+        "results/logs/fit_dummy/sine-0.5.log",
+    }
+    assert not before.keys() - after.keys()

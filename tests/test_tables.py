@@ -3,6 +3,7 @@
 import csv
 
 import numpy as np
+import pandas as pd
 import pytest
 from builders import assert_one_sentence
 
@@ -48,6 +49,36 @@ def test_estimates_come_back_from_their_file(tmp_path, rng):
     assert read[2] == written[2]
     write_estimates(tmp_path / "again.csv", read)
     assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "estimates.csv").read_bytes()
+
+
+def test_estimate_that_is_no_number_is_an_empty_cell_with_a_flag(tmp_path):
+    path = tmp_path / "estimates.csv"
+    written = [
+        estimate("K", np.nan, standard_error=np.nan),
+        estimate("B", 0.1, ci_low=np.nan, ci_high=np.inf, flags="at-bound"),
+        estimate("VAF_trial", -3e59),
+        estimate("VAF_trial", -120.0),
+        estimate("I", -np.inf, flags="undefined"),
+    ]
+    write_estimates(path, written)
+    assert "nan" not in path.read_text()
+    read = read_estimates(path)
+    flags = ["undefined;no-interval", "at-bound;no-interval", "diverged", "", "undefined"]
+    assert [row.flags for row in read] == flags
+    assert [np.isnan(row.value) for row in read] == [True, False, False, False, True]
+    assert read[1].ci_low is None
+    assert read[1].ci_high == np.inf
+    frame = pd.read_csv(path)
+    assert frame.value.dtype == float
+    assert frame.value.isna().tolist() == [True, False, False, False, True]
+    write_estimates(tmp_path / "again.csv", read)
+    assert (tmp_path / "again.csv").read_bytes() == path.read_bytes()
+    text = path.read_text()
+    for old, new in (("undefined;no-interval", ""), ("diverged", "divergd")):
+        path.write_text(text.replace(old, new))
+        with pytest.raises(InputError) as caught:
+            read_estimates(path)
+        assert_one_sentence(caught.value, path, "damaged row")
 
 
 def test_condition_that_looks_like_a_number_stays_text(tmp_path):

@@ -20,6 +20,7 @@ from tepsipe.experiments.wristalyzer import (
 from tepsipe.identification.admittance_fit import Bounds
 
 JOINT = np.array([0.015, 0.1, 8.0])
+START = np.array([0.001, 0.1, 5.0])
 OPTIONS = WristalyzerOptions(
     lowpass_cutoff_hz=20.0,
     lowpass_order=4,
@@ -144,3 +145,14 @@ def test_cross_validated_vaf_leaves_a_trials_own_data_out():
     rows = cross_validation_estimates(["a", "b", "c"], matrix)
     assert [(row.condition, row.value) for row in rows] == [("a", 75.0), ("b", 55.0), ("c", 35.0)]
     assert cross_validation_estimates(["a"], matrix[:1, :1]) == []
+
+
+def test_fit_at_a_bound_flags_its_rows_and_no_others():
+    narrow = replace(OPTIONS, bounds=replace(OPTIONS.bounds, upper=np.array([10.0, 10.0, 6.5]), start=START))
+    found = analyse(trial_with(), replace(narrow, tried_stiffness_Nm_per_rad=(5.0,)))
+    flags = {row.flags for row in wristalyzer_estimates("0.16", found) if row.estimator == "spectral-fit"}
+    assert flags == {"at-bound"}
+    free = [
+        row for row in wristalyzer_estimates("0.16", analyse(trial_with())) if "modulus" not in row.estimator
+    ]
+    assert {row.flags for row in free} == {""}

@@ -12,8 +12,8 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.identification.cascade_fit import ParallelCascadeFit, ParallelCascadeOptions
-from tepsipe.identification.parallel_cascade import identify_cascade
-from tepsipe.io.estimates import Estimate
+from tepsipe.identification.parallel_cascade import MUSCLE_BOUNDS, identify_cascade
+from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
@@ -28,6 +28,8 @@ PATHWAY = "impedance"
 ESTIMATOR = "regression"
 REFLEX_ESTIMATOR = "parallel-cascade"
 MUSCLE_ESTIMATOR = "parallel-cascade-muscle"
+# a constant of the muscle this close to a bound of its search lies at it (-)
+AT_BOUND = 1e-3
 MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
 
 
@@ -277,12 +279,17 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     if fit.muscle is not None:
         muscle = fit.muscle
         names = (experiment, condition, PATHWAY, MUSCLE_ESTIMATOR)
-        rows += [
+        at_bound = any(
+            np.isclose(muscle.constants[1 + k], bounds, rtol=AT_BOUND).any()
+            for k, bounds in enumerate(MUSCLE_BOUNDS)
+        )
+        own = [
             drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k])
             for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
         ]
-        rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
-        rows += _vaf_rows(names, muscle.vaf)
+        own.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+        own += _vaf_rows(names, muscle.vaf)
+        rows += flagged(own, *["at-bound"] * at_bound)
     return rows
 
 

@@ -15,7 +15,7 @@ from tepsipe.identification.admittance_fit import (
     fit_scaled,
     profile_stiffness,
 )
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
@@ -225,16 +225,18 @@ def analyse_wristalyzer(
 
 
 def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list[Estimate]:
-    """Tidy rows of one trial: I, B, K, VAF over the trial (%), and the fit's error (-)."""
+    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the fit's error (-), and its flags."""
     rows = []
     for estimator, fit in analysis.fits.items():
+        flags = ["at-bound"] * fit.at_bound + ["not-converged"] * (not fit.converged)
+        own: list[Estimate] = []
         names = ("wristalyzer", condition, PATHWAY, estimator)
         half = scipy.stats.t.ppf(0.975, fit.degrees_of_freedom) * fit.standard_error
         for k, quantity in enumerate(PARAMETERS):
             low, high = fit.parameters[k] - half[k], fit.parameters[k] + half[k]
             if quantity == "K" and estimator == "spectral-fit-periods":
                 low, high = analysis.profile.interval
-            rows.append(
+            own.append(
                 Estimate(
                     *names,
                     quantity,
@@ -246,8 +248,9 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
                     float(fit.sem_as_printed[k]),
                 )
             )
-        rows.append(Estimate(*names, "error", "1", fit.cost))
-        rows.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters)))
+        own.append(Estimate(*names, "error", "1", fit.cost))
+        own.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters)))
+        rows += flagged(own, *flags)
     return rows
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.io.readers.clock import rounded_rate
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import refuse_short, regular_time, repair_time_stamps
 
@@ -22,8 +23,6 @@ SMOOTHED_STAMPS = 51
 REGULAR_WITHIN_PERIODS = 0.4
 # a larger fraction of repeated stamps means that the times in the file have too few decimals
 REPEATED_STAMPS_AT_MOST = 0.1
-# a rate this close to a value with three significant digits is rounded to it
-ROUNDED_WITHIN = 1e-3
 
 KEPT, INTERPOLATED = "samples kept", "samples interpolated"
 
@@ -229,16 +228,6 @@ def belt_clock(time: np.ndarray) -> BeltClock:
         period = steps[usual].mean()
     rate = float(1.0 / period)
     return BeltClock(regular, rate, rounded_rate(rate), float(np.abs(deviation).max()))
-
-
-def rounded_rate(rate_hz: float) -> float:
-    """A measured rate (Hz), rounded so that two recordings have the same rate despite clock drift.
-
-    Rounded to three significant digits if that changes it by at most 0.1 % (100.004 becomes 100),
-    otherwise to four.
-    """
-    rounded = float(f"{rate_hz:.3g}")
-    return rounded if abs(rounded - rate_hz) <= ROUNDED_WITHIN * rate_hz else float(f"{rate_hz:.4g}")
 
 
 def refuse_other_unit(column: str, unit: str, name: str) -> None:

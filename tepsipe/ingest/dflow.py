@@ -1,9 +1,8 @@
-"""From D-Flow's text files to one recording on the clock of the motion capture system.
+"""Belt speeds from D-Flow's record file on the clock of its mocap file.
 
-D-Flow's time stamps say when D-Flow received a frame, not when it was taken: frames queue up and are
-stamped together. The clock is therefore the frame counter, and stamps only give its rate and, coarsely, the
-time between the two files. The record module's samples are placed by the frame counter if it was recorded
-with them; otherwise by the stamps and then by a signal that both files hold.
+The record module writes at an irregular rate, on D-Flow's own clock. Its samples are placed by the frame
+counter if that was recorded with them; otherwise by the time stamps, which D-Flow sets when it receives a
+frame, and then by a signal that both files hold.
 """
 
 from dataclasses import dataclass, replace
@@ -11,15 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.ingest.belt_table import belt_clock, rounded_rate
-from tepsipe.io.readers.c3d import Markers
-from tepsipe.io.readers.dflow import FRAME, MARKER, DFlowTable, marker_columns, plate_columns, unit_of
-from tepsipe.io.readers.recording import Channel, ForcePlate, Recording
+from tepsipe.ingest.belt_table import belt_clock
+from tepsipe.io.readers.clock import BLOCKS, Clock, line_through
+from tepsipe.io.readers.dflow import DFlowTable, read_dflow, unit_of
+from tepsipe.io.readers.dflow_recording import dflow_recording, frame_clock
+from tepsipe.io.readers.recording import Channel, Recording
 from tepsipe.signals.resampling import repair_time_stamps
 from tepsipe.signals.time_alignment import common_signal_delay
 
-# stamps are medians over so many blocks before a line is fitted: frames that queued up do not matter
-BLOCKS = 20
 LEAST_CORRELATION = 0.7
 # two records of one belt velocity (m/s) agree in size
 GAIN = (0.9, 1.1)
@@ -30,165 +28,94 @@ BACKWARD = "XYZ".index("Z")
 
 @dataclass(frozen=True)
 class DFlowOptions:
-    """How to make one recording of D-Flow's files.
+    """How to align D-Flow's record file with its mocap file.
 
     Attributes
     ----------
-    max_gap_s : float
-        Longest time for which frames may be missing (s).
     belt_fixed_labels : tuple of str
         Belt-fixed markers, whose velocity along the belt is compared with the recorded belt speed.
+    max_gap_s : float
+        Longest time for which samples of the record file may be missing (s).
     search_s : float
         Longest error of the time stamps between the two files (s).
     """
 
-    max_gap_s: float
     belt_fixed_labels: tuple[str, ...] = ()
+    max_gap_s: float = 0.1
     search_s: float = 5.0
 
 
-@dataclass(frozen=True)
-class _Clock:
-    """Where the rows of a mocap file stand on a regular clock, and D-Flow's time of its first frame."""
+def read_dflow_files(mocap: str, record: str | None, options: DFlowOptions) -> Recording:
+    """Read D-Flow's mocap file and, if there is one, its record file; see `with_record`.
 
-    rows: np.ndarray  # rows that are frames of their own
-    index: np.ndarray  # number of the sample, counted from the first (-)
-    rate_hz: float
-    first_s: float  # stamp of sample 0, by a line through all stamps (s)
-    period_s: float  # stamps per sample, by the same line (s)
+    Parameters
+    ----------
+    mocap, record : str
+        Paths of the two files; ``record`` is None if there is none.
+    options : DFlowOptions
+        Belt-fixed markers, longest gap (s) and longest error of the stamps (s).
+
+    Returns
+    -------
+    Recording
+        Markers (m), force plates (N, N·m), belt speeds (m/s) and channels in the axes of D-Flow.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or as `with_record`.
+    """
+    table = read_dflow(mocap)
+    if record is None:
+        return dflow_recording(table)
+    return with_record(table, read_dflow(record), options)
 
 
-def dflow_recording(mocap: DFlowTable, record: DFlowTable | None, options: DFlowOptions) -> Recording:
-    """One recording of D-Flow's mocap file and, if there is one, its record file.
+def with_record(mocap: DFlowTable, record: DFlowTable, options: DFlowOptions) -> Recording:
+    """One recording of D-Flow's mocap file and its record file.
 
-    Repeated frames are dropped. Where frames were dropped, markers are NaN and forces and channels are
-    interpolated linearly. Signals of the record file are interpolated linearly at the instants of the frames.
+    Signals of the record file are interpolated linearly at the instants of the frames. Frames that it does
+    not cover are cut off.
 
     Parameters
     ----------
     mocap : DFlowTable
         Markers (m), force plates (N, N·m) and channels.
-    record : DFlowTable or None
+    record : DFlowTable
         Belt speeds (m/s) and other signals.
     options : DFlowOptions
-        Longest gap (s), belt-fixed markers, longest error of the stamps (s).
+        Belt-fixed markers, longest gap (s) and longest error of the stamps (s).
 
     Returns
     -------
     Recording
-        Markers (m), plates (N, N·m) and channels in the axes of D-Flow: x to the right, y up, z backward. A
-        belt's speed is positive where its surface moves backward.
+        As `dflow_recording`, with the record file's signals among the channels. A belt's speed is positive
+        where its surface moves backward, along z.
 
     Raises
     ------
     InputError
-        If the mocap file holds neither markers nor plates, frames are missing for too long, or the record
-        file is of another trial or shares no signal with the mocap file.
+        If the mocap file cannot be used, or the record file is of another trial or shares no signal with it.
     """
-    if not mocap.is_mocap:
-        raise InputError(
-            f"{mocap.name}: expected markers (.PosX) or force plates (FP1.ForX), found "
-            f"{listed(mocap.columns)}: name the file of D-Flow's mocap module"
-        )
-    clock = _clock(mocap, options.max_gap_s)
-    n = int(clock.index[-1]) + 1
-
-    def on_grid(values: np.ndarray) -> np.ndarray:
-        """Samples at their place on the clock, NaN where none was recorded."""
-        grid = np.full((n, *values.shape[1:]), np.nan)
-        grid[clock.index] = values[clock.rows]
-        return grid
-
-    positions = {label: on_grid(x) for label, x in marker_columns(mocap).items()}
-    markers = None
-    if positions:
-        markers = Markers(clock.rate_hz, tuple(positions), np.stack(list(positions.values()), axis=1))
-    plates = tuple(
-        ForcePlate(_bridged(on_grid(force)), _bridged(on_grid(moment)), clock.rate_hz)
-        for force, moment in plate_columns(mocap).values()
-    )
-    channels = {
-        name: Channel(_bridged(on_grid(x)), unit_of(name), clock.rate_hz)
-        for name, x in mocap.columns.items()
-        if not MARKER.fullmatch(name) and np.isfinite(x).any()
-    }
-    recording = Recording(mocap.name, markers, plates, channels)
-    return recording if record is None else _with_record(recording, mocap, record, clock, options)
-
-
-def _clock(mocap: DFlowTable, max_gap_s: float) -> _Clock:
-    """Regular clock of a mocap file: its frame counter, or its stamps if they come from a regular clock."""
-    repaired = repair_time_stamps(mocap.time, np.inf, mocap.name)
-    if mocap.frames is None:
-        found = belt_clock(mocap.time)
-        if not found.regular:
-            raise InputError(
-                f"{mocap.name}: expected the column {FRAME!r} or regular time stamps, found none, and stamps "
-                f"up to {1e3 * found.largest_deviation_s:.3g} ms from a regular clock: export the file with "
-                "its frame counter"
-            )
-        rows, index = np.arange(mocap.time.size), np.arange(mocap.time.size)
-    else:
-        rows = np.flatnonzero(np.diff(mocap.frames, prepend=mocap.frames[0] - 1) != 0)
-        index = mocap.frames[rows] - mocap.frames[0]
-    if rows.size < BLOCKS or not repaired.longest_step_s > 0.0:
-        raise InputError(
-            f"{mocap.name}: expected at least {BLOCKS} frames at different times, found {rows.size} frames: "
-            "record again"
-        )
-    period, first = _line(index, mocap.time[rows])
-    if not 1e-4 < period < 1.0:
-        raise InputError(
-            f"{mocap.name}: expected frames at 1 to 10000 Hz, found {period:.3g} s between frames: check "
-            "that the time stamps are in seconds"
-        )
-    steps = np.diff(index)
-    longest = float(steps.max() - 1) * period
-    if longest > max_gap_s:
-        k = int(np.argmax(steps))
-        raise InputError(
-            f"{mocap.name}: expected no more than {max_gap_s:g} s without frames, found {longest:.3g} s from "
-            f"line {mocap.lines[rows[k]]} on: cut the trial there or allow longer gaps in the configuration"
-        )
-    return _Clock(rows, index, rounded_rate(1.0 / period), first, period)
-
-
-def _line(index: np.ndarray, time: np.ndarray) -> tuple[float, float]:
-    """Slope (s) and intercept (s) of a line through the medians of blocks of stamps."""
-    blocks = np.array_split(np.arange(index.size), min(BLOCKS, index.size))
-    middle = [(np.median(index[block]), np.median(time[block])) for block in blocks]
-    slope, start = np.polyfit(*zip(*middle, strict=True), 1)
-    return float(slope), float(start)
-
-
-def _bridged(values: np.ndarray) -> np.ndarray:
-    """Samples, shape (n, ...), with missing ones interpolated linearly."""
-    columns = values.reshape(values.shape[0], -1)
-    index = np.arange(columns.shape[0])
-    for column in columns.T:
-        there = np.isfinite(column)
-        if there.any() and not there.all():
-            column[~there] = np.interp(index[~there], index[there], column[there])
-    return columns.reshape(values.shape)
-
-
-def _with_record(
-    recording: Recording, mocap: DFlowTable, record: DFlowTable, clock: _Clock, options: DFlowOptions
-) -> Recording:
-    """The recording with the signals of the record file, NaN where they were not recorded."""
     if record.is_mocap and not record.speeds:
         raise InputError(
             f"{record.name}: expected belt speeds of D-Flow's record module, found markers or force plates: "
             "name the mocap file in the column of the markers and the record file in that of the log"
         )
-    n = int(clock.index[-1]) + 1
-    if mocap.frames is not None and record.frames is not None:
+    recording, clock = dflow_recording(mocap), frame_clock(mocap)
+    n = clock.size
+    counted = mocap.frames is not None and record.frames is not None
+    if counted:
         sample = _by_counter(mocap, record)
     else:
         sample = (_stamps(record, options.max_gap_s) - clock.first_s) / clock.period_s
     _refuse_no_overlap(mocap, record, sample, n)
     order = np.concatenate([[True], np.diff(sample) > 0.0])
     signals = {name: x for name, x in record.columns.items() if np.isfinite(x).any()}
+    if not signals:
+        raise InputError(
+            f"{record.name}: expected belt speeds of D-Flow's record module, found no numbers: record again"
+        )
 
     def at(late: float) -> dict[str, np.ndarray]:
         """Signals at the frames, if the record file is late by so many samples."""
@@ -197,15 +124,32 @@ def _with_record(
         outside = (where < sample[0] - 1.0) | (where > sample[-1] + 1.0)
         return {name: np.where(outside, np.nan, x) for name, x in found.items()}
 
-    late = 0.0
-    if mocap.frames is None or record.frames is None:
-        late = _late(recording, record, at(0.0), clock.rate_hz, options)
+    late = 0.0 if counted else _late(recording, record, at(0.0), clock, options)
+    found = at(late)
+    seen = np.flatnonzero(np.isfinite(np.column_stack(list(found.values()))).any(axis=1))
+    if seen.size < 0.5 * n:
+        raise InputError(
+            f"{record.name}: expected samples for the {n} frames of {mocap.name}, found them for "
+            f"{seen.size}: it is of another trial, or was stopped early"
+        )
     channels = {
         name: Channel(x, unit_of(name), clock.rate_hz)
-        for name, x in at(late).items()
+        for name, x in found.items()
         if name not in recording.channels
     }
-    return replace(recording, channels=recording.channels | channels)
+    whole = replace(recording, channels=recording.channels | channels)
+    return _cut(whole, seen[0], seen[-1] + 1)
+
+
+def _cut(recording: Recording, first: int, stop: int) -> Recording:
+    """The frames that both files cover; all signals of a recording of D-Flow have one clock."""
+    within = slice(first, stop)
+    markers = recording.markers
+    if markers is not None:
+        markers = replace(markers, positions=markers.positions[within])
+    plates = tuple(replace(p, force=p.force[within], moment=p.moment[within]) for p in recording.plates)
+    channels = {name: replace(c, values=c.values[within]) for name, c in recording.channels.items()}
+    return replace(recording, markers=markers, plates=plates, channels=channels)
 
 
 def _by_counter(mocap: DFlowTable, record: DFlowTable) -> np.ndarray:
@@ -229,7 +173,7 @@ def _stamps(record: DFlowTable, max_gap_s: float) -> np.ndarray:
     if not clock.regular:
         return record.time
     index = np.arange(record.time.size)
-    slope, start = _line(index, record.time)
+    slope, start = line_through(index, record.time)
     return start + slope * index
 
 
@@ -249,7 +193,7 @@ def _late(
     recording: Recording,
     record: DFlowTable,
     signals: dict[str, np.ndarray],
-    rate_hz: float,
+    clock: Clock,
     options: DFlowOptions,
 ) -> float:
     """Samples by which the record file is late after alignment by stamps (-), from a common signal."""
@@ -272,7 +216,7 @@ def _late(
     scored = [
         (abs(r), name, delay, gain, is_speed)
         for name, reference, signal, is_speed in pairs
-        for delay, r, gain in [common_signal_delay(reference, signal, rate_hz, options.search_s)]
+        for delay, r, gain in [common_signal_delay(reference, signal, clock.rate_hz, options.search_s)]
     ]
     # a common channel is an exact copy; it goes before a marker that follows the belt
     correlation, name, delay, gain, is_speed = max(scored, key=lambda score: (not score[4], score[0]))
@@ -288,7 +232,7 @@ def _late(
             f"{record.name}: expected {name!r} to be as large as {what}, found {1.0 / abs(gain):.2f} times "
             "that: it is of another trial, or not in m/s"
         )
-    return delay * rate_hz
+    return delay * clock.rate_hz
 
 
 def _over_two_frames(speed: np.ndarray) -> np.ndarray:

@@ -11,13 +11,14 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.ingest.recording_files import read_recording_files
 from tepsipe.ingest.recording_options import RecordingOptions
 from tepsipe.ingest.whole_trial import ingest_recording
-from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording, read_emg
+from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording
+from tepsipe.io.readers.emg import read_emg
 from tepsipe.io.readers.recording import Recording
-from tepsipe.io.readers.whole_trial import read_recording
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.signals.resampling import refuse_short, rising_edge
+from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge
 
 
 def ingest_standing_files(
@@ -35,8 +36,8 @@ def ingest_standing_files(
     Parameters
     ----------
     files : dict of str to str
-        Paths of ``log``, ``calibration``, ``markers`` and, if muscles were recorded, ``emg``; or ``log``
-        alone if it holds a whole trial, with ``emg`` if muscles were recorded in a file of their own.
+        Paths of ``log``, ``calibration``, ``markers`` and, if muscles were recorded, ``emg``; or as
+        `read_recording_files`, with ``emg`` if muscles were recorded in a file of their own.
     marker_labels : list of str
         Markers in the order of sequential sampling.
     emg_channels : dict of str to str
@@ -65,10 +66,9 @@ def ingest_standing_files(
     if "calibration" in files:
         trial = ingest_treadmill_files(files, marker_labels, options, duration_s, bridge_long_gaps=True)
     else:
-        whole = read_recording(files["log"])
-        trial = ingest_recording(
-            whole, marker_labels, options, recording or RecordingOptions(), duration_s, bridge_long_gaps=True
-        )
+        recording = recording or RecordingOptions()
+        whole = read_recording_files(files, recording.velocity_markers)
+        trial = ingest_recording(whole, marker_labels, options, recording, duration_s, bridge_long_gaps=True)
         if "emg" not in files:
             return with_recorded_emg(trial, whole, emg_channels)
     if "emg" not in files:
@@ -180,10 +180,24 @@ def with_emg(
     return _with_emg(trial, recording, time, ("clock moved to the trigger",))
 
 
+def _multiple(rate_hz: float, of_hz: float) -> float:
+    """The rate (Hz) if it is a multiple of another one, the next lower multiple if it is not."""
+    nearest = round(rate_hz / of_hz) * of_hz
+    if rate_hz < of_hz or abs(nearest - rate_hz) <= 1e-6 * rate_hz:
+        return rate_hz
+    return nearest if abs(nearest - rate_hz) <= 1e-3 * rate_hz else np.floor(rate_hz / of_hz) * of_hz
+
+
 def _with_emg(trial: Trial, recording: EmgRecording, time: np.ndarray, done: tuple[str, ...]) -> Trial:
-    """The trial with electromyograms (uV) at given instants (s)."""
+    """The trial with electromyograms (uV) at given instants (s), at a multiple of the trial's rate."""
+    rate = _multiple(recording.rate_hz, trial.rate_hz)
+    signals = recording.signals
+    if abs(rate - recording.rate_hz) > 1e-6 * rate:
+        grid = regular_time(time[0], time[-1], rate)
+        signals = resample(time, signals, grid, BAND_PER_RATE * rate)
+        time, done = grid, (*done, f"resampled from {recording.rate_hz:g} to {rate:g} Hz")
     emg = Signal(
-        recording.signals.astype(np.float32),
+        signals.astype(np.float32),
         "uV",
         ("emg_time", "muscle"),
         "raw electromyograms",
@@ -195,7 +209,7 @@ def _with_emg(trial: Trial, recording: EmgRecording, time: np.ndarray, done: tup
         signals={**trial.signals, "emg": emg},
         attributes={
             **trial.attributes,
-            "emg_rate_hz": recording.rate_hz,
+            "emg_rate_hz": rate,
             "emg_limits_uV": recording.limits,
             "emg_missing": ", ".join(recording.missing),
         },

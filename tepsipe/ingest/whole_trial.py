@@ -24,6 +24,7 @@ from tepsipe.ingest.plate_treadmill import (
     marker_signals,
     treadmill_trial,
 )
+from tepsipe.ingest.recording_files import read_recording_files
 from tepsipe.ingest.recording_options import (
     DIRECTIONS,
     RecordingOptions,
@@ -32,7 +33,6 @@ from tepsipe.ingest.recording_options import (
 )
 from tepsipe.io.readers.c3d import Markers, select_markers
 from tepsipe.io.readers.recording import ForcePlate, Recording
-from tepsipe.io.readers.whole_trial import read_recording
 from tepsipe.io.trial import Trial
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.resampling import BAND_PER_RATE, refuse_short, regular_time, resample, rising_edge
@@ -61,7 +61,7 @@ def ingest_files(
     Parameters
     ----------
     files : dict of str to str
-        Paths: ``log`` alone, or ``log``, ``calibration`` and, where there are any, ``markers``.
+        Paths: ``log``, ``calibration`` and, where there are any, ``markers``; or as `read_recording_files`.
     marker_labels : list of str or None
         Markers in the order of sequential sampling; None if there are none.
     options : TreadmillOptions
@@ -83,7 +83,8 @@ def ingest_files(
     """
     if "calibration" in files:
         return ingest_treadmill_files(files, marker_labels, options, duration_s)
-    return ingest_recording(read_recording(files["log"]), marker_labels, options, recording, duration_s)
+    whole = read_recording_files(files, recording.velocity_markers)
+    return ingest_recording(whole, marker_labels, options, recording, duration_s)
 
 
 def ingest_recording(

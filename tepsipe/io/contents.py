@@ -6,21 +6,37 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.io.described import Channel, Contents
+from tepsipe.io.readers import file_kind
+from tepsipe.io.readers.file_kind import ending_of, kind_of
 
 TABLES = (".csv", ".tsv", ".txt")
+# what the content says goes before the name
+READ_AS = {
+    file_kind.C3D: ".c3d",
+    file_kind.EDF_FILE: ".edf",
+    file_kind.BDF_FILE: ".bdf",
+    file_kind.MAT: ".mat",
+    file_kind.MAT73: ".mat",
+    file_kind.HDF5_FILE: ".h5",
+    file_kind.TRC: ".trc",
+    file_kind.DFLOW: ".txt",
+    file_kind.DELSYS: ".csv",
+}
 
 
 def contents_of(path: str | Path) -> Contents:
-    """Contents of a file: a text table, C3D, EDF, MATLAB, HDF5 of the study, or treadmill models.
+    """Contents of a file of any kind that the library reads, plain or compressed with gzip.
+
+    These are text tables, D-Flow and Delsys text, TRC, C3D, EDF, BDF, MATLAB, HDF5 of the study, and
+    treadmill models.
 
     Parameters
     ----------
     path : str or Path
-        The file; a name that ends in ``.gz`` is decompressed where it is text.
+        The file; its content says what it is and, where that does not, the ending of its name.
 
     Returns
     -------
@@ -35,23 +51,24 @@ def contents_of(path: str | Path) -> Contents:
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: expected a file, found none: correct its path")
-    suffixes = [suffix.lower() for suffix in path.suffixes]
-    suffix = suffixes[-2] if suffixes[-1:] == [".gz"] and len(suffixes) > 1 else "".join(suffixes[-1:])
-    readers: dict[str, Callable[[Path], Contents]] = dict.fromkeys(TABLES, _of_table) | {
+    readers: dict[str, Callable[[Path], Contents]] = {
         ".c3d": _of_c3d,
         ".edf": _of_edf,
+        ".bdf": _of_edf,
         ".mat": _of_mat,
         ".h5": _of_hdf5,
         ".hdf5": _of_hdf5,
         ".json": _of_models,
+        ".trc": _of_trc,
+        **dict.fromkeys(TABLES, _of_table),
     }
-    if suffix not in readers:
+    ending = READ_AS.get(kind_of(path)) or ending_of(path)
+    if ending not in readers:
         raise InputError(
-            f"{path}: expected a file that ends in {', '.join(readers)}, found {suffix or 'no ending'!r}: "
-            f"export "
-            "it as one of these kinds"
+            f"{path}: expected a file that ends in {', '.join(readers)}, found {ending or 'no ending'!r}: "
+            "export it as one of these kinds"
         )
-    return readers[suffix](path)
+    return readers[ending](path)
 
 
 def delimiter_of(header: str) -> str:
@@ -93,6 +110,10 @@ def table_columns(path: Path) -> tuple[list[str], str]:
 
 
 def _of_table(path: Path) -> Contents:
+    if kind_of(path) in (file_kind.DFLOW, file_kind.DELSYS):
+        from tepsipe.io.text_contents import dflow_contents, emg_table_contents
+
+        return (dflow_contents if kind_of(path) == file_kind.DFLOW else emg_table_contents)(path)
     from tepsipe.io.readers.text_table import read_text_table
 
     names, delimiter = table_columns(path)
@@ -141,27 +162,21 @@ def _of_edf(path: Path) -> Contents:
         for each in signals
     ]
     lasts = max((c.shape[0] / c.rate_hz for c in channels if c.rate_hz), default=0.0)
-    return Contents("EDF", {"duration": f"{lasts:.6g} s"}, channels)
+    kind = "BDF" if kind_of(path) == file_kind.BDF_FILE else "EDF"
+    return Contents(kind, {"duration": f"{lasts:.6g} s"}, channels)
+
+
+def _of_trc(path: Path) -> Contents:
+    from tepsipe.io.text_contents import trc_contents
+
+    return trc_contents(path)
 
 
 def _of_mat(path: Path) -> Contents:
-    from tepsipe.io.readers.guarded import guarded
+    from tepsipe.io.readers.mat_file import read_mat
 
-    load = scipy.io.loadmat  # imported here, not by the child
-    try:
-        content = guarded(lambda: load(path, squeeze_me=True), what=path)
-    except InputError:
-        raise
-    except NotImplementedError as error:
-        raise InputError(
-            f"{path}: expected a MATLAB file up to version 7.2, found version 7.3: save it with -v7"
-        ) from error
-    except Exception as error:  # scipy raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a MATLAB file, found one that cannot be read ({type(error).__name__}): "
-            f"save it again"
-        ) from error
-    variables = {name: np.asarray(x) for name, x in content.items() if not name.startswith("__")}
+    content = read_mat(path, "a MATLAB file", squeeze=True)
+    variables = {name: np.asarray(x) for name, x in content.items()}
     rates = [float(x) for name, x in variables.items() if "rate" in name.lower() and x.size == 1]
     longest = max((x.shape[0] for x in variables.values() if x.ndim), default=0)
     channels = [

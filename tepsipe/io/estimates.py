@@ -1,10 +1,22 @@
 """Tidy rows of estimates, the common format of all experiments (``results/tables/estimates.csv``)."""
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tepsipe.io.csv_table import read_rows, write_rows
+
+# flag -> what it says about an estimate, and what to look at
+FLAGS = {
+    "at-bound": "a parameter lies at a bound of its search: widen the bound, or check units and signs",
+    "not-converged": "the search ended before it met its tolerances: try other starting values",
+    "undefined": "the value is not a finite number: the parameters describe no stable joint",
+    "no-interval": "its standard error or interval is not a number: record more perturbations",
+    "diverged": "the prediction grows without limit: the parameters describe no stable joint",
+}
+# a VAF below this belongs to a prediction that grows without limit (%)
+DIVERGED_VAF = -1e6
 
 
 @dataclass(frozen=True)
@@ -27,6 +39,8 @@ class Estimate:
         Thesis eq (3-2) as printed; None where there is none.
     n_perturbations : int or None
         Number of perturbations behind the value (-).
+    flags : str
+        Names of the checks in `FLAGS` that the estimate failed, joined by ``;`` (no unit).
     """
 
     experiment: str
@@ -41,18 +55,45 @@ class Estimate:
     ci_high: float | None = None
     sem_as_printed: float | None = None
     n_perturbations: int | None = None
+    flags: str = ""
 
 
 NUMBERS = ("value", "standard_error", "ci_low", "ci_high", "sem_as_printed")
 
 
 def write_estimates(path: str | Path, estimates: Iterable[Estimate]) -> None:
-    """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
-    write_rows(path, Estimate, estimates)
+    """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``).
+
+    A value that is not finite is an empty cell, and its row has the flag ``undefined``; an uncertainty that
+    is not a number is an empty cell, too, with the flag ``no-interval``. A VAF of a prediction that grows
+    without limit has the flag ``diverged``.
+    """
+    write_rows(path, Estimate, map(_checked, estimates))
+
+
+def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
+    """Estimates (units in them) with further flags, names in `FLAGS`; none is repeated."""
+    return [
+        replace(e, flags=";".join(dict.fromkeys([*filter(None, e.flags.split(";")), *flags])))
+        for e in estimates
+    ]
+
+
+def _checked(estimate: Estimate) -> Estimate:
+    """The estimate with an empty cell for what is not a finite number, and with the flags that follow."""
+    lost = [name for name in NUMBERS[1:] if (x := getattr(estimate, name)) is not None and math.isnan(x)]
+    undefined = estimate.value is None or not math.isfinite(estimate.value)
+    flags = ["undefined"] * undefined + ["no-interval"] * bool(lost)
+    if not undefined and estimate.quantity.startswith("VAF") and estimate.value < DIVERGED_VAF:
+        flags.append("diverged")
+    if not flags:
+        return estimate
+    empty = dict.fromkeys([*lost, *["value"] * undefined])
+    return flagged([replace(estimate, **empty)], *flags)[0]
 
 
 def read_estimates(path: str | Path) -> list[Estimate]:
-    """Read rows written by `write_estimates` (units in the column ``unit``).
+    """Read rows written by `write_estimates` (units in the column ``unit``); an undefined value is NaN.
 
     Raises
     ------
@@ -66,5 +107,14 @@ def _estimate(row: dict[str, str]) -> Estimate:
     cells: dict = dict(row)
     for name in NUMBERS:
         cells[name] = float(row[name]) if row[name] else None
+    if cells["value"] is None:
+        if "undefined" not in row["flags"].split(";"):
+            raise ValueError("a row without a value and without the flag 'undefined'")
+        cells["value"] = math.nan
+    unknown = [flag for flag in row["flags"].split(";") if flag and flag not in FLAGS]
+    if unknown:
+        raise ValueError(f"the unknown flag {unknown[0]!r}")
     cells["n_perturbations"] = int(row["n_perturbations"]) if row["n_perturbations"] else None
+    if cells["value"] is None or (cells["n_perturbations"] or 0) < 0:
+        raise ValueError(f"a value {row['value']!r} of {row['n_perturbations']!r} perturbations")
     return Estimate(**cells)

@@ -198,4 +198,7 @@ def _read(path: str | Path) -> Trial:
                 tuple(filter(None, dataset.attrs["processing"].split("; "))),
             )
         attributes = {key: getattr(value, "tolist", lambda v=value: v)() for key, value in file.attrs.items()}
-        return Trial(float(file.attrs["rate_hz"]), axes, signals, attributes)
+        rate = float(file.attrs["rate_hz"])
+    if not 0.0 < rate < np.inf or axes["time"].ndim != 1 or not np.isfinite(axes["time"]).all():
+        raise ValueError(f"its clock of {rate:g} Hz is damaged")
+    return Trial(rate, axes, signals, attributes)

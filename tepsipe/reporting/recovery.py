@@ -1,6 +1,7 @@
 """Comparison of estimates with the truth, the only part of the library with the laboratory's constants."""
 
 import csv
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -128,8 +129,8 @@ def write_recovery(path: str | Path, rows: list[Recovery]) -> None:
                 [
                     *(e.experiment, e.condition, e.pathway, e.estimator, e.quantity, e.unit),
                     f"{row.truth:.10g}",
-                    f"{e.value:.10g}",
-                    "" if error is None else f"{error:.10g}",
+                    f"{e.value:.10g}" if math.isfinite(e.value) else "",
+                    f"{error:.10g}" if error is not None and math.isfinite(error) else "",
                     "" if covered is None else str(covered).lower(),
                 ]
             )

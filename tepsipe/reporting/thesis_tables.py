@@ -1,6 +1,7 @@
 """The thesis's tables of estimates, each value beside the reported one (Tables 4-1 to 4-3)."""
 
 import csv
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -114,7 +115,7 @@ def write_table(path: str | Path, rows: list[TableRow], conditions: list[str]) -
     """
 
     def cell(value: float | None) -> str:
-        return "" if value is None else f"{value:.10g}"
+        return f"{value:.10g}" if value is not None and math.isfinite(value) else ""
 
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError, listed
+from tepsipe.errors import InputError, listed, quoted
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.impulse_response import ImpulseResponse, fit_finite_response, fit_spectral
 from tepsipe.treadmill.loaded_frame import LoadedFrame, fit_loaded_frame
@@ -256,10 +256,12 @@ def load_treadmill_models(path: str | Path) -> dict[str, FittedModel]:
         models = [_revived(entry) for entry in content["models"]]
         if not all(isinstance(model, FittedModel) for model in models):
             raise ValueError("it holds something else than models")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        if not all(0.0 < model.model.rate_hz < np.inf for model in models):
+            raise ValueError("it holds a sampling rate that is not positive")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(
-            f"{path}: expected a file of treadmill models, found one that cannot be read ({error}): fit the "
-            "models again"
+            f"{path}: expected a file of treadmill models, found one that cannot be read ({quoted(error)}): "
+            "fit the models again"
         ) from error
     return {m.name: m for m in models}
 
@@ -280,11 +282,16 @@ def _plain(x):
 def _revived(x):
     if isinstance(x, list):
         return tuple(x)
+    if isinstance(x, float) and not np.isfinite(x):
+        raise ValueError(f"it holds the number {x}")
     if not isinstance(x, dict):
         return x
     kind = x["kind"]
     if kind == "array":
-        return np.array(x["values"], dtype=float)
+        values = np.array(x["values"], dtype=float)
+        if not np.isfinite(values).all():
+            raise ValueError("it holds numbers that are not finite")
+        return values
     if kind == "dict":
         return {key: _revived(value) for key, value in x["values"].items()}
     known = {c.__name__: c for c in (*KINDS, FittedModel, Lowpass)}

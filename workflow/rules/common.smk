@@ -3,66 +3,31 @@
 import compileall
 import os
 import sys
-import time
 from functools import partial
 from pathlib import Path
 
-sys.path.insert(0, workflow.basedir)
-
-from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import outputs
-from workflow.support.check import (
-    check_against_schema,
-    check_config,
-    check_one_treadmill,
-    check_plate_models,
-    check_recordings,
-    load_yaml,
-)
+from workflow.support import outputs, runs
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.settings import pick, without
-from workflow.support.study import Study, any_of, table_experiment
-from workflow.support.trial_sheet import check_sources, read_trial_sheet
+from workflow.support.start import checked_sections, checked_study
+from workflow.support.stopped import what_stopped
+from workflow.support.study import any_of, table_experiment
 from workflow.support.version import code_version
 
 # bytecode once, not once per job: some environments keep Python from writing it
 compileall.compile_dir(Path(workflow.basedir) / "tepsipe", quiet=2)
 
-STARTED = time.time()
-SCHEMAS = Path(workflow.basedir) / "workflow" / "schemas"
-
 
 def sections_of(key):
     """Check the file that study.<key> names; return a function that takes some of it, of no file nothing."""
-    path = config["study"][key]
-    if path is None:
-        return lambda *paths: {}
-    content = load_yaml(path)
-    check_against_schema(content, SCHEMAS / f"{key}.schema.yaml", path)
-    return partial(pick, content)
-
-
-def checked_study():
-    """Check the configuration, then read the trial sheet."""
-    load_yaml(Path(workflow.basedir) / "config" / "config.yaml")
-    check_against_schema(config, SCHEMAS / "config.schema.yaml", "configuration")
-    check_config(config, "configuration")
-    study = config["study"]
-    trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
-    check_sources(trials, study["trial_sheet"], study["virtual_lab"])
-    found = Study(config, trials)
-    found.check(study["trial_sheet"])
-    check_one_treadmill(config, found.experiments, "configuration")
-    check_recordings(found.settings, trials, "configuration")
-    if found.has("standing") and not found.has("weight"):
-        check_plate_models(config, "configuration")
-    return found
+    content = checked_sections(config, key)
+    return (lambda *paths: {}) if content is None else partial(pick, content)
 
 
 try:
-    STUDY = checked_study()
+    STUDY = checked_study(config, CONFIGFILES, "configuration")
     # a rule is given no more of these files than it reads, and runs again for nothing else. Only the rules that
     # make raw files, and the comparison of estimates with the truth, may call truth_of
     truth_of, reported_of = sections_of("virtual_lab"), sections_of("reported")
@@ -77,6 +42,16 @@ SETTINGS, SEED = STUDY.settings, config["study"]["seed"]
 wildcard_constraints:
     condition=any_of(condition for _, condition in STUDY.trials),
     task=any_of(STUDY.tasks()),
+
+
+def as_it_is(value):
+    """Param function: text of the user, in which Snakemake looks for no wildcards."""
+    return lambda w: value
+
+
+def as_label(text):
+    """Text of the user in a label of the HTML report, which would take braces and tags for its own."""
+    return text.translate(str.maketrans("{}<>", "()‹›"))
 
 
 def sheet(column, experiment=None):
@@ -155,11 +130,7 @@ def start_jobs_when_jobs_end():
         workflow.scheduler.job_rate_limiter = None
 
 
-def say_what_stopped():
+def say_what_stopped(log):
     """After a failed run: the sentence of every job that stopped, and where a bug left its trace."""
-    print("\nWhat stopped:", file=sys.stderr)
-    for log in sorted(Path(config["pathvars"]["logs"]).rglob("*.log")):
-        if log.stat().st_mtime < STARTED or not (text := log.read_text(encoding="utf-8").strip()):
-            continue
-        print(text if text.startswith("tepsipe: ") else f"tepsipe: a bug, see {log}", file=sys.stderr)
+    print("\nWhat stopped:", *what_stopped(workflow.scheduler.failed, *log[:1]), sep="\n", file=sys.stderr)
     print("Everything else is kept; the next run goes on from there.", file=sys.stderr)

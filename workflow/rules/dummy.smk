@@ -23,7 +23,7 @@ rule fit_dummy:
         analysis=DUMMY_ANALYSIS,
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         pathways=DUMMY["pathways"],
-        belt_fixed_labels=DUMMY["foot"]["belt_fixed_labels"],
+        belt_fixed_labels=as_it_is(DUMMY["foot"]["belt_fixed_labels"]),
         seed=SEED,
     script:
         "../scripts/fit_dummy.py"

@@ -46,7 +46,7 @@ rule write_report:
             f"<results>/report/{config['study']['name']}.pdf",
             caption="../../report/captions/report.rst",
             category="Report",
-            labels={"document": config["study"]["title"]},
+            labels={"document": as_label(config["study"]["title"])},
         ),
         data="<results>/report/report.json",
     log:
@@ -54,8 +54,8 @@ rule write_report:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        title=config["study"]["title"],
-        recordings_source=config["study"]["recordings_source"],
+        title=as_it_is(config["study"]["title"]),
+        recordings_source=as_it_is(config["study"]["recordings_source"]),
         reported=reported_of("tables", "values", "slips"),
         experiments=STUDY.all_conditions(),
         fitted=STUDY.all_conditions(fitted=True),

@@ -109,6 +109,6 @@ rule check_claims:
     params:
         claims=reported_of("claims").get("claims", []),
         experiments=STUDY.all_conditions(fitted=True),
-        as_printed=SETTINGS["dummy"]["as_printed"],
+        as_printed=as_it_is(SETTINGS["dummy"]["as_printed"]),
     script:
         "../scripts/check_claims.py"

@@ -61,14 +61,16 @@ data = {
     "claims": None if claims is None else study.claims_data(claims),
     "recovery": None if recovery is None else study.recovery_data(shown),
     "provenance": study.provenance_data(provenance),
+    "flags": study.flags_data(estimates),
     "choices": choices,
 }
+flagged = study.flagged_cells(estimates)
 slips = [] if reported is None else reported["slips"]
 for path in snakemake.input.tables:
     conditions, rows = read_table(path)
     names = [short_name(condition) for condition in conditions]
     table = Path(path).stem
-    data["tables"][table] = study.table_data(rows, conditions, names)
+    data["tables"][table] = study.table_data(rows, conditions, names, flagged)
     data["slips"][table] = study.slips_data(slips, table, conditions, names)
 if "wristalyzer" in experiments:
     data["wristalyzer"] = wristalyzer.wristalyzer_data(

@@ -6,57 +6,19 @@ from functools import cache
 from pathlib import Path
 
 import jsonschema
-import yaml
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.identification.estimators import ESTIMATORS
-from tepsipe.io.readers.text_file import read_text
 from workflow.support.renames import VALUES, answer_for_key, moved_from, renamed
 from workflow.support.settings import ON_THE_PLATE, plate_key, settings_of
 from workflow.support.trial_sheet import TrialRow
-
-
-def load_yaml(path: str | Path) -> dict:
-    """Read a YAML file; refuse one that is missing, damaged or holds a key twice."""
-    text = read_text(Path(path), "a configuration file")
-    try:
-        return yaml.load(text, Loader=_UniqueKeys) or {}
-    except yaml.YAMLError as error:
-        place = getattr(error, "problem_mark", None)
-        line = f" on line {place.line + 1}" if place else ""
-        problem = getattr(error, "problem", None) or error
-        raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
-
-
-class _UniqueKeys(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
-    """A loader that refuses a repeated key, which YAML readers otherwise accept."""
-
-
-def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
-    seen = set()
-    for key_node, _ in node.value:
-        if key_node.tag == "tag:yaml.org,2002:merge":
-            continue
-        if not isinstance(key_node, yaml.ScalarNode):
-            raise yaml.constructor.ConstructorError(
-                None, None, "a key that is not a word", key_node.start_mark
-            )
-        key = loader.construct_object(key_node, deep=True)
-        if key in seen:
-            raise yaml.constructor.ConstructorError(
-                None, None, f"the key {key!r} stands twice", key_node.start_mark
-            )
-        seen.add(key)
-    loader.flatten_mapping(node)
-    return loader.construct_mapping(node, deep=True)
-
-
-_UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
+from workflow.support.yaml_file import read_settings
 
 
 def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
     """Raise one sentence for the first part of ``content`` that the closed schema refuses."""
     _refuse_not_finite(content, name, "")
+    _refuse_braces(content, name)
     schema = _schema(Path(schema_path))
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
     # a misspelt key also counts as a missing one: report the key that was found
@@ -67,7 +29,7 @@ def check_against_schema(content: dict, schema_path: str | Path, name: str) -> N
 
 @cache
 def _schema(path: Path) -> dict:
-    return load_yaml(path)
+    return read_settings(path)
 
 
 def _refuse_not_finite(content, name: str, where: str) -> None:
@@ -79,6 +41,15 @@ def _refuse_not_finite(content, name: str, where: str) -> None:
             _refuse_not_finite(value, name, f"{where}.{key}" if where else str(key))
 
 
+def _refuse_braces(content, name: str) -> None:
+    """Names of pathways, estimators and models go through Snakemake, which fills in what braces hold."""
+    if isinstance(content, dict):
+        for key, value in content.items():
+            if set("{}") & set(str(key)):
+                raise InputError(f"{name}: expected a key without braces, found {quoted(key)}: rename it")
+            _refuse_braces(value, name)
+
+
 def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) -> str:
     where = ".".join(map(str, error.path))
     if error.validator == "additionalProperties":
@@ -88,7 +59,8 @@ def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) ->
         missing = next(key for key in error.validator_value if key not in error.instance)
         key = f"{where}.{missing}" if where else missing
         hint = _old_name(error.path, content)
-        return f"expected the key {key!r}, found none: {hint or 'add it (config/README.md describes it)'}"
+        hint = hint or "add it (config/README.md describes it)"
+        return f"expected the key {quoted(key, 120)}, found none: {hint}"
     found = f"found {quoted(error.instance)}"
     if error.validator == "enum":
         hint = renamed(VALUES, error.instance, error.validator_value) or "correct it"
@@ -103,8 +75,9 @@ def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) ->
         "minProperties": lambda: f"at least {error.validator_value} entry",
         "minItems": lambda: f"at least {error.validator_value} items",
         "maxItems": lambda: f"at most {error.validator_value} items",
-    }.get(error.validator, lambda: error.message)()
-    return f"expected {expected} for {where!r}, {found}: correct it"
+        "pattern": lambda: f"a value of the pattern {error.validator_value}",
+    }.get(error.validator, lambda: error.message[:200])()
+    return f"expected {expected} for {quoted(where, 120)}, {found}: correct it"
 
 
 def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> str:
@@ -122,7 +95,7 @@ def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> st
             answer = f"did you mean {likely[close[0]]!r}?"
         else:
             answer = f"known here: {', '.join(known)}"
-    return f"unknown key {key!r}: {answer}"
+    return f"unknown key {quoted(key, 120)}: {answer}"
 
 
 def _old_name(path, content: dict) -> str | None:
@@ -157,8 +130,8 @@ def _refuse_unknown(name: str, key: str, found: str | None, section: str, known)
     close = difflib.get_close_matches(str(found), known, n=1)
     hint = f"did you mean {close[0]!r}?" if close else "correct one of the two"
     raise InputError(
-        f"{name}: expected {key} to name one of {section} ({', '.join(map(str, known))}), found {found!r}: "
-        f"{renamed(VALUES, found, known) or hint}"
+        f"{name}: expected {key} to name one of {section} ({', '.join(map(str, known))}), found "
+        f"{quoted(found)}: {renamed(VALUES, found, known) or hint}"
     )
 
 
@@ -172,14 +145,14 @@ def check_config(config: dict, name: str) -> None:
     twice = sorted({label for label in labels if labels.count(label) > 1})
     if twice:
         raise InputError(
-            f"{name}: expected dummy.geometry.leg_markers to place every marker once, found {twice[0]!r} "
-            "twice: correct one of the two"
+            f"{name}: expected dummy.geometry.leg_markers to place every marker once, found "
+            f"{quoted(twice[0])} twice: correct one of the two"
         )
     unknown = sorted(set(labels) - set(dummy["files"]["marker_labels"]))
     if unknown:
         raise InputError(
             f"{name}: expected dummy.geometry.leg_markers to name markers of "
-            f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
+            f"dummy.files.marker_labels, found {quoted(unknown[0])}: correct one of the two"
         )
     _check_plausible(config["plausible"], name)
     _check_filters(config, name)
@@ -272,20 +245,20 @@ def _check_estimators(dummy: dict, name: str) -> None:
         if choice["torque"] != "leg":
             raise InputError(
                 f"{name}: expected the torque leg in dummy.pathways.{pathway}, because the estimator "
-                f"{choice['estimator']} uses a torque for its VAF only, found {choice['torque']!r}: "
+                f"{choice['estimator']} uses a torque for its VAF only, found {quoted(choice['torque'])}: "
                 "correct one of the two"
             )
         for key in ("as_printed", "recommended"):
             if dummy[key] == pathway:
                 raise InputError(
                     f"{name}: expected dummy.{key} to name a pathway with windowed least squares, because "
-                    f"tables and figures show every perturbation, found {pathway!r}: name another"
+                    f"tables and figures show every perturbation, found {quoted(pathway)}: name another"
                 )
         unknown = sorted(set(dummy["foot"]["belt_fixed_labels"]) - set(dummy["files"]["marker_labels"]))
         if unknown:
             raise InputError(
                 f"{name}: expected dummy.foot.belt_fixed_labels to name markers of "
-                f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
+                f"dummy.files.marker_labels, found {quoted(unknown[0])}: correct one of the two"
             )
 
 
@@ -335,7 +308,7 @@ def _check_treadmill(config: dict, name: str) -> None:
             if model in config[section]["models"]["family"]:
                 raise InputError(
                     f"{name}: expected models in {section}.models.family that suit this experiment, found "
-                    f"{model!r}, which {why}: take it out"
+                    f"{quoted(model)}, which {why}: take it out"
                 )
     analysis = table["analysis"]
     if analysis["zero_lag"] and analysis["lowpass_order"] % 2:
@@ -360,7 +333,7 @@ def _check_standing(standing: dict, family: list[str], name: str) -> None:
             if marker["label"] not in standing["files"]["marker_labels"]:
                 raise InputError(
                     f"{name}: expected standing.person.{segment}_markers to name markers of "
-                    f"standing.files.marker_labels, found {marker['label']!r}: correct one of the two"
+                    f"standing.files.marker_labels, found {quoted(marker['label'])}: correct one of the two"
                 )
     analysis = standing["analysis"]
     for estimator, choice in standing["estimators"].items():

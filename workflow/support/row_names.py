@@ -5,7 +5,7 @@ Which experiment takes which is in the table of the experiments (`EXPERIMENTS[..
 
 from collections.abc import Iterable
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted
 from workflow.support.experiments import EXPERIMENTS, TABLE_OF_A_BELT
 
 NAME_COLUMNS = tuple(
@@ -38,18 +38,18 @@ def names_of(cells: dict[str, str], here: str) -> dict[str, str | int]:
         if column not in known.names:
             raise InputError(
                 f"{here}: expected '-' for {column}, because files of {experiment} take "
-                f"{', '.join(known.names) or 'no names from the sheet'}, found {cell!r}: correct it"
+                f"{', '.join(known.names) or 'no names from the sheet'}, found {quoted(cell)}: correct it"
             )
         if cells["source"] == "virtual_lab":
             raise InputError(
                 f"{here}: expected '-' for {column}, because the virtual laboratory names its columns "
-                f"itself, found {cell!r}: correct it"
+                f"itself, found {quoted(cell)}: correct it"
             )
         values = VALUES.get(column)
         if values is not None and cell not in values:
             raise InputError(
                 f"{here}: expected {column} to be {' or '.join(values)}, or '-' for that of the "
-                f"configuration, found {cell!r}: correct it"
+                f"configuration, found {quoted(cell)}: correct it"
             )
         found[known.names[column]] = cell if values is None else values[cell]
     _refuse_twice(experiment, found, here)
@@ -95,6 +95,6 @@ def _refuse_twice(experiment: str, names: dict, here: str) -> None:
         if table and (table, name) in seen:
             raise InputError(
                 f"{here}: expected {column_of[seen[table, name]]} and {column_of[setting]} to name two "
-                f"columns, found {name!r} for both: correct one of the two"
+                f"columns, found {quoted(name)} for both: correct one of the two"
             )
         seen[table, name] = setting

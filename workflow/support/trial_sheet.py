@@ -6,10 +6,12 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tepsipe.errors import InputError, quoted
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.file_kind import ending_of
 from tepsipe.io.readers.text_file import read_text
-from tepsipe.io.readers.whole_trial import holds_whole_trial
+from tepsipe.io.readers.whole_trial import TEXT_ENDINGS, holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
+from workflow.support.names import check_distinct, check_name
 from workflow.support.renames import KEYS, renamed
 from workflow.support.row_names import NAME_COLUMNS, names_of
 
@@ -66,13 +68,13 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
             hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-            raise InputError(f"{path}: unknown column {name!r}: {hint}")
+            raise InputError(f"{path}: unknown column {quoted(name)}: {hint}")
         if header.count(name) > 1:
-            raise InputError(f"{path}: expected the column {name!r} once, found it twice: remove one")
+            raise InputError(f"{path}: expected the column {quoted(name)} once, found it twice: remove one")
     for name in COLUMNS:
         if name not in header:
             raise InputError(
-                f"{path}: expected the tab-separated column {name!r}, found {', '.join(header)}: add "
+                f"{path}: expected the tab-separated column {quoted(name)}, found {listed(header)}: add "
                 "it to the header and fill it with - where it does not apply"
             )
     trials: dict[tuple, TrialRow] = {}
@@ -99,11 +101,14 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         )
     if not trials:
         raise InputError(f"{path}: expected at least one trial, found none: add a row")
+    for experiment in dict.fromkeys(experiment for experiment, _ in trials):
+        check_distinct((c for e, c in trials if e == experiment), f"condition of {experiment}", str(path))
+    check_distinct([row.task for row in trials.values() if row.task is not None], "task", str(path))
     for row in trials.values():
         if row.task is not None and (row.experiment, row.task) in trials:
             raise InputError(
                 f"{path}: expected tasks and conditions of {row.experiment} to have different names, because "
-                f"both head rows of estimates, found {row.task!r} for both: rename the condition"
+                f"both head rows of estimates, found {quoted(row.task)} for both: rename the condition"
             )
     for models in dict.fromkeys(filter(None, (e.models for e in EXPERIMENTS.values()))):
         _check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
@@ -157,18 +162,14 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     experiment, condition, source = cells["experiment"], cells["condition"], cells["source"]
     if experiment not in EXPERIMENTS:
         raise InputError(
-            f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {experiment!r}: "
+            f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {quoted(experiment)}: "
             f"{renamed(KEYS, experiment, EXPERIMENTS) or 'correct it'}"
         )
     known = EXPERIMENTS[experiment]
-    if not condition or not all(c.isalnum() or c in ".-" for c in condition):
-        raise InputError(
-            f"{here}: expected a condition of letters, digits, dots and hyphens, found {condition!r}: "
-            "rename it"
-        )
+    check_name(condition, "condition", here)
     if source not in ("virtual_lab", "recorded"):
         raise InputError(
-            f"{here}: expected the source to be virtual_lab or recorded, found {source!r}: correct it"
+            f"{here}: expected the source to be virtual_lab or recorded, found {quoted(source)}: correct it"
         )
     needed = known.raw_files
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
@@ -180,10 +181,10 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             if kind not in files and kind not in known.optional_files and not (whole and kind != "log"):
                 raise InputError(
                     f"{here}: expected a {kind} file for {experiment}/{condition}, found "
-                    f"{cells.get(kind, 'no such column')!r}: name the recorded file"
+                    f"{quoted(cells.get(kind, 'no such column'))}: name the recorded file"
                 )
     elif files or not all(needed.values()):
-        found = f"{next(iter(files.values()))!r}" if files else f"experiment {experiment!r}"
+        found = f"{quoted(next(iter(files.values())))}" if files else f"experiment {experiment!r}"
         raise InputError(
             f"{here}: expected no files for what the virtual laboratory can make, found {found}: set "
             "the source to recorded"
@@ -194,8 +195,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         interval = _positive(shortest, "interval_s", here), _positive(longest, "interval_s", here)
         if interval[0] > interval[1]:
             raise InputError(
-                f"{here}: expected interval_s from short to long, found {cells['interval_s']!r}: turn it "
-                "round"
+                f"{here}: expected interval_s from short to long, found {quoted(cells['interval_s'])}: "
+                "turn it round"
             )
     else:
         interval = (_positive(cells["interval_s"], "interval_s", here),) * 2
@@ -209,7 +210,7 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     if made and cells["profile"] not in known.profiles:
         raise InputError(
             f"{here}: expected a profile of {', '.join(known.profiles)}, found "
-            f"{cells['profile']!r}: correct it"
+            f"{quoted(cells['profile'])}: correct it"
         )
     return TrialRow(
         experiment,
@@ -225,13 +226,13 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
 
 
 def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> None:
-    """Refuse a calibration or markers beside a log that holds the whole trial."""
-    for kind in ("calibration", "markers"):
+    """Refuse a calibration or, unless the log is text, markers beside a log that holds the whole trial."""
+    for kind in ("calibration",) if ending_of(files["log"]) in TEXT_ENDINGS else ("calibration", "markers"):
         if kind in files:
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
                 f"{quoted(files['log'])} "
-                f"holds the whole trial, found {files[kind]!r}: correct one of the two"
+                f"holds the whole trial, found {quoted(files[kind])}: correct one of the two"
             )
 
 
@@ -242,7 +243,7 @@ def _positive(cell: str, name: str, here: str) -> float | None:
         number = -1.0
     if number is not None and not 0.0 < number < math.inf:
         raise InputError(
-            f"{here}: expected a positive number or {EMPTY!r} for {name}, found {cell!r}: correct it"
+            f"{here}: expected a positive number or {EMPTY!r} for {name}, found {quoted(cell)}: correct it"
         )
     return number
 
@@ -255,11 +256,11 @@ def _task(cells: dict[str, str], here: str) -> str | None:
         if task not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the task, because trials of {experiment} have none, found "
-                f"{task!r}: correct it"
+                f"{quoted(task)}: correct it"
             )
         return None
     made = cells["source"] == "virtual_lab"
-    if task in (EMPTY, "") or (made and task not in tasks) or not all(c.isalnum() or c in ".-" for c in task):
+    if task in (EMPTY, "") or (made and task not in tasks):
         found = repr(task) if "task" in cells else "no such column"
         expected = (
             f"a task of {' or '.join(tasks)}" if made else "a task of letters, digits, dots and hyphens"
@@ -268,6 +269,7 @@ def _task(cells: dict[str, str], here: str) -> str | None:
             f"{here}: expected {expected} for {experiment}/{cells['condition']}, found {found}: fill in "
             "the instruction of the person"
         )
+    check_name(task, "task", here)
     return task
 
 
@@ -277,7 +279,7 @@ def _role(cells: dict[str, str], here: str) -> str | None:
         if role not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the role, because trials of {experiment} have none, found "
-                f"{role!r}: correct it"
+                f"{quoted(role)}: correct it"
             )
         return None
     if role not in ROLES:

@@ -29,7 +29,7 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
 from tepsipe.identification.cascade_pathways import delayed
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import Estimate, flagged
 
 ACTIVE = ("none", "velocity", "emg")
 # time by which a zero-lag low-pass of about 20 Hz advances the start of a response (s)
@@ -96,6 +96,8 @@ class StandingFit:
         Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
     responses : int
         Number of responses (-).
+    delays_at_bound : tuple of str
+        Those of T, L and D that are the first or the last of the values tried (no unit).
     """
 
     names: tuple[str, ...]
@@ -106,6 +108,7 @@ class StandingFit:
     active_peak: float
     curves: list[dict[str, np.ndarray]]
     responses: int
+    delays_at_bound: tuple[str, ...] = ()
 
     def interval(self, name: str) -> tuple[float, float, float, float]:
         """Value, standard error, and both ends of the 95 % interval of a parameter (its unit)."""
@@ -326,6 +329,15 @@ def fit_standing(
             for a, b, c, angle in zip(*parts, angles, strict=True)
         ],
         responses=sum(responses.count for responses in trials),
+        delays_at_bound=_at_bound(delays, options),
+    )
+
+
+def _at_bound(delays: dict[str, float], options: ActiveOptions) -> tuple[str, ...]:
+    """Those of T, L and D that are the first or the last of several values tried."""
+    tried = {"T": options.twitch_s, "L": options.reflex_delay_s, "D": options.balance_delay_s}
+    return tuple(
+        key for key, s in delays.items() if len(tried[key]) > 1 and s in (min(tried[key]), max(tried[key]))
     )
 
 
@@ -366,6 +378,7 @@ def standing_estimates(
     """
     about = ("standing", condition, pathway, estimator)
     n = fit.responses
+    names = {"T": "twitch_time", "L": "reflex_delay", "D": "balance_delay"}
     rows = []
 
     def row(quantity: str, unit: str, name: str, scale: float) -> Estimate:
@@ -383,7 +396,7 @@ def standing_estimates(
     }
     if fit.delays:
         plain["active_torque_share"] = ("1", fit.active_peak)
-        names = {"T": "twitch_time", "L": "reflex_delay", "D": "balance_delay"}
         plain |= {names[key]: ("s", value) for key, value in fit.delays.items()}
     rows += [Estimate(*about, key, unit, float(v), n_perturbations=n) for key, (unit, v) in plain.items()]
-    return rows
+    at_bound = [names[key] for key in fit.delays_at_bound]
+    return [flagged([e], "at-bound")[0] if e.quantity in at_bound else e for e in rows]

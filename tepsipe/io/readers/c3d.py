@@ -94,7 +94,7 @@ def markers_of(file, path: Path) -> Markers:
     points, residuals = file["data"]["points"][:3], file["data"]["meta_points"]["residuals"][0]
     labels += [f"unnamed {k + 1}" for k in range(len(labels), points.shape[1])]
     positions = scale * points.transpose(2, 1, 0)
-    positions[residuals.T < 0.0] = np.nan
+    positions[(residuals.T < 0.0) | ~np.isfinite(positions).all(axis=2)] = np.nan
     return Markers(float(point["RATE"]["value"][0]), tuple(labels[: points.shape[1]]), positions)
 
 

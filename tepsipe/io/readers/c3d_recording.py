@@ -64,7 +64,7 @@ def _channels(file, path: Path) -> list[tuple[str, Channel]]:
     labels, units = labels_of(file, "ANALOG"), _units(analog)
     limits = _limits(analog, file, samples.shape[0])
     channels: list[tuple[str, Channel]] = []
-    for k, values in enumerate(samples):
+    for k, values in enumerate(np.where(np.isfinite(samples), samples, np.nan)):
         label = labels[k] if k < len(labels) and labels[k] else f"channel {k + 1}"
         if label in labels[:k]:
             label = f"{label} (channel {k + 1})"

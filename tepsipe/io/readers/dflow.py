@@ -19,8 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.io.readers.plain_table import fields_of, read_plain_table
-from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.plain_table import read_plain_table
 
 TIMES = ("TimeStamp", "Time")
 FRAME = "FrameNumber"
@@ -66,17 +65,6 @@ class DFlowTable:
     def speeds(self) -> tuple[str, ...]:
         """Names of the columns that hold a belt's speed (m/s there)."""
         return tuple(name for name in self.columns if SPEED.search(name))
-
-
-def is_dflow(path: Path) -> bool:
-    """Whether the first line of a file is that of D-Flow's mocap or record module (no unit)."""
-    try:
-        names = fields_of(read_text(path, "a text file").partition("\n")[0], "\t")
-    except InputError:
-        return False
-    if len(names) < 2 or names[0] not in TIMES:
-        return False
-    return FRAME in names or any(MARKER.fullmatch(n) or PLATE.fullmatch(n) or SPEED.search(n) for n in names)
 
 
 def read_dflow(path: str | Path) -> DFlowTable:

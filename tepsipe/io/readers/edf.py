@@ -1,13 +1,22 @@
-"""Electromyograms and their trigger from EDF and EDF+ files."""
+"""Electromyograms and their trigger from EDF, EDF+ and BDF files (16 and 24 bits).
+
+In BDF files of BioSemi the channel ``Status`` holds 16 trigger lines in the lowest bits of its 24-bit
+samples, and the state of the amplifier above them (biosemi.com, "BDF file format"); the trigger is the
+number that the 16 lines make.
+"""
 
 import contextlib
+import io
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.readers.file_kind import BDF
+from tepsipe.io.readers.gzip_file import is_gzip, plain_bytes
 
 # spelling of a physical dimension, at most 8 characters -> uV
 UV_PER_UNIT = {
@@ -18,6 +27,7 @@ UV_PER_UNIT = {
     **dict.fromkeys(("mV", "mv", "milliV", "millivol"), 1e3),
     **dict.fromkeys(("V", "v", "volt", "Volt"), 1e6),
 }
+STATUS, TRIGGER_BITS = "Status", 0xFFFF
 # fields of a signal in the header and their lengths (bytes), up to the number of samples in a record
 BYTES_BEFORE_SAMPLES = 16 + 80 + 8 + 8 + 8 + 8 + 8 + 80
 
@@ -51,12 +61,12 @@ class EmgRecording:
 
 
 def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> EmgRecording:
-    """Read the wanted muscles and the trigger of an EDF or EDF+ file.
+    """Read the wanted muscles and the trigger of an EDF, EDF+ or BDF file.
 
     Parameters
     ----------
     path : str or Path
-        EDF or EDF+ file.
+        EDF, EDF+ or BDF file, plain or compressed with gzip, under any name.
     channels : dict of str to str
         Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
     trigger_label : str
@@ -65,12 +75,13 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
     Returns
     -------
     EmgRecording
-        Rate (Hz), electromyograms and their limits (uV), trigger (V).
+        Rate (Hz), electromyograms and their limits (uV), trigger (V; for a channel ``Status`` of a BDF file
+        the number that its trigger lines make).
 
     Raises
     ------
     InputError
-        If the file is missing, truncated, damaged or not EDF, time has gaps, the trigger or all
+        If the file is missing, truncated, damaged or neither EDF nor BDF, time has gaps, the trigger or all
         muscles are missing, a label is not unique, channels differ in rate, or a unit is unknown.
     """
     path = Path(path)
@@ -119,22 +130,28 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
 
 
 def open_edf(path: Path) -> dict[str, list]:
-    """Channels of an EDF or EDF+ file by label, as edfio reads them (units as their headers say).
+    """Channels of an EDF, EDF+ or BDF file by label, as edfio reads them (units as their headers say).
 
     Raises
     ------
     InputError
-        If the file is missing, truncated, damaged or not EDF, or time has gaps.
+        If the file is missing, truncated, damaged or neither EDF nor BDF, or time has gaps.
     """
     import edfio  # it takes as long to import as a recording takes to read
 
     if not path.is_file():
         raise InputError(f"{path}: expected an EDF file, found no file: correct its path in the trial sheet")
-    _refuse_truncated(path)
+    packed = plain_bytes(path, "an EDF file") if is_gzip(path) else None
+    with path.open("rb") if packed is None else io.BytesIO(packed) as header:
+        is_bdf = _refuse_truncated(path, header)
+    content = path if packed is None else io.BytesIO(packed)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what edfio would mend is refused here
-            file = edfio.read_edf(path, lazy_load_data=True, header_encoding="latin-1")
+            if is_bdf:
+                file = edfio.read_bdf(content, header_encoding="latin-1")
+            else:
+                file = edfio.read_edf(content, lazy_load_data=packed is None, header_encoding="latin-1")
             continuous = file.is_continuous
             found: dict[str, list] = {}
             for each in file.signals:
@@ -152,6 +169,11 @@ def open_edf(path: Path) -> dict[str, list]:
     return found
 
 
+def is_status(label: str, channel) -> bool:
+    """Whether a channel of edfio's holds the trigger lines of a BDF file (no unit)."""
+    return label == STATUS and type(channel).__name__ == "BdfSignal"
+
+
 def _physical(path: Path, label: str, channel) -> tuple[str, np.ndarray, np.ndarray]:
     """Unit of a channel, its samples and its limits in this unit."""
     try:
@@ -164,41 +186,45 @@ def _physical(path: Path, label: str, channel) -> tuple[str, np.ndarray, np.ndar
             f"{path}: expected a physical and a digital range of the channel {label!r}, found none that can "
             "be used in the header: calibrate the channel and export it again"
         )
+    if is_status(label, channel):
+        return "", (channel.digital & TRIGGER_BITS).astype(float), np.array([0.0, TRIGGER_BITS])
     unit = channel.physical_dimension
     with contextlib.suppress(UnicodeError):  # it was Latin-1
         unit = unit.encode("latin-1").decode("utf-8")
     return unit.strip(), np.asarray(channel.data), ends
 
 
-def _refuse_truncated(path: Path) -> None:
-    """Compare the size of the file with the size given by its header."""
-    with path.open("rb") as file:
-        head = file.read(256)
-        if head[:8] == b"\xffBIOSEMI":
-            raise InputError(f"{path}: expected an EDF file, found BDF (24 bits): convert it to EDF+")
-        if len(head) < 256 or head[:8].strip() != b"0":
-            raise InputError(
-                f"{path}: expected an EDF file, found {path.stat().st_size} bytes without its header: check "
-                "which file the trial sheet names"
-            )
-        try:
-            header, records, signals = int(head[184:192]), int(head[236:244]), int(head[252:256])
-            file.seek(256 + signals * BYTES_BEFORE_SAMPLES)
-            samples = sum(int(file.read(8)) for _ in range(signals))
-            lasts_s = float(head[244:252])
-        except ValueError as error:
-            raise InputError(
-                f"{path}: expected numbers in the header of an EDF file, found one that cannot be read: the "
-                "file is truncated or damaged, copy it again from the recorder"
-            ) from error
+def _refuse_truncated(path: Path, file: BinaryIO) -> bool:
+    """Compare the size of the file with the size given by its header; whether it is BDF."""
+    head = file.read(256)
+    size = file.seek(0, 2)
+    is_bdf = head[:8] == BDF
+    if len(head) < 256 or not (is_bdf or head[:8].strip() == b"0"):
+        raise InputError(
+            f"{path}: expected an EDF file, found {size} bytes without its header: check "
+            "which file the trial sheet names"
+        )
+    try:
+        header, records, signals = int(head[184:192]), int(head[236:244]), int(head[252:256])
+        if signals < 1:
+            raise ValueError("no signals")
+        file.seek(256 + signals * BYTES_BEFORE_SAMPLES)
+        samples = sum(int(file.read(8)) for _ in range(signals))
+        lasts_s = float(head[244:252])
+    except ValueError as error:
+        raise InputError(
+            f"{path}: expected numbers in the header of an EDF file, found one that cannot be read: the "
+            "file is truncated or damaged, copy it again from the recorder"
+        ) from error
     if records < 1 or samples < 1 or not lasts_s > 0.0 or header != 256 * (signals + 1):
         raise InputError(
             f"{path}: expected records of samples, found {records} records of {samples} samples and "
             f"{lasts_s:g} s in the header: the recorder did not close the file, export it again"
         )
-    expected, size = header + 2 * records * samples, path.stat().st_size
+    expected = header + (3 if is_bdf else 2) * records * samples
     if size != expected:
         raise InputError(
             f"{path}: expected {records} records ({expected} bytes), found {size} bytes: the file is "
             f"{'truncated' if size < expected else 'damaged'}, copy it again from the recorder"
         )
+    return is_bdf

@@ -102,7 +102,9 @@ def _plate(
         force = np.column_stack([_scaled(c, FORCE_UNITS, 1.0, name) for c in own[:3]])
         moment = np.column_stack([_scaled(c, MOMENT_UNITS, scale, name) for c in own[3:]])
     in_lab = force @ rotation.T
-    return ForcePlate(in_lab, moment @ rotation.T + np.cross(arm, in_lab), own[0][1].rate_hz, corners)
+    loads = in_lab, moment @ rotation.T + np.cross(arm, in_lab)
+    force, moment = (np.where(np.isfinite(load), load, np.nan) for load in loads)
+    return ForcePlate(force, moment, own[0][1].rate_hz, corners)
 
 
 def _of_type_1(own: list, scale: float, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -179,7 +181,13 @@ def _parameter(group: dict, parameter: str, shape: tuple, number: int, name: str
             f"{name}: expected FORCE_PLATFORM:{parameter} of shape {shape} for every plate, found "
             f"{values.shape}: export the file with all parameters of its plates"
         )
-    return values[..., number].astype(float)
+    own = values[..., number].astype(float)
+    if not np.isfinite(own).all():
+        raise InputError(
+            f"{name}: expected numbers in FORCE_PLATFORM:{parameter}, found some that are not finite: the "
+            "file is damaged, export it again"
+        )
+    return own
 
 
 def _spelled(unit: str) -> str:

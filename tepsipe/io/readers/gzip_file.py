@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted
 
 MAGIC = b"\x1f\x8b"
-# a recording of ten minutes with 200 columns of text has about 150 MB
-LARGEST_BYTES = 400_000_000
+# a compressed table is 3 to 30 times smaller than its text, a bomb up to 1000 times; a recording of ten
+# minutes with 200 columns of text has about 150 MB
+MOST_PER_BYTE, ALWAYS_ALLOWED_BYTES, LARGEST_BYTES = 200, 20_000_000, 400_000_000
 PIECE_BYTES = 1 << 20
 
 
@@ -27,7 +28,7 @@ def is_gzip(path: Path) -> bool:
         return False
 
 
-def plain_bytes(path: Path, what: str, largest_bytes: int = LARGEST_BYTES) -> bytes:
+def plain_bytes(path: Path, what: str, largest_bytes: int | None = None) -> bytes:
     """Contents of a file, unpacked if it is compressed with gzip (no unit).
 
     Parameters
@@ -36,8 +37,9 @@ def plain_bytes(path: Path, what: str, largest_bytes: int = LARGEST_BYTES) -> by
         The file, under any name.
     what : str
         What the file should be, for the message.
-    largest_bytes : int
-        Size at which unpacking stops (bytes, no unit).
+    largest_bytes : int, optional
+        Size at which unpacking stops (bytes, no unit); by default 200 times the file's size, at least 20 and
+        at most 400 MB.
 
     Returns
     -------
@@ -52,6 +54,9 @@ def plain_bytes(path: Path, what: str, largest_bytes: int = LARGEST_BYTES) -> by
     try:
         if not is_gzip(path):
             return path.read_bytes()
+        if largest_bytes is None:
+            largest_bytes = max(ALWAYS_ALLOWED_BYTES, MOST_PER_BYTE * path.stat().st_size)
+            largest_bytes = min(LARGEST_BYTES, largest_bytes)
         pieces, size = [], 0
         with gzip.open(path, "rb") as file:
             while piece := file.read(PIECE_BYTES):
@@ -65,10 +70,12 @@ def plain_bytes(path: Path, what: str, largest_bytes: int = LARGEST_BYTES) -> by
         return b"".join(pieces)
     except FileNotFoundError:
         raise InputError(f"{path}: expected {what}, found no file: correct its path") from None
-    except (OSError, EOFError, zlib.error) as error:
+    except InputError:
+        raise
+    except (OSError, ValueError, EOFError, zlib.error) as error:
         raise InputError(
-            f"{path}: expected {what}, found a file that cannot be read ({error}): it is truncated or "
-            "damaged, copy it again"
+            f"{path}: expected {what}, found a file that cannot be read ({quoted(error)}): it is truncated "
+            "or damaged, copy it again"
         ) from None
 
 

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.io.readers.guarded import guarded
+from tepsipe.io.readers.mat_file import read_mat
 from tepsipe.io.readers.text_file import read_text
 
 VARIABLES = {
@@ -75,7 +74,8 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
     Parameters
     ----------
     path : str or Path
-        MATLAB file with the variables listed in `VARIABLES` (units in their names).
+        MATLAB file of any version, plain or compressed with gzip, with the variables listed in `VARIABLES`
+        (units in their names).
 
     Returns
     -------
@@ -88,25 +88,12 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
         If the file is missing, truncated or not MATLAB's, a variable is missing, or lengths differ.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(
-            f"{path}: expected a treadmill log, found no file: correct its path in the trial sheet"
-        )
-    try:
-        content = guarded(scipy.io.loadmat, path, what=path)
-    except InputError:
-        raise
-    except Exception as error:  # scipy raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a MATLAB file (version 7 or older), found one that cannot be read "
-            f"({type(error).__name__}): it is truncated or damaged, copy it again from the instrument"
-        ) from error
+    content = read_mat(path, "a treadmill log")
     for name, meaning in VARIABLES.items():
         if name not in content:
-            found = listed(key for key in content if not key.startswith("__"))
             raise InputError(
-                f"{path}: expected the variable {name!r} ({meaning}), found {found}: export it again "
-                "with all variables"
+                f"{path}: expected the variable {name!r} ({meaning}), found {listed(content)}: export it "
+                "again with all variables"
             )
     voltages = _numbers(path, "transducers_V", content)
     rate = _numbers(path, "sample_rate_hz", content)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.io.readers.file_kind import DFLOW, ending_of, kind_of
 from tepsipe.io.readers.recording import Recording
 
 
@@ -17,18 +18,26 @@ def _read_c3d(path: Path) -> Recording:
     return read_c3d_recording(path)
 
 
-READERS: dict[str, Callable[[Path], Recording]] = {".c3d": _read_c3d}
+def _read_text(path: Path) -> Recording:
+    if kind_of(path) == DFLOW:
+        from tepsipe.io.readers.dflow_recording import read_dflow_recording
+
+        return read_dflow_recording(path)
+    from tepsipe.io.readers.signal_table import read_table_recording
+
+    return read_table_recording(path)
+
+
+TEXT_ENDINGS = (".txt", ".csv", ".tsv")
+READERS: dict[str, Callable[[Path], Recording]] = {
+    ".c3d": _read_c3d,
+    **dict.fromkeys(TEXT_ENDINGS, _read_text),
+}
 
 
 def holds_whole_trial(path: str | Path) -> bool:
     """Whether files of this name's kind hold a whole trial (no unit); the file need not exist."""
     return ending_of(path) in READERS
-
-
-def ending_of(path: str | Path) -> str:
-    """Ending of a file's name in lower case, without that of gzip (no unit)."""
-    suffixes = [suffix.lower() for suffix in Path(path).suffixes]
-    return "".join((suffixes[:-1] if suffixes[-1:] == [".gz"] else suffixes)[-1:])
 
 
 def read_recording(path: str | Path) -> Recording:

@@ -26,7 +26,9 @@ def number(value: float | int | None, digits: int = 3) -> str:
 
 
 def percent(value: float, decimals: int = 1) -> str:
-    """A percentage (%) as text."""
+    """A percentage (%) as text; a dash for NaN, powers of ten for what is far from one."""
+    if not math.isfinite(value) or abs(value) >= 1e7:
+        return number(value, 2)
     return f"{value:.{decimals}f}".replace("-", MINUS)
 
 
@@ -43,8 +45,8 @@ def span_of_decimals(values, decimals: int) -> str:
 
 
 def _cell(quantity: str, value: float | None) -> str:
-    if value is None:
-        return number(None)
+    if value is None or not math.isfinite(value):
+        return number(value)
     if quantity.startswith("VAF"):
         return percent(value, 2 if value > 99.0 else 1)
     if quantity in ("I", "B"):

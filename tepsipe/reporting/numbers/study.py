@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pandas as pd
 
+from tepsipe.io.estimates import FLAGS
 from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.numbers.format import MINUS, _cell, _printed, number, percent, span
 from tepsipe.reporting.thesis_tables import TableRow
@@ -25,7 +26,35 @@ LABELS = {
 }
 
 
-def table_data(rows: list[TableRow], conditions: list[str], names: list[str]) -> list[dict]:
+DAGGER = "\N{DAGGER}"
+
+
+def flags_data(estimates: pd.DataFrame) -> dict:
+    """Flags of the estimates (values in their units) as text, for the first page.
+
+    Returns
+    -------
+    dict
+        ``count`` of flagged estimates, ``total``, and ``kinds``: name, count and meaning of each flag.
+    """
+    named = estimates["flags"].fillna("").astype(str).str.split(";")
+    kinds = [(name, int(named.map(lambda own, n=name: n in own).sum()), FLAGS[name]) for name in FLAGS]
+    return {
+        "count": int((estimates["flags"].fillna("") != "").sum()),
+        "total": len(estimates),
+        "kinds": [{"name": n, "count": str(count), "meaning": m} for n, count, m in kinds if count],
+    }
+
+
+def flagged_cells(estimates: pd.DataFrame) -> set[tuple[str, str, str, str]]:
+    """Pathway, estimator, quantity and condition (no units) of every flagged estimate."""
+    own = estimates[estimates["flags"].fillna("") != ""]
+    return set(zip(own.pathway, own.estimator, own.quantity, own.condition, strict=True))
+
+
+def table_data(
+    rows: list[TableRow], conditions: list[str], names: list[str], flagged: set | frozenset = frozenset()
+) -> list[dict]:
     """Blocks of a thesis table as text.
 
     Parameters
@@ -34,6 +63,8 @@ def table_data(rows: list[TableRow], conditions: list[str], names: list[str]) ->
         From `lay_out_table` (units in them).
     conditions, names : list of str
         Columns, and their headings.
+    flagged : set
+        From `flagged_cells` (no units): these values are marked by a dagger.
 
     Returns
     -------
@@ -49,11 +80,16 @@ def table_data(rows: list[TableRow], conditions: list[str], names: list[str]) ->
             (row.pathway, row.estimator),
             {"pathway": row.pathway, "estimator": row.estimator, "columns": names, "rows": []},
         )
+        quantity = row.quantity.rpartition("_")[2] if row.quantity.startswith("SE") else row.quantity
+        of = (row.pathway, row.estimator, quantity)
         block["rows"].append(
             {
                 "label": LABELS.get(row.quantity, row.quantity),
                 "unit": unit_symbol(row.unit) if row.unit not in ("1", "as printed") else "",
-                "values": [_cell(row.quantity, value) for value in row.values],
+                "values": [
+                    _cell(row.quantity, value) + (f" {DAGGER}" if (*of, c) in flagged else "")
+                    for value, c in zip(row.values, conditions, strict=True)
+                ],
                 "reported": [_printed(value) for value in row.reported],
             }
         )

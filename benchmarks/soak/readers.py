@@ -1,0 +1,415 @@
+"""Every public reader with small good files of its kind, and what a successful read promises."""
+
+import gzip
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy
+
+ROOT = Path(__file__).parents[2]
+REAL_DATA = Path(os.environ.get("TEPSIPE_REAL_DATA", ROOT.parent / "shared" / "real-data"))
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from tepsipe.errors import InputError  # noqa: E402
+from tepsipe.io.contents import contents_of  # noqa: E402
+from tepsipe.io.estimates import Estimate, read_estimates, write_estimates  # noqa: E402
+from tepsipe.io.readers.c3d import read_markers  # noqa: E402
+from tepsipe.io.readers.c3d_recording import read_c3d_recording  # noqa: E402
+from tepsipe.io.readers.dflow import marker_columns, plate_columns, read_dflow  # noqa: E402
+from tepsipe.io.readers.edf import read_emg  # noqa: E402
+from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
+from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log  # noqa: E402
+from tepsipe.io.result import Result, read_result, write_result  # noqa: E402
+from tepsipe.io.trial import Signal, Trial, read_trial, write_trial  # noqa: E402
+from tepsipe.signals.filters import Lowpass  # noqa: E402
+from tepsipe.treadmill.loaded_frame import LoadedFrame  # noqa: E402
+from tepsipe.treadmill.mass_spring_damper import MeanSubtraction  # noqa: E402
+from tepsipe.treadmill.registry import FittedModel, load_treadmill_models, save_models  # noqa: E402
+from tepsipe.virtual_lab.dummy import MARKERS  # noqa: E402
+from tepsipe.virtual_lab.electromyography import write_emg  # noqa: E402
+from tepsipe.virtual_lab.manipulator import ManipulatorRecording  # noqa: E402
+from tepsipe.virtual_lab.manipulator_files import write_dflow_log  # noqa: E402
+from tepsipe.virtual_lab.treadmill_files import (  # noqa: E402
+    write_calibration,
+    write_markers,
+    write_treadmill_log,
+)
+from workflow.support.check import check_against_schema, check_config, load_yaml  # noqa: E402
+from workflow.support.trial_sheet import read_trial_sheet  # noqa: E402
+
+MUSCLES = {"TA": "EMG TA", "SOL": "EMG SOL"}
+LOG = {"time": "TimeStamp", "angle": "MotorAngle", "trigger_time": "TriggerTime"}
+BELT = {"time": "Timestamp (s)", "load": "Pitch Moment (Nm)", "velocity": "Belt Velocity (m/s)"}
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A public reader.
+
+    ``make`` writes good files into a folder and returns their paths; ``check`` asserts what a successful read
+    promises; ``text`` says whether the files are text.
+    """
+
+    make: Callable[[Path], list[Path]]
+    read: Callable[[Path], object]
+    check: Callable[[object], None]
+    text: bool = False
+
+
+def rng() -> np.random.Generator:
+    """The source of the numbers in the good files."""
+    return np.random.default_rng(20140612)
+
+
+def finite(*values: object) -> bool:
+    """Whether all values are numbers."""
+    return all(np.isfinite(np.asarray(v, dtype=float)).all() for v in values)
+
+
+def zipped(path: Path) -> Path:
+    """A copy that is compressed with gzip."""
+    copy = path.with_name(f"{path.name}.gz")
+    copy.write_bytes(gzip.compress(path.read_bytes(), mtime=0))
+    return copy
+
+
+def real(*names: str) -> list[Path]:
+    """Recordings made by others, where there are any."""
+    return [path for path in (REAL_DATA / name for name in names) if path.is_file()]
+
+
+# ---- C3D -----------------------------------------------------------------------------------------
+
+
+def c3d_markers(folder: Path) -> list[Path]:
+    """Eight markers, one of them hidden for a while."""
+    positions = rng().standard_normal((20, len(MARKERS), 3))
+    positions[3:7, 2] = np.nan
+    path = folder / "markers.c3d"
+    write_markers(path, MARKERS, positions, 250.0)
+    return [path]
+
+
+def check_markers(markers) -> None:
+    """A rate, positions in whole, none of them infinite."""
+    assert finite(markers.rate_hz) and markers.rate_hz > 0.0, f"rate {markers.rate_hz}"
+    assert markers.positions.shape[1:] == (len(markers.labels), 3), f"shape {markers.positions.shape}"
+    seen = np.isfinite(markers.positions)
+    assert not np.isinf(markers.positions).any(), "infinite positions"
+    assert (seen.all(axis=2) | ~seen.any(axis=2)).all(), "markers that are hidden in one coordinate only"
+
+
+def c3d_recording(folder: Path) -> list[Path]:
+    """Markers, a force plate, an electromyogram, as floating point and as measured by others."""
+    from c3d_builders import plate_channels, plate_of, write_c3d
+
+    plate, values = plate_of("right"), rng()
+    channels = plate_channels(plate, values.standard_normal((40, 3)), values.standard_normal((40, 3)))
+    channels |= {"EMG TA": (values.standard_normal(40), "mV")}
+    markers = {name: values.standard_normal((10, 3)) for name in ("heel", "toe")}
+    return [write_c3d(folder / "trial.c3d", 250.0, markers, channels, [plate]), *_real_c3d(folder)]
+
+
+def _real_c3d(folder: Path) -> list[Path]:
+    """The first frames of others' recordings, with the header and parameters that they wrote."""
+    made = []
+    for path in real("c3d/HC002D02.c3d", "c3d/Qualisys.c3d"):
+        content = bytearray(path.read_bytes())
+        first = int.from_bytes(content[6:8], "little")
+        points, analog = (int.from_bytes(content[k : k + 2], "little") for k in (2, 4))
+        size = 4 if content[15] & 0x80 else 2
+        start = 512 * (int.from_bytes(content[16:18], "little") - 1)
+        content[8:10] = (first + 9).to_bytes(2, "little")
+        short = folder / f"real-{path.name}"
+        short.write_bytes(content[: start + 10 * size * (4 * points + analog)].ljust(start + 10240, b"\0"))
+        try:
+            read_c3d_recording(short)
+        except InputError:
+            continue
+        made.append(short)
+    return made
+
+
+def check_recording(recording) -> None:
+    """The same of markers, plates and channels."""
+    if recording.markers is not None:
+        check_markers(recording.markers)
+    for plate in recording.plates:
+        assert finite(plate.rate_hz) and plate.rate_hz > 0.0, f"rate {plate.rate_hz}"
+        assert plate.force.shape == plate.moment.shape == (len(plate.force), 3), "shapes of plates"
+        assert plate.corners is None or (plate.corners.shape == (4, 3) and finite(plate.corners)), "corners"
+        assert not np.isinf(plate.force).any() and not np.isinf(plate.moment).any(), "infinite loads"
+    for label, channel in recording.channels.items():
+        assert channel.values.ndim == 1 and channel.values.dtype.kind == "f", f"channel {label!r}"
+        assert not np.isinf(channel.values).any(), f"infinite samples of {label!r}"
+        assert finite(channel.rate_hz) and channel.rate_hz > 0.0, f"rate of {label!r}"
+
+
+# ---- MATLAB, calibration, EDF --------------------------------------------------------------------
+
+
+def mat_log(folder: Path) -> list[Path]:
+    """A log as the laboratory writes it, and compressed."""
+    plain, packed = folder / "log.mat", folder / "packed.mat"
+    write_treadmill_log(plain, 1000.0, rng().standard_normal((60, 14)), *rng().standard_normal((3, 60)))
+    content = {k: v for k, v in scipy.io.loadmat(plain).items() if not k.startswith("__")}
+    scipy.io.savemat(packed, content, do_compression=True)
+    return [plain, packed]
+
+
+def check_log(log) -> None:
+    """Lines of one length."""
+    assert finite(log.rate_hz) and log.rate_hz > 0.0, f"rate {log.rate_hz}"
+    lines = (log.belt_velocity, log.command, log.trigger)
+    assert log.voltages.shape == (log.trigger.size, len(log.channels)), "shape of the voltages"
+    assert all(line.shape == log.trigger.shape and line.dtype.kind == "f" for line in lines), "lines"
+
+
+def calibration(folder: Path) -> list[Path]:
+    """A calibration matrix."""
+    path = folder / "calibration.csv"
+    write_calibration(path, 1000.0 * rng().standard_normal((12, 14)))
+    return [path]
+
+
+def check_calibration(matrix) -> None:
+    """Twelve rows of numbers."""
+    assert finite(matrix.matrix), "numbers of the matrix"
+    assert matrix.matrix.shape == (len(matrix.components), len(matrix.channels)), "shape of the matrix"
+    assert len(matrix.components) >= 12, "components"
+
+
+def edf(folder: Path) -> list[Path]:
+    """Two seconds of two muscles and a trigger, as EDF+."""
+    path = folder / "emg.edf"
+    signals = np.clip(100.0 * rng().standard_normal((200, 2)), -3000.0, 3000.0)
+    trigger = np.repeat([0.0, 5.0], 100)
+    write_emg(path, tuple(MUSCLES.values()), signals, trigger, 100.0, 3276.8)
+    return [path]
+
+
+def check_emg(emg) -> None:
+    """Numbers only."""
+    assert finite(emg.rate_hz) and emg.rate_hz > 0.0, f"rate {emg.rate_hz}"
+    assert emg.signals.shape == (emg.trigger.size, len(emg.muscles)), "shape of the signals"
+    assert finite(emg.signals, emg.trigger, emg.limits), "numbers of signals, trigger or limits"
+
+
+# ---- text ----------------------------------------------------------------------------------------
+
+
+def text_table(folder: Path) -> list[Path]:
+    """A log of the manipulator, also compressed."""
+    path = folder / "log.txt"
+    time = 812.5 + np.arange(60) / 163.0
+    write_dflow_log(path, ManipulatorRecording(time, rng().standard_normal(60), 812.6, np.zeros(9), 2048.0))
+    return [path, zipped(path)]
+
+
+def belt_table(folder: Path) -> list[Path]:
+    """A table of a treadmill."""
+    path = folder / "belt.txt"
+    columns = np.column_stack([np.arange(80) / 100.0, rng().standard_normal((80, 2))])
+    np.savetxt(path, columns, "%.6f", "\t", header="\t".join(BELT.values()), comments="")
+    return [path]
+
+
+def check_table(columns: dict) -> None:
+    """Columns of one length."""
+    assert len({values.shape for values in columns.values()}) == 1, "lengths of the columns"
+    assert all(values.ndim == 1 and values.size and values.dtype == float for values in columns.values())
+
+
+def dflow(folder: Path) -> list[Path]:
+    """D-Flow's mocap file, also compressed, and its record file."""
+    from dflow_builders import write_mocap, write_record
+
+    markers = {name: rng().standard_normal((30, 3)) for name in ("LHEE", "RHEE")}
+    mocap = write_mocap(folder / "mocap.txt", 100.0, markers, {1: rng().standard_normal((30, 6))})
+    speeds = {"LeftBelt.ActualSpeed": rng().standard_normal(40)}
+    record = write_record(folder / "record.txt", 208.0 + np.arange(40) / 300.0, speeds)
+    return [mocap, zipped(mocap), record]
+
+
+def read_dflow_file(path: Path):
+    """A file of D-Flow with its markers and plates."""
+    table = read_dflow(path)
+    return table, marker_columns(table), plate_columns(table)
+
+
+def check_dflow(found) -> None:
+    """Columns, markers and plates of one length."""
+    table, markers, plates = found
+    columns = (table.time, *table.columns.values())
+    assert all(x.shape == table.time.shape and x.dtype == float for x in columns), "columns"
+    assert table.frames is None or table.frames.shape == table.time.shape, "frames"
+    assert all(x.shape == (table.time.size, 3) for x in markers.values()), "markers"
+    assert all(x.shape == (table.time.size, 3) for pair in plates.values() for x in pair), "plates"
+
+
+def trial_sheet(folder: Path) -> list[Path]:
+    """The sheet of the study, and one with recorded trials."""
+    made = []
+    for name in ("config/trials.tsv", "config/human-ankle/trials.tsv", "config/rmill-treadmill/trials.tsv"):
+        path = folder / name.replace("/", "-")
+        path.write_bytes((ROOT / name).read_bytes())
+        made.append(path)
+    return made
+
+
+def check_sheet(trials: dict) -> None:
+    """Trials with positive numbers."""
+    assert trials, "no trial"
+    for row in trials.values():
+        numbers = (row.duration_s, row.amplitude, row.interval_s, row.longest_interval_s)
+        assert all(x is None or (finite(x) and x > 0.0) for x in numbers), f"numbers of {row.condition}"
+
+
+def configuration(folder: Path) -> list[Path]:
+    """The configuration of the study."""
+    path = folder / "config.yaml"
+    path.write_bytes((ROOT / "config/config.yaml").read_bytes())
+    return [path]
+
+
+def read_configuration(path: Path) -> dict:
+    """A configuration that the study would accept."""
+    content = load_yaml(path)
+    check_against_schema(content, ROOT / "workflow/schemas/config.schema.yaml", str(path))
+    check_config(content, str(path))
+    return content
+
+
+def check_configuration(content: dict) -> None:
+    """Sections."""
+    assert isinstance(content, dict) and content, "sections"
+
+
+# ---- files of the study --------------------------------------------------------------------------
+
+
+def trial(folder: Path) -> list[Path]:
+    """A trial with markers."""
+    path, time = folder / "trial.h5", np.arange(40) / 250.0
+    signals = {
+        "belt_velocity": Signal(rng().standard_normal(40), "m/s", ("time",), "belt", ("resampled",)),
+        "marker_position": Signal(
+            rng().standard_normal((40, 2, 3)).astype(np.float32), "m", ("time", "marker", "axis"), "markers"
+        ),
+    }
+    axes = {"time": time, "marker": np.array(["ankle", "leg1"]), "axis": np.array(["x", "y", "z"])}
+    made = Trial(250.0, axes, signals, {"trigger_sample": 12})
+    write_trial(path, made, "dummy", "sine-0.5", {"self": __file__}, {"lowpass_cutoff_hz": 20.0})
+    return [path]
+
+
+def check_trial(found) -> None:
+    """A clock, and signals of numbers."""
+    assert finite(found.rate_hz) and found.rate_hz > 0.0, f"rate {found.rate_hz}"
+    assert finite(found.time) and found.time.ndim == 1 and found.time.size, "axis of time"
+    for name, signal in found.signals.items():
+        assert signal.values.dtype.kind in "fiub", f"numbers of {name!r}"
+        assert len(signal.axes) == signal.values.ndim, f"axes of {name!r}"
+        assert all(isinstance(word, str) for word in (signal.unit, signal.meaning, *signal.axes)), name
+
+
+def result(folder: Path) -> list[Path]:
+    """Arrays in groups, and facts."""
+    path = folder / "result.h5"
+    arrays = {"fits/theta": rng().standard_normal(50), "fits/tau": rng().standard_normal((5, 3))}
+    arrays["windows"] = np.arange(12).reshape(6, 2)
+    units = dict.fromkeys(arrays, "rad")
+    write_result(path, Result(arrays, units, {"I_kgm2": 0.027, "names": ["a", "b"]}))
+    return [path]
+
+
+def check_result(found) -> None:
+    """Arrays with units."""
+    assert isinstance(found.facts, dict), "facts"
+    assert set(found.arrays) == set(found.units), "units"
+    assert all(isinstance(unit, str) for unit in found.units.values()), "units"
+    assert all(array.dtype.kind in "fiubUSO" for array in found.arrays.values()), "arrays"
+
+
+def estimates(folder: Path) -> list[Path]:
+    """Rows of three quantities."""
+    path = folder / "estimates.csv"
+    names = ("dummy", "sine-0.3", "leg", "windowed-least-squares")
+    rows = [
+        Estimate(*names, quantity, unit, *rng().standard_normal(3), n_perturbations=14)
+        for quantity, unit in (("I", "Nms2/rad"), ("B", "Nms/rad"), ("K", "Nm/rad"), ("VAF_trial", "%"))
+    ]
+    write_estimates(path, rows)
+    return [path]
+
+
+def check_estimates(rows) -> None:
+    """Rows with values."""
+    assert all(isinstance(row.value, float) for row in rows), "values"
+    assert all(row.n_perturbations is None or row.n_perturbations >= 0 for row in rows), "perturbations"
+
+
+def models(folder: Path) -> list[Path]:
+    """Two models of a treadmill."""
+    path = folder / "models.json"
+    template = MeanSubtraction({"sine-0.5": rng().standard_normal(40)}, 250.0)
+    lowpass = Lowpass(20.0, 2, True)
+    frame = LoadedFrame(rng().standard_normal(3), rng().standard_normal(4), 0.01, 0.02, 0.1, 0.5, 250.0)
+    save_models(
+        path,
+        [
+            FittedModel("mean-subtraction", template, "N", lowpass, ("empty/sine-0.5",)),
+            FittedModel("loaded-frame", frame, "N", None, ("weight/sine-0.5",)),
+        ],
+    )
+    return [path]
+
+
+def check_models(found: dict) -> None:
+    """Models of numbers."""
+    assert found, "no model"
+    for name, model in found.items():
+        assert isinstance(name, str) and isinstance(model, FittedModel), "kinds"
+        assert finite(model.model.rate_hz) and model.model.rate_hz > 0.0, f"rate of {name!r}"
+        for field in vars(model.model).values():
+            if isinstance(field, np.ndarray | float):
+                assert finite(field), f"numbers of {name!r}"
+
+
+# ---- any file ------------------------------------------------------------------------------------
+
+
+def any_file(folder: Path) -> list[Path]:
+    """Good files of every kind that `tepsipe info` lists."""
+    makers = (c3d_recording, mat_log, edf, text_table, belt_table, dflow, trial, result, models)
+    return [path for make in makers for path in make(folder) if "record" not in path.name]
+
+
+def check_contents(contents) -> None:
+    """A summary."""
+    assert contents.summary(), "summary"
+
+
+READERS = {
+    "c3d-markers": Reader(c3d_markers, lambda path: read_markers(path, ["ankle", "leg1"]), check_markers),
+    "c3d-recording": Reader(c3d_recording, read_c3d_recording, check_recording),
+    "mat-log": Reader(mat_log, read_treadmill_log, check_log),
+    "calibration": Reader(calibration, read_calibration_matrix, check_calibration, text=True),
+    "edf": Reader(edf, lambda path: read_emg(path, MUSCLES, "Trigger"), check_emg),
+    "text-table": Reader(text_table, lambda path: read_text_table(path, LOG, "\t"), check_table, text=True),
+    "belt-table": Reader(belt_table, lambda path: read_text_table(path, BELT, "\t"), check_table, text=True),
+    "dflow": Reader(dflow, read_dflow_file, check_dflow, text=True),
+    "trial-sheet": Reader(
+        trial_sheet, lambda path: read_trial_sheet(path, "recordings"), check_sheet, text=True
+    ),
+    "configuration": Reader(configuration, read_configuration, check_configuration, text=True),
+    "trial": Reader(trial, read_trial, check_trial),
+    "result": Reader(result, read_result, check_result),
+    "estimates": Reader(estimates, read_estimates, check_estimates, text=True),
+    "treadmill-models": Reader(models, load_treadmill_models, check_models, text=True),
+    "info": Reader(any_file, contents_of, check_contents),
+}

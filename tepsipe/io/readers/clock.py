@@ -1,0 +1,146 @@
+"""Regular clocks behind time stamps: the rate at which samples were taken, and where each of them stands.
+
+Instruments sample at a regular rate; the times in their files are rounded, jitter, or were taken by the
+computer that wrote them. Samples are kept as they are and placed on the regular clock; missing ones leave
+gaps.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+
+# a line is fitted to medians over so many blocks, so that single late stamps do not matter
+BLOCKS = 20
+# share of the stamps that lie within 0.4 periods of the clock (-)
+WITHIN_PERIODS, SHARE = 0.4, 0.99
+# a rate this close to a value with three significant digits is rounded to it
+ROUNDED_WITHIN = 1e-3
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A regular clock and the samples that stand on it.
+
+    Attributes
+    ----------
+    rate_hz : float
+        Samples per second (Hz).
+    rows : ndarray of int, shape (n,)
+        Rows of the file that are samples of their own (-).
+    index : ndarray of int, shape (n,)
+        Place of each of these on the clock, counted from the first (-).
+    first_s : float
+        Time stamp of the first place, by a line through all stamps (s).
+    period_s : float
+        Time between two places by the same line (s), on the clock of the stamps.
+    """
+
+    rate_hz: float
+    rows: np.ndarray
+    index: np.ndarray
+    first_s: float
+    period_s: float
+
+    @property
+    def size(self) -> int:
+        """Number of places from the first sample to the last (-)."""
+        return int(self.index[-1]) + 1
+
+    def placed(self, values: np.ndarray) -> np.ndarray:
+        """Rows of a file, shape (rows, ...), at their places, shape (size, ...), in their unit; or NaN."""
+        grid = np.full((self.size, *values.shape[1:]), np.nan)
+        grid[self.index] = values[self.rows]
+        return grid
+
+
+def rounded_rate(rate_hz: float) -> float:
+    """A measured rate (Hz), rounded so that two recordings have the same rate despite clock drift.
+
+    Rounded to three significant digits if that changes it by at most 0.1 % (100.004 becomes 100),
+    otherwise to four.
+    """
+    rounded = float(f"{rate_hz:.3g}")
+    return rounded if abs(rounded - rate_hz) <= ROUNDED_WITHIN * rate_hz else float(f"{rate_hz:.4g}")
+
+
+def line_through(index: np.ndarray, time: np.ndarray) -> tuple[float, float]:
+    """Slope and intercept (s) of a line through the medians of blocks of stamps ``time`` (s)."""
+    blocks = np.array_split(np.arange(index.size), min(BLOCKS, index.size))
+    middle = [(np.median(index[block]), np.median(time[block])) for block in blocks]
+    slope, start = np.polyfit(*zip(*middle, strict=True), 1)
+    return float(slope), float(start)
+
+
+def clock_of(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
+    """The regular clock of a file's time stamps.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Time stamps (s). A stamp that repeats the one before is no sample of its own.
+    name : str
+        Names the file in messages.
+    max_gap_s : float
+        Longest time for which samples may be missing (s).
+
+    Returns
+    -------
+    Clock
+        Rate (Hz) and the place of each sample (-).
+
+    Raises
+    ------
+    InputError
+        If a stamp is missing, time runs backwards, samples are missing for too long, or the stamps are those
+        of no regular clock.
+    """
+    bad = np.flatnonzero(~np.isfinite(time))
+    if bad.size:
+        raise InputError(
+            f"{name}: expected a time stamp on every line, found none on line {bad[0] + 1} of the "
+            "samples: repair or cut the file there"
+        )
+    steps = np.diff(time)
+    back = np.flatnonzero(steps < 0.0)
+    if back.size:
+        raise InputError(
+            f"{name}: expected time to increase, found it running backwards from {time[back[0]]:.6g} s to "
+            f"{time[back[0] + 1]:.6g} s at sample {back[0] + 2}: cut the file into trials or repair it"
+        )
+    rows = np.flatnonzero(np.concatenate([[True], steps > 0.0]))
+    if rows.size < BLOCKS:
+        raise InputError(
+            f"{name}: expected at least {BLOCKS} samples at different times, found {rows.size}: record "
+            "again, or export the time with more decimals"
+        )
+    steps = np.diff(time[rows])
+    period = float(np.median(steps))
+    k = int(np.argmax(steps))
+    if steps[k] > max_gap_s + 1.5 * period:
+        raise InputError(
+            f"{name}: expected no step longer than {max_gap_s:g} s, found one of {steps[k]:.3g} s at "
+            f"{time[rows][k]:.6g} s: cut the trial there"
+        )
+    index = np.concatenate([[0], np.cumsum(np.maximum(1, np.round(steps / period)))]).astype(np.int64)
+    slope, first = line_through(index, time[rows])
+    away = np.abs(time[rows] - (first + slope * index)) / slope
+    if rows.size < 0.9 * time.size or np.mean(away <= WITHIN_PERIODS) < SHARE:
+        raise InputError(
+            f"{name}: expected the time stamps of a regular clock, found stamps up to "
+            f"{1e3 * slope * away.max():.3g} ms away from one of {1.0 / slope:.4g} Hz: export the samples at "
+            "a regular rate, with enough decimals of the time"
+        )
+    return Clock(rounded_rate(1.0 / slope), rows, index, first, slope)
+
+
+def bridged(values: np.ndarray) -> np.ndarray:
+    """Samples, shape (n, ...), in their unit, with gaps bridged by straight lines."""
+    columns = values.reshape(values.shape[0], -1).copy()
+    index = np.arange(columns.shape[0])
+    for column in columns.T:
+        there = np.isfinite(column)
+        if there.any() and not there.all():
+            column[~there] = np.interp(index[~there], index[there], column[there])
+    return columns.reshape(values.shape)

@@ -1,0 +1,232 @@
+"""Electromyograms from text: an export of Delsys (EMGworks, Trigno Discover), or a plain table.
+
+An export of Delsys may begin with one line per channel, ``Label: <name> Sampling frequency: <Hz> ...
+Unit: V``. Its header names a column of the time, ``X[s]``, before each channel, or one for all of
+them. Channels of a lower rate end earlier: their fields are empty, or hold zeros. (Layout as in the exports
+that users of the system describe; Delsys publishes none.) A plain table has one column of the time and a
+unit in the name of every channel, for example ``TA (uV)``.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed
+from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording
+from tepsipe.io.readers.file_kind import DELSYS, kind_of
+from tepsipe.io.readers.plain_table import PlainTable, read_plain_table
+from tepsipe.io.readers.signal_table import SECONDS, TIME, split_unit
+
+DELSYS_TIME = re.compile(r"X ?\[s\](\.\d+)?$")
+DELSYS_LABEL = re.compile(r"Label:\s*(.+?)\s+Sampling frequency:\s*([\d.,]+).*?\bUnit:\s*(\S+)")
+# sampling rates of the header and of the time stamps agree within this (-)
+RATES_WITHIN = 1e-2
+# stamps stay within this many periods of a regular clock
+WITHIN_PERIODS = 0.6
+
+
+@dataclass(frozen=True)
+class EmgChannel:
+    """One column of electromyograms, or of another sensor.
+
+    Attributes
+    ----------
+    unit : str
+        Unit as the file names it; V in an export of Delsys that names none.
+    rate_hz : float
+        Sampling rate (Hz).
+    start_s : float
+        Time of the first sample (s).
+    values : ndarray, shape (n,)
+        Samples in ``unit``.
+    """
+
+    unit: str
+    rate_hz: float
+    start_s: float
+    values: np.ndarray
+
+
+def read_emg_channels(path: str | Path) -> dict[str, EmgChannel]:
+    """All channels of a text file of electromyograms by label, without the unit that may follow it.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, plain or compressed with gzip.
+
+    Returns
+    -------
+    dict of str to EmgChannel
+        Label -> samples in their unit, rate (Hz) and time of the first sample (s).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or not text, has no column of the time, time runs backwards or is
+        irregular, a sample is missing, or a label is not unique.
+    """
+    delsys = kind_of(path) == DELSYS
+    table = read_plain_table(path, "electromyograms", _is_delsys_header if delsys else None, ragged=delsys)
+    described = {m[1].strip(): m for line in table.preamble if (m := DELSYS_LABEL.search(line))}
+    times = _time_columns(table, delsys)
+    clocks: dict[int, tuple[int, float, float]] = {}
+    channels: dict[str, EmgChannel] = {}
+    for k, name in enumerate(table.names):
+        before = [t for t in times if t < k]
+        if k in times or not name:
+            continue
+        at = before[-1] if before else times[0]
+        if at not in clocks:
+            clocks[at] = _clock(table, at)
+        samples, rate, start = clocks[at]
+        label, unit = split_unit(name)
+        if label in described:
+            unit = unit or described[label][3]
+            rate = _exact_rate(table.name, label, float(described[label][2].replace(",", ".")), rate)
+        values = table.values[:samples, k]
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise InputError(
+                f"{table.name}: expected a number in every row of {name!r}, found none on line "
+                f"{table.lines[bad[0]]}: export the channel without gaps"
+            )
+        if label in channels:
+            raise InputError(
+                f"{table.name}: expected one channel named {label!r}, found two: rename one in the header"
+            )
+        channels[label] = EmgChannel(unit or ("V" if delsys else ""), rate, start, values)
+    return channels
+
+
+def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str) -> EmgRecording:
+    """Read the wanted muscles and the trigger of a text file of electromyograms.
+
+    A trigger of another rate is held from sample to sample at the instants of the electromyograms.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, plain or compressed with gzip.
+    wanted : dict of str to str
+        Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
+    trigger_label : str
+        Label of the trigger's channel.
+
+    Returns
+    -------
+    EmgRecording
+        Rate (Hz), electromyograms and their extremes (uV), trigger (V, or as recorded).
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, the trigger or all muscles are missing, the muscles differ in rate, or a
+        unit is unknown.
+    """
+    found = read_emg_channels(path)
+    wanted = {muscle: split_unit(label)[0] for muscle, label in wanted.items()}
+    trigger_label = split_unit(trigger_label)[0]
+    if trigger_label not in found:
+        raise InputError(
+            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: name the "
+            "file's channels in the configuration"
+        )
+    muscles = tuple(muscle for muscle, label in wanted.items() if label in found)
+    if not muscles:
+        raise InputError(
+            f"{path}: expected at least one of the channels {listed(wanted.values())}, found "
+            f"{listed(found)}: name the file's channels in the configuration"
+        )
+    channels = [found[wanted[muscle]] for muscle in muscles]
+    for muscle, channel in zip(muscles, channels, strict=True):
+        if channel.unit not in UV_PER_UNIT:
+            raise InputError(
+                f"{path}: expected the channel {wanted[muscle]!r} in uV, mV or V, found the unit "
+                f"{channel.unit!r}: name it in the header, for example '{wanted[muscle]} (uV)'"
+            )
+    rates = {channel.rate_hz for channel in channels}
+    if len(rates) > 1:
+        shown = ", ".join(
+            f"{wanted[m]!r} at {c.rate_hz:g} Hz" for m, c in zip(muscles, channels, strict=True)
+        )
+        raise InputError(
+            f"{path}: expected one sampling rate for all muscles, found {shown}: export them at one rate"
+        )
+    rate, n = channels[0].rate_hz, min(channel.values.size for channel in channels)
+    trigger = found[trigger_label]
+    volts = 1e-6 * UV_PER_UNIT.get(trigger.unit, 1e6)
+    at = channels[0].start_s + np.arange(n) / rate - trigger.start_s
+    held = np.clip(np.floor(at * trigger.rate_hz + 1e-6).astype(np.int64), 0, trigger.values.size - 1)
+    return EmgRecording(
+        rate_hz=rate,
+        muscles=muscles,
+        signals=np.column_stack([UV_PER_UNIT[c.unit] * c.values[:n] for c in channels]),
+        trigger=volts * trigger.values[held],
+        # without the converter's limits, the extremes of the samples show where they were clipped
+        limits=np.array([UV_PER_UNIT[c.unit] * np.array([c.values.min(), c.values.max()]) for c in channels]),
+        missing=tuple(muscle for muscle in wanted if muscle not in muscles),
+    )
+
+
+def _is_delsys_header(line: str) -> bool:
+    return DELSYS_TIME.match(re.split(r"[,;\t]", line)[0].strip().strip('"')) is not None
+
+
+def _time_columns(table: PlainTable, delsys: bool) -> list[int]:
+    """Places of the columns that hold the time."""
+    if delsys:
+        return [k for k, name in enumerate(table.names) if DELSYS_TIME.match(name)]
+    times = [k for k, name in enumerate(table.names) if TIME.match(split_unit(name)[0])][:1]
+    if not times:
+        raise InputError(
+            f"{table.name}: expected a column of the time, named 'time' or 'X[s]', found "
+            f"{listed(table.names)}: name it in the header, with its unit, for example 'time (s)'"
+        )
+    return times
+
+
+def _clock(table: PlainTable, column: int) -> tuple[int, float, float]:
+    """Number of samples (-), rate (Hz) and first instant (s) of a column of the time."""
+    name = table.names[column]
+    unit = "s" if DELSYS_TIME.match(name) else split_unit(name)[1]
+    if unit not in SECONDS:
+        raise InputError(
+            f"{table.name}: expected the time in s, ms or us, found the unit {unit!r} in {name!r}: convert "
+            "the column"
+        )
+    time = SECONDS[unit] * table.values[:, column]
+    falls = np.flatnonzero(~(np.diff(time) > 0.0))
+    samples = int(falls[0]) + 1 if falls.size else time.size
+    rest = time[samples:]
+    if np.any(np.isfinite(rest) & (rest != 0.0)):
+        raise InputError(
+            f"{table.name}: expected time to increase in {name!r}, found {time[samples]:.6g} s after "
+            f"{time[samples - 1]:.6g} s on line {table.lines[samples]}: export it with more decimals, or "
+            "each part as a file of its own"
+        )
+    if samples < 20:
+        raise InputError(
+            f"{table.name}: expected at least 20 samples at different times, found {samples} in column "
+            f"{column + 1}: record again, or export the time with more decimals"
+        )
+    period = (time[samples - 1] - time[0]) / (samples - 1)
+    away = np.abs(time[:samples] - time[0] - period * np.arange(samples)).max() / period
+    if away > WITHIN_PERIODS:
+        raise InputError(
+            f"{table.name}: expected samples at a regular rate, found stamps {away:.3g} periods away from "
+            f"{1.0 / period:.6g} Hz in column {column + 1}: the recording has gaps, export it without pauses"
+        )
+    return samples, float(1.0 / period), float(time[0])
+
+
+def _exact_rate(name: str, label: str, given: float, found: float) -> float:
+    """The rate of the header (Hz), which has more digits than the stamps, if the two agree."""
+    if not abs(given - found) <= RATES_WITHIN * found:
+        raise InputError(
+            f"{name}: expected {label!r} at {given:g} Hz as the header says, found {found:.6g} Hz in its "
+            "time stamps: export the file again"
+        )
+    return found if abs(given - found) > 5e-4 * found else given

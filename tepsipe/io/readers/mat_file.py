@@ -1,0 +1,99 @@
+"""Variables of MATLAB files of any version: up to 7.2 through scipy, 7.3 (which is HDF5) through h5py.
+
+In version 7.3 arrays are stored with their dimensions reversed, text as 16-bit characters, cells as
+references to other datasets, structures as groups; the attributes ``MATLAB_class`` and ``MATLAB_empty`` say
+which is which (MathWorks, "MAT-File Versions").
+"""
+
+from pathlib import Path
+
+import numpy as np
+import scipy
+
+from tepsipe.errors import InputError
+from tepsipe.io.readers.file_kind import HDF5_FILE, MAT73, kind_of
+from tepsipe.io.readers.guarded import guarded
+from tepsipe.io.readers.gzip_file import plain_file
+
+DEEPEST = 8
+
+
+def read_mat(path: str | Path, what: str, squeeze: bool = False) -> dict[str, object]:
+    """All variables of a MATLAB file, whatever its version.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, plain or compressed with gzip.
+    what : str
+        What the file should be, for messages.
+    squeeze : bool
+        Whether dimensions of length 1 are dropped.
+
+    Returns
+    -------
+    dict of str to object
+        Variable -> ndarray (units in the names, if at all); text is a str, a cell an array of objects, a
+        structure a dict.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged or not MATLAB's.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: expected {what}, found no file: correct its path in the trial sheet")
+    import h5py  # noqa: F401 - here, not by every child
+
+    load = scipy.io.loadmat
+
+    def loaded(plain: Path) -> dict[str, object]:
+        if kind_of(plain) in (MAT73, HDF5_FILE):
+            return _of_hdf5(plain, squeeze)
+        return {k: v for k, v in load(plain, squeeze_me=squeeze).items() if not k.startswith("__")}
+
+    with plain_file(path, what) as plain:
+        try:
+            return guarded(loaded, plain, what=path)
+        except InputError:
+            raise
+        except Exception as error:  # scipy and h5py raise many kinds on damaged files
+            raise InputError(
+                f"{path}: expected a MATLAB file, found one that cannot be read ({type(error).__name__}): it "
+                "is truncated or damaged, copy it again from the instrument"
+            ) from error
+
+
+def _of_hdf5(path: Path, squeeze: bool) -> dict[str, object]:
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        found = {name: _value(file, file[name], 0) for name in file if not name.startswith("#")}
+    return {k: np.squeeze(v) if squeeze and isinstance(v, np.ndarray) else v for k, v in found.items()}
+
+
+def _value(file, item, depth: int):
+    """A variable of MATLAB 7.3, with the dimensions that it has in MATLAB."""
+    import h5py
+
+    if depth > DEEPEST:
+        raise ValueError("cells within cells without end")
+    if isinstance(item, h5py.Group):
+        return {name: _value(file, item[name], depth + 1) for name in item}
+    kind = item.attrs.get("MATLAB_class", b"")
+    kind = kind.decode() if isinstance(kind, bytes) else str(kind)
+    if item.attrs.get("MATLAB_empty", 0):
+        shape = tuple(int(n) for n in np.ravel(item[()]))
+        return "" if kind == "char" else np.empty(shape if 0 in shape else (0, 0))
+    content = item[()]
+    if h5py.check_ref_dtype(item.dtype) is not None:
+        cells = np.empty(content.shape, dtype=object)
+        for index, reference in np.ndenumerate(content):
+            cells[index] = _value(file, file[reference], depth + 1)
+        return cells.T
+    if kind == "char":
+        lines = ["".join(map(chr, row)) for row in np.atleast_2d(np.asarray(content).T)]
+        return lines[0] if len(lines) == 1 else np.array(lines, dtype=object)
+    values = np.asarray(content).T
+    return values.astype(bool) if kind == "logical" else values

@@ -1,0 +1,27 @@
+"""Check a study without running it: ``python -m workflow.check [CONFIG...]``, as after ``--configfile``."""
+
+import sys
+
+from tepsipe.errors import InputError
+from workflow.support.start import DEFAULTS, checked_sections, checked_study, merged_settings
+
+
+def main(files: list[str]) -> int:
+    """Say what the study holds, or in one sentence why it cannot run; 0 or 2."""
+    configfiles = [DEFAULTS, *files]
+    try:
+        config = merged_settings(configfiles)
+        study = checked_study(config, configfiles, "configuration")
+        for key in ("virtual_lab", "reported"):
+            checked_sections(config, key)
+    except InputError as error:
+        print(f"tepsipe: {error}", file=sys.stderr)
+        return 2
+    counts = ", ".join(f"{len(study.conditions(name))} of {name}" for name in study.experiments)
+    print(f"{files[-1] if files else DEFAULTS}: {len(study.trials)} trials ({counts})")
+    print(f"trial sheet: {config['study']['trial_sheet']}; results: {config['pathvars']['results']}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,24 @@
+# Reads every configuration file strictly, before the study does. Snakemake has loaded those of the command line already:
+# the command `tepsipe check` and make read them before it.
+
+import os
+import sys
+from pathlib import Path
+
+sys.path.insert(0, workflow.basedir)
+
+from tepsipe.errors import InputError
+from workflow.support.yaml_file import read_settings
+
+# those of the command line come last, as they override the others
+CONFIGFILES = [
+    Path("config/config.yaml"),
+    *(Path(os.path.relpath(path)) for path in workflow.overwrite_configfiles),
+]
+
+
+try:
+    for path in CONFIGFILES:
+        read_settings(path)
+except InputError as error:
+    sys.exit(f"tepsipe: {error}")

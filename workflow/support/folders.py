@@ -1,0 +1,168 @@
+"""Where a study may write: in folders of its own, never over what it reads.
+
+Every output lies below ``pathvars.results`` or ``pathvars.logs``. Neither folder may hold an input, be a
+folder of the source code or, unless ``study.outside`` is true, lie outside the folder that the study runs in.
+Symbolic links and ``..`` are resolved first.
+"""
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from tepsipe.errors import InputError, quoted
+
+# of the checkout; in none of these folders there may be outputs
+SOURCES = (
+    *("Snakefile", "workflow", "tepsipe", "report", "profiles", "tests", "docs", "examples", "benchmarks"),
+    *("Makefile", "pyproject.toml", "requirements.txt", "requirements.in", "README.md"),
+    *(".git", ".venv", ".snakemake"),
+)
+# of Snakemake and YAML in names, and what no shell takes as it is
+SPECIAL = set('{}<>*?"|\n\r\t')
+
+
+def check_path(name: str, value: str | None, key: str) -> None:
+    """Refuse a path in the configuration that Snakemake would take for a pattern, or that names nothing."""
+    if value is None:
+        return
+    special = sorted(SPECIAL & set(value))
+    if special:
+        raise InputError(
+            f"{name}: expected a path without {' '.join(map(repr, special))} for {key!r}, found "
+            f"{quoted(value)}: rename it"
+        )
+    if not value.strip() or value.startswith("-"):
+        raise InputError(
+            f"{name}: expected a path for {key!r} that does not begin with a hyphen and is not empty, found "
+            f"{quoted(value)}: rename it"
+        )
+    if value.startswith("~"):
+        raise InputError(
+            f"{name}: expected a path from / or from the folder of the run for {key!r}, found "
+            f"{quoted(value)}: write the home directory out"
+        )
+
+
+def check_paths(config: dict, name: str) -> None:
+    """Check every path of the configuration as text."""
+    for section in ("study", "pathvars"):
+        for key in ("trial_sheet", "recordings_folder", "virtual_lab", "reported", "results", "logs"):
+            if key in config[section]:
+                check_path(name, config[section][key], f"{section}.{key}")
+
+
+def check_folders(
+    config: dict, configfiles: Iterable[str | Path], recordings: Iterable[str], code: str | Path, name: str
+) -> None:
+    """Refuse folders of results and logs in which outputs would meet inputs, sources or each other."""
+    study = config["study"]
+    inputs = [("the configuration", path) for path in configfiles]
+    inputs += [
+        (what, study[key])
+        for what, key in (
+            ("the trial sheet", "trial_sheet"),
+            ("the virtual laboratory", "virtual_lab"),
+            ("the reported values", "reported"),
+        )
+        if study[key] is not None
+    ]
+    inputs += [("the recording", path) for path in recordings]
+    if Path(study["recordings_folder"]).resolve() != Path.cwd():
+        inputs.append(("the recordings folder", study["recordings_folder"]))
+    sources = [("the source", Path(code) / source) for source in SOURCES]
+    sources.append(("the source", Path("Snakefile")))
+    for key in ("results", "logs"):
+        for folder in _folders(config["pathvars"][key]):
+            where = f"{name}: expected pathvars.{key} to be a folder of its own"
+            found = f"found {quoted(config['pathvars'][key])}"
+            _check_place(folder, study["outside"], f"{name}: expected pathvars.{key}", found)
+            _refuse_what_it_holds(folder, [*inputs, *sources], where, found, key)
+            _refuse_inside(folder, [path for _, path in sources], where, found)
+    _check_apart(config["pathvars"], Path(code), name)
+
+
+def _folders(folder: str) -> Iterator[Path]:
+    """The folder, and those that links in it lead to."""
+    yield Path(folder).resolve()
+    try:
+        yield from (
+            child.resolve() for child in Path(folder).iterdir() if child.is_symlink() and child.is_dir()
+        )
+    except OSError:  # not there yet, or no folder
+        return
+
+
+def _check_place(folder: Path, outside: bool, where: str, found: str) -> None:
+    project = Path.cwd()
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{where} to be a folder, {found}, which is a file: name another")
+    there = next(path for path in (folder, *folder.parents) if path.exists())
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(
+            f"{where} to be a folder that can be written to, {found}, where {there} cannot: change its "
+            "permissions, or name another"
+        )
+    if not outside and project not in folder.parents and folder != project:
+        raise InputError(
+            f"{where} in the folder that the study runs in ({project}), {found}, which is {folder}: name a "
+            "folder there, or set study.outside to true"
+        )
+
+
+def _refuse_what_it_holds(folder: Path, inputs, where: str, found: str, key: str) -> None:
+    for what, path in inputs:
+        resolved = Path(path).resolve()
+        # a link that lies in the folder would be overwritten, too
+        lying = Path(os.path.normpath(Path.cwd() / path))
+        if resolved.exists() and (_holds(folder, resolved) or _holds(folder, lying)):
+            raise InputError(
+                f"{where}, {found}, which holds {what} {path}: name another, for example "
+                f"{_example(folder, key)}"
+            )
+
+
+def _holds(folder: Path, path: Path) -> bool:
+    """Whether a path is the folder or lies in it, however upper and lower case are written."""
+    around = (path, *path.parents)
+    if folder in around:
+        return True
+    return folder.exists() and any(other.exists() and other.samefile(folder) for other in around)
+
+
+def _refuse_inside(folder: Path, sources: list[Path], where: str, found: str) -> None:
+    for source in sources:
+        if source.is_dir() and _holds(source.resolve(), folder):
+            raise InputError(
+                f"{where}, {found}, which lies in {source.name}/ of the source code: name another, for "
+                "example results"
+            )
+
+
+def _example(folder: Path, key: str) -> str:
+    relative = os.path.relpath(folder)
+    return key if relative == "." else f"{relative}/{key}"
+
+
+def names_in_results(code: Path) -> set[str]:
+    """Files and folders at the top of the results, as the rules name them."""
+    files = [*(code / "workflow" / "rules").glob("*.smk"), code / "workflow" / "support" / "outputs.py"]
+    return {name for file in files for name in re.findall(r"<results>/([\w.-]+)", file.read_text("utf-8"))}
+
+
+def _check_apart(pathvars: dict, code: Path, name: str) -> None:
+    results, logs = Path(pathvars["results"]).resolve(), Path(pathvars["logs"]).resolve()
+    if results == logs or _holds(logs, results):
+        raise InputError(
+            f"{name}: expected pathvars.logs beside or in pathvars.results, in a folder of its own, found "
+            f"{quoted(pathvars['logs'])} for results in {quoted(pathvars['results'])}: name another, for "
+            f"example {pathvars['results']}/logs"
+        )
+    if results in logs.parents:
+        first = logs.relative_to(results).parts[0]
+        if first in names_in_results(code):
+            raise InputError(
+                f"{name}: expected pathvars.logs in a folder of its own, found {quoted(pathvars['logs'])}, "
+                f"which lies among the results in {first}: name another, for example "
+                f"{pathvars['results']}/logs"
+            )

@@ -1,0 +1,102 @@
+"""Which runs and jobs are at work in a folder, and what became of those that were killed.
+
+A run that is killed leaves Snakemake's lock, and its jobs go on for a while. Before the next run takes the
+lock away, no other may be at work here: on this computer the table of processes says so, of another one the
+note of the run.
+"""
+
+import json
+import socket
+import time
+from pathlib import Path
+
+import psutil
+
+FOLDER = Path(".snakemake") / "tepsipe"
+NOTE = FOLDER / "run.json"
+JOBS = FOLDER / "jobs"
+LOCKS = Path(".snakemake") / "locks"
+NO_RUN = {"-n", "--dry-run", "--dryrun", "--report", "--unlock", "--lint"}
+
+
+def note_run() -> None:
+    """Note which computer a run of this folder is on, and since when; forget jobs of earlier runs."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for record in JOBS.glob("*.json"):
+        record.unlink(missing_ok=True)
+    content = {"computer": socket.gethostname(), "started": time.strftime("%Y-%m-%d %H:%M:%S")}
+    NOTE.write_text(json.dumps(content), encoding="utf-8")
+
+
+def forget_run() -> None:
+    """Remove the note when the run ends."""
+    NOTE.unlink(missing_ok=True)
+
+
+def elsewhere() -> str | None:
+    """Computer and start of a run on another computer, if one is noted that has not ended."""
+    try:
+        note = json.loads(NOTE.read_text(encoding="utf-8"))
+        return (
+            None
+            if note["computer"] == socket.gethostname()
+            else f"{note['computer']} since {note['started']}"
+        )
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _processes_here() -> list[tuple[int, list[str]]]:
+    """Process number and command of every process whose folder is this one."""
+    folder, found = str(Path.cwd()), []
+    for process in psutil.process_iter(["cmdline", "cwd", "status"]):
+        own = process.info
+        if own["cwd"] == folder and own["cmdline"] and own["status"] != psutil.STATUS_ZOMBIE:
+            found.append((process.pid, own["cmdline"]))
+    return found
+
+
+def runs_alive() -> list[int]:
+    """Process numbers of Snakemake at work in this folder."""
+    return [pid for pid, command in _processes_here() if _is_snakemake(command) and not NO_RUN & set(command)]
+
+
+def _is_snakemake(command: list[str]) -> bool:
+    names = [Path(part).name for part in command[:2]]
+    script = "snakemake" in names and (names[0] == "snakemake" or names[0].startswith("python"))
+    return script or command[1:3] == ["-m", "snakemake"]
+
+
+def jobs_alive() -> list[int]:
+    """Process numbers of jobs at work in this folder, also of those that have lost their run."""
+    return [
+        pid
+        for pid, command in _processes_here()
+        if any(".snakemake/scripts/" in part for part in command) or "--report" in command
+    ]
+
+
+def wait_for_jobs(longest_s: float) -> bool:
+    """Wait until the jobs have ended; False if they take longer."""
+    deadline = time.monotonic() + longest_s
+    while jobs_alive():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.2)
+    return True
+
+
+def is_locked() -> bool:
+    """Whether Snakemake has locked this folder, or a run that was killed has left its lock."""
+    return LOCKS.is_dir() and any(LOCKS.iterdir())
+
+
+def records_of_jobs() -> list[dict]:
+    """Records of jobs that did not end by themselves; ``script`` is the name of their script."""
+    found = []
+    for path in sorted(JOBS.glob("*.json")):
+        try:
+            found.append(json.loads(path.read_text(encoding="utf-8")) | {"script": path.stem})
+        except (OSError, ValueError, TypeError):  # damaged, where the disk is full
+            continue
+    return found

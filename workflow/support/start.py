@@ -1,0 +1,67 @@
+"""All checks of a study before its first job, for Snakemake and for ``tepsipe check``."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from workflow.support.check import (
+    check_against_schema,
+    check_config,
+    check_one_treadmill,
+    check_plate_models,
+    check_recordings,
+)
+from workflow.support.folders import check_folders, check_path, check_paths
+from workflow.support.study import Study
+from workflow.support.trial_sheet import check_sources, read_trial_sheet
+from workflow.support.yaml_file import read_settings
+
+ROOT = Path(__file__).parents[2]
+SCHEMAS = ROOT / "workflow" / "schemas"
+DEFAULTS = "config/config.yaml"
+
+
+def merged_settings(configfiles: Iterable[str | Path]) -> dict:
+    """Read configuration files; later ones override earlier ones key by key, as Snakemake does it."""
+    config: dict = {}
+    for path in configfiles:
+        _override(config, read_settings(path))
+    return config
+
+
+def _override(config: dict, changes: dict) -> None:
+    for key, value in changes.items():
+        if isinstance(value, dict) and isinstance(config.get(key), dict):
+            _override(config[key], value)
+        else:
+            config[key] = value
+
+
+def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) -> Study:
+    """Check the configuration, read the trial sheet, and check the folders that the study writes to."""
+    check_against_schema(config, SCHEMAS / "config.schema.yaml", name)
+    check_paths(config, name)
+    check_config(config, name)
+    study = config["study"]
+    trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
+    check_sources(trials, study["trial_sheet"], study["virtual_lab"])
+    recordings = sorted({path for row in trials.values() for path in row.files.values()})
+    for recording in recordings:
+        check_path(study["trial_sheet"], recording, "a recording")
+    check_folders(config, configfiles, recordings, ROOT, name)
+    found = Study(config, trials)
+    found.check(study["trial_sheet"])
+    check_one_treadmill(config, found.experiments, name)
+    check_recordings(found.settings, trials, name)
+    if found.has("standing") and not found.has("weight"):
+        check_plate_models(config, name)
+    return found
+
+
+def checked_sections(config: dict, key: str) -> dict | None:
+    """Contents of the file that study.<key> names, checked; None where it names none."""
+    path = config["study"][key]
+    if path is None:
+        return None
+    content = read_settings(path)
+    check_against_schema(content, SCHEMAS / f"{key}.schema.yaml", path)
+    return content

@@ -1,0 +1,89 @@
+"""YAML and JSON files of settings, read strictly: a mistake, a repeated key or code in them is refused."""
+
+import json
+from pathlib import Path
+
+import yaml
+
+from tepsipe.errors import InputError, quoted
+from tepsipe.io.readers.text_file import read_text
+
+CODE = "__use_yte__"  # the key by which Snakemake runs expressions in a configuration
+
+
+def read_settings(path: str | Path) -> dict:
+    """Read a YAML or JSON file; refuse one that is missing, damaged, holds a key twice or holds code."""
+    text = read_text(Path(path), "a configuration file")
+    content = _json(text, path) if text.lstrip().startswith("{") else None
+    content = _yaml(text, path) if content is None else content
+    if content is None:
+        return {}
+    if not isinstance(content, dict):
+        raise InputError(f"{path}: expected keys and values, found {quoted(content)}: write 'key: value'")
+    if CODE in content:
+        raise InputError(
+            f"{path}: expected settings only, found the key {CODE!r}, with which Snakemake runs code from a "
+            "configuration: remove it and write the values out"
+        )
+    return content
+
+
+def _json(text: str, path: str | Path) -> dict | None:
+    """A JSON object, or None where the text is no JSON."""
+
+    def unique(pairs: list[tuple]) -> dict:
+        content = dict(pairs)
+        if len(content) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for key in keys if keys.count(key) > 1)
+            raise InputError(
+                f"{path}: expected every key once, found {quoted(twice)} twice in one section: remove one"
+            )
+        return content
+
+    try:
+        return json.loads(text, object_pairs_hook=unique)
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        return None
+
+
+def _yaml(text: str, path: str | Path) -> object:
+    try:
+        return yaml.load(text, Loader=_UniqueKeys)
+    except yaml.YAMLError as error:
+        place = getattr(error, "problem_mark", None)
+        line = f" on line {place.line + 1}" if place else ""
+        problem = " ".join(str(getattr(error, "problem", None) or error).split())
+        raise InputError(f"{path}: expected YAML, found a mistake{line} ({problem}): correct it") from None
+    except ValueError as error:  # for example a date that does not exist
+        raise InputError(f"{path}: expected YAML, found a value that is none ({error}): correct it") from None
+    except RecursionError:
+        raise InputError(f"{path}: expected YAML, found sections without end: check the file") from None
+
+
+class _UniqueKeys(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+    """A loader that refuses a repeated key, which YAML readers otherwise accept."""
+
+
+def _mapping(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict:
+    seen = set()
+    for key_node, _ in node.value:
+        if key_node.tag == "tag:yaml.org,2002:merge":
+            continue
+        if not isinstance(key_node, yaml.ScalarNode):
+            raise yaml.constructor.ConstructorError(
+                None, None, "a key that is not a word", key_node.start_mark
+            )
+        key = loader.construct_object(key_node, deep=True)
+        if key in seen:
+            raise yaml.constructor.ConstructorError(
+                None, None, f"the key {key!r} stands twice", key_node.start_mark
+            )
+        seen.add(key)
+    loader.flatten_mapping(node)
+    return loader.construct_mapping(node, deep=True)
+
+
+_UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)
