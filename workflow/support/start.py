@@ -11,6 +11,7 @@ from workflow.support.check import (
     check_recordings,
 )
 from workflow.support.folders import check_folders, check_path, check_paths
+from workflow.support.placeholders import refuse_placeholders
 from workflow.support.study import Study
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
 from workflow.support.yaml_file import read_settings
@@ -38,6 +39,7 @@ def _override(config: dict, changes: dict) -> None:
 
 def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) -> Study:
     """Check the configuration, read the trial sheet, and check the folders that the study writes to."""
+    refuse_placeholders(config, name)
     check_against_schema(config, SCHEMAS / "config.schema.yaml", name)
     check_paths(config, name)
     check_config(config, name)

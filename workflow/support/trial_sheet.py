@@ -12,6 +12,7 @@ from tepsipe.io.readers.text_file import read_text
 from tepsipe.io.readers.whole_trial import TEXT_ENDINGS, holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.names import check_distinct, check_name
+from workflow.support.placeholders import refuse_placeholder_cells
 from workflow.support.renames import KEYS, renamed
 from workflow.support.row_names import NAME_COLUMNS, names_of
 
@@ -79,14 +80,16 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
             )
     trials: dict[tuple, TrialRow] = {}
     for number, cells in enumerate(rows[1:], start=2):
-        if not any(cell.strip() for cell in cells):
-            continue
+        if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
+            continue  # an empty line, or a comment
         if len(cells) != len(header):
             raise InputError(
                 f"{path}: expected {len(header)} cells, found {len(cells)} on line {number}: separate "
                 "them by one tab each"
             )
-        row = _row(dict(zip(header, map(str.strip, cells), strict=True)), number, path)
+        named = dict(zip(header, map(str.strip, cells), strict=True))
+        refuse_placeholder_cells(named, f"{path}: line {number}")
+        row = _row(named, number, path)
         key = (row.experiment, row.condition)
         if key in trials:
             raise InputError(
