@@ -472,3 +472,51 @@ def test_settings_of_the_builder_are_these_options(shipped_config):
     markers = recording_options(section | single_c3d_settings(belt_velocity=False, markers=FIXED))
     assert markers.belt_velocity is None
     assert markers.velocity_markers == FIXED
+
+
+# ---- recordings made by others -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("forward", "sign"), [("+x", 1.0), ("-x", -1.0), ("-y", 0.0)])
+def test_feet_of_a_walking_person_are_where_the_force_is(forward, sign, real_data):
+    """Two plates, each under one foot: the point of the force lies between heel and toes."""
+    recording = read_recording(real_data("c3d/Qualisys.c3d"))
+    feet = {"left": ("L_FCC", "L_FM1", "L_FM5"), "right": ("R_FCC", "R_FM1", "R_FM5")}
+    cells = (LoadCell("TAPIS FZ1", 250.0, "+z", (0.5, 1.5, 0.0)),)
+    use = RecordingOptions(
+        forward=forward,
+        plates={"left": (1,), "right": (2,)},
+        velocity_markers=("L_IAS", "R_IAS"),
+    )
+    labels = ["L_IAS", "R_IAS", *feet["left"], *feet["right"]]
+    ingest = TreadmillOptions(200.0, 0.5, None, 2.5)
+    trial = ingest_recording(recording, labels, ingest, use, 1.7, bridge_long_gaps=True)
+    force, moment = (trial.values(name).astype(float) for name in ("force", "moment"))
+    assert force[:, :, 2].max(axis=0) == pytest.approx([808.0, 838.0], abs=1.0)
+    # the person walks along +x of the file
+    assert trial.values("belt_velocity").mean() == pytest.approx(1.46 * sign, abs=0.15)
+    positions = trial.values("marker_position").astype(float)
+    on_plate = []
+    for plate in (0, 1):
+        loaded = np.flatnonzero(force[:, plate, 2] > 300.0)
+        place = np.column_stack([-moment[:, plate, 1], moment[:, plate, 0]]) / force[:, plate, 2:]
+        foot = min(
+            ("left", "right"), key=lambda side: positions[loaded][:, [labels.index(feet[side][1])], 2].mean()
+        )
+        on_plate.append(foot)
+        heel, *toes = (positions[loaded, labels.index(label), :2] for label in feet[foot])
+        # no farther from the line of heel and toes than half a foot's width, and not beyond its ends
+        along = np.mean(toes, axis=0) - heel
+        length = np.linalg.norm(along, axis=1)
+        way = ((place[loaded] - heel) * along).sum(axis=1) / length
+        assert way.min() > -0.05
+        assert (way - length).max() < 0.08
+        off = place[loaded] - heel
+        aside = np.abs(along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0]) / length
+        assert aside.max() < 0.06
+    assert set(on_plate) == {"left", "right"}
+    # a cell of the unloaded treadmill, in volts, adds little
+    more = replace(use, load_cells={"right": cells})
+    added = ingest_recording(recording, labels, ingest, more, 1.7, bridge_long_gaps=True)
+    volts = (added.values("force")[:, 1, 2] - force[:, 1, 2]) / 250.0
+    assert 0.01 < np.abs(volts).max() < 0.14
