@@ -120,6 +120,10 @@ class Study:
         """The pattern filled in for every condition of an experiment."""
         return [pattern.format(condition=condition) for condition in self.conditions(experiment)]
 
+    def of_foot(self, pattern: str) -> list[str]:
+        """The pattern filled in for every trial of the dummy with a torque from the foot."""
+        return self.of_trials(pattern, "dummy") if self.has("foot") else []
+
     def raw_files(self, experiment: str, condition: str, results: str) -> dict[str, str]:
         """Kind -> path of a trial's raw files: recorded, or simulated below the folder of the results."""
         row = self.trials[experiment, condition]
