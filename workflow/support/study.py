@@ -211,6 +211,10 @@ class Study:
         row = self.trials.get((experiment, condition))
         return (row and row.belt) or plate_treadmill(self.config, experiment)["belt"]
 
+    def belts_of(self, experiment: str) -> dict[str, str]:
+        """Condition -> belt."""
+        return {condition: self.belt_of(experiment, condition) for condition in self.conditions(experiment)}
+
     def belts(self) -> list[str]:
         """Belts with models of the force plate, in the order left, right."""
         return sorted({self.belt_of(e, c) for e in ("empty", "weight") for c in self.conditions(e)})
