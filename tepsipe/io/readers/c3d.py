@@ -7,6 +7,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.guarded import guarded
+from tepsipe.io.readers.gzip_file import plain_file
 
 # processor type -> byte order of its words, and the byte of the scale factor that holds the sign
 WORDS = {84: ("<u2", 15), 85: ("<u2", 13), 86: (">u2", 12)}
@@ -140,28 +141,28 @@ def open_c3d(path: Path):
     """
     import ezc3d
 
-    def parsed() -> dict:
-        file = ezc3d.c3d(str(path))
+    def parsed(plain: Path) -> dict:
+        file = ezc3d.c3d(str(plain))
         first = int(file["header"]["points"]["first_frame"])
         return {"parameters": dict(file["parameters"]), "data": dict(file["data"]), "first_frame": first}
 
     if not path.is_file():
         raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
-    _refuse_truncated(path)
-    try:
-        return guarded(parsed, what=path)
-    except InputError:
-        raise
-    except Exception as error:  # ezc3d raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "
-            "it is damaged, export it again"
-        ) from error
+    with plain_file(path, "a C3D file") as plain:
+        _refuse_truncated(path, plain.read_bytes())
+        try:
+            return guarded(parsed, plain, what=path)
+        except InputError:
+            raise
+        except Exception as error:  # ezc3d raises many kinds on damaged files
+            raise InputError(
+                f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "
+                "it is damaged, export it again"
+            ) from error
 
 
-def _refuse_truncated(path: Path) -> None:
+def _refuse_truncated(path: Path, content: bytes) -> None:
     """Compare the size of the file with the size given by its header block."""
-    content = path.read_bytes()
     if len(content) < 1024 or content[1] != 0x50:
         raise InputError(
             f"{path}: expected a C3D file, found {len(content)} bytes without its header: check which "
