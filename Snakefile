@@ -48,12 +48,15 @@ include: "workflow/rules/position_manipulator.smk"
 include: "workflow/rules/tables.smk"
 # the PDF and the HTML report
 include: "workflow/rules/report.smk"
+# a page per trial, and the index
+include: "workflow/rules/pages.smk"
 
 
 rule all:
     default_target: True
     input:
         outputs.everything(STUDY),
+        outputs.pages(STUDY),
         "<results>/report/report.html",
 
 

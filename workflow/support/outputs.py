@@ -54,8 +54,7 @@ def estimates_of(study: Study, experiment: str) -> list[str]:
 def estimates(study: Study) -> list[str]:
     """Rows of estimates of all trials and tasks, then of cross-validations."""
     files = [f"<results>/estimates/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].fitted]
-    if study.has("foot"):
-        files += study.of_trials("<results>/estimates/foot/{condition}.csv", "dummy")
+    files += study.of_foot("<results>/estimates/foot/{condition}.csv")
     files += [f"<results>/estimates/standing_tasks/{task}.csv" for task in study.tasks()]
     crossed = [e for e in study.experiments if EXPERIMENTS[e].cross_validated]
     return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
@@ -137,8 +136,13 @@ def claims(study: Study) -> list[str]:
     return [] if study.config["study"]["reported"] is None else ["<results>/tables/claims.csv"]
 
 
+def pages(study: Study) -> list[str]:
+    """A page per trial for a web browser."""
+    return [f"<results>/report/trials/{e}/{c}.html" for e, c in study.trials]
+
+
 def everything(study: Study) -> list[str]:
-    """Inputs of the rule `all`, except the HTML report, which shows them."""
+    """Inputs of the rule `all` that the HTML report shows; its other inputs are pages for a browser."""
     return [
         f"<results>/report/{study.config['study']['name']}.pdf",
         "<results>/provenance.json",

@@ -120,6 +120,10 @@ class Study:
         """The pattern filled in for every condition of an experiment."""
         return [pattern.format(condition=condition) for condition in self.conditions(experiment)]
 
+    def of_foot(self, pattern: str) -> list[str]:
+        """The pattern filled in for every trial of the dummy with a torque from the foot."""
+        return self.of_trials(pattern, "dummy") if self.has("foot") else []
+
     def raw_files(self, experiment: str, condition: str, results: str) -> dict[str, str]:
         """Kind -> path of a trial's raw files: recorded, or simulated below the folder of the results."""
         row = self.trials[experiment, condition]
@@ -206,6 +210,15 @@ class Study:
             return None
         row = self.trials.get((experiment, condition))
         return (row and row.belt) or plate_treadmill(self.config, experiment)["belt"]
+
+    def named(self, experiment: str, condition: str) -> dict[str, str]:
+        """Participant and belt of a trial, where its row names them: they stand in the trial's file."""
+        row = self.trials[experiment, condition]
+        return {key: getattr(row, key) for key in ("participant", "belt") if getattr(row, key)}
+
+    def belts_of(self, experiment: str) -> dict[str, str]:
+        """Condition -> belt."""
+        return {condition: self.belt_of(experiment, condition) for condition in self.conditions(experiment)}
 
     def belts(self) -> list[str]:
         """Belts with models of the force plate, in the order left, right."""
