@@ -10,7 +10,7 @@ def refuse_placeholders(config: dict, name: str) -> None:
     if keys:
         raise InputError(
             f"{name}: expected a value for {listed(keys, most=6)}, found the placeholder {PLACEHOLDER}: "
-            f"fill in what {PLACEHOLDER}.md beside the configuration file lists"
+            f"fill in what {PLACEHOLDER}.md beside this file lists"
         )
 
 

@@ -39,7 +39,8 @@ def _override(config: dict, changes: dict) -> None:
 
 def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) -> Study:
     """Check the configuration, read the trial sheet, and check the folders that the study writes to."""
-    refuse_placeholders(config, name)
+    for path in configfiles:
+        refuse_placeholders(read_settings(path), str(path))
     check_against_schema(config, SCHEMAS / "config.schema.yaml", name)
     check_paths(config, name)
     check_config(config, name)
