@@ -170,7 +170,7 @@ def test_hours_without_perturbation_end_in_one_sentence(belt, rng):
 
 
 def walking(path, rng, hours=HOURS):
-    """Hours of a real belt's speed: blocks of 2 s of an unperturbed walk at constant speed, in random order."""
+    """Hours of a real belt's speed: blocks of 2 s of an unperturbed walk at constant speed, shuffled."""
     columns = pd.read_csv(path)
     blocks = []
     for name in ("LeftBeltSpeed", "RightBeltSpeed"):

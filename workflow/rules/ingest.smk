@@ -48,7 +48,7 @@ rule ingest_plate_treadmill:
         ingest=lambda w: SETTINGS[w.experiment]["ingest"],
         recording=recording_of(),
         plausible=PLAUSIBLE,
-        rig=lambda w: rig_of(SETTINGS, w.experiment),
+        rig=lambda w: rig_of(STUDY.settings_of(w.experiment, w.condition), w.experiment),
     script:
         "../scripts/ingest_plate_treadmill.py"
 
@@ -73,7 +73,7 @@ rule ingest_standing:
         ingest=SETTINGS["standing"]["ingest"],
         recording=recording_of("standing"),
         plausible=PLAUSIBLE,
-        rig=rig_of(SETTINGS, "standing"),
+        rig=lambda w: rig_of(STUDY.settings_of("standing", w.condition), "standing"),
     script:
         "../scripts/ingest_standing.py"
 

@@ -328,13 +328,17 @@ def _check_standing(standing: dict, family: list[str], name: str) -> None:
     ):
         _refuse_unknown(name, f"standing.{key}", wanted, f"standing.{section}", standing[section])
     _check_models_of_pathways("standing", standing["pathways"], family, name)
-    for segment in ("foot", "shank", "thigh"):
-        for marker in standing["person"][f"{segment}_markers"]:
-            if marker["label"] not in standing["files"]["marker_labels"]:
-                raise InputError(
-                    f"{name}: expected standing.person.{segment}_markers to name markers of "
-                    f"standing.files.marker_labels, found {quoted(marker['label'])}: correct one of the two"
-                )
+    people = {"person": standing["person"]}
+    people |= {f"participants.{participant}": own for participant, own in standing["participants"].items()}
+    for key, person in people.items():
+        for segment in ("foot_markers", "shank_markers", "thigh_markers"):
+            for marker in person.get(segment, ()):
+                if marker["label"] not in standing["files"]["marker_labels"]:
+                    raise InputError(
+                        f"{name}: expected standing.{key}.{segment} to name markers of "
+                        f"standing.files.marker_labels, found {quoted(marker['label'])}: correct one of the "
+                        "two"
+                    )
     analysis = standing["analysis"]
     for estimator, choice in standing["estimators"].items():
         if choice["window_s"] > analysis["after_s"]:

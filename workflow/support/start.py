@@ -11,6 +11,7 @@ from workflow.support.check import (
     check_recordings,
 )
 from workflow.support.folders import check_folders, check_path, check_paths
+from workflow.support.people import read_participants
 from workflow.support.placeholders import refuse_placeholders
 from workflow.support.study import Study
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
@@ -51,10 +52,12 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) ->
     for recording in recordings:
         check_path(study["trial_sheet"], recording, "a recording")
     check_folders(config, configfiles, recordings, ROOT, name)
-    found = Study(config, trials)
+    people = None if study["participants"] is None else read_participants(study["participants"])
+    found = Study(config, trials, people)
     found.check(study["trial_sheet"])
     check_one_treadmill(config, found.experiments, name)
-    check_recordings(found.settings, trials, name)
+    for trial, row in trials.items():
+        check_recordings(found.settings_of(*trial), {trial: row}, name)
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, name)
     return found

@@ -12,6 +12,7 @@ from tepsipe.io.readers.text_file import read_text
 from tepsipe.io.readers.whole_trial import TEXT_ENDINGS, holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.names import check_distinct, check_name
+from workflow.support.people import belt_of, participant_of
 from workflow.support.placeholders import refuse_placeholder_cells
 from workflow.support.renames import KEYS, renamed
 from workflow.support.row_names import NAME_COLUMNS, names_of
@@ -30,7 +31,7 @@ COLUMNS = (
     "markers",
 )
 # which a sheet needs only if one of its experiments does
-OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS)
+OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS, "participant", "belt")
 ROLES = ("calibrate", "validate")
 EMPTY = "-"
 
@@ -41,8 +42,9 @@ class TrialRow:
 
     ``interval_s`` is the shortest, ``longest_interval_s`` the longest time between perturbations. ``files``
     maps kinds of raw file to paths, and is empty for simulated trials. ``role`` and ``task`` (instruction of
-    the person) are None where trials have none. ``names`` maps settings below ``files`` of the experiment to
-    what the row says in their place, for example ``columns.time`` to the name of a column.
+    the person) are None where trials have none. ``names`` maps settings of the experiment to what the
+    row says in their place, for example ``files.columns.time`` to the name of a column. ``participant``
+    is None where the row names none, ``belt`` (left or right) where it is that of the configuration.
     """
 
     experiment: str
@@ -57,6 +59,8 @@ class TrialRow:
     role: str | None
     task: str | None
     names: dict[str, str | int] = field(default_factory=dict)
+    participant: str | None = None
+    belt: str | None = None
 
 
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
@@ -108,13 +112,13 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         check_distinct((c for e, c in trials if e == experiment), f"condition of {experiment}", str(path))
     check_distinct([row.task for row in trials.values() if row.task is not None], "task", str(path))
     for row in trials.values():
-        if row.task is not None and (row.experiment, row.task) in trials:
+        if row.task is not None and row.participant is None and (row.experiment, row.task) in trials:
             raise InputError(
                 f"{path}: expected tasks and conditions of {row.experiment} to have different names, because "
                 f"both head rows of estimates, found {quoted(row.task)} for both: rename the condition"
             )
     for models in dict.fromkeys(filter(None, (e.models for e in EXPERIMENTS.values()))):
-        _check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
+        check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
     return trials
 
 
@@ -135,20 +139,21 @@ def check_sources(trials: dict[tuple, TrialRow], path: str | Path, virtual_lab: 
             )
 
 
-def _check_roles(rows: list[TrialRow], path) -> None:
-    """Models need trials that calibrate them and others that validate them."""
-    for experiment in dict.fromkeys(row.experiment for row in rows):
+def check_roles(rows: list[TrialRow], path, belt: str | None = None) -> None:
+    """Models need trials that calibrate them and others that validate them, on the belt if one is named."""
+    on = f" on the {belt} belt" if belt else ""
+    for experiment in dict.fromkeys(row.experiment for row in rows) if belt is None else ("weight", "empty"):
         if not any(row.role == "calibrate" for row in rows if row.experiment == experiment):
             raise InputError(
-                f"{path}: expected a trial of {experiment} with the role calibrate, found none: without it "
-                "no model can be fitted, set the role of one of its rows"
+                f"{path}: expected a trial of {experiment}{on} with the role calibrate, found none: without "
+                "it no model can be fitted, set the role of one of its rows"
             )
     evaluated = [row for row in rows if row.experiment != "empty"]
     if evaluated and not any(row.role == "validate" for row in evaluated):
         names = " or ".join(dict.fromkeys(row.experiment for row in evaluated))
         raise InputError(
-            f"{path}: expected a trial of {names} with the role validate, found none: without it no model "
-            "can be tested, set the role of one of its rows or record another trial"
+            f"{path}: expected a trial of {names}{on} with the role validate, found none: without it no "
+            "model can be tested, set the role of one of its rows or record another trial"
         )
     for row in rows:
         for other in rows:
@@ -225,6 +230,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         role=_role(cells, here),
         task=_task(cells, here),
         names=names_of(cells, here),
+        participant=participant_of(cells, here),
+        belt=belt_of(cells, here),
     )
 
 
@@ -252,10 +259,13 @@ def _positive(cell: str, name: str, here: str) -> float | None:
 
 
 def _task(cells: dict[str, str], here: str) -> str | None:
-    """Task of a standing person."""
+    """Task of a standing person, or of another experiment's participant, who need not have one."""
     experiment, task = cells["experiment"], cells.get("task", "")
     tasks = EXPERIMENTS[experiment].tasks
     if not tasks:
+        if task not in (EMPTY, "") and participant_of(cells, here):
+            check_name(task, "task", here)
+            return task
         if task not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the task, because trials of {experiment} have none, found "
