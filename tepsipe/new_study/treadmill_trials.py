@@ -188,6 +188,8 @@ def _see_recording(seen: Seen, found: Found) -> None:
     seen.up = 1 if found.contents.kind.startswith("D-Flow") else 2
     _see_markers(seen, _positions(recording.markers, found), found.contents.facts.get("made by", ""))
     for number, plate in enumerate(recording.plates, start=1):
+        if plate.fault is not None:
+            continue
         seen.loads_N[str(number)] = float(np.nanmean(plate.force[:, seen.up]))
         if plate.corners is not None:
             seen.plate_centres_m[str(number)] = plate.corners.mean(axis=0)
