@@ -21,8 +21,11 @@ from tepsipe.io.readers.c3d import read_markers  # noqa: E402
 from tepsipe.io.readers.c3d_recording import read_c3d_recording  # noqa: E402
 from tepsipe.io.readers.dflow import marker_columns, plate_columns, read_dflow  # noqa: E402
 from tepsipe.io.readers.edf import read_emg  # noqa: E402
+from tepsipe.io.readers.emg import read_emg as read_any_emg  # noqa: E402
+from tepsipe.io.readers.marker_file import read_markers as read_any_markers  # noqa: E402
 from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log  # noqa: E402
+from tepsipe.io.readers.whole_trial import read_recording  # noqa: E402
 from tepsipe.io.result import Result, read_result, write_result  # noqa: E402
 from tepsipe.io.trial import Signal, Trial, read_trial, write_trial  # noqa: E402
 from tepsipe.signals.filters import Lowpass  # noqa: E402
@@ -199,7 +202,79 @@ def check_emg(emg) -> None:
     assert finite(emg.signals, emg.trigger, emg.limits), "numbers of signals, trigger or limits"
 
 
+def mat73_log(folder: Path) -> list[Path]:
+    """The same log as MATLAB 7.3."""
+    from mat73_builders import write_mat73
+
+    content = {k: v for k, v in scipy.io.loadmat(mat_log(folder)[0]).items() if not k.startswith("__")}
+    names = [str(np.squeeze(name)) for name in np.ravel(content["channel_names"])]
+    path = folder / "log73.mat"
+    write_mat73(path, content | {"channel_names": names})
+    return [path]
+
+
+def bdf(folder: Path) -> list[Path]:
+    """Two seconds of two muscles and a trigger, with 24 bits."""
+    from edfio import Bdf, BdfSignal
+
+    signals = np.clip(100.0 * rng().standard_normal((200, 2)), -3000.0, 3000.0)
+    columns = dict(zip(MUSCLES.values(), signals.T, strict=True)) | {"Trigger": np.repeat([0.0, 5.0], 100)}
+    path = folder / "emg.bdf"
+    made = [
+        BdfSignal(x, 100.0, label=label, physical_dimension="uV", physical_range=(-3276.8, 3276.8))
+        for label, x in columns.items()
+    ]
+    Bdf(made, data_record_duration=1.0).write(path)
+    return [path]
+
+
 # ---- text ----------------------------------------------------------------------------------------
+
+
+def trial_table(folder: Path) -> list[Path]:
+    """A whole trial as a table, with decimal points and commas."""
+    loads = [f"{kind}{axis}_left" for kind in "FM" for axis in "xyz"]
+    names = ["time (s)", "belt (m/s)", *loads, *(f"HEEL_{axis} (mm)" for axis in "xyz")]
+    values = np.column_stack([np.arange(60) / 100.0, rng().standard_normal((60, len(names) - 1))])
+    path = folder / "trial.csv"
+    np.savetxt(path, values, "%.5f", ",", header=",".join(names), comments="")
+    comma = folder / "trial-comma.csv"
+    comma.write_text(path.read_text().replace(",", ";").replace(".", ","))
+    return [path, comma, zipped(path)]
+
+
+def trc(folder: Path) -> list[Path]:
+    """Two markers as TRC."""
+    lines = [
+        "PathFileType\t4\t(X/Y/Z)\ta.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits",
+        "100\t100\t30\t2\tmm",
+        "Frame#\tTime\tankle\t\t\tleg1\t\t",
+        "\t\tX1\tY1\tZ1\tX2\tY2\tZ2",
+    ]
+    for k, row in enumerate(100.0 * rng().standard_normal((30, 6))):
+        lines.append("\t".join([str(k + 1), f"{k / 100.0:.2f}", *(f"{x:.3f}" for x in row)]))
+    path = folder / "markers.trc"
+    path.write_text("\n".join(lines) + "\n")
+    return [path]
+
+
+def delsys(folder: Path) -> list[Path]:
+    """An export of Delsys: two muscles and a trigger of a lower rate."""
+    rates, names = (1000.0, 1000.0, 500.0), [*MUSCLES.values(), "Trigger"]
+    values = 1e-4 * rng().standard_normal((100, 3))
+    lines = [
+        f"Label: {name} Sampling frequency: {rate:g} Number of points: 100 start: 0 Unit: V Domain Unit: s"
+        for name, rate in zip(names, rates, strict=True)
+    ]
+    lines.append(",".join(f"X[s],{name}" for name in names))
+    for k, row in enumerate(values):
+        inside = [True, True, k < 50]
+        cells = [f"{k / r:.6f},{x:.8f}" if i else "," for r, x, i in zip(rates, row, inside, strict=True)]
+        lines.append(",".join(cells))
+    path = folder / "emg.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return [path]
 
 
 def text_table(folder: Path) -> list[Path]:
@@ -233,6 +308,11 @@ def dflow(folder: Path) -> list[Path]:
     speeds = {"LeftBelt.ActualSpeed": rng().standard_normal(40)}
     record = write_record(folder / "record.txt", 208.0 + np.arange(40) / 300.0, speeds)
     return [mocap, zipped(mocap), record]
+
+
+def dflow_mocap(folder: Path) -> list[Path]:
+    """D-Flow's mocap file."""
+    return dflow(folder)[:1]
 
 
 def read_dflow_file(path: Path):
@@ -385,7 +465,8 @@ def check_models(found: dict) -> None:
 
 def any_file(folder: Path) -> list[Path]:
     """Good files of every kind that `tepsipe info` lists."""
-    makers = (c3d_recording, mat_log, edf, text_table, belt_table, dflow, trial, result, models)
+    makers = (c3d_recording, mat_log, mat73_log, edf, bdf, text_table, belt_table, dflow, delsys, trc)
+    makers += (trial_table, trial, result, models)
     return [path for make in makers for path in make(folder) if "record" not in path.name]
 
 
@@ -400,6 +481,12 @@ READERS = {
     "mat-log": Reader(mat_log, read_treadmill_log, check_log),
     "calibration": Reader(calibration, read_calibration_matrix, check_calibration, text=True),
     "edf": Reader(edf, lambda path: read_emg(path, MUSCLES, "Trigger"), check_emg),
+    "mat73-log": Reader(mat73_log, read_treadmill_log, check_log),
+    "bdf": Reader(bdf, lambda path: read_emg(path, MUSCLES, "Trigger"), check_emg),
+    "delsys": Reader(delsys, lambda path: read_any_emg(path, MUSCLES, "Trigger"), check_emg, text=True),
+    "trc": Reader(trc, lambda path: read_any_markers(path, ["ankle", "leg1"]), check_markers, text=True),
+    "trial-table": Reader(trial_table, read_recording, check_recording, text=True),
+    "dflow-recording": Reader(dflow_mocap, read_recording, check_recording, text=True),
     "text-table": Reader(text_table, lambda path: read_text_table(path, LOG, "\t"), check_table, text=True),
     "belt-table": Reader(belt_table, lambda path: read_text_table(path, BELT, "\t"), check_table, text=True),
     "dflow": Reader(dflow, read_dflow_file, check_dflow, text=True),
