@@ -236,6 +236,8 @@ def test_models_are_those_of_the_belt_of_a_trial(study_of):
         for role in ("calibrate", "validate")
     }
     assert len(outputs.model_scores(study)) == len(outputs.belts_of_scores(study)) == 2
+    assert study.named("standing", "P1-relax-1") == {"participant": "P1", "belt": "left"}
+    assert study.named("standing", "P1-relax-2") == {"participant": "P1"}
     # trials of one task on two belts are two pools, and two rows of the tables
     assert study.tasks() == ["P1-left-relax", "P1-right-relax"]
     assert [m["belt"] for m in groups.members(study)] == ["left", "right"]

@@ -211,6 +211,15 @@ class Study:
         row = self.trials.get((experiment, condition))
         return (row and row.belt) or plate_treadmill(self.config, experiment)["belt"]
 
+    def named(self, experiment: str, condition: str) -> dict[str, str]:
+        """Participant and belt of a trial, where its row names them: they stand in the trial's file."""
+        row = self.trials[experiment, condition]
+        return {key: getattr(row, key) for key in ("participant", "belt") if getattr(row, key)}
+
+    def belts_of(self, experiment: str) -> dict[str, str]:
+        """Condition -> belt."""
+        return {condition: self.belt_of(experiment, condition) for condition in self.conditions(experiment)}
+
     def belts(self) -> list[str]:
         """Belts with models of the force plate, in the order left, right."""
         return sorted({self.belt_of(e, c) for e in ("empty", "weight") for c in self.conditions(e)})
