@@ -166,8 +166,8 @@ def _refuse_belt_fixed(
         return
     if abs(delay_s) >= limits.belt_fixed_delay_s:
         raise InputError(
-            f"{where}, found it {1e3 * delay_s:.3g} ms later, the longest delay that is searched: check {both}"
-            "the trigger of both instruments"
+            f"{where}, found it {1e3 * delay_s:.3g} ms later, the longest delay that is searched: check "
+            f"{both}the trigger of both instruments"
         )
     if not low <= scale <= high:
         raise InputError(
