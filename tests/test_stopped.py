@@ -125,6 +125,14 @@ def test_job_that_a_signal_stopped_is_named_with_the_signal(
     assert records(tmp_path) == []
 
 
+def test_job_that_was_killed_before_its_record_is_named_by_its_rule(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "run.log").write_text("Command 'python /x/tmp_a1.fit.py' died with <Signals.SIGKILL: 9>.\n")
+    rule = SimpleNamespace(script="../scripts/fit.py")
+    (said,) = what_stopped([a_job("a.log", rule)], "run.log")
+    assert "stopped by the signal SIGKILL" in said
+
+
 def test_job_that_says_nothing_is_named_all_the_same(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.log").write_text("")
