@@ -38,6 +38,8 @@ include: "workflow/rules/simulation.smk"
 include: "workflow/rules/noise.smk"
 # sections 2-2, 3-2 and 4-2: a person standing on the treadmill
 include: "workflow/rules/standing.smk"
+# participants of any experiment: values per person, means over people
+include: "workflow/rules/participants.smk"
 # a treadmill of your own
 include: "workflow/rules/belt.smk"
 # a human joint in a position-controlled manipulator
@@ -46,12 +48,15 @@ include: "workflow/rules/position_manipulator.smk"
 include: "workflow/rules/tables.smk"
 # the PDF and the HTML report
 include: "workflow/rules/report.smk"
+# a page per trial, and the index
+include: "workflow/rules/pages.smk"
 
 
 rule all:
     default_target: True
     input:
         outputs.everything(STUDY),
+        outputs.pages(STUDY),
         "<results>/report/report.html",
 
 

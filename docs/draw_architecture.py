@@ -46,7 +46,10 @@ FLOORS = [
     ],
     [("identification", "windowed least squares, output error, IV, admittance fit, parallel cascade")],
     [("experiments", "wristalyzer, dummy, weight, standing, position manipulator, forward, noise")],
-    [("reporting", "tables and claims of the thesis, comparison with the truth, numbers, figures")],
+    [
+        ("reporting", "tables and claims of the thesis, recovery, figures"),
+        ("new_study", "settings from your recordings"),
+    ],
     [("cli", "command line"), ("workflow", "Snakemake rules and scripts, configuration")],
 ]
 

@@ -1,4 +1,4 @@
-"""The command line: ``tepsipe fit``, ``tepsipe calibrate``, ``tepsipe info``, ``tepsipe check``.
+"""The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``export``, ``check``.
 
 Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
 to the standard error and returns 2.
@@ -148,6 +148,19 @@ def _parser() -> argparse.ArgumentParser:
     )
     info.set_defaults(command=_info)
 
+    study = commands.add_parser(
+        "new-study",
+        help="write trial sheet and configuration for a folder of recordings",
+        description="Look into the recordings of a folder and write trials.tsv, config.yaml and MISSING.md, "
+        "the list of what no file shows. Nothing is overwritten, and the recordings are only read.",
+    )
+    study.add_argument("folder", type=Path)
+    study.add_argument("--name", metavar="N", help="name of the study; default: that of the folder")
+    study.add_argument(
+        "--output", type=Path, metavar="DIR", help="folder to write to; default: one with the study's name"
+    )
+    study.set_defaults(command=_new_study)
+
     check = commands.add_parser(
         "check",
         help="whether a study's configuration and trial sheet can be used, before it runs",
@@ -157,7 +170,62 @@ def _parser() -> argparse.ArgumentParser:
     )
     check.add_argument("files", nargs="*", metavar="CONFIG", help="as after snakemake --configfile")
     check.set_defaults(command=_check)
+    _add_export(commands)
     return parser
+
+
+def _add_export(commands: argparse._SubParsersAction) -> None:
+    export = commands.add_parser(
+        "export",
+        help="write a trial or a fit as MATLAB or OpenSim file",
+        description="Write a trial (results/trials) or a fit (results/fits) of the study as MATLAB file "
+        "(mat), its angle or ground reactions as OpenSim motion (mot), or its torque as OpenSim "
+        "storage (sto).",
+    )
+    export.add_argument("file", type=Path, help="HDF5 file of the study")
+    export.add_argument("--to", required=True, choices=("mat", "mot", "sto"), help="kind of file")
+    export.add_argument(
+        "--trial", type=Path, help="trial of a fit, where the fit does not hold the time (mot, sto)"
+    )
+    export.add_argument("--pathway", help="pathway of a fit (mot, sto); default: leg")
+    export.add_argument(
+        "--coordinate",
+        default="ankle_angle_r",
+        help="coordinate of the OpenSim model (mot, sto); default ankle_angle_r",
+    )
+    export.add_argument(
+        "--output", type=Path, metavar="FILE", help="file to write; default: FILE's name in this folder"
+    )
+    export.set_defaults(command=_export)
+
+
+def _export(chosen: argparse.Namespace) -> None:
+    from tepsipe.io.stored import read_stored
+    from tepsipe.io.trial import Trial
+
+    output = chosen.output or Path(f"{chosen.file.stem}.{chosen.to}")
+    if output.resolve() in {given.resolve() for given in (chosen.file, chosen.trial) if given is not None}:
+        raise InputError(f"{output}: expected a file of its own to write to, found the input: choose another")
+    if not output.parent.is_dir():
+        raise InputError(
+            f"--output: expected a folder that exists, found {quoted(output.parent)}: make it first"
+        )
+    content = read_stored(chosen.file)
+    if chosen.to == "mat":
+        from tepsipe.io.mat_export import export_mat
+
+        export_mat(content, output)
+    else:
+        from tepsipe.io.opensim_export import motion_of, torque_of, write_storage
+
+        trial = None if chosen.trial is None else read_stored(chosen.trial)
+        if trial is not None and not isinstance(trial, Trial):
+            raise InputError(
+                f"{chosen.trial}: expected a trial, found a result: name a file of results/trials"
+            )
+        make = motion_of if chosen.to == "mot" else torque_of
+        write_storage(make(content, str(chosen.file), trial, chosen.pathway, chosen.coordinate), output)
+    print(f"written: {output}")
 
 
 def _fit(chosen: argparse.Namespace) -> None:
@@ -243,6 +311,21 @@ def _info(chosen: argparse.Namespace) -> None:
         png = _picture(chosen.file, chosen.plot)
         save_png(draw_contents(contents, chosen.file.name), png)
         print(f"\nwritten: {png}")
+
+
+def _new_study(chosen: argparse.Namespace) -> None:
+    from tepsipe.new_study.study import FILES, new_study
+
+    made = new_study(chosen.folder, chosen.name, chosen.output)
+    for experiment, count in made.trials.items():
+        print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
+    if made.left:
+        print(f"not used: {len(made.left)} files, see {FILES[2]}")
+    print(f"written to {made.folder}: {', '.join(FILES)}")
+    config = made.folder / FILES[1]
+    if made.missing:
+        print(f"next: fill in what {made.folder / FILES[2]} lists ({made.missing} items), then")
+    print(f"  snakemake -n --configfile {config}\n  snakemake -c2 --configfile {config}")
 
 
 def _picture(file: Path, wanted: Path) -> Path:

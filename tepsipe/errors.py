@@ -12,7 +12,7 @@ class InputError(ValueError):
 
 def quoted(text: object, length: int = 60) -> str:
     """``text`` as it is quoted in a message (no unit): in quotes and cut to ``length`` characters."""
-    shown = repr(str(text)) if not isinstance(text, float | int) else repr(text)
+    shown = repr(str(text)) if not isinstance(text, float | int | None) else repr(text)
     return shown if len(shown) <= length else f"{shown[:length]}..."
 
 

@@ -43,7 +43,7 @@ def test_no_command_prints_help(capsys):
     assert "calibrate" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["fit", "calibrate", "info"])
+@pytest.mark.parametrize("command", ["fit", "calibrate", "info", "new-study"])
 def test_every_command_has_help(command, capsys):
     with pytest.raises(SystemExit) as ended:
         main([command, "--help"])

@@ -98,9 +98,9 @@ def test_shipped_study_of_a_treadmill_is_a_valid_override(config, root):
     ]
     assert trials["belt", "slow-1"].files == {"log": "folder/RandomSlowSpeed1.txt"}
     assert trials["belt", "slow-1"].names == {
-        "columns.time": "Timestamp (s)",
-        "columns.load": "Pitch Moment (Nm)",
-        "columns.velocity": "Belt Velocity (m/s)",
+        "files.columns.time": "Timestamp (s)",
+        "files.columns.load": "Pitch Moment (Nm)",
+        "files.columns.velocity": "Belt Velocity (m/s)",
     }
 
 
@@ -613,9 +613,9 @@ def test_roles_and_columns_are_read(sheet):
     trials = read_trial_sheet(path, "/data")
     assert [row.role for row in trials.values()] == ["calibrate", "validate", None]
     assert trials["belt", "slow-2"].names == {
-        "columns.time": "Time (s)",
-        "columns.load": "My (Nm)",
-        "columns.velocity": "Belt (m/s)",
+        "files.columns.time": "Time (s)",
+        "files.columns.load": "My (Nm)",
+        "files.columns.velocity": "Belt (m/s)",
     }
     assert trials["belt", "slow-2"].files == {"log": "/data/slow2.txt"}
     assert trials["dummy", "sine-0.3"].names == {}

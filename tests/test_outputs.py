@@ -78,7 +78,8 @@ def test_constants_that_are_compared_are_in_the_laboratory(shipped, shipped_trut
 
 def test_shipped_study_has_all_that_the_laboratory_can_make(shipped):
     assert shipped.experiments == ["wristalyzer", "dummy", "weight", "empty", "standing"]
-    assert all(shipped.has(name) for name in (*shipped.experiments, *PARTS))
+    assert all(shipped.has(name) for name in (*shipped.experiments, *PARTS) if name != "participants")
+    assert not shipped.has("participants")
     assert not shipped.has("belt")
     for name in shipped.experiments:
         assert shipped.made(name) == shipped.conditions(name)
@@ -150,8 +151,9 @@ def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shippe
 def test_study_without_weight_and_wristalyzer_has_neither_foot_nor_simulation(study_of):
     study = study_of(row("dummy", "a"), row("dummy", "b"), row("dummy", "sine-1"))
     assert [name for name in PARTS if study.has(name)] == []
-    names = [outputs.plate_models, outputs.forward, outputs.noise, outputs.model_scores, outputs.task_fits]
-    assert [files(study) for files in names] == [[]] * 5
+    names = [outputs.forward, outputs.noise, outputs.model_scores, outputs.task_fits]
+    assert [files(study) for files in names] == [[]] * 4
+    assert outputs.plate_models(study, "dummy", "a") == []
     assert outputs.specification(study) == ["<results>/tables/specification.csv"]
     assert study.thesis_tables() == {"table_4_2": "dummy"}
     assert [name for name in outputs.figures_of(study, "simulation") if name in APPENDIX] == list(

@@ -1,11 +1,12 @@
 """Perturbations are found where the belt moved, whatever was commanded and however large they are."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from builders import RATE_HZ, assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
-from tepsipe.signals.perturbations import detect_perturbations
+from tepsipe.signals.perturbations import detect_perturbations, find_perturbations
 
 TIME = np.arange(0.0, 12.0, 1.0 / RATE_HZ)
 
@@ -120,3 +121,99 @@ def test_perturbations_next_to_the_time_of_rest_are_kept():
     for more in ((rest_before_s + 0.004, rest_after_s), (rest_before_s, rest_after_s + 0.004)):
         with pytest.raises(InputError, match="rest"):
             detect(pulses((2.0, 5.0, 8.0)), *more)
+
+
+# ---- no false perturbations -----------------------------------------------------------------------
+
+HOURS = 1.0
+LONG_HZ = 100.0
+
+
+def long_time(hours=HOURS):
+    return np.arange(round(3600.0 * hours * LONG_HZ)) / LONG_HZ
+
+
+def walked_on(rng, hours=HOURS):
+    """A belt at 1 m/s that every step at about 2.2 Hz slows down by 30 mm/s for 0.1 s."""
+    time = long_time(hours)
+    velocity = 1.0 + 0.004 * rng.standard_normal(time.size)
+    steps = np.cumsum(0.45 + 0.02 * rng.standard_normal(round(time[-1] / 0.46)))
+    for sample in np.round(LONG_HZ * steps[steps < time[-1] - 1.0]).astype(int):
+        velocity[sample : sample + 10] -= 0.03 * np.hanning(10)
+    return velocity
+
+
+def quantised(rng, hours=HOURS):
+    """A belt at rest whose reading is 0 but for rare steps of 5 mm/s."""
+    return 0.005 * (rng.random(long_time(hours).size) < 0.002)
+
+
+NOISE = {
+    "at rest": lambda rng: 0.001 * rng.standard_normal(long_time().size),
+    "at 1 m/s": lambda rng: 1.0 + 0.002 * rng.standard_normal(long_time().size),
+    "at a speed that drifts": lambda rng: (
+        1.0 + 1e-5 * long_time() + 0.002 * rng.standard_normal(long_time().size)
+    ),
+    "quantised": quantised,
+    "walked on": walked_on,
+    "quiet, then walked on": lambda rng: np.where(
+        long_time() < 10.0, 1.0 + 1e-4 * rng.standard_normal(long_time().size), walked_on(rng)
+    ),
+}
+
+
+@pytest.mark.parametrize("belt", NOISE)
+def test_hours_without_perturbation_end_in_one_sentence(belt, rng):
+    with pytest.raises(InputError) as caught:
+        find_perturbations(long_time(), NOISE[belt](rng))
+    assert_one_sentence(caught.value, "belt_velocity", "no perturbation above the noise")
+
+
+def walking(path, rng, hours=HOURS):
+    """Hours of a real belt's speed: blocks of 2 s of an unperturbed walk at constant speed, shuffled."""
+    columns = pd.read_csv(path)
+    blocks = []
+    for name in ("LeftBeltSpeed", "RightBeltSpeed"):
+        speed = columns[name].to_numpy()[400:]  # from which on the belt has its speed
+        first = rng.integers(0, speed.size - 200, round(1800.0 * hours))
+        blocks.append(speed[first[:, None] + np.arange(200)].ravel())
+    return blocks
+
+
+def test_hours_of_a_real_belt_at_constant_speed_hold_no_perturbation(real_data, rng):
+    for velocity in walking(real_data("walking/UnpertPre_data.csv.gz"), rng):
+        with pytest.raises(InputError, match="no perturbation above the noise"):
+            find_perturbations(np.arange(velocity.size) / LONG_HZ, velocity)
+
+
+def with_pulses(velocity, peak, rng):
+    """Pulses of 0.3 s about every 5 s on top of a velocity, and their first samples."""
+    starts = np.arange(500, velocity.size - 1000, 500) + rng.integers(
+        0, 100, (velocity.size - 1500 + 499) // 500
+    )
+    velocity = velocity.copy()
+    for start in starts:
+        velocity[start : start + 30] += peak * np.sin(np.pi * np.arange(30) / 30)
+    return velocity, starts
+
+
+def assert_all_found(found, starts):
+    assert len(found) == starts.size
+    assert np.abs(np.array([p.start for p in found]) - starts).max() <= 5
+    assert np.median([p.stop - p.start for p in found]) == pytest.approx(28, abs=4)
+
+
+@pytest.mark.parametrize("drift", [0.0, 2e-5])
+def test_pulses_on_top_of_a_constant_speed_are_all_found_and_nothing_else(drift, rng):
+    time = long_time(0.5)
+    velocity, starts = with_pulses(1.0 + drift * time + 0.001 * rng.standard_normal(time.size), 0.3, rng)
+    assert_all_found(find_perturbations(time, velocity), starts)
+    backwards = find_perturbations(time, 2.0 * (1.0 + drift * time) - velocity)
+    assert_all_found(backwards, starts)
+
+
+def test_pulses_on_a_real_belt_that_is_walked_on_are_all_found(real_data, rng):
+    for speed in walking(real_data("walking/UnpertPre_data.csv.gz"), rng, hours=0.5):
+        velocity, starts = with_pulses(speed, 0.4, rng)
+        found = find_perturbations(np.arange(speed.size) / LONG_HZ, velocity, threshold_fraction=0.2)
+        assert_all_found(found, starts)

@@ -5,7 +5,7 @@ import pytest
 from tepsipe.errors import InputError
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.row_names import NAME_COLUMNS, check_names
-from workflow.support.settings import pick
+from workflow.support.settings import pick, settings_of
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, read_trial_sheet
 
@@ -45,14 +45,14 @@ def test_a_name_of_the_sheet_overrides_a_setting_that_is_there_or_that_every_row
     known = EXPERIMENTS[name]
     for column, setting in known.names.items():
         if column not in known.named:
-            assert pick(config[name]["files"], setting)
+            assert pick(settings_of(config)[name], setting)
 
 
 def test_each_row_has_its_own_names_and_those_of_the_configuration_elsewhere(study_of, config):
     own = {"angle_column": "pos", "torque_column": "Torque (Nm)", "angle_unit": "deg", "torque_sign": "1"}
     study = study_of(MANIPULATOR, MANIPULATOR | {"condition": "b"} | own)
-    assert study.files("position_manipulator", "a") == config["position_manipulator"]["files"]
-    files = study.files("position_manipulator", "b")
+    assert study.of_trial("position_manipulator", "a")["files"] == config["position_manipulator"]["files"]
+    files = study.of_trial("position_manipulator", "b")["files"]
     assert files["columns"] == {"time": "time_s", "angle": "pos", "torque": "Torque (Nm)"}
     assert (files["angle_unit"], files["torque_sign"]) == ("deg", 1)
     assert study.named_by("position_manipulator", "a", "columns") == {}
@@ -67,7 +67,7 @@ def test_each_row_has_its_own_names_and_those_of_the_configuration_elsewhere(stu
 def test_log_and_command_of_a_manipulator_are_named_separately(study_of):
     own = {"time_column": "t", "command_time_column": "t", "torque_column": "tau", "trigger_column": "start"}
     study = study_of(WRISTALYZER | own)
-    files = study.files("wristalyzer", "0.1")
+    files = study.of_trial("wristalyzer", "0.1")["files"]
     assert files["log_columns"] == {"time": "t", "angle": "MotorAngle", "trigger_time": "start"}
     assert files["command_columns"] == {"time": "t", "torque": "tau"}
     by = study.named_by("wristalyzer", "0.1", "command_columns")
@@ -88,9 +88,14 @@ def test_log_and_command_of_a_manipulator_are_named_separately(study_of):
         (MANIPULATOR, {"angle_column": "time_s"}, ["time_column and angle_column", "'time_s'"]),
         (WRISTALYZER, {"torque_sign": "-1"}, ["torque_sign", "wristalyzer", "'-1'"]),
         (
-            ROW | {"experiment": "dummy", "condition": "d", "calibration": "c.csv", "markers": "m.c3d"},
+            ROW | {"experiment": "dummy", "condition": "d", "log": "d.c3d"},
             {"angle_column": "x"},
-            ["angle_column", "dummy", "'x'"],
+            ["angle_column", "dummy", "velocity_column", "'x'"],
+        ),
+        (
+            ROW | {"experiment": "dummy", "condition": "d", "log": "d.mat"},
+            {"velocity_column": "v", "calibration": "c.csv", "markers": "m.c3d"},
+            ["velocity_column", "MATLAB", "'v'"],
         ),
         (
             ROW | {"experiment": "wristalyzer", "condition": "0.1", "source": "virtual_lab", "log": "-"},
@@ -107,5 +112,19 @@ def test_a_name_that_cannot_be_used_is_refused_in_one_sentence(row, changes, sai
 
 
 def test_a_row_without_names_is_not_checked_against_the_configuration():
-    same = {"columns": {"time": "x", "angle": "x"}}
+    same = {"files": {"columns": {"time": "x", "angle": "x"}}}
     check_names("position_manipulator", "a", same, {}, "trials.tsv")
+
+
+def test_channels_of_a_whole_trial_are_named_row_by_row(study_of):
+    whole = ROW | {"experiment": "dummy", "log": "d.c3d"}
+    study = study_of(
+        whole | {"condition": "a"},
+        whole | {"condition": "b", "velocity_column": "Belt L", "trigger_column": "Sync"},
+    )
+    section = study.settings["dummy"]["recording"]
+    assert study.recording("dummy", "a") == section
+    assert study.recording("dummy", "b") == section | {
+        "belt_velocity": section["belt_velocity"] | {"channel": "Belt L"},
+        "trigger": "Sync",
+    }

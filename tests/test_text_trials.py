@@ -1,6 +1,7 @@
 """Trials as text give the same I, B and K as the instruments' own files."""
 
 import copy
+import gzip
 
 import numpy as np
 import pytest
@@ -14,9 +15,11 @@ from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_fi
 from tepsipe.ingest.recording_options import RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import with_emg
 from tepsipe.ingest.whole_trial import ingest_files
+from tepsipe.io.contents import contents_of
 from tepsipe.io.readers.c3d import read_markers
 from tepsipe.io.readers.edf import EmgRecording
 from tepsipe.io.readers.treadmill_log import read_treadmill_log
+from workflow.support.trial_sheet import read_trial_sheet
 
 LABELS = ["foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4"]
 FEET = ("foot1", "foot2", "foot3")
@@ -195,3 +198,45 @@ def test_electromyograms_at_an_odd_rate_are_resampled_to_a_multiple():
     middle = np.sum(emg * instants) / np.sum(emg)
     assert middle == pytest.approx(2.0, abs=0.5 / rate + 1e-5)
     assert "resampled from 1851.85 to 1750 Hz" in trial.signals["emg"].processing
+
+
+def test_compressed_c3d_is_the_same(dummy_files, raw, tmp_path):
+    packed = tmp_path / "markers.c3d.gz"
+    packed.write_bytes(gzip.compress(dummy_files["markers"].read_bytes(), compresslevel=1))
+    assert np.array_equal(read_markers(packed, LABELS).positions, raw["positions"], equal_nan=True)
+    cut = tmp_path / "cut.c3d.gz"
+    cut.write_bytes(gzip.compress(dummy_files["markers"].read_bytes()[:-5000], compresslevel=1))
+    with pytest.raises(InputError, match="truncated") as caught:
+        read_markers(cut, LABELS)
+    assert_one_sentence(caught.value, cut)
+
+
+def test_trc_replaces_the_c3d_beside_a_log(dummy_files, raw, expected, tmp_path):
+    files = dummy_files | {"markers": write_trc(tmp_path / "markers.trc", raw["positions"])}
+    trial = ingest_treadmill_files(files, LABELS, INGEST, DUMMY_DURATION_S)
+    assert parameters(trial) == pytest.approx(expected, rel=1e-3, abs=1e-5)
+
+
+def test_info_shows_both_files_of_dflow(dflow_files):
+    mocap, record = (contents_of(dflow_files[kind]) for kind in ("markers", "log"))
+    assert mocap.kind == "D-Flow text, mocap module"
+    assert mocap.facts["frames"].endswith("4 repeated, 4 dropped")
+    assert mocap.facts["force plates"] == "FP1, FP2"
+    assert {c.name: c.unit for c in mocap.channels}["foot1"] == "m"
+    assert record.kind == "D-Flow text, record module"
+    assert record.facts["belt speeds"] == "LeftBelt.Speed, RightBelt.Speed"
+
+
+def test_trial_sheet_takes_a_pair_of_text_files_and_no_calibration(tmp_path):
+    header = (
+        "experiment condition source profile amplitude interval_s duration_s log command calibration markers"
+    )
+    cells = ["dummy", "a", "recorded", "-", "-", "-", "12", "Record0001.txt", "-", "-", "Mocap0001.txt"]
+    path = tmp_path / "trials.tsv"
+    path.write_text("\t".join(header.split()) + "\n" + "\t".join(cells) + "\n")
+    row = read_trial_sheet(path, "folder")["dummy", "a"]
+    assert row.files == {"log": "folder/Record0001.txt", "markers": "folder/Mocap0001.txt"}
+    cells[9] = "plate.csv"
+    path.write_text("\t".join(header.split()) + "\n" + "\t".join(cells) + "\n")
+    with pytest.raises(InputError, match="for the calibration of dummy/a"):
+        read_trial_sheet(path, "folder")

@@ -20,6 +20,7 @@ FLOORS = {
     "identification": 3,
     "experiments": 4,
     "reporting": 5,
+    "new_study": 5,
     "cli": 6,
 }
 ENGINES = {"pybullet", "mujoco"}

@@ -122,6 +122,7 @@ def weight_result(analysis: WeightAnalysis) -> Result:
         ):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = recording.segments(x), unit
     first = next(iter(analysis.recordings.values()))
+    arrays["onsets"], units["onsets"] = np.array(first.onsets, dtype=int), "samples"
     facts = {
         "filters": list(analysis.recordings),
         "rate_hz": first.rate_hz,

@@ -53,6 +53,8 @@ def c3d_contents(path: Path) -> Contents:
         unit = str(units[k]).strip() if k < len(units) else ""
         channels.append(Channel.of(label, unit, analog_rate, analogs[k]))
     facts = {"frames": str(points.shape[0])}
+    maker = " ".join(str(v).strip() for name in ("COMPANY", "SOFTWARE") for v in values("MANUFACTURER", name))
+    facts |= {"made by": maker} if maker.strip() else {}
     if point_rate:
         facts["duration"] = f"{points.shape[0] / point_rate:.6g} s"
     plates, refused = _vertical_forces(path)

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 
@@ -15,16 +15,26 @@ def column_names(kind: type) -> tuple[str, ...]:
     return tuple(field.name for field in fields(kind))
 
 
-def write_rows(path: str | Path, kind: type, rows: Iterable) -> None:
+def write_rows(
+    path: str | Path,
+    kind: type,
+    rows: Iterable,
+    without: tuple[str, ...] = (),
+    further: Mapping[str, Sequence[str]] | None = None,
+) -> None:
     """Write rows of the dataclass ``kind``, numbers with 10 significant digits (units as in ``kind``).
 
-    None is an empty cell; truth values are true and false.
+    None is an empty cell; truth values are true and false. Columns ``without`` are not written; those of
+    ``further`` follow the others, with one cell per row.
     """
-    names = column_names(kind)
+    names = [name for name in column_names(kind) if name not in without]
+    further = further or {}
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(names)
-        writer.writerows([_cell(getattr(row, name)) for name in names] for row in rows)
+        writer.writerow([*names, *further])
+        for number, row in enumerate(rows):
+            cells = [column[number] for column in further.values()]
+            writer.writerow([*(_cell(getattr(row, name)) for name in names), *cells])
 
 
 def _cell(value) -> str:
@@ -35,7 +45,13 @@ def _cell(value) -> str:
     return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
-def read_rows(path: str | Path, kind: type, row: Callable[[dict[str, str]], object], what: str) -> list:
+def read_rows(
+    path: str | Path,
+    kind: type,
+    row: Callable[[dict[str, str]], object],
+    what: str,
+    further: tuple[str, ...] = (),
+) -> list:
     """Read a table written by `write_rows` (units as in ``kind``).
 
     Parameters
@@ -48,6 +64,8 @@ def read_rows(path: str | Path, kind: type, row: Callable[[dict[str, str]], obje
         Makes a row of its cells; raises ValueError where they cannot be one.
     what : str
         What the rows are, in messages.
+    further : tuple of str
+        Columns that may follow those of ``kind``; they are not read.
 
     Returns
     -------
@@ -62,12 +80,14 @@ def read_rows(path: str | Path, kind: type, row: Callable[[dict[str, str]], obje
     """
     reader = csv.DictReader(io.StringIO(read_text(path, what, ended=True)), strict=True)
     try:
-        if tuple(reader.fieldnames or ()) != column_names(kind):
+        own = column_names(kind)
+        names = tuple(reader.fieldnames or ())
+        if names[: len(own)] != own or not set(names[len(own) :]) <= set(further):
             raise InputError(
                 f"{path}: expected the columns {', '.join(column_names(kind))}, found "
                 f"{listed(reader.fieldnames or [])}: make the file again"
             )
-        return [row(_complete(cells)) for cells in reader]
+        return [row({name: _complete(cells)[name] for name in own}) for cells in reader]
     except InputError:
         raise
     except (ValueError, csv.Error) as error:

@@ -1,7 +1,7 @@
 """Tidy rows of estimates, the common format of all experiments (``results/tables/estimates.csv``)."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,14 +61,21 @@ class Estimate:
 NUMBERS = ("value", "standard_error", "ci_low", "ci_high", "sem_as_printed")
 
 
-def write_estimates(path: str | Path, estimates: Iterable[Estimate]) -> None:
+# columns that may follow those of `Estimate`
+LABELS = ("participant", "belt")
+
+
+def write_estimates(
+    path: str | Path, estimates: Iterable[Estimate], labels: Mapping[str, Sequence[str]] | None = None
+) -> None:
     """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``).
 
     A value that is not finite is an empty cell, and its row has the flag ``undefined``; an uncertainty that
     is not a number is an empty cell, too, with the flag ``no-interval``. A VAF of a prediction that grows
-    without limit has the flag ``diverged``.
+    without limit has the flag ``diverged``. ``labels`` are columns of `LABELS` that follow, with one cell per
+    row.
     """
-    write_rows(path, Estimate, map(_checked, estimates))
+    write_rows(path, Estimate, map(_checked, estimates), further=labels)
 
 
 def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
@@ -93,14 +100,14 @@ def _checked(estimate: Estimate) -> Estimate:
 
 
 def read_estimates(path: str | Path) -> list[Estimate]:
-    """Read rows written by `write_estimates` (units in the column ``unit``); an undefined value is NaN.
+    """Read rows written by `write_estimates`, without labels; an undefined value is NaN (unit in its column).
 
     Raises
     ------
     InputError
         If the columns are not those of `Estimate`, or a row is damaged.
     """
-    return read_rows(path, Estimate, _estimate, "estimates")
+    return read_rows(path, Estimate, _estimate, "estimates", LABELS)
 
 
 def _estimate(row: dict[str, str]) -> Estimate:

@@ -7,6 +7,15 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.signals.units import regular_rate, same_length, samples
 
+# smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
+SMALLEST_PEAK_M_PER_S = 0.01
+# a belt travels above this speed (m/s); its constant speed may drift
+TRAVELLING_M_PER_S = 0.05
+# its running median, over this time, at instants this far apart (s)
+MEDIAN_OVER_S, MEDIAN_EVERY_S = 4.0, 0.5
+# blocks whose largest deviation is compared (s), and this deviation in standard deviations of white noise (-)
+BLOCK_S, BLOCK_MAXIMUM_SD = 0.5, 3.0
+
 
 @dataclass(frozen=True)
 class Perturbation:
@@ -38,7 +47,8 @@ def detect_perturbations(
     """Detect perturbations as runs of belt speed above a threshold.
 
     The threshold is a fraction of the perturbations' own peak speed, so the window covers the same part of
-    a pulse at every amplitude. Noise is measured while the belt is at rest.
+    a pulse at every amplitude. Noise is measured while the belt is at rest, and over the whole trial; see
+    `belt_noise`. The constant speed of a belt that travels, which may drift, is subtracted.
 
     Parameters
     ----------
@@ -68,19 +78,18 @@ def detect_perturbations(
         If no perturbation exceeds the noise, or one lies in the time of rest.
     """
     at_rest = velocity[: round(rest_before_s * rate_hz)]
-    offset = float(np.median(at_rest))
-    speed = np.abs(velocity - offset)
-    # median: a perturbation in what is wrongly configured as rest does not count as noise
-    noise = 1.4826 * float(np.median(np.abs(at_rest - offset)))
+    speed = np.abs(velocity - _constant_speed(velocity, at_rest, rate_hz))
+    noise = belt_noise(speed, at_rest.size, rate_hz)
     runs = _runs(speed > max(signal_to_noise * noise, 0.25 * speed.max()), round(merge_s * rate_hz))
     peak = float(np.median([speed[a:b].max() for a, b in runs])) if runs else 0.0
     threshold = threshold_fraction * peak
-    if peak == 0.0 or threshold < signal_to_noise * noise:
+    if peak < SMALLEST_PEAK_M_PER_S or threshold < signal_to_noise * noise:
         raise InputError(
             f"{what}: expected perturbations whose {100 * threshold_fraction:g} % exceed "
-            f"{signal_to_noise:g} times the noise at rest ({1e3 * noise:.2g} mm/s), found a peak belt "
-            f"speed of {1e3 * speed.max():.2g} mm/s: check that the belt was perturbed, and the "
-            "thresholds in the configuration"
+            f"{signal_to_noise:g} times the noise at rest ({1e3 * noise:.2g} mm/s), and of at least "
+            f"{1e3 * SMALLEST_PEAK_M_PER_S:g} mm/s, found no perturbation above the noise (peak belt speed "
+            f"{1e3 * speed.max():.2g} mm/s): check that the belt was perturbed, and threshold_fraction in "
+            "the configuration"
         )
     found = []
     for a, b in runs:
@@ -104,6 +113,50 @@ def detect_perturbations(
                 f"perturbation at {moved[0] / rate_hz:.3f} s: correct the time of rest in the configuration"
             )
     return found
+
+
+def belt_noise(speed: np.ndarray, resting: int, rate_hz: float) -> float:
+    """Noise of a belt's speed as the standard deviation of normal noise: the largest of three estimates.
+
+    The first is the median of the deviations at rest, which a perturbation in what is wrongly configured as
+    rest does not affect. The second is the median, over blocks of the rest, of the largest deviation, which
+    reveals the short dips of a belt that is walked on. The third, over the whole trial, reveals a rest
+    that is quieter than what follows: the quantile below which half of the unperturbed samples lie if a
+    fifth of all is perturbed.
+
+    Parameters
+    ----------
+    speed : ndarray, shape (n,)
+        Deviation of the belt speed from its constant speed, never negative (m/s).
+    resting : int
+        Number of samples of the first rest (samples).
+    rate_hz : float
+        Sampling rate (Hz).
+
+    Returns
+    -------
+    float
+        Standard deviation (m/s).
+    """
+    block = max(1, round(BLOCK_S * rate_hz))
+    blocks = speed[: resting // block * block].reshape(-1, block)
+    of_blocks = float(np.median(blocks.max(axis=1))) / BLOCK_MAXIMUM_SD if len(blocks) > 1 else 0.0
+    at_rest, throughout = (
+        1.4826 * float(np.quantile(part, q)) if part.size else 0.0
+        for part, q in ((speed[:resting], 0.5), (speed, 0.4))
+    )
+    return max(at_rest, of_blocks, throughout)
+
+
+def _constant_speed(velocity: np.ndarray, at_rest: np.ndarray, rate_hz: float) -> np.ndarray | float:
+    """Speed from which perturbations deviate (m/s): the median at rest, a running one if the belt travels."""
+    offset = float(np.median(at_rest))
+    if abs(offset) < TRAVELLING_M_PER_S:
+        return offset
+    half, step = round(0.5 * MEDIAN_OVER_S * rate_hz), max(1, round(MEDIAN_EVERY_S * rate_hz))
+    places = np.arange(0, velocity.size, step)
+    medians = [np.median(velocity[max(0, k - half) : k + half + 1]) for k in places]
+    return np.interp(np.arange(velocity.size), places, medians)
 
 
 def _runs(active: np.ndarray, merge: int) -> list[tuple[int, int]]:

@@ -134,20 +134,23 @@ def calibrate(
     return scores, models
 
 
-def write_scores(path: str | Path, scores: Iterable[ModelScore]) -> None:
-    """Write scores as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
-    write_rows(path, ModelScore, scores)
+def write_scores(path: str | Path, scores: Iterable[ModelScore], belts: list[str] | None = None) -> None:
+    """Write scores as CSV, numbers with 10 significant digits (units in the column ``unit``).
+
+    ``belts``, left or right for every score, is the last column; without any there is none.
+    """
+    write_rows(path, ModelScore, scores, further={"belt": belts} if belts else None)
 
 
 def read_scores(path: str | Path) -> list[ModelScore]:
-    """Read scores written by `write_scores` (units in the column ``unit``).
+    """Read scores written by `write_scores`, without belts (units in the column ``unit``).
 
     Raises
     ------
     InputError
         If the columns are not those of `ModelScore`, or a row is damaged.
     """
-    return read_rows(path, ModelScore, _score, "scores of models")
+    return read_rows(path, ModelScore, _score, "scores of models", ("belt",))
 
 
 def _score(cells: dict[str, str]) -> ModelScore:

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import outputs, runs
+from workflow.support import groups, outputs, runs
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.settings import pick, without
@@ -61,7 +61,7 @@ def sheet(column, experiment=None):
 
 def files_setting(experiment, key):
     """Param function: a setting of the experiment's files, with the names that the trial's row gives."""
-    return lambda w: STUDY.files(experiment, w.condition)[key]
+    return lambda w: STUDY.of_trial(experiment, w.condition)["files"][key]
 
 
 def protocol(experiment):

@@ -66,7 +66,7 @@ rule specify_dummy:
         geometry=DUMMY["geometry"],
         analysis=DUMMY_ANALYSIS,
         foot=without(DUMMY["foot"], "pathways"),
-        belt=DUMMY["belt"],
+        belt=STUDY.belt_of("dummy", SPECIFIED),
         options=without(DUMMY["specification"], "condition"),
         as_printed=DUMMY["pathways"][DUMMY["as_printed"]],
         recommended=DUMMY["pathways"][DUMMY["recommended"]],
@@ -98,7 +98,7 @@ rule plot_dummy:
 rule fit_foot:
     input:
         trial="<results>/trials/dummy/{condition}.h5",
-        models=expand("<results>/treadmill_models/plate_{load}.json", load=("Fy", "Mx")),
+        models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
         library=library_of("fit_foot"),
     output:
         fit="<results>/fits/foot/{condition}.h5",
@@ -112,7 +112,7 @@ rule fit_foot:
         analysis=DUMMY_ANALYSIS,
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         foot=DUMMY["foot"],
-        belt=DUMMY["belt"],
+        belt=lambda w: STUDY.belt_of("dummy", w.condition),
         seed=SEED,
     script:
         "../scripts/fit_foot.py"

@@ -6,7 +6,7 @@ STANDING = SETTINGS["standing"]
 rule fit_standing:
     input:
         trial="<results>/trials/standing/{condition}.h5",
-        models=outputs.plate_models(STUDY),
+        models=lambda w: outputs.plate_models(STUDY, "standing", w.condition),
         library=library_of("fit_standing"),
     output:
         responses="<results>/epochs/standing/{condition}.h5",
@@ -17,8 +17,8 @@ rule fit_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=STANDING["person"],
-        belt=STANDING["belt"],
+        person=lambda w: STUDY.person(sheet("participant", "standing")(w)),
+        belt=lambda w: STUDY.belt_of("standing", w.condition),
         ankle_action={m: choice["ankle_action"] for m, choice in STANDING["muscles"].items()},
         max_gap_s=STANDING["ingest"]["max_gap_s"],
         emg=STANDING["emg"],
@@ -46,7 +46,7 @@ rule fit_standing_task:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=STANDING["person"],
+        person=lambda w: STUDY.person(STUDY.pools()[w.task].participant),
         muscles={m: without(choice, "channel") for m, choice in STANDING["muscles"].items()},
         tried_windows_s=STANDING["analysis"]["tried_windows_s"],
         bootstrap_draws=STANDING["analysis"]["bootstrap_draws"],
@@ -78,8 +78,8 @@ rule plot_standing_trials:
 rule plot_standing:
     input:
         example=f"<results>/epochs/standing/{STUDY.shown('standing', STANDING['example_condition'])}.h5",
-        trials=STUDY.of_trials("<results>/fits/standing/{condition}.h5", "standing"),
-        tasks=outputs.task_fits(STUDY),
+        trials=[f"<results>/fits/standing/{c}.h5" for c in STUDY.shown_people()],
+        tasks=[f"<results>/fits/standing_tasks/{task}.h5" for task in STUDY.shown_pools()],
         library=library_of("plot_standing"),
     output:
         **figure_files("standing"),
@@ -88,9 +88,9 @@ rule plot_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=STUDY.conditions("standing"),
-        tasks=STUDY.tasks(),
-        task_of=STUDY.task_of(),
+        conditions=STUDY.shown_people(),
+        tasks=list(STUDY.shown_pools()),
+        task_of=STUDY.shown_people(),
         detector=STANDING["latency"]["detector"],
         recommended=STANDING["recommended"],
         active=STUDY.active_estimators(),

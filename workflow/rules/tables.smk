@@ -16,6 +16,8 @@ rule collect_estimates:
         "<logs>/collect_estimates.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        labels=groups.labels(STUDY),
     script:
         "../scripts/collect_estimates.py"
 
@@ -35,6 +37,8 @@ rule collect_treadmill_models:
         "<logs>/collect_treadmill_models.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        belts=outputs.belts_of_scores(STUDY),
     script:
         "../scripts/collect_treadmill_models.py"
 

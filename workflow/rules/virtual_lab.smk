@@ -95,7 +95,7 @@ rule make_standing_trial:
         "../envs/tepsipe.yaml"
     params:
         truth=lambda w: truth_of(
-            "seed", "treadmill", *PERSON, f"standing.tasks.{STUDY.task_of()[w.condition]}"
+            "seed", "treadmill", *PERSON, f"standing.tasks.{sheet('task', 'standing')(w)}"
         ),
         task=sheet("task", "standing"),
         protocol=protocol("standing"),

@@ -18,7 +18,7 @@ rule fit_weight:
         "../envs/tepsipe.yaml"
     params:
         weight=lambda w: WEIGHT["weight"] if w.experiment == "weight" else None,
-        belt=WEIGHT["belt"],
+        belt=lambda w: STUDY.belt_of(w.experiment, w.condition),
         analysis=WEIGHT["analysis"],
         seed=SEED,
     script:
@@ -27,21 +27,25 @@ rule fit_weight:
 
 rule calibrate_plate:
     input:
-        trials=[f"<results>/trials/{e}/{c}.h5" for e, c, _ in STUDY.plate_trials()],
+        trials=lambda w: [
+            f"<results>/trials/{e}/{c}.h5" for e, c, _ in STUDY.plate_trials(STUDY.plates()[w.plate])
+        ],
         library=library_of("calibrate_plate"),
     output:
-        Fy="<results>/treadmill_models/plate_Fy.json",
-        Mx="<results>/treadmill_models/plate_Mx.json",
-        fit="<results>/fits/plate.h5",
-        scores="<results>/treadmill_models/plate.csv",
+        Fy="<results>/treadmill_models/{plate}_Fy.json",
+        Mx="<results>/treadmill_models/{plate}_Mx.json",
+        fit="<results>/fits/{plate}.h5",
+        scores="<results>/treadmill_models/{plate}.csv",
     log:
-        "<logs>/calibrate_plate.log",
+        "<logs>/calibrate_{plate}.log",
+    wildcard_constraints:
+        plate=any_of(STUDY.plates()),
     conda:
         "../envs/tepsipe.yaml"
     params:
-        trials=STUDY.plate_trials(),
+        trials=lambda w: STUDY.plate_trials(STUDY.plates()[w.plate]),
         weight=WEIGHT["weight"],
-        belt=WEIGHT["belt"],
+        belt=lambda w: STUDY.plates()[w.plate],
         analysis=without(WEIGHT["analysis"], "bootstrap_draws"),
         models=WEIGHT["models"],
     script:
@@ -52,8 +56,8 @@ rule plot_weight:
     input:
         weight=STUDY.of_trials("<results>/fits/weight/{condition}.h5", "weight"),
         empty=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
-        plate="<results>/fits/plate.h5",
-        scores="<results>/treadmill_models/plate.csv",
+        plate=f"<results>/fits/{STUDY.shown_plate()}.h5",
+        scores=f"<results>/treadmill_models/{STUDY.shown_plate()}.csv",
         library=library_of("plot_weight"),
     output:
         **figure_files("weight"),

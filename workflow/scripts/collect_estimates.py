@@ -6,7 +6,9 @@ job.start(snakemake)
 
 from tepsipe.io.estimates import read_estimates, write_estimates
 
-write_estimates(
-    snakemake.output.table,
-    [row for path in snakemake.input.estimates for row in read_estimates(path)],
-)
+rows = [row for path in snakemake.input.estimates for row in read_estimates(path)]
+labels = {
+    column: [cells[row.experiment][row.condition] for row in rows]
+    for column, cells in snakemake.params.labels.items()
+}
+write_estimates(snakemake.output.table, rows, labels)

@@ -6,4 +6,6 @@ job.start(snakemake)
 
 from tepsipe.treadmill.calibration import read_scores, write_scores
 
-write_scores(snakemake.output.table, [row for path in snakemake.input.scores for row in read_scores(path)])
+tables = [read_scores(path) for path in snakemake.input.scores]
+belts = [belt for belt, rows in zip(snakemake.params.belts, tables, strict=False) for _ in rows]
+write_scores(snakemake.output.table, [row for rows in tables for row in rows], belts)

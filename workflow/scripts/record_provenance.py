@@ -28,6 +28,7 @@ files = {
         ("trial sheet", snakemake.input.trial_sheet),
         ("virtual laboratory", snakemake.input.virtual_lab),
         ("reported values", snakemake.input.reported),
+        ("participants", snakemake.input.participants),
         ("requirements", snakemake.input.requirements),
     )
     if path

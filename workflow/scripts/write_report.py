@@ -17,6 +17,7 @@ from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.numbers import (
     dummy,
+    participants,
     position_manipulator,
     simulations,
     standing,
@@ -100,7 +101,18 @@ if "weight" in experiments and "dummy" in experiments:
 if "standing" in experiments:
     task_fits = dict(zip(snakemake.params.tasks, map(read_result, snakemake.input.tasks), strict=True))
     data["standing"] = standing.standing_data(
-        fits["standing"], task_fits, estimates, choices["standing"], recovery
+        fits["standing"],
+        task_fits,
+        estimates,
+        choices["standing"],
+        recovery,
+        snakemake.params.people,
+    )
+if snakemake.input.participants:
+    text = {"participant": str, "condition": str}
+    people, group = (pd.read_csv(path, dtype=text) for path in snakemake.input.participants)
+    data["participants"] = participants.participants_data(
+        people, group, snakemake.params.shown_of_participants
     )
 if "belt" in experiments:
     calibration, scores = snakemake.input.belt

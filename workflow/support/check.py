@@ -59,7 +59,8 @@ def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) ->
         missing = next(key for key in error.validator_value if key not in error.instance)
         key = f"{where}.{missing}" if where else missing
         hint = _old_name(error.path, content)
-        return f"expected the key {key!r}, found none: {hint or 'add it (config/README.md describes it)'}"
+        hint = hint or "add it (config/README.md describes it)"
+        return f"expected the key {quoted(key, 120)}, found none: {hint}"
     found = f"found {quoted(error.instance)}"
     if error.validator == "enum":
         hint = renamed(VALUES, error.instance, error.validator_value) or "correct it"
@@ -74,7 +75,8 @@ def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) ->
         "minProperties": lambda: f"at least {error.validator_value} entry",
         "minItems": lambda: f"at least {error.validator_value} items",
         "maxItems": lambda: f"at most {error.validator_value} items",
-    }.get(error.validator, lambda: error.message)()
+        "pattern": lambda: f"a value of the pattern {error.validator_value}",
+    }.get(error.validator, lambda: error.message[:200])()
     return f"expected {expected} for {quoted(where, 120)}, {found}: correct it"
 
 
@@ -128,8 +130,8 @@ def _refuse_unknown(name: str, key: str, found: str | None, section: str, known)
     close = difflib.get_close_matches(str(found), known, n=1)
     hint = f"did you mean {close[0]!r}?" if close else "correct one of the two"
     raise InputError(
-        f"{name}: expected {key} to name one of {section} ({', '.join(map(str, known))}), found {found!r}: "
-        f"{renamed(VALUES, found, known) or hint}"
+        f"{name}: expected {key} to name one of {section} ({', '.join(map(str, known))}), found "
+        f"{quoted(found)}: {renamed(VALUES, found, known) or hint}"
     )
 
 
@@ -143,14 +145,14 @@ def check_config(config: dict, name: str) -> None:
     twice = sorted({label for label in labels if labels.count(label) > 1})
     if twice:
         raise InputError(
-            f"{name}: expected dummy.geometry.leg_markers to place every marker once, found {twice[0]!r} "
-            "twice: correct one of the two"
+            f"{name}: expected dummy.geometry.leg_markers to place every marker once, found "
+            f"{quoted(twice[0])} twice: correct one of the two"
         )
     unknown = sorted(set(labels) - set(dummy["files"]["marker_labels"]))
     if unknown:
         raise InputError(
             f"{name}: expected dummy.geometry.leg_markers to name markers of "
-            f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
+            f"dummy.files.marker_labels, found {quoted(unknown[0])}: correct one of the two"
         )
     _check_plausible(config["plausible"], name)
     _check_filters(config, name)
@@ -243,20 +245,20 @@ def _check_estimators(dummy: dict, name: str) -> None:
         if choice["torque"] != "leg":
             raise InputError(
                 f"{name}: expected the torque leg in dummy.pathways.{pathway}, because the estimator "
-                f"{choice['estimator']} uses a torque for its VAF only, found {choice['torque']!r}: "
+                f"{choice['estimator']} uses a torque for its VAF only, found {quoted(choice['torque'])}: "
                 "correct one of the two"
             )
         for key in ("as_printed", "recommended"):
             if dummy[key] == pathway:
                 raise InputError(
                     f"{name}: expected dummy.{key} to name a pathway with windowed least squares, because "
-                    f"tables and figures show every perturbation, found {pathway!r}: name another"
+                    f"tables and figures show every perturbation, found {quoted(pathway)}: name another"
                 )
         unknown = sorted(set(dummy["foot"]["belt_fixed_labels"]) - set(dummy["files"]["marker_labels"]))
         if unknown:
             raise InputError(
                 f"{name}: expected dummy.foot.belt_fixed_labels to name markers of "
-                f"dummy.files.marker_labels, found {unknown[0]!r}: correct one of the two"
+                f"dummy.files.marker_labels, found {quoted(unknown[0])}: correct one of the two"
             )
 
 
@@ -306,7 +308,7 @@ def _check_treadmill(config: dict, name: str) -> None:
             if model in config[section]["models"]["family"]:
                 raise InputError(
                     f"{name}: expected models in {section}.models.family that suit this experiment, found "
-                    f"{model!r}, which {why}: take it out"
+                    f"{quoted(model)}, which {why}: take it out"
                 )
     analysis = table["analysis"]
     if analysis["zero_lag"] and analysis["lowpass_order"] % 2:
@@ -326,13 +328,17 @@ def _check_standing(standing: dict, family: list[str], name: str) -> None:
     ):
         _refuse_unknown(name, f"standing.{key}", wanted, f"standing.{section}", standing[section])
     _check_models_of_pathways("standing", standing["pathways"], family, name)
-    for segment in ("foot", "shank", "thigh"):
-        for marker in standing["person"][f"{segment}_markers"]:
-            if marker["label"] not in standing["files"]["marker_labels"]:
-                raise InputError(
-                    f"{name}: expected standing.person.{segment}_markers to name markers of "
-                    f"standing.files.marker_labels, found {marker['label']!r}: correct one of the two"
-                )
+    people = {"person": standing["person"]}
+    people |= {f"participants.{participant}": own for participant, own in standing["participants"].items()}
+    for key, person in people.items():
+        for segment in ("foot_markers", "shank_markers", "thigh_markers"):
+            for marker in person.get(segment, ()):
+                if marker["label"] not in standing["files"]["marker_labels"]:
+                    raise InputError(
+                        f"{name}: expected standing.{key}.{segment} to name markers of "
+                        f"standing.files.marker_labels, found {quoted(marker['label'])}: correct one of the "
+                        "two"
+                    )
     analysis = standing["analysis"]
     for estimator, choice in standing["estimators"].items():
         if choice["window_s"] > analysis["after_s"]:

@@ -21,9 +21,11 @@ class Experiment:
     pulsed, at_random : whether perturbations are separate pulses, and whether their intervals may be a range.
     models : models of the treadmill that its trials calibrate or validate, or None.
     tasks : tasks of the simulated person, a recorded one may have any; empty if trials have no task.
-    names : column of the sheet -> setting below ``files`` that it overrides for its trial
-        Names of a table's columns, units and signs.
+    names : column of the sheet -> setting of the experiment that it overrides for its trial
+        Names of a table's columns or of a file's channels, units and signs.
     named : those without such a setting, which every row must fill in.
+    of_people : whether trials may name a participant.
+    on_plate : whether trials are on a belt of the plate treadmill, left or right.
     fitted : whether each trial has its own fit and estimates.
     cross_validated : whether the parameters of each trial predict all trials.
     thesis_tables : table of the thesis -> common beginning of the names of its conditions.
@@ -42,6 +44,8 @@ class Experiment:
     tasks: tuple[str, ...] = ()
     names: dict[str, str] = field(default_factory=dict)
     named: tuple[str, ...] = ()
+    of_people: bool = False
+    on_plate: bool = False
     fitted: bool = True
     cross_validated: bool = False
     thesis_tables: dict[str, str] = field(default_factory=dict)
@@ -62,21 +66,27 @@ class Part:
 PULSES = ("sine", "minjerk")
 TREADMILL_FILES = {"log": "log.mat", "calibration": "calibration.csv"}
 TABLE_OF_A_BELT = {
-    "time_column": "columns.time",
-    "load_column": "columns.load",
-    "velocity_column": "columns.velocity",
+    "time_column": "files.columns.time",
+    "load_column": "files.columns.load",
+    "velocity_column": "files.columns.velocity",
+}
+# channels of a log that holds the whole trial
+CHANNELS = {
+    "velocity_column": "recording.belt_velocity.channel",
+    "command_column": "recording.belt_command.channel",
+    "trigger_column": "recording.trigger",
 }
 
 EXPERIMENTS = {
     "wristalyzer": Experiment(
         raw_files={"log": "log.txt", "command": "command.txt"},
         names={
-            "time_column": "log_columns.time",
-            "angle_column": "log_columns.angle",
-            "trigger_column": "log_columns.trigger_time",
-            "torque_column": "command_columns.torque",
-            "command_time_column": "command_columns.time",
-            "angle_unit": "angle_unit",
+            "time_column": "files.log_columns.time",
+            "angle_column": "files.log_columns.angle",
+            "trigger_column": "files.log_columns.trigger_time",
+            "torque_column": "files.command_columns.torque",
+            "command_time_column": "files.command_columns.time",
+            "angle_unit": "files.angle_unit",
         },
         profiles=("multisine",),
         pulsed=False,
@@ -106,6 +116,9 @@ EXPERIMENTS = {
     "dummy": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
         profiles=PULSES,
+        of_people=True,
+        on_plate=True,
+        names=CHANNELS,
         cross_validated=True,
         thesis_tables={"table_4_2": "sine-", "table_4_3": "minjerk-"},
         category="TEP-SIPE on the ankle dummy",
@@ -139,6 +152,8 @@ EXPERIMENTS = {
     "weight": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
         profiles=PULSES,
+        on_plate=True,
+        names=CHANNELS,
         models="plate",
         category="Belt-induced force",
         figures=(
@@ -151,12 +166,17 @@ EXPERIMENTS = {
         printed=("weight.mass_kg", "analysis.cutoffs_hz", "analysis.segment_s"),
         true=("weight.mass_kg",),
     ),
-    "empty": Experiment(raw_files=TREADMILL_FILES, profiles=PULSES, models="plate"),
+    "empty": Experiment(
+        raw_files=TREADMILL_FILES, profiles=PULSES, on_plate=True, names=CHANNELS, models="plate"
+    ),
     "standing": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d", "emg": "emg.edf"},
         optional_files=("emg",),
         profiles=("sine", "negative-sine"),
         at_random=True,
+        of_people=True,
+        on_plate=True,
+        names=CHANNELS,
         tasks=("relax", "stiff"),
         category="A person standing on the treadmill",
         figures=(
@@ -198,12 +218,13 @@ EXPERIMENTS = {
     ),
     "position_manipulator": Experiment(
         raw_files={"log": None},
+        of_people=True,
         names={
-            "time_column": "columns.time",
-            "angle_column": "columns.angle",
-            "torque_column": "columns.torque",
-            "angle_unit": "angle_unit",
-            "torque_sign": "torque_sign",
+            "time_column": "files.columns.time",
+            "angle_column": "files.columns.angle",
+            "torque_column": "files.columns.torque",
+            "angle_unit": "files.angle_unit",
+            "torque_sign": "files.torque_sign",
         },
         category="Position-controlled manipulator",
         figures=(
@@ -243,6 +264,8 @@ PARTS = {
             "figure_b_13",
         ),
     ),
+    # any experiment whose trials name participants
+    "participants": Part((), "Participants", ("figure_participants",)),
     "noise": Part(
         ("wristalyzer", "dummy"),
         "Sensitivity to noise",

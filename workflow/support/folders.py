@@ -20,6 +20,13 @@ SOURCES = (
 )
 # of Snakemake and YAML in names, and what no shell takes as it is
 SPECIAL = set('{}<>*?"|\n\r\t')
+# files that the section `study` names
+INPUTS = {
+    "trial_sheet": "the trial sheet",
+    "virtual_lab": "the virtual laboratory",
+    "reported": "the reported values",
+    "participants": "the participants",
+}
 
 
 def check_path(name: str, value: str | None, key: str) -> None:
@@ -47,7 +54,7 @@ def check_path(name: str, value: str | None, key: str) -> None:
 def check_paths(config: dict, name: str) -> None:
     """Check every path of the configuration as text."""
     for section in ("study", "pathvars"):
-        for key in ("trial_sheet", "recordings_folder", "virtual_lab", "reported", "results", "logs"):
+        for key in (*INPUTS, "recordings_folder", "results", "logs"):
             if key in config[section]:
                 check_path(name, config[section][key], f"{section}.{key}")
 
@@ -58,15 +65,7 @@ def check_folders(
     """Refuse folders of results and logs in which outputs would meet inputs, sources or each other."""
     study = config["study"]
     inputs = [("the configuration", path) for path in configfiles]
-    inputs += [
-        (what, study[key])
-        for what, key in (
-            ("the trial sheet", "trial_sheet"),
-            ("the virtual laboratory", "virtual_lab"),
-            ("the reported values", "reported"),
-        )
-        if study[key] is not None
-    ]
+    inputs += [(what, study[key]) for key, what in INPUTS.items() if study[key] is not None]
     inputs += [("the recording", path) for path in recordings]
     if Path(study["recordings_folder"]).resolve() != Path.cwd():
         inputs.append(("the recordings folder", study["recordings_folder"]))

@@ -54,8 +54,7 @@ def estimates_of(study: Study, experiment: str) -> list[str]:
 def estimates(study: Study) -> list[str]:
     """Rows of estimates of all trials and tasks, then of cross-validations."""
     files = [f"<results>/estimates/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].fitted]
-    if study.has("foot"):
-        files += study.of_trials("<results>/estimates/foot/{condition}.csv", "dummy")
+    files += study.of_foot("<results>/estimates/foot/{condition}.csv")
     files += [f"<results>/estimates/standing_tasks/{task}.csv" for task in study.tasks()]
     crossed = [e for e in study.experiments if EXPERIMENTS[e].cross_validated]
     return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
@@ -66,23 +65,33 @@ def task_fits(study: Study) -> list[str]:
     return [f"<results>/fits/standing_tasks/{task}.h5" for task in study.tasks()]
 
 
-def plate_models(study: Study) -> list[str]:
-    """Models of the belt-induced force and moment of the plate, if any: of Fy, then of Mx."""
+def plate_models(study: Study, experiment: str, condition: str) -> list[str]:
+    """Models of the belt-induced force and moment of a trial's belt, if any: of Fy, then of Mx."""
     loads = ("Fy", "Mx") if study.has("weight") else ()
-    return [f"<results>/treadmill_models/plate_{load}.json" for load in loads]
+    plate = study.plate_of(study.belt_of(experiment, condition))
+    return [f"<results>/treadmill_models/{plate}_{load}.json" for load in loads]
 
 
 def model_files(study: Study, experiment: str) -> list[str]:
     """Responses and scores of a calibration of treadmill models, for the report."""
     if not study.has(experiment):
         return []
-    name = EXPERIMENTS[experiment].models
+    name = study.shown_plate() if experiment == "weight" else EXPERIMENTS[experiment].models
     return [f"<results>/fits/{name}.h5", f"<results>/treadmill_models/{name}.csv"]
 
 
 def model_scores(study: Study) -> list[str]:
     """Scores of the force plate's models and of those of a recorded treadmill."""
-    return [path for e in ("weight", "belt") for path in model_files(study, e)[1:]]
+    plates = study.plates() if study.has("weight") else {}
+    return [f"<results>/treadmill_models/{name}.csv" for name in plates] + model_files(study, "belt")[1:]
+
+
+def belts_of_scores(study: Study) -> list[str]:
+    """Belt of each file of `model_scores`, empty for a recorded treadmill; none if no belts are named."""
+    if not study.by_belt:
+        return []
+    belts = list(study.plates().values()) if study.has("weight") else []
+    return belts + [""] * (len(model_scores(study)) - len(belts))
 
 
 def models(study: Study) -> list[str]:
@@ -93,6 +102,12 @@ def models(study: Study) -> list[str]:
 def thesis_tables(study: Study) -> list[str]:
     """The tables of the thesis, if the study has trials to compare."""
     return [f"<results>/tables/{name}.csv" for name in study.thesis_tables()]
+
+
+def participants(study: Study) -> list[str]:
+    """Tables of the participants and of the means over them, if the sheet names any."""
+    names = ("participants", "group") if study.by_participant else ()
+    return [f"<results>/tables/{name}.csv" for name in names]
 
 
 def forward(study: Study) -> list[str]:
@@ -121,8 +136,13 @@ def claims(study: Study) -> list[str]:
     return [] if study.config["study"]["reported"] is None else ["<results>/tables/claims.csv"]
 
 
+def pages(study: Study) -> list[str]:
+    """A page per trial for a web browser."""
+    return [f"<results>/report/trials/{e}/{c}.html" for e, c in study.trials]
+
+
 def everything(study: Study) -> list[str]:
-    """Inputs of the rule `all`, except the HTML report, which shows them."""
+    """Inputs of the rule `all` that the HTML report shows; its other inputs are pages for a browser."""
     return [
         f"<results>/report/{study.config['study']['name']}.pdf",
         "<results>/provenance.json",
@@ -132,6 +152,7 @@ def everything(study: Study) -> list[str]:
         *forward(study),
         *noise(study),
         *specification(study),
+        *participants(study),
         *recovery(study),
         *claims(study),
         *figures(study),

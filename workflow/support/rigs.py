@@ -13,7 +13,7 @@ def rig_of(settings: dict, experiment: str) -> dict:
     section, limits = settings[experiment], settings["plausible"]
     if experiment == "empty":
         half = 0.5 * settings["weight"]["weight"]["mass_kg"]
-        return {"belt": settings["weight"]["belt"], "carried_kg": (-half, half)}
+        return {"belt": section.get("belt", settings["weight"]["belt"]), "carried_kg": (-half, half)}
     rig: dict = {"belt": section["belt"]}
     if experiment == "dummy":
         geometry = section["geometry"]

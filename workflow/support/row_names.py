@@ -1,11 +1,12 @@
-"""Names that a row of the trial sheet gives in place of the configuration's: columns, unit, sign.
+"""Names that a row of the trial sheet gives in place of the configuration's: columns, channels, unit, sign.
 
 Which experiment takes which is in the table of the experiments (`EXPERIMENTS[...].names`).
 """
 
 from collections.abc import Iterable
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted
+from tepsipe.io.readers.whole_trial import holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS, TABLE_OF_A_BELT
 
 NAME_COLUMNS = tuple(
@@ -20,7 +21,7 @@ NOTHING = ("-", "")
 
 
 def names_of(cells: dict[str, str], here: str) -> dict[str, str | int]:
-    """Setting below ``files`` -> what the row says in its place; ``here`` begins every message."""
+    """Setting of the experiment -> what the row says in its place; ``here`` begins every message."""
     experiment, trial = cells["experiment"], f"{cells['experiment']}/{cells['condition']}"
     known = EXPERIMENTS[experiment]
     found: dict[str, str | int] = {}
@@ -38,18 +39,24 @@ def names_of(cells: dict[str, str], here: str) -> dict[str, str | int]:
         if column not in known.names:
             raise InputError(
                 f"{here}: expected '-' for {column}, because files of {experiment} take "
-                f"{', '.join(known.names) or 'no names from the sheet'}, found {cell!r}: correct it"
+                f"{', '.join(known.names) or 'no names from the sheet'}, found {quoted(cell)}: correct it"
             )
         if cells["source"] == "virtual_lab":
             raise InputError(
                 f"{here}: expected '-' for {column}, because the virtual laboratory names its columns "
-                f"itself, found {cell!r}: correct it"
+                f"itself, found {quoted(cell)}: correct it"
+            )
+        if known.on_plate and not holds_whole_trial(cells.get("log", "")):
+            raise InputError(
+                f"{here}: expected '-' for {column}, because a MATLAB log has variables of fixed names "
+                f"and only channels of a whole trial in one file may be named, found {quoted(cell)}: correct "
+                "it"
             )
         values = VALUES.get(column)
         if values is not None and cell not in values:
             raise InputError(
                 f"{here}: expected {column} to be {' or '.join(values)}, or '-' for that of the "
-                f"configuration, found {cell!r}: correct it"
+                f"configuration, found {quoted(cell)}: correct it"
             )
         found[known.names[column]] = cell if values is None else values[cell]
     _refuse_twice(experiment, found, here)
@@ -66,25 +73,28 @@ def named_by(experiment: str, names: Iterable[str], table: str) -> dict[str, str
     }
 
 
-def with_names(files: dict, names: dict[str, str | int]) -> dict:
-    """Settings ``files`` of an experiment with what a row says in place of some."""
-    merged = {key: dict(value) if isinstance(value, dict) else value for key, value in files.items()}
+def with_names(section: dict, names: dict[str, str | int]) -> dict:
+    """Settings of an experiment with what a row says in place of some; ``section`` stays as it is."""
+    merged = dict(section)
     for setting, value in names.items():
-        section, _, key = setting.rpartition(".")
-        (merged.setdefault(section, {}) if section else merged)[key] = value
+        *sections, key = setting.split(".")
+        target = merged
+        for name in sections:
+            target[name] = dict(target.get(name, {}))
+            target = target[name]
+        target[key] = value
     return merged
 
 
-def check_names(experiment: str, condition: str, files: dict, names: dict, path) -> None:
+def check_names(experiment: str, condition: str, section: dict, names: dict, path) -> None:
     """Refuse a row whose names, with those of the configuration, give one column two meanings."""
-    if names:
-        everything = {
-            f"{section}.{key}": name
-            for section, columns in with_names(files, names).items()
-            if isinstance(columns, dict)
-            for key, name in columns.items()
-        }
-        _refuse_twice(experiment, everything, f"{path}: {experiment}/{condition}")
+    merged = with_names(section, names)
+    for table in dict.fromkeys(setting.rpartition(".")[0] for setting in names):
+        if not table.endswith("columns"):
+            continue
+        _, key = table.split(".")
+        columns = {f"{table}.{what}": name for what, name in merged["files"][key].items()}
+        _refuse_twice(experiment, columns, f"{path}: {experiment}/{condition}")
 
 
 def _refuse_twice(experiment: str, names: dict, here: str) -> None:
@@ -92,9 +102,9 @@ def _refuse_twice(experiment: str, names: dict, here: str) -> None:
     seen: dict[tuple[str, str | int], str] = {}
     for setting, name in names.items():
         table = setting.rpartition(".")[0]
-        if table and (table, name) in seen:
+        if table.endswith("columns") and (table, name) in seen:
             raise InputError(
                 f"{here}: expected {column_of[seen[table, name]]} and {column_of[setting]} to name two "
-                f"columns, found {name!r} for both: correct one of the two"
+                f"columns, found {quoted(name)} for both: correct one of the two"
             )
         seen[table, name] = setting

@@ -11,6 +11,8 @@ from workflow.support.check import (
     check_recordings,
 )
 from workflow.support.folders import check_folders, check_path, check_paths
+from workflow.support.people import read_participants
+from workflow.support.placeholders import refuse_placeholders
 from workflow.support.study import Study
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
 from workflow.support.yaml_file import read_settings
@@ -38,6 +40,7 @@ def _override(config: dict, changes: dict) -> None:
 
 def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) -> Study:
     """Check the configuration, read the trial sheet, and check the folders that the study writes to."""
+    refuse_placeholders(config, name)
     check_against_schema(config, SCHEMAS / "config.schema.yaml", name)
     check_paths(config, name)
     check_config(config, name)
@@ -48,10 +51,12 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) ->
     for recording in recordings:
         check_path(study["trial_sheet"], recording, "a recording")
     check_folders(config, configfiles, recordings, ROOT, name)
-    found = Study(config, trials)
+    people = None if study["participants"] is None else read_participants(study["participants"])
+    found = Study(config, trials, people)
     found.check(study["trial_sheet"])
     check_one_treadmill(config, found.experiments, name)
-    check_recordings(found.settings, trials, name)
+    for trial, row in trials.items():
+        check_recordings(found.settings_of(*trial), {trial: row}, name)
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, name)
     return found

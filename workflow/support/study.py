@@ -1,11 +1,15 @@
 """Look-ups of the rules on the trials and settings of a study, independent of Snakemake."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
+from tepsipe.errors import InputError
 from workflow.support.experiments import EXPERIMENTS, PARTS
+from workflow.support.names import check_distinct, check_name
+from workflow.support.people import check_people, person_of
 from workflow.support.row_names import check_names, named_by, with_names
-from workflow.support.settings import pick, settings_of
-from workflow.support.trial_sheet import TrialRow
+from workflow.support.settings import pick, plate_treadmill, settings_of
+from workflow.support.trial_sheet import TrialRow, check_roles
 
 
 def any_of(names) -> str:
@@ -14,27 +18,84 @@ def any_of(names) -> str:
     return "|".join(name.replace(".", r"\.") for name in longest_first) or "(?!)"
 
 
+@dataclass(frozen=True)
+class Pool:
+    """Trials of a standing person that are also analysed together: those of one task.
+
+    Where the sheet names participants or belts, those of one participant and on one belt; otherwise
+    ``participant`` and ``belt`` are None, and the pool has the name of the task.
+    """
+
+    name: str
+    participant: str | None
+    belt: str | None
+    task: str
+    conditions: tuple[str, ...]
+
+
 class Study:
     """A checked configuration and its trials.
 
     ``settings`` are the complete settings of every experiment; ``trials`` maps (experiment, condition) to
-    rows of the trial sheet, in its order; ``experiments`` are those with trials.
+    rows of the trial sheet, in its order; ``experiments`` are those with trials. ``people`` is the table of
+    the participants, None where there is none.
     """
 
-    def __init__(self, config: dict, trials: dict[tuple, TrialRow]) -> None:
-        self.config, self.trials = config, trials
+    def __init__(self, config: dict, trials: dict[tuple, TrialRow], people: dict | None = None) -> None:
+        self.config, self.trials, self.people = config, trials, people
         self.settings = settings_of(config)
         self.experiments = list(dict.fromkeys(experiment for experiment, _ in trials))
 
     def check(self, path: str) -> None:
         """Refuse rows of the trial sheet, whose path messages name, that do not fit the configuration."""
         for (experiment, condition), row in self.trials.items():
-            check_names(experiment, condition, self.settings[experiment].get("files", {}), row.names, path)
+            check_names(experiment, condition, self.settings[experiment], row.names, path)
+        rows: dict[str, list[TrialRow]] = {}
+        for row in self.trials.values():
+            rows.setdefault(row.experiment, []).append(row)
+        check_people(rows, self.config["standing"], self.people, path, self.config["study"]["participants"])
+        self._check_pools(path)
+        if self.by_belt:
+            self._check_belts(path)
+
+    def _check_pools(self, path: str) -> None:
+        """Trials of two people, belts or tasks are never analysed together because of equal names."""
+        seen: dict[str, Pool] = {}
+        for pool in self._pools():
+            if pool.name in seen or ("standing", pool.name) in self.trials:
+                what = "a condition" if pool.name not in seen else f"the task {seen[pool.name].task}"
+                raise InputError(
+                    f"{path}: expected a participant, a belt and a task whose joint name is no other one's, "
+                    f"found {pool.name!r} for the task {pool.task} and for {what}: rename one of the two"
+                )
+            seen[pool.name] = pool
+            check_name(pool.name, "name of participant, belt and task together", path)
+        check_distinct(seen, "name of participant, belt and task together", path)
+
+    def _check_belts(self, path: str) -> None:
+        """Trials that need models of the treadmill must be on a belt that has been calibrated."""
+        if not self.has("weight"):
+            return
+        plate = [row for (e, _), row in self.trials.items() if EXPERIMENTS[e].models == "plate"]
+        for belt in self.belts():
+            check_roles(
+                [row for row in plate if self.belt_of(row.experiment, row.condition) == belt], path, belt
+            )
+        for (experiment, condition), row in self.trials.items():
+            belt = self.belt_of(experiment, condition)
+            if row.experiment in ("dummy", "standing") and belt not in self.belts():
+                raise InputError(
+                    f"{path}: expected trials of weight and empty on the {belt} belt, because models of the "
+                    f"treadmill are those of one belt and {experiment}/{condition} is on it, found none: add "
+                    "their rows, or correct its belt"
+                )
 
     # ---- experiments and files -------------------------------------------------------------------
 
     def has(self, name: str) -> bool:
         """Whether an experiment, or all experiments that a part needs, are in the study."""
+        if name == "participants":
+            return self.by_participant
         needs = PARTS[name].needs if name in PARTS else (name,)
         return set(needs) <= set(self.experiments)
 
@@ -59,6 +120,10 @@ class Study:
         """The pattern filled in for every condition of an experiment."""
         return [pattern.format(condition=condition) for condition in self.conditions(experiment)]
 
+    def of_foot(self, pattern: str) -> list[str]:
+        """The pattern filled in for every trial of the dummy with a torque from the foot."""
+        return self.of_trials(pattern, "dummy") if self.has("foot") else []
+
     def raw_files(self, experiment: str, condition: str, results: str) -> dict[str, str]:
         """Kind -> path of a trial's raw files: recorded, or simulated below the folder of the results."""
         row = self.trials[experiment, condition]
@@ -71,7 +136,7 @@ class Study:
         """Plates and channels of a trial that is one file; None for trials of several files."""
         alone = self.trials[experiment, condition].source == "recorded"
         alone = alone and "calibration" not in self.trials[experiment, condition].files
-        return self.settings[experiment]["recording"] if alone else None
+        return self.of_trial(experiment, condition)["recording"] if alone else None
 
     def raw_inputs(self, experiment: str, condition: str, results: str) -> list[str]:
         """As `raw_paths`, without missing recorded files: these stop their own job, not the whole study."""
@@ -79,13 +144,23 @@ class Study:
         paths = self.raw_files(experiment, condition, results).values()
         return [path for path in paths if made or Path(path).is_file()]
 
-    def files(self, experiment: str, condition: str) -> dict:
-        """Settings ``files`` of an experiment, with the names that the trial's row gives in their place."""
-        return with_names(self.settings[experiment]["files"], self.trials[experiment, condition].names)
+    def of_trial(self, experiment: str, condition: str) -> dict:
+        """Settings of an experiment for one trial: names and belt of its row, person of its participant."""
+        row = self.trials[experiment, condition]
+        section = with_names(self.settings[experiment], row.names)
+        if EXPERIMENTS[experiment].on_plate:
+            section["belt"] = self.belt_of(experiment, condition)
+        if experiment == "standing":
+            section["person"] = self.person(row.participant)
+        return section
+
+    def settings_of(self, experiment: str, condition: str) -> dict:
+        """All settings, with those of one trial for its experiment."""
+        return self.settings | {experiment: self.of_trial(experiment, condition)}
 
     def named_by(self, experiment: str, condition: str, table: str) -> dict[str, str]:
         """Key of a table's columns -> column of the trial sheet that names it, for messages."""
-        return named_by(experiment, self.trials[experiment, condition].names, table)
+        return named_by(experiment, self.trials[experiment, condition].names, f"files.{table}")
 
     # ---- properties of trials, from the trial sheet ---------------------------------------------------
 
@@ -108,35 +183,128 @@ class Study:
         """Condition -> calibrate or validate."""
         return {c: self.trials[experiment, c].role for c in self.conditions(experiment)}
 
-    def plate_trials(self) -> list[list[str]]:
-        """[experiment, condition, role] of all trials for models of the force plate."""
-        return [[e, c, role] for e in ("empty", "weight") for c, role in self.roles(e).items()]
+    def plate_trials(self, belt: str | None = None) -> list[list[str]]:
+        """[experiment, condition, role] of the trials for models of the force plate, or of one belt of it."""
+        return [
+            [e, c, role]
+            for e in ("empty", "weight")
+            for c, role in self.roles(e).items()
+            if belt is None or self.belt_of(e, c) == belt
+        ]
 
-    def task_of(self) -> dict[str, str]:
-        """Condition -> task of the standing person."""
-        return {c: self.trials["standing", c].task for c in self.conditions("standing")}
+    # ---- participants, belts and tasks ---------------------------------------------------------------
+
+    @property
+    def by_participant(self) -> bool:
+        """Whether the sheet names participants."""
+        return any(row.participant for row in self.trials.values())
+
+    @property
+    def by_belt(self) -> bool:
+        """Whether the sheet names the belts of its trials."""
+        return any(row.belt for row in self.trials.values())
+
+    def belt_of(self, experiment: str, condition: str) -> str | None:
+        """Belt of a trial, by its row or by the configuration; None if it is not on the plate treadmill."""
+        if not EXPERIMENTS[experiment].on_plate:
+            return None
+        row = self.trials.get((experiment, condition))
+        return (row and row.belt) or plate_treadmill(self.config, experiment)["belt"]
+
+    def named(self, experiment: str, condition: str) -> dict[str, str]:
+        """Participant and belt of a trial, where its row names them: they stand in the trial's file."""
+        row = self.trials[experiment, condition]
+        return {key: getattr(row, key) for key in ("participant", "belt") if getattr(row, key)}
+
+    def belts_of(self, experiment: str) -> dict[str, str]:
+        """Condition -> belt."""
+        return {condition: self.belt_of(experiment, condition) for condition in self.conditions(experiment)}
+
+    def belts(self) -> list[str]:
+        """Belts with models of the force plate, in the order left, right."""
+        return sorted({self.belt_of(e, c) for e in ("empty", "weight") for c in self.conditions(e)})
+
+    def plates(self) -> dict[str, str]:
+        """Name of a calibration of the force plate in its files -> its belt."""
+        return {self.plate_of(belt): belt for belt in self.belts()}
+
+    def plate_of(self, belt: str) -> str:
+        """Name of a belt's calibration: plate, or plate_left and plate_right if the sheet names belts."""
+        return f"plate_{belt}" if self.by_belt else "plate"
+
+    def shown_plate(self) -> str:
+        """Calibration that figures and report show: that of the belt of the example trial with the weight."""
+        example = self.shown("weight", self.settings["weight"]["example_condition"], role="validate")
+        return self.plate_of(self.belt_of("weight", example))
+
+    def participants(self, experiment: str) -> list[str]:
+        """Participants of an experiment, in the order of their names."""
+        found = {self.trials[experiment, c].participant for c in self.conditions(experiment)}
+        return sorted(found - {None})
+
+    def _pools(self) -> list[Pool]:
+        groups: dict[tuple, list[str]] = {}
+        for condition in self.conditions("standing"):
+            row = self.trials["standing", condition]
+            belt = self.belt_of("standing", condition) if self.by_belt else None
+            groups.setdefault((row.participant, belt, row.task), []).append(condition)
+        named = [
+            Pool("-".join(filter(None, key)), *key, tuple(conditions)) for key, conditions in groups.items()
+        ]
+        if not (self.by_belt or self.participants("standing")):
+            return named
+        # another order of the rows must not change a result
+        named = [Pool(p.name, p.participant, p.belt, p.task, tuple(sorted(p.conditions))) for p in named]
+        return sorted(named, key=lambda pool: (pool.participant or "", pool.task, pool.belt or ""))
+
+    def pools(self) -> dict[str, Pool]:
+        """Name -> trials that are also analysed together."""
+        return {pool.name: pool for pool in self._pools()}
 
     def tasks(self) -> list[str]:
-        """Tasks of the person, in the order of the trial sheet."""
-        return list(dict.fromkeys(self.task_of().values()))
+        """Names of the pools: tasks of the person, in the order of the trial sheet."""
+        return list(self.pools())
+
+    def task_of(self) -> dict[str, str]:
+        """Condition -> name of its pool, in the order of the trial sheet."""
+        found = {c: pool.name for pool in self._pools() for c in pool.conditions}
+        return {c: found[c] for c in self.conditions("standing")}
 
     def of_task(self, pattern: str, task: str) -> list[str]:
-        """The pattern filled in for every condition of a task."""
-        return [pattern.format(condition=c) for c, told in self.task_of().items() if told == task]
+        """The pattern filled in for every condition of a pool."""
+        return [pattern.format(condition=c) for c in self.pools()[task].conditions]
+
+    def person(self, participant: str | None) -> dict:
+        """Settings of a person: those of the configuration, with what is known of a participant."""
+        return person_of(self.settings["standing"], participant, self.people or {})
+
+    def shown_pools(self) -> dict[str, Pool]:
+        """Pools of the figures: those of the participant, and on the belt, of the example trial."""
+        pools = self.pools()
+        if not pools:
+            return {}
+        example = self.shown("standing", self.settings["standing"]["example_condition"])
+        own = pools[self.task_of()[example]]
+        return {n: p for n, p in pools.items() if (p.participant, p.belt) == (own.participant, own.belt)}
+
+    def shown_people(self) -> dict[str, str]:
+        """Condition -> pool of the trials of the figures, in the order of the sheet."""
+        shown = self.shown_pools()
+        return {condition: pool for condition, pool in self.task_of().items() if pool in shown}
 
     def task_groups(self) -> dict[str, list[str]]:
-        """Conditions by task and profile, for example relax, negative-sine; in the order of the sheet."""
+        """Conditions of the figures by task and profile, for example relax, negative-sine."""
         groups: dict[str, list[str]] = {}
-        for condition, task in self.task_of().items():
+        for condition, pool in self.shown_people().items():
             profile = self.trials["standing", condition].profile
-            groups.setdefault(task if profile == "-" else f"{task}, {profile}", []).append(condition)
+            groups.setdefault(pool if profile == "-" else f"{pool}, {profile}", []).append(condition)
         return groups
 
     def made_tasks(self) -> dict[str, str]:
-        """Condition -> task of simulated trials, and of tasks whose trials are all simulated."""
-        told, made = self.task_of(), set(self.made("standing"))
-        whole = [task for task in self.tasks() if made >= {c for c in told if told[c] == task}]
-        return {c: task for c, task in told.items() if c in made} | {task: task for task in whole}
+        """Condition -> task of simulated trials, and of pools whose trials are all simulated."""
+        made = set(self.made("standing"))
+        whole = {pool.name: pool.task for pool in self._pools() if made >= set(pool.conditions)}
+        return {c: self.trials["standing", c].task for c in self.conditions("standing") if c in made} | whole
 
     def noise_conditions(self) -> list[str]:
         """One trial of the dummy for every profile and amplitude: the belt motions of the noise study."""

@@ -6,12 +6,14 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tepsipe.errors import InputError, quoted
+from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.file_kind import ending_of
 from tepsipe.io.readers.text_file import read_text
 from tepsipe.io.readers.whole_trial import TEXT_ENDINGS, holds_whole_trial
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.names import check_distinct, check_name
+from workflow.support.people import belt_of, participant_of
+from workflow.support.placeholders import refuse_placeholder_cells
 from workflow.support.renames import KEYS, renamed
 from workflow.support.row_names import NAME_COLUMNS, names_of
 
@@ -29,7 +31,7 @@ COLUMNS = (
     "markers",
 )
 # which a sheet needs only if one of its experiments does
-OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS)
+OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS, "participant", "belt")
 ROLES = ("calibrate", "validate")
 EMPTY = "-"
 
@@ -40,8 +42,9 @@ class TrialRow:
 
     ``interval_s`` is the shortest, ``longest_interval_s`` the longest time between perturbations. ``files``
     maps kinds of raw file to paths, and is empty for simulated trials. ``role`` and ``task`` (instruction of
-    the person) are None where trials have none. ``names`` maps settings below ``files`` of the experiment to
-    what the row says in their place, for example ``columns.time`` to the name of a column.
+    the person) are None where trials have none. ``names`` maps settings of the experiment to what the
+    row says in their place, for example ``files.columns.time`` to the name of a column. ``participant``
+    is None where the row names none, ``belt`` (left or right) where it is that of the configuration.
     """
 
     experiment: str
@@ -56,6 +59,8 @@ class TrialRow:
     role: str | None
     task: str | None
     names: dict[str, str | int] = field(default_factory=dict)
+    participant: str | None = None
+    belt: str | None = None
 
 
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
@@ -68,25 +73,27 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
             hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-            raise InputError(f"{path}: unknown column {name!r}: {hint}")
+            raise InputError(f"{path}: unknown column {quoted(name)}: {hint}")
         if header.count(name) > 1:
-            raise InputError(f"{path}: expected the column {name!r} once, found it twice: remove one")
+            raise InputError(f"{path}: expected the column {quoted(name)} once, found it twice: remove one")
     for name in COLUMNS:
         if name not in header:
             raise InputError(
-                f"{path}: expected the tab-separated column {name!r}, found {', '.join(header)}: add "
+                f"{path}: expected the tab-separated column {quoted(name)}, found {listed(header)}: add "
                 "it to the header and fill it with - where it does not apply"
             )
     trials: dict[tuple, TrialRow] = {}
     for number, cells in enumerate(rows[1:], start=2):
-        if not any(cell.strip() for cell in cells):
-            continue
+        if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
+            continue  # an empty line, or a comment
         if len(cells) != len(header):
             raise InputError(
                 f"{path}: expected {len(header)} cells, found {len(cells)} on line {number}: separate "
                 "them by one tab each"
             )
-        row = _row(dict(zip(header, map(str.strip, cells), strict=True)), number, path)
+        named = dict(zip(header, map(str.strip, cells), strict=True))
+        refuse_placeholder_cells(named, f"{path}: line {number}")
+        row = _row(named, number, path)
         key = (row.experiment, row.condition)
         if key in trials:
             raise InputError(
@@ -105,13 +112,13 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
         check_distinct((c for e, c in trials if e == experiment), f"condition of {experiment}", str(path))
     check_distinct([row.task for row in trials.values() if row.task is not None], "task", str(path))
     for row in trials.values():
-        if row.task is not None and (row.experiment, row.task) in trials:
+        if row.task is not None and row.participant is None and (row.experiment, row.task) in trials:
             raise InputError(
                 f"{path}: expected tasks and conditions of {row.experiment} to have different names, because "
-                f"both head rows of estimates, found {row.task!r} for both: rename the condition"
+                f"both head rows of estimates, found {quoted(row.task)} for both: rename the condition"
             )
     for models in dict.fromkeys(filter(None, (e.models for e in EXPERIMENTS.values()))):
-        _check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
+        check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
     return trials
 
 
@@ -132,20 +139,21 @@ def check_sources(trials: dict[tuple, TrialRow], path: str | Path, virtual_lab: 
             )
 
 
-def _check_roles(rows: list[TrialRow], path) -> None:
-    """Models need trials that calibrate them and others that validate them."""
-    for experiment in dict.fromkeys(row.experiment for row in rows):
+def check_roles(rows: list[TrialRow], path, belt: str | None = None) -> None:
+    """Models need trials that calibrate them and others that validate them, on the belt if one is named."""
+    on = f" on the {belt} belt" if belt else ""
+    for experiment in dict.fromkeys(row.experiment for row in rows) if belt is None else ("weight", "empty"):
         if not any(row.role == "calibrate" for row in rows if row.experiment == experiment):
             raise InputError(
-                f"{path}: expected a trial of {experiment} with the role calibrate, found none: without it "
-                "no model can be fitted, set the role of one of its rows"
+                f"{path}: expected a trial of {experiment}{on} with the role calibrate, found none: without "
+                "it no model can be fitted, set the role of one of its rows"
             )
     evaluated = [row for row in rows if row.experiment != "empty"]
     if evaluated and not any(row.role == "validate" for row in evaluated):
         names = " or ".join(dict.fromkeys(row.experiment for row in evaluated))
         raise InputError(
-            f"{path}: expected a trial of {names} with the role validate, found none: without it no model "
-            "can be tested, set the role of one of its rows or record another trial"
+            f"{path}: expected a trial of {names}{on} with the role validate, found none: without it no "
+            "model can be tested, set the role of one of its rows or record another trial"
         )
     for row in rows:
         for other in rows:
@@ -181,10 +189,10 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
             if kind not in files and kind not in known.optional_files and not (whole and kind != "log"):
                 raise InputError(
                     f"{here}: expected a {kind} file for {experiment}/{condition}, found "
-                    f"{cells.get(kind, 'no such column')!r}: name the recorded file"
+                    f"{quoted(cells.get(kind, 'no such column'))}: name the recorded file"
                 )
     elif files or not all(needed.values()):
-        found = f"{next(iter(files.values()))!r}" if files else f"experiment {experiment!r}"
+        found = f"{quoted(next(iter(files.values())))}" if files else f"experiment {experiment!r}"
         raise InputError(
             f"{here}: expected no files for what the virtual laboratory can make, found {found}: set "
             "the source to recorded"
@@ -195,8 +203,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         interval = _positive(shortest, "interval_s", here), _positive(longest, "interval_s", here)
         if interval[0] > interval[1]:
             raise InputError(
-                f"{here}: expected interval_s from short to long, found {cells['interval_s']!r}: turn it "
-                "round"
+                f"{here}: expected interval_s from short to long, found {quoted(cells['interval_s'])}: "
+                "turn it round"
             )
     else:
         interval = (_positive(cells["interval_s"], "interval_s", here),) * 2
@@ -210,7 +218,7 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     if made and cells["profile"] not in known.profiles:
         raise InputError(
             f"{here}: expected a profile of {', '.join(known.profiles)}, found "
-            f"{cells['profile']!r}: correct it"
+            f"{quoted(cells['profile'])}: correct it"
         )
     return TrialRow(
         experiment,
@@ -222,6 +230,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         role=_role(cells, here),
         task=_task(cells, here),
         names=names_of(cells, here),
+        participant=participant_of(cells, here),
+        belt=belt_of(cells, here),
     )
 
 
@@ -232,7 +242,7 @@ def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> 
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
                 f"{quoted(files['log'])} "
-                f"holds the whole trial, found {files[kind]!r}: correct one of the two"
+                f"holds the whole trial, found {quoted(files[kind])}: correct one of the two"
             )
 
 
@@ -249,14 +259,17 @@ def _positive(cell: str, name: str, here: str) -> float | None:
 
 
 def _task(cells: dict[str, str], here: str) -> str | None:
-    """Task of a standing person."""
+    """Task of a standing person, or of another experiment's participant, who need not have one."""
     experiment, task = cells["experiment"], cells.get("task", "")
     tasks = EXPERIMENTS[experiment].tasks
     if not tasks:
+        if task not in (EMPTY, "") and participant_of(cells, here):
+            check_name(task, "task", here)
+            return task
         if task not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the task, because trials of {experiment} have none, found "
-                f"{task!r}: correct it"
+                f"{quoted(task)}: correct it"
             )
         return None
     made = cells["source"] == "virtual_lab"
@@ -279,7 +292,7 @@ def _role(cells: dict[str, str], here: str) -> str | None:
         if role not in (EMPTY, ""):
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the role, because trials of {experiment} have none, found "
-                f"{role!r}: correct it"
+                f"{quoted(role)}: correct it"
             )
         return None
     if role not in ROLES:

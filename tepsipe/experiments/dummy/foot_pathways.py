@@ -18,6 +18,7 @@ from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, measured_load, recordings_of_loads, zero_line
 
+MEASURED = "measured"
 FOOT_TORQUES = ("foot-thesis", "foot")
 
 
@@ -128,14 +129,17 @@ def analyse_foot(
         np.ones(time.size, dtype=bool),
         tuple(p.start for p in perturbations),
     )
+    compensated = {
+        f"{component}/{model or MEASURED}": recording.load
+        if model is None
+        else pick(models[component], model).compensate(recording)
+        for model in dict.fromkeys([None, *(pathway.treadmill_model for pathway in pathways.values())])
+        for component, recording in recordings.items()
+    }
     regressions = {}
     for key, pathway in pathways.items():
-        loads = {
-            component: recording.load
-            if pathway.treadmill_model is None
-            else pick(models[component], pathway.treadmill_model).compensate(recording)
-            for component, recording in recordings.items()
-        }
+        used = pathway.treadmill_model or MEASURED
+        loads = {component: compensated[f"{component}/{used}"] for component in recordings}
         if pathway.torque == "foot":
             torque = foot_torque(options.foot, loads["Fy"], measured["Fz"], loads["Mx"], y_a, y_a_dd)
         elif pathway.torque == "foot-thesis":
@@ -159,6 +163,7 @@ def analyse_foot(
         damping_per_skew={},
         marker_residual_rms_m=motion.marker_residual_rms_m,
         marker_noise_m=0.0,
+        loads=compensated,
     )
 
 

@@ -1,7 +1,7 @@
 """TEP-SIPE on the ankle dummy, from one trial to its parameters by every pathway (thesis section 3-1-2)."""
 
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 
+LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_as_sampled"}
 
 
@@ -91,6 +92,9 @@ class DummyAnalysis:
     marker_noise_m : float
         Root mean square of the component that the filter removes from the leg's markers at rest (m per
         coordinate).
+    loads : dict of str to ndarray, shape (n,)
+        ``Fy/measured`` (N), ``Mx/measured`` (N·m) and the same compensated by each treadmill model that a
+        pathway uses, for example ``Fy/loaded-frame``; empty without pathways from the foot.
     """
 
     time: np.ndarray
@@ -101,6 +105,7 @@ class DummyAnalysis:
     damping_per_skew: dict[str, float]
     marker_residual_rms_m: float
     marker_noise_m: float
+    loads: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def output_errors(self) -> dict[str, OutputError]:
@@ -323,6 +328,9 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
     for name, found in analysis.output_errors.items():
         for key, values in (("angle", found.angle), ("simulated_angle", found.simulated)):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, "rad"
+    for name, values in analysis.loads.items():
+        arrays[f"loads/{name}"] = values.astype(np.float32)
+        units[f"loads/{name}"] = LOAD_UNITS[name.partition("/")[0]]
     lengths = np.diff(arrays["windows"], axis=1) * (analysis.time[1] - analysis.time[0])
     facts = {
         "pathways": list(analysis.regressions),

@@ -7,6 +7,7 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.io.readers.guarded import guarded
+from tepsipe.io.readers.gzip_file import plain_file
 
 # processor type -> byte order of its words, and the byte of the scale factor that holds the sign
 WORDS = {84: ("<u2", 15), 85: ("<u2", 13), 86: (">u2", 12)}
@@ -24,12 +25,18 @@ class Markers:
     labels : tuple of str
         Names of the markers.
     positions : ndarray, shape (frames, markers, 3)
-        x, y, z (m); NaN while a marker was hidden.
+        x, y, z (m); NaN while a marker was hidden. One that lacks a coordinate, or has an infinite one, is
+        hidden.
     """
 
     rate_hz: float
     labels: tuple[str, ...]
     positions: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Hide markers that are not there in whole."""
+        whole = np.isfinite(self.positions).all(axis=-1, keepdims=True)
+        object.__setattr__(self, "positions", np.where(whole, self.positions, np.nan))
 
 
 def read_markers(path: str | Path, labels: list[str]) -> Markers:
@@ -94,7 +101,7 @@ def markers_of(file, path: Path) -> Markers:
     points, residuals = file["data"]["points"][:3], file["data"]["meta_points"]["residuals"][0]
     labels += [f"unnamed {k + 1}" for k in range(len(labels), points.shape[1])]
     positions = scale * points.transpose(2, 1, 0)
-    positions[(residuals.T < 0.0) | ~np.isfinite(positions).all(axis=2)] = np.nan
+    positions[residuals.T < 0.0] = np.nan
     return Markers(float(point["RATE"]["value"][0]), tuple(labels[: points.shape[1]]), positions)
 
 
@@ -134,28 +141,28 @@ def open_c3d(path: Path):
     """
     import ezc3d
 
-    def parsed() -> dict:
-        file = ezc3d.c3d(str(path))
+    def parsed(plain: Path) -> dict:
+        file = ezc3d.c3d(str(plain))
         first = int(file["header"]["points"]["first_frame"])
         return {"parameters": dict(file["parameters"]), "data": dict(file["data"]), "first_frame": first}
 
     if not path.is_file():
         raise InputError(f"{path}: expected a C3D file, found no file: correct its path in the trial sheet")
-    _refuse_truncated(path)
-    try:
-        return guarded(parsed, what=path)
-    except InputError:
-        raise
-    except Exception as error:  # ezc3d raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "
-            "it is damaged, export it again"
-        ) from error
+    with plain_file(path, "a C3D file") as plain:
+        _refuse_truncated(path, plain.read_bytes())
+        try:
+            return guarded(parsed, plain, what=path)
+        except InputError:
+            raise
+        except Exception as error:  # ezc3d raises many kinds on damaged files
+            raise InputError(
+                f"{path}: expected a C3D file, found one that cannot be read ({type(error).__name__}): "
+                "it is damaged, export it again"
+            ) from error
 
 
-def _refuse_truncated(path: Path) -> None:
+def _refuse_truncated(path: Path, content: bytes) -> None:
     """Compare the size of the file with the size given by its header block."""
-    content = path.read_bytes()
     if len(content) < 1024 or content[1] != 0x50:
         raise InputError(
             f"{path}: expected a C3D file, found {len(content)} bytes without its header: check which "

@@ -206,6 +206,8 @@ def _refuse_truncated(path: Path, file: BinaryIO) -> bool:
         )
     try:
         header, records, signals = int(head[184:192]), int(head[236:244]), int(head[252:256])
+        if signals < 1:
+            raise ValueError("no signals")
         file.seek(256 + signals * BYTES_BEFORE_SAMPLES)
         samples = sum(int(file.read(8)) for _ in range(signals))
         lasts_s = float(head[244:252])

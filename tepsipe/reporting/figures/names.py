@@ -14,6 +14,8 @@ UNIT_SYMBOLS = {
     "Nm/rad": "N·m/rad",
     "Nm/rad2": "N·m/rad²",
     "Nm": "N·m",
+    "Nm/rad/kg": "N·m/rad/kg",
+    "Nms/rad/kg": "N·m·s/rad/kg",
 }
 # names in configurations and files -> words in figures, where hyphens do not simply become spaces
 WORDS = {

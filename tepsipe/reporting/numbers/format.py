@@ -25,6 +25,25 @@ def number(value: float | int | None, digits: int = 3) -> str:
     return text.replace("-", MINUS)
 
 
+def by_uncertainty(value: float, low: float | None, high: float | None) -> tuple[str, str]:
+    """A value and its 95 % interval (any unit) as text, to two significant digits of the half-width.
+
+    The second is empty where there is no interval; the value then has three significant digits.
+    """
+    if low is None or high is None or not math.isfinite(value) or not high - low > 0.0:
+        return number(value), ""
+    if not math.isfinite(high - low):
+        return number(value), f"{number(low)} to {number(high)}"
+    decimals = 1 - math.floor(math.log10(0.5 * (high - low)))
+    # beyond 1e-9 the numbers would be longer than they are readable
+    if decimals > 9:
+        return number(value), f"{number(low)} to {number(high)}"
+    # the sum with 0.0 turns a rounded -0.0 into 0.0
+    rounded = [f"{round(x, decimals) + 0.0:.{max(0, decimals)}f}" for x in (value, low, high)]
+    texts = [text.replace("-", MINUS) for text in rounded]
+    return texts[0], f"{texts[1]} to {texts[2]}"
+
+
 def percent(value: float, decimals: int = 1) -> str:
     """A percentage (%) as text; a dash for NaN, powers of ten for what is far from one."""
     if not math.isfinite(value) or abs(value) >= 1e7:

@@ -16,6 +16,7 @@ def standing_data(
     estimates: pd.DataFrame,
     choices: dict,
     recovery: pd.DataFrame | None,
+    people: dict[str, dict] | None = None,
 ) -> dict:
     """Numbers of the standing person's chapter as text.
 
@@ -29,6 +30,8 @@ def standing_data(
         Section ``standing`` of the configuration (units in the keys).
     recovery : DataFrame or None
         Estimates beside the truth, where there is one.
+    people : dict of str to dict, optional
+        Participant -> settings of the person (units in the keys), where the study names participants.
 
     Returns
     -------
@@ -36,19 +39,20 @@ def standing_data(
         Text.
     """
     own = estimates[estimates.experiment == "standing"]
+    persons = list((people or {"": choices["person"]}).values())
     pathway, estimator = choices["recommended"]["pathway"], choices["recommended"]["estimator"]
     facts = [fit.facts for fit in fits.values()]
     stood = [f for f in facts if f["responses"]]
-    critical_stiffness = facts[0]["critical_stiffness_Nm_per_rad"]
     truth = None if recovery is None else recovery[recovery.experiment == "standing"]
     return {
         "trials": str(len(fits)),
         "stood": str(len(stood)),
         "perturbations": str(sum(f["perturbations"] for f in facts)),
         "responses": str(sum(f["responses"] for f in facts)),
-        "mass": f"{choices['person']['mass_kg']:g}",
-        "stature": f"{choices['person']['stature_m']:g}",
-        "mgh": number(critical_stiffness),
+        "participants": str(len(people)) if people else None,
+        "mass": _range([person["mass_kg"] for person in persons]),
+        "stature": _range([person["stature_m"] for person in persons]),
+        "mgh": span([f["critical_stiffness_Nm_per_rad"] for f in facts]),
         "angle_over_sway": span([f["angle_over_sway"] for f in stood], 2) if stood else number(None),
         "torque_over_sway": span([f["torque_over_sway"] for f in stood], 2) if stood else number(None),
         "left_out": [s for fit in (*fits.values(), *task_fits.values()) for s in fit.facts["left_out"]],
@@ -61,7 +65,7 @@ def standing_data(
         "window_spread": _window_spread(task_fits, choices["estimators"][estimator]["window_s"]),
         "latencies": _latencies(task_fits, choices["latency"]["detector"], truth),
         "joints": _joints(task_fits),
-        "single_joint": _single_joint(own, list(task_fits), choices, estimator, critical_stiffness),
+        "single_joint": _single_joint(own, task_fits, choices, estimator),
         "apart": _apart(own, list(task_fits), pathway, estimator),
         "recovery": None if truth is None or truth.empty else _recovery(truth, task_fits, choices),
     }
@@ -190,14 +194,21 @@ def _joints(task_fits: dict[str, Result]) -> list[dict]:
     return rows
 
 
-def _single_joint(
-    own, tasks: list[str], choices: dict, estimator: str, critical_stiffness: float
-) -> str | None:
+def _single_joint(own, tasks: dict[str, Result], choices: dict, estimator: str) -> str | None:
     """Stiffness from the single-joint torque (inverted pendulum), in units of m g h."""
     names = [name for name, pathway in choices["pathways"].items() if pathway["torque"] == "single-joint"]
-    found = [_rows(own, task, names[0], estimator) for task in tasks] if names else []
-    values = [rows.loc["K"].value / critical_stiffness for rows in found if "K" in rows.index]
+    values = []
+    for task, fit in tasks.items() if names else ():
+        rows = _rows(own, task, names[0], estimator)
+        if "K" in rows.index:
+            values.append(rows.loc["K"].value / fit.facts["critical_stiffness_Nm_per_rad"])
     return span(values, 2) if values else None
+
+
+def _range(values: list[float]) -> str:
+    """Lowest to highest of some settings (any unit), as they are written."""
+    low, high = f"{min(values):g}", f"{max(values):g}"
+    return low if low == high else f"{low} to {high}"
 
 
 def _apart(own: pd.DataFrame, tasks: list[str], pathway: str, estimator: str) -> dict | None:

@@ -1,0 +1,38 @@
+"""A trial or a result of the study, whichever of the two an HDF5 file holds."""
+
+from pathlib import Path
+
+import h5py
+
+from tepsipe.errors import InputError
+from tepsipe.io.readers.guarded import guarded
+from tepsipe.io.result import Result, read_result
+from tepsipe.io.trial import Trial, read_trial
+
+
+def read_stored(path: str | Path) -> Trial | Result:
+    """Read an HDF5 file of the study (arrays in the units that it names).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, or is neither a trial's nor a result's.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: expected a file of the study, found none: correct its path")
+    try:
+        is_trial = guarded(_is_trial, path, what=path)
+    except InputError:
+        raise
+    except Exception as error:  # h5py raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected an HDF5 file of the study (trials/ or fits/), found another kind or a damaged "
+            "one: correct its path or make it again"
+        ) from error
+    return read_trial(path) if is_trial else read_result(path)
+
+
+def _is_trial(path: Path) -> bool:
+    with h5py.File(path, "r") as file:
+        return "experiment" in file.attrs

@@ -1,0 +1,180 @@
+"""What each file of a folder is, by its content."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.io.contents import contents_of
+from tepsipe.io.described import Channel, Contents
+
+MOST_FILES = 2000
+# role of a column -> how its name looks; the first role that fits is taken
+COLUMNS = {
+    "trigger": r"trig",
+    "time": r"time|stamp|^t$|^t[ _(\[]",
+    "velocity": r"veloc|speed|geschw",
+    "angle": r"angle|theta|winkel|pos|\brad\b|\bdeg\b",
+    "torque": r"torque|moment|drehmoment|\btau\b|\bnm\b",
+    "force": r"force|load|kraft|^f[xyz]",
+}
+LOAD = re.compile(r"(^|[ _.:-]|FP\d?|GRF)[FM][xyz]\d?(?![a-z])", re.IGNORECASE)  # of a force plate
+LOG_VARIABLES = {"transducers_V", "belt_velocity_m_per_s", "trigger_V"}
+# kinds that are the first file of a trial, and those that belong to one
+FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "belt table")
+PARTNERS = ("markers", "emg", "command", "calibration")
+
+
+@dataclass(frozen=True)
+class Found:
+    """One file of the folder.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    name : str
+        Its path from the folder, with slashes.
+    kind : str
+        One of `FIRST` or `PARTNERS`, or ``other``.
+    contents : Contents or None
+        Its channels (units of the file); None if it cannot be read.
+    duration_s : float or None
+        Length of its longest channel (s), if it gives a rate.
+    columns : dict of str to str
+        Role of a table's column -> its name.
+    why : str
+        For ``other``: why it is not used.
+    """
+
+    path: Path
+    name: str
+    kind: str
+    contents: Contents | None
+    duration_s: float | None
+    columns: dict[str, str]
+    why: str = ""
+
+    def channel(self, name: str) -> Channel:
+        """The channel of that name (its unit)."""
+        return next(c for c in self.contents.channels if c.name == name)
+
+
+def look_at(folder: Path, left_out: Path | None = None) -> list[Found]:
+    """Look into every file of a folder and of those below it.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    left_out : Path, optional
+        A folder below it that is not looked at.
+
+    Returns
+    -------
+    list of Found
+        In the order of their names (s, units of the files).
+
+    Raises
+    ------
+    InputError
+        If the folder is missing, or holds no file or very many.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected a folder of recordings, found none: correct its path")
+    paths = [
+        path
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+        and (left_out is None or left_out not in path.parents)
+    ]
+    if not 0 < len(paths) <= MOST_FILES:
+        raise InputError(
+            f"{folder}: expected 1 to {MOST_FILES} files of recordings, found {len(paths)}: name the folder "
+            "that holds the recordings of one study"
+        )
+    return [_found(path, path.relative_to(folder).as_posix()) for path in paths]
+
+
+def _found(path: Path, name: str) -> Found:
+    try:
+        contents = contents_of(path)
+    except InputError as error:
+        return Found(path, name, "other", None, None, {}, str(error).removeprefix(f"{path}: "))
+    columns = columns_by_role([c.name for c in contents.channels]) if contents.kind == "text table" else {}
+    kind, why = _kind(contents, columns, name)
+    return Found(path, name, kind, contents, _duration(contents), columns, why)
+
+
+def columns_by_role(names: list[str]) -> dict[str, str]:
+    """Role of a column, for example time -> its name in the header (no unit); the first that fits."""
+    found: dict[str, str] = {}
+    for name in names:
+        role = next((r for r, pattern in COLUMNS.items() if re.search(pattern, name, re.IGNORECASE)), None)
+        if role is not None:
+            found.setdefault(role, name)
+    return found
+
+
+def _duration(contents: Contents) -> float | None:
+    """Length of the longest channel with a rate (s)."""
+    lengths = [c.shape[0] / c.rate_hz for c in contents.channels if c.rate_hz and c.shape]
+    return max(lengths, default=None)
+
+
+def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, str]:
+    """Kind of a file, and for ``other`` why it is not used."""
+    names = {c.name for c in contents.channels}
+    if contents.kind == "C3D":
+        if contents.plates:
+            return "whole trial", ""
+        refused = contents.facts.get("not usable as a whole trial")
+        if contents.markers and not refused:
+            return "markers", ""
+        return "other", refused or "it holds neither markers nor force plates"
+    if contents.kind.startswith("D-Flow"):
+        mocap = "mocap" in contents.kind
+        return (
+            ("whole trial", "") if mocap else ("other", "D-Flow's record module, read it with its mocap file")
+        )
+    if contents.kind == "TRC":
+        return "markers", ""
+    if contents.kind.startswith("MATLAB"):
+        missing = sorted(LOG_VARIABLES - names)
+        return (
+            ("other", f"a treadmill log also holds {', '.join(missing)}")
+            if missing
+            else ("treadmill log", "")
+        )
+    if contents.kind in ("EDF", "BDF", "Delsys export"):
+        return "emg", ""
+    if contents.kind == "text table":
+        return _kind_of_table(contents, columns, name)
+    return "other", f"{contents.kind} is no recording of an instrument"
+
+
+def _kind_of_table(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, str]:
+    texts = contents.facts.get("columns of text", "")
+    if texts.replace(" ", "") == "component,unit":
+        return "calibration", ""
+    loads = {c.name for c in contents.channels if LOAD.search(c.name)}
+    if len(loads) >= 6 and "time" in columns:
+        return "whole trial", ""
+    has = set(columns)
+    if {"time", "angle", "trigger"} <= has:
+        return "manipulator log", ""
+    if {"time", "angle", "torque"} <= has:
+        return "position table", ""
+    if {"time", "velocity"} <= has and has & {"torque", "force"}:
+        return "belt table", ""
+    if {"time", "torque"} <= has and not has & {"angle", "velocity"}:
+        return "command", ""
+    return "other", "its columns are those of no instrument that is known here"
+
+
+def samples(channel: Channel) -> np.ndarray:
+    """Samples of a channel with one value per instant, shape (n,) (its unit)."""
+    return np.asarray(channel.values, dtype=float).reshape(channel.shape[0], -1)[:, 0]

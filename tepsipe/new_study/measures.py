@@ -1,0 +1,166 @@
+"""What signals show by themselves: pulses and rests, followers of the belt, periods, signs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+PULSE_FRACTION = 0.2  # of the peak speed
+NEW_PULSE_S = 0.5  # shortest time between two pulses
+SMOOTH_S = 0.02
+LONG_S = 0.04
+FOLLOWS = 0.9  # correlation from which a marker follows the belt
+
+
+@dataclass(frozen=True)
+class Pulses:
+    """Pulses of the belt.
+
+    Attributes
+    ----------
+    count : int
+        Number (-).
+    first_s, last_s : float
+        Begin of the first and end of the last (s).
+    shortest_s : float
+        Shortest time from one begin to the next (s); NaN for fewer than two.
+    """
+
+    count: int
+    first_s: float
+    last_s: float
+    shortest_s: float
+
+
+def pulses_of(velocity: np.ndarray, rate_hz: float) -> Pulses | None:
+    """Pulses of a belt that is at rest between them, or None if it is not.
+
+    Parameters
+    ----------
+    velocity : ndarray, shape (n,)
+        Velocity of the belt (m/s, or any other unit).
+    rate_hz : float
+        Sampling rate (Hz).
+    """
+    speed = np.abs(velocity - np.nanmedian(velocity))
+    peak = float(np.nanmax(speed))
+    active = np.flatnonzero(speed > PULSE_FRACTION * peak)
+    if not peak > 0.0 or active.size > 0.3 * speed.size:
+        return None
+    begins = active[np.concatenate(([True], np.diff(active) > NEW_PULSE_S * rate_hz))] / rate_hz
+    shortest = float(np.diff(begins).min()) if begins.size > 1 else np.nan
+    return Pulses(int(begins.size), float(begins[0]), float(active[-1] / rate_hz), shortest)
+
+
+def rests(pulses: Pulses, duration_s: float) -> tuple[float, float]:
+    """Unperturbed time before the first pulse, and after the decay of the last (s), rounded down to 0.1 s."""
+    after = duration_s - pulses.last_s
+    decay = min(0.5 * after, pulses.shortest_s if np.isfinite(pulses.shortest_s) else 0.5 * after)
+    return (
+        max(0.1, np.floor(10.0 * (pulses.first_s - 0.1)) / 10.0),
+        max(0.1, np.floor(10.0 * (after - decay)) / 10.0),
+    )
+
+
+def smooth_velocity(position: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Velocity of a position, shape (n,), NaN filled by straight lines, averaged over `SMOOTH_S` (unit/s)."""
+    time = np.arange(position.size)
+    there = np.isfinite(position)
+    filled = np.interp(time, time[there], position[there])
+    return averaged(np.gradient(filled) * rate_hz, rate_hz)
+
+
+def averaged(values: np.ndarray, rate_hz: float) -> np.ndarray:
+    """Moving average over `SMOOTH_S` (s), in the unit of ``values``."""
+    width = max(1, round(SMOOTH_S * rate_hz))
+    return np.convolve(values, np.full(width, 1.0 / width), mode="same")
+
+
+def at_frames(values: np.ndarray, rate_hz: float, frames: int, frame_rate_hz: float) -> np.ndarray:
+    """A channel at the instants of frames (its unit), shape (frames,), averaged as `smooth_velocity`."""
+    smooth = averaged(values, rate_hz)
+    return np.interp(np.arange(frames) / frame_rate_hz, np.arange(values.size) / rate_hz, smooth)
+
+
+def follows(velocity: np.ndarray, other: np.ndarray) -> tuple[float, float]:
+    """Correlation of two signals, and the first per unit of the second (units of both).
+
+    Delays of up to three samples are tried.
+    """
+    best = (0.0, 0.0)
+    for shift in range(-3, 4):
+        a = velocity[3 + shift : velocity.size - 3 + shift]
+        b = other[3:-3] - np.median(other)
+        a = a - np.median(a)
+        power = float(b @ b)
+        if power > 0.0 and a @ a > 0.0:
+            r = float(a @ b / np.sqrt(power * (a @ a)))
+            if abs(r) > abs(best[0]):
+                best = (r, float(a @ b) / power)
+    return best
+
+
+def scale_of(velocity: np.ndarray, other: np.ndarray, rate_hz: float) -> float:
+    """First signal per unit of the second (units of both), at the delay at which they agree best.
+
+    Both are averaged over `LONG_S`, so that the noise of the second biases the ratio little.
+
+    Parameters
+    ----------
+    velocity, other : ndarray, shape (n,)
+        Two records of one motion, of any units.
+    rate_hz : float
+        Their rate (Hz).
+    """
+    width = max(1, round(LONG_S * rate_hz))
+    kernel = np.full(width, 1.0 / width)
+    a, b = (np.convolve(x - np.median(x), kernel, mode="same") for x in (velocity, other))
+    time = np.arange(a.size)
+    inside = slice(width, -width)
+    best = (0.0, 0.0)
+    for delay in np.arange(-0.02, 0.0201, 0.0005) * rate_hz:
+        c = np.interp(time - delay, time, b)[inside]
+        both = float(a[inside] @ c)
+        r = both / np.sqrt(float(a[inside] @ a[inside]) * float(c @ c))
+        if abs(r) > abs(best[0]):
+            best = (r, both / float(c @ c))
+    return best[1]
+
+
+def period_s(values: np.ndarray, rate_hz: float) -> float | None:
+    """Period after which a signal repeats itself exactly, or None (s)."""
+    n = values.size
+    scale = float(np.std(values))
+    if not scale > 0.0:
+        return None
+    centred = values - values.mean()
+    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
+    correlation = np.fft.irfft(spectrum)[:n] / np.arange(n, 0, -1)
+    low = round(0.5 * rate_hz)
+    candidates = low + np.argsort(correlation[low : n - round(rate_hz) + 1])[::-1][:50]
+    for lag in sorted(candidates):
+        if np.sqrt(np.mean((values[lag:] - values[:-lag]) ** 2)) < 0.01 * scale:
+            return float(lag / rate_hz)
+    return None
+
+
+def resisting_sign(angle: np.ndarray, torque: np.ndarray, rate_hz: float) -> int:
+    """Sign of the torque that resists a positive angle (-): that of K in a regression of the torque.
+
+    The torque is regressed on angle, velocity and acceleration, all averaged over `SMOOTH_S`.
+    """
+    there = np.isfinite(angle) & np.isfinite(torque)
+    theta, tau = averaged(angle[there], rate_hz), averaged(torque[there], rate_hz)
+    velocity = np.gradient(theta)
+    design = np.column_stack([theta, velocity, np.gradient(velocity), np.ones_like(theta)])
+    edge = slice(5, -5)
+    found = np.linalg.lstsq(design[edge], tau[edge], rcond=None)[0]
+    return 1 if found[0] >= 0.0 else -1
+
+
+def is_two_levels(values: np.ndarray) -> bool:
+    """Whether a channel (any unit) is a line that is low or high: rarely anything between."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    if not high > low:
+        return False
+    level = (values - low) / (high - low)
+    return float(np.mean((level > 0.2) & (level < 0.8))) < 0.002

@@ -1,0 +1,176 @@
+"""Which files belong to one trial, and of which experiment it is."""
+
+import re
+from dataclasses import dataclass, field
+from difflib import SequenceMatcher
+from pathlib import PurePosixPath
+
+from tepsipe.new_study.look import FIRST, Found
+
+# words of a file's name that say what the file holds, not which trial it is of
+GENERIC = {
+    "log", "markers", "marker", "emg", "trial", "recording", "mocap", "record", "command", "cmd",
+    "calibration", "matrix", "forces", "force", "treadmill", "data", "export", "delsys", "c3d", "mat", "txt",
+}  # fmt: skip
+# words in the names of folders and files -> experiment
+WORDS = {
+    "empty": ("empty", "unloaded", "leer", "noload"),
+    "weight": ("weight", "mass", "gewicht", "weights"),
+    "dummy": ("dummy", "rig", "phantom"),
+    "standing": (
+        "standing",
+        "stand",
+        "person",
+        "subject",
+        "participant",
+        "relax",
+        "relaxed",
+        "stiff",
+        "tense",
+    ),
+}
+LONGEST_DIFFERENCE_S = 3.0
+LEAST_ALIKE = 0.6
+
+
+@dataclass
+class Group:
+    """The files of one trial.
+
+    Attributes
+    ----------
+    condition : str
+        Name of the trial.
+    first : Found
+        The file that the trial is made of: its log or table (s, units of the file).
+    partners : dict of str to Found
+        Kind of file -> the other files.
+    experiment : str
+        Experiment that the trial is taken for; empty until it is known.
+    notes : list of str
+        What was guessed, for the comment beside its row.
+    """
+
+    condition: str
+    first: Found
+    partners: dict[str, Found] = field(default_factory=dict)
+    experiment: str = ""
+    notes: list[str] = field(default_factory=list)
+
+
+def group_files(files: list[Found]) -> tuple[list[Group], list[Found]]:
+    """Put files of one trial together, by name and length.
+
+    Parameters
+    ----------
+    files : list of Found
+        All files (s, units of the files).
+
+    Returns
+    -------
+    groups : list of Group
+        One per trial.
+    left : list of Found
+        Files that belong to no trial.
+    """
+    firsts = [f for f in files if f.kind in FIRST]
+    groups = [Group(key_of(f.name), f) for f in firsts]
+    used: set[str] = set()
+    for sure in (True, False):  # files of the same name first, so that no other trial takes them
+        for group in groups:
+            for kind in _wanted(group.first.kind):
+                if kind in group.partners:
+                    continue
+                shared = kind == "calibration"
+                candidates = [f for f in files if f.kind == kind and (shared or f.name not in used)]
+                partner = _partner(group.first, candidates, len(firsts), sure)
+                if partner is None:
+                    continue
+                group.partners[kind] = partner
+                used.add(partner.name)
+                if not sure and not shared:
+                    group.notes.append(f"{partner.name} taken as its {kind} file by name and length")
+    left = [f for f in files if f.kind not in FIRST and f.name not in used]
+    return groups, left
+
+
+def _wanted(kind: str) -> tuple[str, ...]:
+    return {
+        "treadmill log": ("calibration", "markers", "emg"),
+        "whole trial": ("emg",),
+        "manipulator log": ("command",),
+    }.get(kind, ())
+
+
+def key_of(name: str) -> str:
+    """Name of the trial in a file's name (no unit), without words such as log; else that of its folder.
+
+    Parameters
+    ----------
+    name : str
+        Path of the file below the folder of recordings, with slashes.
+    """
+    path = PurePosixPath(name)
+    for part in (path.name.partition(".c3d")[0], *reversed(path.parts[:-1])):
+        stem = re.sub(r"\.(c3d|mat|csv|tsv|txt|edf|bdf|trc|gz)\b", "", part, flags=re.IGNORECASE)
+        words = [w for w in re.split(r"[_\s]+", stem) if w and w.lower() not in GENERIC]
+        key = re.sub(r"[^A-Za-z0-9.-]+", "-", "-".join(words)).strip("-.")
+        if key and key.lower() not in GENERIC:
+            return key
+    return "trial"
+
+
+def _partner(first: Found, candidates: list[Found], trials: int, sure: bool) -> Found | None:
+    """The file that fits a trial best, by name, folder and length (s); if ``sure``, one of its name only."""
+    folder, key = PurePosixPath(first.name).parent, key_of(first.name)
+    if sure:
+        same = [f for f in candidates if key_of(f.name) == key and PurePosixPath(f.name).parent == folder]
+        return same[0] if same else None
+    best, most = None, 0.0
+    for f in candidates:
+        near = PurePosixPath(f.name).parent == folder
+        alike = SequenceMatcher(None, key_of(f.name).lower(), key.lower()).ratio()
+        if f.kind == "calibration":
+            score = near + 0.1
+        elif _length_fits(first, f):
+            alone = len(candidates) == 1 and trials == 1
+            score = 3.0 * (key_of(f.name) == key) + near * alike * (alike >= LEAST_ALIKE) + alone
+        else:
+            score = 0.0
+        if score > most:
+            best, most = f, score
+    return best
+
+
+def _length_fits(first: Found, other: Found) -> bool:
+    """Whether two files may be of one trial: lengths (s) within `LONGEST_DIFFERENCE_S` or a tenth."""
+    if first.duration_s is None or other.duration_s is None:
+        return True
+    longest = max(LONGEST_DIFFERENCE_S, 0.1 * first.duration_s)
+    return abs(first.duration_s - other.duration_s) <= longest
+
+
+def name_apart(groups: list[Group]) -> None:
+    """Give trials of one experiment with the same name (no unit) the names of their folders, or numbers."""
+    for group in groups:
+        twins = [g for g in groups if (g.experiment, g.condition) == (group.experiment, group.condition)]
+        if len(twins) == 1:
+            continue
+        folders = [PurePosixPath(g.first.name).parent.name for g in twins]
+        parts = (
+            folders
+            if len(set(folders)) == len(twins) and all(folders)
+            else map(str, range(1, len(twins) + 1))
+        )
+        for g, part in zip(twins, list(parts), strict=True):
+            g.condition = re.sub(r"[^A-Za-z0-9.-]+", "-", f"{part}-{g.condition}")
+
+
+def experiment_by_name(name: str) -> str | None:
+    """Experiment that the names of a file and its folders speak of, or None (no unit)."""
+    words = re.split(r"[^a-z]+", name.lower())
+    for part in reversed(words):
+        for experiment, known in WORDS.items():
+            if part in known:
+                return experiment
+    return None

@@ -1,0 +1,150 @@
+"""Trial sheet of a study: one row per trial, with what was guessed in a comment above it."""
+
+import re
+
+import numpy as np
+
+from tepsipe.new_study.look import samples
+from tepsipe.new_study.measures import pulses_of
+from tepsipe.new_study.pairing import Group
+from tepsipe.new_study.settings import PLACEHOLDER, Missing
+from tepsipe.new_study.table_plan import load_role
+from tepsipe.new_study.treadmill_trials import Seen
+
+COLUMNS = (
+    "experiment", "condition", "source", "profile", "amplitude", "interval_s", "duration_s", "log", "command",
+    "calibration", "markers",
+)  # fmt: skip
+OPTIONAL = ("role", "emg", "task", "time_column", "load_column", "velocity_column")
+TASKS = ("relax", "relaxed", "stiff", "tense", "calm", "quiet", "normal", "eyes-closed", "eyes-open")
+EMPTY = "-"
+
+
+def rows_of(groups: list[Group], seen: dict[str, Seen]) -> tuple[list[dict[str, str]], list[Missing]]:
+    """Rows of the sheet, and what is missing in them.
+
+    Parameters
+    ----------
+    groups : list of Group
+        Trials with their experiments (units of the files).
+    seen : dict of str to Seen
+        Name of the first file -> what a treadmill trial shows (SI units).
+
+    Returns
+    -------
+    rows : list of dict of str to str
+        Column -> cell.
+    missing : list of Missing
+        Cells with the placeholder.
+    """
+    roles = _roles(groups)
+    rows, missing = [], []
+    for group in groups:
+        row = dict.fromkeys((*COLUMNS, *OPTIONAL), EMPTY)
+        row |= {
+            "experiment": group.experiment,
+            "condition": group.condition,
+            "source": "recorded",
+            "duration_s": f"{_duration(group, seen.get(group.first.name)):g}",
+            "log": group.first.name,
+            "role": roles.get(group.first.name, EMPTY),
+        }
+        wanted = ("calibration", "markers", "emg", "command")
+        row |= {kind: group.partners[kind].name for kind in wanted if kind in group.partners}
+        if group.experiment == "standing":
+            row["task"] = _task(group)
+        else:
+            row["emg"] = EMPTY
+        if group.experiment == "empty":
+            row["markers"] = EMPTY
+        if group.experiment == "belt":
+            names = group.first.columns
+            row |= {f"{role}_column": names[role] for role in ("time", "velocity")}
+            row["load_column"] = names[load_role(names)]
+        for kind in _needed(group):
+            if row[kind] == EMPTY:
+                row[kind] = PLACEHOLDER
+        missing += [
+            Missing(f"trials.tsv, {group.experiment}/{group.condition}, {name}", *ABOUT[name])
+            for name, cell in row.items()
+            if cell == PLACEHOLDER
+        ]
+        rows.append(row)
+    return rows, missing
+
+
+ABOUT = {
+    "task": (
+        "instruction of the person, for example relax",
+        "by your protocol; rename the file, or fill in the cell",
+    ),
+    "command": ("file of the torque command", "export it from the manipulator"),
+    "calibration": ("calibration matrix of the force plate (CSV)", "from the maker of the treadmill"),
+    "markers": ("C3D file of the markers of this trial", "export it from the motion capture system"),
+}
+
+
+def _needed(group: Group) -> tuple[str, ...]:
+    if group.first.kind == "treadmill log":
+        return ("calibration",) if group.experiment == "empty" else ("calibration", "markers")
+    return ("command",) if group.first.kind == "manipulator log" else ()
+
+
+def _duration(group: Group, seen: Seen | None) -> float:
+    """Length of a trial (s) that all of its files reach, rounded down to 0.1 s."""
+    if seen is not None:
+        length = seen.duration_s
+    elif group.first.kind == "manipulator log":
+        command = group.partners.get("command")
+        log = group.first
+        trigger, time = (samples(log.channel(log.columns[r])) for r in ("trigger", "time"))
+        after = float(time[-1] - trigger.max()) if trigger.max() > 0.0 else float(np.ptp(time))
+        length = min(after, command.duration_s) if command is not None else after
+    else:
+        time = samples(group.first.channel(group.first.columns["time"]))
+        length = float(np.nanmax(time) - np.nanmin(time) + np.nanmedian(np.diff(time)))
+    return max(0.1, float(np.floor(10.0 * length + 1e-6)) / 10.0)
+
+
+def _task(group: Group) -> str:
+    words = re.split(r"[^a-z]+", group.first.name.lower())
+    return next((word for word in reversed(words) if word in TASKS), PLACEHOLDER)
+
+
+def _roles(groups: list[Group]) -> dict[str, str]:
+    """First file of each trial of weight, empty or belt -> its role."""
+    roles = {}
+    for experiment in ("weight", "empty", "belt"):
+        own = [g for g in groups if g.experiment == experiment]
+        kinds = [re.split(r"[-_\d]", g.condition.lower())[0] for g in own]
+        for k, group in enumerate(own):
+            if "val" in kinds[k] or "test" in kinds[k]:
+                role = "validate"
+            elif len(set(kinds)) > 1:  # another motion of the belt validates
+                role = "calibrate" if kinds[k] == kinds[0] else "validate"
+            else:
+                role = "validate" if k == len(own) - 1 and k else "calibrate"
+            roles[group.first.name] = role
+            group.notes.append(f"role {role} by the order of the names")
+    return roles
+
+
+def sheet_text(rows: list[dict[str, str]], groups: list[Group]) -> str:
+    """The sheet as tab-separated text, without optional columns that no row needs (units in its header)."""
+    header = [*COLUMNS, *(n for n in OPTIONAL if any(row[n] != EMPTY for row in rows))]
+    lines = ["\t".join(header)]
+    for row, group in zip(rows, groups, strict=True):
+        if group.notes:
+            lines.append(f"# {group.experiment}/{group.condition}: {'; '.join(dict.fromkeys(group.notes))}")
+        lines.append("\t".join(row[name] for name in header))
+    return "\n".join(lines) + "\n"
+
+
+def describe_pulses(seen: Seen) -> str:
+    """What the belt did, as a comment (s); empty if it had no pulses."""
+    if seen.velocity is None:
+        return ""
+    pulses = pulses_of(seen.velocity, seen.velocity_rate_hz)
+    if pulses is None:
+        return ""
+    return f"{pulses.count} pulses of the belt from {pulses.first_s:.2f} to {pulses.last_s:.2f} s"

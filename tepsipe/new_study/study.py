@@ -1,0 +1,238 @@
+"""Write trial sheet, configuration and list of what is missing for a folder of recordings."""
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from tepsipe.errors import InputError
+from tepsipe.new_study.look import Found, look_at
+from tepsipe.new_study.pairing import Group, group_files, name_apart
+from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan, yaml_text
+from tepsipe.new_study.sheet import describe_pulses, rows_of, sheet_text
+from tepsipe.new_study.table_plan import plan_belt, plan_position, plan_wristalyzer
+from tepsipe.new_study.treadmill_plan import experiment_of, plan_treadmill
+from tepsipe.new_study.treadmill_trials import Seen, seen_in
+
+FILES = ("trials.tsv", "config.yaml", "MISSING.md")
+OF_TABLES = {
+    "manipulator log": "wristalyzer",
+    "position table": "position_manipulator",
+    "belt table": "belt",
+}
+ORDER = ("wristalyzer", "dummy", "weight", "empty", "standing", "belt", "position_manipulator")
+PAGES = {
+    "wristalyzer": "wristalyzer.md",
+    "dummy": "plate-treadmill.md",
+    "weight": "weight-and-empty.md",
+    "empty": "weight-and-empty.md",
+    "standing": "standing.md",
+    "belt": "belt.md",
+    "position_manipulator": "position-manipulator.md",
+}
+
+
+@dataclass(frozen=True)
+class NewStudy:
+    """What was written.
+
+    Attributes
+    ----------
+    folder : Path
+        Folder of the three files.
+    trials : dict of str to int
+        Experiment -> number of trials (-).
+    missing : int
+        Number of things to be filled in (-).
+    left : list of Found
+        Files that were not used (units of the files).
+    """
+
+    folder: Path
+    trials: dict[str, int]
+    missing: int
+    left: list[Found]
+
+
+def new_study(folder: str | Path, name: str | None = None, output: str | Path | None = None) -> NewStudy:
+    """Write `FILES` for the recordings in a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of recordings; it is only read.
+    name : str, optional
+        Name of the study: letters, digits, dots and hyphens; by default that of the folder.
+    output : str or Path, optional
+        Folder to write to; by default one with the study's name in the current folder.
+
+    Returns
+    -------
+    NewStudy
+        What was written (numbers, -).
+
+    Raises
+    ------
+    InputError
+        If there is nothing that can be used, or one of the files exists.
+    """
+    folder = Path(folder)
+    name = _name(folder, name)
+    output = _output(folder, name, output)
+    files = look_at(folder, left_out=output.resolve() if output.resolve() != folder.resolve() else None)
+    groups, left = group_files(files)
+    left += [f for f in files if f.kind == "other" and f not in left]
+    plan = Plan()
+    _plan_study(plan, folder, name, output)
+    seen = _experiments(groups, left, folder.resolve().name)
+    if not groups:
+        raise InputError(
+            f"{folder}: expected a recording of a trial, found {len(files)} files of which none is one "
+            f"({_reasons(left)}): compare them with docs/recordings, or show one with tepsipe info"
+        )
+    groups.sort(key=lambda g: (ORDER.index(g.experiment), g.first.name))
+    name_apart(groups)
+    _plan_experiments(plan, groups, seen)
+    rows, missing = rows_of(groups, seen)
+    plan.missing[:0] = missing
+    texts = (sheet_text(rows, groups), _config_text(plan, name, output), _missing_text(plan, groups, left))
+    _write(output, texts)
+    counts = {e: sum(g.experiment == e for g in groups) for e in ORDER}
+    return NewStudy(output, {e: n for e, n in counts.items() if n}, len(plan.missing), left)
+
+
+def _name(folder: Path, name: str | None) -> str:
+    given = folder.resolve().name if name is None else name
+    if name is None:
+        given = re.sub(r"[^A-Za-z0-9.-]+", "-", given).strip("-.") or "my-study"
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.-]*", given):
+        raise InputError(
+            f"--name: expected letters, digits, dots and hyphens, found {given!r}: choose another name"
+        )
+    return given
+
+
+def _output(folder: Path, name: str, output: str | Path | None) -> Path:
+    if output is None:
+        output = Path(name)
+        if output.resolve() == folder.resolve():
+            output = Path(f"{name}-study")
+    output = Path(output)
+    for file in FILES:
+        if (output / file).exists():
+            raise InputError(
+                f"{output / file}: expected no such file, found one: choose another --output, or remove it"
+            )
+    if output.exists() and not output.is_dir():
+        raise InputError(f"{output}: expected a folder to write to, found a file: choose another --output")
+    return output
+
+
+def _here(path: Path) -> str:
+    """A path as a study names it: from the current folder if it is below it, with slashes."""
+    there = Path(os.path.relpath(path.resolve(), Path.cwd()))
+    return (path.resolve() if there.parts[:1] == ("..",) else there).as_posix()
+
+
+def _plan_study(plan: Plan, folder: Path, name: str, output: Path) -> None:
+    plan.put("study.name", name, "of the report")
+    plan.put("study.title", f"Recordings of {name}", "of the report")
+    plan.put("study.trial_sheet", _here(output / FILES[0]))
+    plan.put("study.recordings_folder", _here(folder), "base of the paths in the trial sheet")
+    plan.assume(
+        "study.recordings_source", None, "unknown", "who recorded the trials, where and when: in the report"
+    )
+    plan.put("study.virtual_lab", None, "all trials are recordings")
+    plan.put("study.reported", None, "no comparison with the thesis")
+    plan.put("pathvars.results", f"results/{name}")
+    plan.put("pathvars.logs", f"results/{name}/logs")
+
+
+def _experiments(groups: list[Group], left: list[Found], folder: str) -> dict[str, Seen]:
+    """Give every group its experiment; groups whose files cannot be read are moved to ``left``."""
+    seen: dict[str, Seen] = {}
+    for group in list(groups):
+        kind = group.first.kind
+        if kind in OF_TABLES:
+            group.experiment = OF_TABLES[kind]
+            continue
+        try:
+            seen[group.first.name] = found = seen_in(group)
+        except InputError as error:
+            groups.remove(group)
+            left.append(Found(group.first.path, group.first.name, "other", None, None, {}, str(error)))
+            continue
+        group.experiment = experiment_of(group, found, folder)
+        pulses = describe_pulses(found)
+        if pulses:
+            group.notes.append(pulses)
+    return seen
+
+
+def _plan_experiments(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None:
+    treadmill = [(g, seen[g.first.name]) for g in groups if g.first.name in seen]
+    if treadmill:
+        plan_treadmill(plan, treadmill)
+    for experiment, add in (
+        ("wristalyzer", plan_wristalyzer),
+        ("position_manipulator", plan_position),
+        ("belt", plan_belt),
+    ):
+        own = [g for g in groups if g.experiment == experiment]
+        if own:
+            add(plan, own)
+
+
+def _reasons(left: list[Found], most: int = 3) -> str:
+    said = [f"{f.name}: {f.why or 'it belongs to no trial'}" for f in left[:most]]
+    return "; ".join(said) + ("; ..." if len(left) > most else "")
+
+
+def _config_text(plan: Plan, name: str, output: Path) -> str:
+    config = _here(output / FILES[1])
+    head = [
+        f"# Settings of {name} that differ from the shipped ones; comments say where each comes from.",
+        f"# Replace every {PLACEHOLDER} (see {FILES[2]}), then, in the folder of the project:",
+        f"#   snakemake -n --configfile {config}",
+        f"#   snakemake -c2 --configfile {config}",
+        "# tepsipe check, with this file, says what is wrong without running anything.",
+        "",
+    ]
+    blocks = []
+    for section, entry in plan.tree.items():
+        blocks += [*yaml_text({section: entry}), ""]
+    return "\n".join([*head, *blocks])
+
+
+def _missing_text(plan: Plan, groups: list[Group], left: list[Found]) -> str:
+    experiments = [e for e in ORDER if any(g.experiment == e for g in groups)]
+    lines = [
+        "# What is missing",
+        "",
+        f"The study refuses to run while a `{PLACEHOLDER}` stands in `{FILES[1]}` or `{FILES[0]}`.",
+        f"Read in `docs/recordings`: {', '.join(dict.fromkeys(f'`{PAGES[e]}`' for e in experiments))}.",
+        "",
+        *_table(plan.missing, ("key or column", "meaning", "how to measure it")),
+    ]
+    lines += ["", "## Assumed, to be checked", ""]
+    lines += _table(plan.check, ("key", "assumption", "what it should be"))
+    if left:
+        lines += ["", "## Files that are not used", ""]
+        lines += [f"- `{f.name}`: {f.why or 'it belongs to no trial'}" for f in left]
+    return "\n".join(lines) + "\n"
+
+
+def _table(items: list[Missing], header: tuple[str, str, str]) -> list[str]:
+    if not items:
+        return ["Nothing."]
+    rows = [header, ("---",) * 3]
+    rows += [(f"`{m.where}`", m.meaning.replace("|", "/"), m.how.replace("|", "/")) for m in items]
+    return [f"| {' | '.join(row)} |" for row in rows]
+
+
+def _write(output: Path, texts: tuple[str, str, str]) -> None:
+    """Write the files, none of which exists."""
+    output.mkdir(parents=True, exist_ok=True)
+    for file, text in zip(FILES, texts, strict=True):
+        with open(output / file, "x", encoding="utf-8") as stream:
+            stream.write(text)

@@ -1,0 +1,100 @@
+"""Settings of the trials that are text tables: both manipulators, and the belt of a treadmill."""
+
+import numpy as np
+
+from tepsipe.new_study.look import samples
+from tepsipe.new_study.measures import period_s, resisting_sign
+from tepsipe.new_study.pairing import Group
+from tepsipe.new_study.settings import Missing, Plan
+
+LARGEST_RAD = 3.2
+DELIMITERS = {"comma": "comma", "tab": "tab"}
+DEFAULT_RATE_HZ = 250.0
+
+
+def angle_unit(values: np.ndarray, unit: str) -> tuple[str, str]:
+    """Unit of an angle, ``rad`` or ``deg``, and why: by the name of its column, else by its size (rad)."""
+    if unit in ("rad", "deg"):
+        return unit, "by the name of the column"
+    largest = float(np.nanmax(np.abs(values)))
+    unit = "rad" if largest < LARGEST_RAD else "deg"
+    return unit, f"by its size, at most {largest:.3g}"
+
+
+def plan_wristalyzer(plan: Plan, groups: list[Group]) -> None:
+    """Settings of the torque-controlled manipulator (units in the keys)."""
+    first = groups[0].first
+    names, key = first.columns, "wristalyzer"
+    for role, setting in (("time", "time"), ("angle", "angle"), ("trigger", "trigger_time")):
+        plan.put(f"{key}.files.log_columns.{setting}", names[role], f"found in {first.name}")
+    angle = first.channel(names["angle"])
+    unit, why = angle_unit(samples(angle), angle.unit)
+    plan.assume(f"{key}.files.angle_unit", unit, why, "unit of the angle in the log")
+    command = next((g.partners["command"] for g in groups if "command" in g.partners), None)
+    if command is not None:
+        for setting in ("time", "torque"):
+            plan.put(
+                f"{key}.files.command_columns.{setting}", command.columns[setting], f"found in {command.name}"
+            )
+        torque = command.channel(command.columns["torque"])
+        period = period_s(samples(torque), torque.rate_hz) if torque.rate_hz else None
+        note = (
+            "the command repeats itself after this time" if period else "the command does not repeat itself"
+        )
+        plan.put(
+            f"{key}.analysis.perturbation_period_s", None if period is None else float(f"{period:.4g}"), note
+        )
+    plan.check.append(
+        Missing(
+            f"{key}.analysis",
+            "bounds of K and bands are those of the thesis, for a rubber joint of 10 Nm/rad",
+            "set lower, upper, start and the bands to those of your joint and perturbation",
+        )
+    )
+
+
+def plan_position(plan: Plan, groups: list[Group]) -> None:
+    """Settings of the position-controlled manipulator (units in the keys)."""
+    first = groups[0].first
+    key = "position_manipulator"
+    for role in ("time", "angle", "torque"):
+        plan.put(f"{key}.files.columns.{role}", first.columns[role], f"found in {first.name}")
+    delimiter = first.contents.facts["delimiter"]
+    if delimiter in DELIMITERS:
+        plan.put(f"{key}.files.delimiter", delimiter, f"found in {first.name}")
+    else:
+        plan.ask(f"{key}.files.delimiter", f"comma or tab; {first.name} has a {delimiter}", "export it again")
+    angle, torque = (first.channel(first.columns[role]) for role in ("angle", "torque"))
+    unit, why = angle_unit(samples(angle), angle.unit)
+    plan.put(f"{key}.files.angle_unit", unit, why)
+    sign = resisting_sign(samples(angle), samples(torque), angle.rate_hz or 1.0)
+    how = "-1 if a torque that resists a positive angle is recorded as negative, else 1"
+    plan.assume(f"{key}.files.torque_sign", sign, "sign of K in a regression of the torque on the angle", how)
+    rate = min((g.first.channel(g.first.columns["angle"]).rate_hz or np.inf for g in groups), default=np.inf)
+    if rate < DEFAULT_RATE_HZ:
+        plan.put(
+            f"{key}.ingest.resample_rate_hz", float(f"{0.99 * rate:.3g}"), "just below the rate of the tables"
+        )
+
+
+def plan_belt(plan: Plan, groups: list[Group]) -> None:
+    """Settings of the calibration of a treadmill (units in the keys)."""
+    first = groups[0].first
+    delimiter = first.contents.facts["delimiter"]
+    if delimiter in DELIMITERS:
+        plan.put("belt.files.delimiter", delimiter, f"found in {first.name}")
+    else:
+        plan.ask("belt.files.delimiter", f"comma or tab; {first.name} has a {delimiter}", "export it again")
+    role = load_role(first.columns)
+    plan.put("belt.files.load_unit", "Nm" if role == "torque" else "N", f"of {first.columns[role]}")
+    if len(groups) < 2:
+        plan.missing.append(
+            Missing(
+                "trials.tsv, role", "a second recording, to validate the models on", "record another trial"
+            )
+        )
+
+
+def load_role(columns: dict[str, str]) -> str:
+    """Role of the column with the load of a belt table (N·m or N): torque before force."""
+    return "torque" if "torque" in columns else "force"

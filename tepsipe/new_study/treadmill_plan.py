@@ -1,0 +1,409 @@
+"""Settings of the trials on an instrumented treadmill, as far as their files show them."""
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+
+from tepsipe.new_study.measures import Pulses, pulses_of, rests
+from tepsipe.new_study.pairing import Group, experiment_by_name
+from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan
+from tepsipe.new_study.treadmill_trials import Seen, muscles_of
+
+PERSON_N, WEIGHT_N, LOAD_N = 350.0, 100.0, 10.0
+LONGEST_GAP_S = 0.1
+CAMERAS = re.compile(r"vicon|qualisys|motion analysis|optitrack|natural ?point|oqus|simi|bts", re.IGNORECASE)
+SEGMENTS = {
+    "ankle": r"ank|mal|\bfal\b|\btam\b",
+    "foot": r"toe|hee|foot|fcc|fm\d|mt\d|meta",
+    "shank": r"sha|shn|tib|tti|calf|lower",
+    "thigh": r"thi|fem|upper",
+}
+MANY_MARKERS = 12
+
+
+def experiment_of(group: Group, seen: Seen, folder: str) -> str:
+    """Experiment of a treadmill trial (no unit) by names, then by load and channels."""
+    named = experiment_by_name(f"{folder}/{group.first.name}")
+    load = max((abs(x) for x in seen.loads_N.values()), default=0.0)
+    muscles, _ = muscles_of(seen.emg)
+    if muscles or seen.emg:
+        shown, why = "standing", f"{len(seen.emg)} electromyograms"
+    elif load > PERSON_N or len(seen.markers) > MANY_MARKERS:
+        shown, why = "standing", f"{load:.0f} N on the plate, {len(seen.markers)} markers"
+    elif load > WEIGHT_N:
+        shown, why = "weight", f"{load:.0f} N on the plate"
+    elif seen.markers:
+        shown, why = "dummy", f"markers, and {load:.0f} N on the plate"
+    else:
+        shown, why = "empty", f"no markers, and {load:.0f} N on the plate"
+    if named is None:
+        group.notes.append(f"taken for {shown} by its content: {why}")
+        return shown
+    if named != shown and not (load < WEIGHT_N and named in ("dummy", "empty", "weight")):
+        group.notes.append(f"taken for {named} by its name, its content ({why}) looks like {shown}")
+    return named
+
+
+def plan_treadmill(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
+    """Add the settings that all treadmill trials share (units in the keys), and those of each experiment."""
+    every = [seen for _, seen in trials]
+    rates = sorted({s.frame_rate_hz for s in every if s.frame_rate_hz})
+    whole = [(g, s) for g, s in trials if g.first.kind == "whole trial"]
+    if whole:
+        _plan_recording(plan, whole)
+    else:
+        loads = {b: max(abs(s.loads_N.get(b, 0.0)) for s in every) for b in ("left", "right")}
+        belt = max(loads, key=loads.get)
+        if loads[belt] > LOAD_N:
+            plan.put("plate_treadmill.belt", belt, f"it carries up to {loads[belt]:.0f} N, by the logs")
+        else:
+            plan.assume("plate_treadmill.belt", "right", "no belt carries a load", "belt that is perturbed")
+    if rates:
+        plan.put("plate_treadmill.resample_rate_hz", rates[0], "rate of the markers")
+        if rates[0] <= 120.0:
+            plan.put("standing.analysis.stretch_cutoff_hz", 0.4 * rates[0], "below half of that rate")
+    for experiment, add in (("dummy", _plan_dummy), ("weight", _plan_weight), ("standing", _plan_standing)):
+        own = [(g, s) for g, s in trials if g.experiment == experiment]
+        if own:
+            add(plan, own, {g.experiment for g, _ in trials})
+    if any(g.experiment == "empty" for g, _ in trials) and not any(
+        g.experiment == "weight" for g, _ in trials
+    ):
+        _plan_window(plan, "weight.analysis.window", [t for t in trials if t[0].experiment == "empty"])
+
+
+# ---- one file that holds all ---------------------------------------------------------------------
+
+
+def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
+    """Which plates, channels and axes of the files are what."""
+    key, group, seen = "plate_treadmill.recording", *whole[0]
+    name = group.first.name
+    forward, how = _forward(seen)
+    plan.assume(
+        f"{key}.axes.forward", forward, how, "direction of the belt to which the person or dummy faces"
+    )
+    plan.put(f"{key}.axes.up", f"+{'xyz'[seen.up]}", "vertical axis of the file")
+    loads: dict[str, float] = {}
+    for _, other in whole:
+        for number, load in other.loads_N.items():
+            loads[number] = max(load, loads.get(number, load), key=abs)
+    chosen = sorted(sorted(loads, key=lambda n: -abs(loads[n]))[:2])
+    if len(chosen) == 2:
+        across = [_across(seen, n, forward) for n in chosen]
+        if None not in across and across[0] > across[1]:
+            chosen.reverse()
+        left, right = chosen
+        plan.put(f"{key}.plates.left", [int(left)], f"mean vertical force up to {loads[left]:.0f} N")
+        plan.put(f"{key}.plates.right", [int(right)], f"mean vertical force up to {loads[right]:.0f} N")
+        belt = "left" if abs(loads[left]) > abs(loads[right]) else "right"
+        plan.assume("plate_treadmill.belt", belt, "it carries more load", "belt that is perturbed")
+    elif chosen:
+        plan.put(f"{key}.plates.right", [int(chosen[0])], f"the only plate of {name}")
+        plan.put("plate_treadmill.belt", "right", "the only plate is called right")
+    if min(loads.values(), default=0.0) < -LOAD_N:
+        plan.put(f"{key}.force_sign", -1, "vertical forces are negative under load")
+    belts = [s.belt for _, s in whole if s.belt is not None]
+    if belts:
+        b, sign = belts[0], 1.0 if forward[0] == "+" else -1.0
+        note = f"channel of {name}"
+        if np.isfinite(b.correlation):
+            note += f" that follows a low marker with r = {abs(b.correlation):.3f}"
+        plan.put(f"{key}.belt_velocity.channel", b.name, note)
+        scale = f"from {b.name} in {b.unit or 'its unit'} against the markers"
+        plan.assume(
+            f"{key}.belt_velocity.m_per_s_per_unit",
+            _rounded(sign * b.m_per_s_per_unit),
+            scale,
+            "factor of the amplifier",
+        )
+        plan.put(f"{key}.belt_velocity.offset", float(f"{b.offset:.4g}"), "value of the channel at rest")
+    else:
+        labels = [s.belt_fixed for _, s in whole if s.belt_fixed]
+        plan.put(f"{key}.belt_velocity.channel", None, f"no channel of {name} follows the belt")
+        if labels:
+            plan.assume(
+                f"{key}.belt_velocity.markers",
+                labels[0][:3],
+                "low markers that move together",
+                "belt-fixed markers",
+            )
+        else:
+            plan.ask(
+                f"{key}.belt_velocity.markers",
+                "labels of belt-fixed markers",
+                "name markers on the belt or the foot",
+            )
+    triggers = [t for _, s in whole for t in s.triggers]
+    if triggers:
+        plan.put(
+            f"{key}.trigger", None, f"{triggers[0]} looks like a trigger; null: the first frame is time 0"
+        )
+
+
+def _rounded(scale: float) -> float:
+    """A factor to two digits if it differs from them by less than half a percent, else to four."""
+    two = float(f"{scale:.2g}")
+    return two if abs(two - scale) < 0.005 * abs(scale) else float(f"{scale:.4g}")
+
+
+def _across(seen: Seen, number: str, forward: str) -> float | None:
+    """Place of a plate to the right (m)."""
+    centre = seen.plate_centres_m.get(number)
+    if centre is None:
+        return None
+    axis, sign = "xyz".index(forward[1]), 1.0 if forward[0] == "+" else -1.0
+    return float(np.cross(sign * np.eye(3)[axis], np.eye(3)[seen.up]) @ centre)
+
+
+def _forward(seen: Seen) -> tuple[str, str]:
+    """Direction in which the person faces, in the axes of the file, and why."""
+    axis = "xyz"[seen.forward]
+    toes = _median(seen, [m for m in seen.markers if re.search(r"toe|fm\d|mt\d", m, re.IGNORECASE)])
+    heels = _median(seen, [m for m in seen.markers if re.search(r"hee|fcc|calc", m, re.IGNORECASE)])
+    if toes is not None and heels is not None:
+        sign = "+" if toes[seen.forward] >= heels[seen.forward] else "-"
+        return f"{sign}{axis}", f"the belt moves along {axis}, toes are on that side of the heels"
+    if seen.up == 1:
+        return f"-{axis}", "axes of D-Flow: z is backward"
+    return f"+{axis}", f"the belt moves along {axis}; the file does not show to which side it is forward"
+
+
+def _median(seen: Seen, labels: list[str]) -> np.ndarray | None:
+    if not labels or seen.positions is None:
+        return None
+    columns = [seen.markers.index(label) for label in labels]
+    place = np.nanmedian(seen.positions[:, columns].reshape(-1, 3), axis=0)
+    return place if np.isfinite(place).all() else None
+
+
+# ---- experiments ---------------------------------------------------------------------------------
+
+
+def _plan_dummy(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> None:
+    seen = trials[0][1]
+    _plan_markers(plan, "dummy", trials)
+    _plan_window(plan, "dummy.analysis", trials)
+    fixed = [m for m in seen.belt_fixed if m in _visible(trials)]
+    ankle = next((m for m in _visible(trials) if re.search(SEGMENTS["ankle"], m, re.IGNORECASE)), None)
+    ask = plan.ask
+    key = "dummy.geometry"
+    ask(f"{key}.leg_mass_kg", "mass of the leg (kg)", "weigh the leg without the foot")
+    ask(
+        f"{key}.leg_com_m",
+        "distance of the leg's centre of mass from the ankle (m)",
+        "balance the leg on an edge",
+    )
+    ask(
+        f"{key}.leg_inertia_kgm2",
+        "moment of inertia of the leg about its centre of mass (kg·m²)",
+        "swing it as a pendulum about the ankle: T² m g d / (4 π²) - m d²",
+    )
+    ask(f"{key}.foot_mass_kg", "mass of the foot (kg)", "weigh it")
+    ask(f"{key}.foot_height_m", "height of the ankle above the belt (m)", "measure it with a ruler")
+    leg = [m for m in _visible(trials) if m not in fixed or m == ankle]
+    _plan_segment(plan, f"{key}.leg_markers", leg, ankle, trials, "the axis of the leg")
+    if ankle is not None:
+        plan.put("dummy.foot.ankle_label", ankle, "by its name")
+    elif fixed:
+        plan.assume("dummy.foot.ankle_label", fixed[-1], "no marker is called ankle", "marker on the ankle")
+    if fixed:
+        plan.put("dummy.foot.belt_fixed_labels", fixed, "they follow the belt")
+    else:
+        ask(
+            "dummy.foot.belt_fixed_labels", "labels of the belt-fixed markers", "name the markers on the foot"
+        )
+
+
+def _plan_weight(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> None:
+    _plan_markers(plan, "weight", trials)
+    _plan_window(plan, "weight.analysis.window", trials)
+    load = max((abs(x) for _, s in trials for x in s.loads_N.values()), default=0.0)
+    plan.ask(
+        "weight.weight.mass_kg",
+        "mass of the weight (kg)",
+        "weigh it",
+        f"the plate shows {load / 9.81:.1f} kg",
+    )
+    plan.ask("weight.weight.com_height_m", "height of its centre of mass above the belt (m)", "measure it")
+
+
+def _plan_standing(plan: Plan, trials: list[tuple[Group, Seen]], experiments: set[str]) -> None:
+    _plan_segments(plan, trials)
+    _plan_window(plan, "standing.analysis.window", trials)
+    load = max((abs(sum(s.loads_N.values())) for _, s in trials), default=0.0)
+    key = "standing.person"
+    plan.ask(
+        f"{key}.mass_kg",
+        "mass of the person (kg)",
+        "weigh the person; the plate must agree within 15 %",
+        f"the plates show {load / 9.81:.1f} kg",
+    )
+    plan.ask(f"{key}.stature_m", "stature (m)", "measure it")
+    plan.ask(
+        f"{key}.com_height",
+        "height of the body's centre of mass as a fraction of the stature (–)",
+        "0.55 for women, 0.56 for men",
+    )
+    plan.ask(
+        f"{key}.ankle_height_m", "height of the outer ankle bone above the sole (m)", "measure it carefully"
+    )
+    plan.ask(
+        f"{key}.foot_com_m",
+        "anterior offset of the feet's centre of mass from the ankle (m)",
+        "half the distance from the ankle to the ball of the foot",
+    )
+    labels = next((s.emg for _, s in trials if s.emg), [])
+    muscles, others = muscles_of(labels)
+    for muscle, label in muscles.items():
+        plan.put(f"standing.muscles.{muscle}.channel", label, "by its name")
+    if others and labels:
+        plan.check.append(
+            Missing("standing.muscles", f"not taken for a muscle: {', '.join(others)}", "add them")
+        )
+    trigger = next((s.emg_trigger for _, s in trials if s.emg_trigger), None)
+    if trigger:
+        plan.put("standing.files.emg_trigger", trigger[0], "two levels, by its name")
+        plan.put("standing.files.emg_trigger_threshold", float(f"{trigger[1]:.4g}"), "half way between them")
+    elif any("emg" in g.partners for g, _ in trials):
+        plan.ask(
+            "standing.files.emg_trigger",
+            "label of the trigger in the file of electromyograms",
+            "name the channel of the trigger line",
+        )
+    if not {"weight", "empty"} <= experiments:
+        plan.put(
+            "standing.pathways.ankle-compensated.treadmill_model", None, "no trials of weight and empty belt"
+        )
+        plan.put("standing.recommended.pathway", "ankle", "the belt-induced load is not compensated")
+
+
+def _plan_segments(plan: Plan, trials: list[tuple[Group, Seen]]) -> None:
+    """Markers of the foot, the shank and the thigh of one leg."""
+    seen = trials[0][1]
+    visible = _visible(trials)
+    own = _one_side(visible)
+    parts = {s: [m for m in own if re.search(p, m, re.IGNORECASE)] for s, p in SEGMENTS.items()}
+    ankle = parts["ankle"][0] if parts["ankle"] else None
+    used = []
+    for segment, axis in (
+        ("foot", "the ankle"),
+        ("shank", "the line from ankle to knee"),
+        ("thigh", "the line from knee to hip"),
+    ):
+        labels = [m for m in own if m in parts[segment] or (segment != "thigh" and m == ankle)]
+        used += labels
+        reference = ankle if segment != "thigh" else None
+        _plan_segment(plan, f"standing.person.{segment}_markers", labels, reference, trials, axis)
+    keep = (
+        [m for m in visible if m in used or m in seen.belt_fixed] if len(visible) > MANY_MARKERS else visible
+    )
+    _plan_markers(plan, "standing", trials, keep)
+
+
+def _one_side(labels: Iterable[str]) -> list[str]:
+    """Labels of one leg: those of the right one, if labels begin with R and L."""
+    labels = list(labels)
+    sided = [m for m in labels if re.match(r"[RL](_|[A-Z])", m)]
+    if not sided:
+        return labels
+    right = [m for m in labels if re.match(r"R(_|[A-Z])", m)]
+    return right or [m for m in labels if m.startswith("L")]
+
+
+def _visible(trials: list[tuple[Group, Seen]]) -> list[str]:
+    """Markers that no trial hides for longer than `LONGEST_GAP_S`, in the order of the file."""
+    first = trials[0][1].markers
+    kept = [m for m in first if all(s.longest_gap_s.get(m, np.inf) <= LONGEST_GAP_S for _, s in trials)]
+    return list(dict.fromkeys(kept))
+
+
+def _plan_markers(plan: Plan, experiment: str, trials: list[tuple[Group, Seen]], labels=None) -> None:
+    """Labels of the markers, and how they are sampled."""
+    name = trials[0][0].partners.get("markers", trials[0][0].first).name
+    seen = trials[0][1]
+    labels = _visible(trials) if labels is None else labels
+    hidden = len(seen.markers) - len(_visible(trials))
+    note = f"found in {name}" + (f"; {hidden} are hidden for more than {LONGEST_GAP_S} s" if hidden else "")
+    if labels:
+        plan.put(f"{experiment}.files.marker_labels", labels, note)
+    else:
+        plan.ask(
+            f"{experiment}.files.marker_labels", "labels of the markers, a list", "see tepsipe info", note
+        )
+    key = f"{experiment}.ingest.marker_sampling_hz"
+    if CAMERAS.search(seen.maker):
+        plan.put(key, None, f"cameras sample all markers at once ({seen.maker})")
+    else:
+        plan.ask(
+            key,
+            "rate of sequential marker sampling within a frame (Hz)",
+            "null for cameras; for an Optotrak the rate of its strober, and marker_labels in its order",
+        )
+
+
+def _plan_segment(plan: Plan, key: str, labels: list[str], ankle: str | None, trials, axis: str) -> None:
+    """Offsets of the markers of a segment: placeholders, with where each marker was at rest."""
+    if len(labels) < 2:
+        plan.ask(
+            key,
+            "markers of this segment and their offsets, a list of at least two",
+            "as in docs/recordings: {label: ..., anterior_offset_m: ..., longitudinal_offset_m: ...}",
+        )
+        return
+    items = []
+    for label in labels:
+        offsets = 0.0 if label == ankle else PLACEHOLDER
+        note = "on the joint" if label == ankle else _place(label, ankle, trials)
+        items.append(({"label": label, "anterior_offset_m": offsets, "longitudinal_offset_m": offsets}, note))
+    plan.put(key, items)
+    plan.missing.append(
+        Missing(
+            key,
+            f"place of each marker (m): anterior_offset_m from {axis}, longitudinal_offset_m along it",
+            "with a ruler, or on a photograph from the side; take out markers that are not on it",
+        )
+    )
+
+
+def _place(label: str, ankle: str | None, trials) -> str:
+    """Where a marker was before the first pulse, from the ankle marker if there is one."""
+    seen = trials[0][1]
+    pulses = _pulses(seen)
+    stop = None if pulses is None else max(1, int(pulses.first_s * seen.frame_rate_hz))
+
+    def place(name: str) -> np.ndarray:
+        return np.nanmedian(seen.positions[:stop, seen.markers.index(name)], axis=0)
+
+    at = place(label)
+    if ankle is None:
+        return f"at rest {at[seen.up]:.3f} m high"
+    along, up = (at - place(ankle))[[seen.forward, seen.up]]
+    return f"at rest {along:+.3f} m along {'xyz'[seen.forward]} and {up:+.3f} m up from {ankle}"
+
+
+def _pulses(seen: Seen) -> Pulses | None:
+    return None if seen.velocity is None else pulses_of(seen.velocity, seen.velocity_rate_hz)
+
+
+def _plan_window(plan: Plan, key: str, trials: list[tuple[Group, Seen]]) -> None:
+    """Rests before the first and after the last pulse of all trials."""
+    found = []
+    for group, seen in trials:
+        pulses = _pulses(seen)
+        if pulses is None:
+            group.notes.append("no separate pulses of the belt found")
+        else:
+            found.append((*rests(pulses, seen.duration_s), pulses.count))
+    if found:
+        before, after = (min(f[k] for f in found) for k in (0, 1))
+        counts = sorted({f[2] for f in found})
+        note = f"{' or '.join(map(str, counts))} pulses found"
+        plan.put(f"{key}.rest_before_s", before, f"{note}; until the first")
+        plan.assume(f"{key}.rest_after_s", after, "after the decay of the last pulse", "by your protocol")
+    else:
+        plan.ask(
+            f"{key}.rest_before_s", "time from the start to the first perturbation (s)", "by your protocol"
+        )
+        plan.ask(f"{key}.rest_after_s", "unperturbed time at the end (s)", "by your protocol")

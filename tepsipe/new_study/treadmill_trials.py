@@ -1,0 +1,324 @@
+"""What the files of one treadmill trial show: markers, belt velocity, loads, muscles."""
+
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.io.described import Channel
+from tepsipe.io.readers.c3d import Markers
+from tepsipe.io.readers.recording import Recording
+from tepsipe.new_study.look import Found, samples
+from tepsipe.new_study.measures import (
+    FOLLOWS,
+    at_frames,
+    follows,
+    is_two_levels,
+    scale_of,
+    smooth_velocity,
+)
+from tepsipe.new_study.pairing import Group
+
+TRIGGER_V = 2.5
+VELOCITY_NAMES = re.compile(r"belt|speed|veloc|v_b|geschw|band", re.IGNORECASE)
+TRIGGER_NAMES = re.compile(r"trig|sync|start", re.IGNORECASE)
+COMMAND_NAMES = re.compile(r"command|cmd|set ?point|target|soll", re.IGNORECASE)
+# muscle -> how its channel is called; the first channel that fits is taken
+MUSCLES = {
+    "TA": r"\bTA\b|tib\w*[ ._-]*ant|^[lr]?tib",
+    "SOL": r"sol",
+    "GAS": r"gas|\b[lr]?[mg][gml]\b",
+    "BF": r"\bBF\b|bic\w*[ ._-]*fem|ham|^[lr]?bic",
+    "RF": r"\bRF\b|rect",
+}
+
+
+@dataclass(frozen=True)
+class BeltChannel:
+    """A channel that holds the velocity of the belt.
+
+    Attributes
+    ----------
+    name, unit : str
+        Its name and unit.
+    m_per_s_per_unit, offset : float
+        Velocity per unit (m/s), and value at rest (unit).
+    correlation : float
+        With the velocity of the marker that follows it best (-); NaN without markers.
+    """
+
+    name: str
+    unit: str
+    m_per_s_per_unit: float
+    offset: float
+    correlation: float
+
+
+@dataclass
+class Seen:
+    """What a trial's files show.
+
+    Attributes
+    ----------
+    markers : tuple of str
+        Labels in the order of the file.
+    positions : ndarray, shape (frames, markers, 3), or None
+        Positions in the axes of the file (m).
+    frame_rate_hz : float or None
+        Rate of the frames (Hz).
+    longest_gap_s : dict of str to float
+        Marker -> longest time for which it is hidden (s).
+    maker : str
+        Maker of the motion capture system as the file names it.
+    duration_s : float
+        Length of the trial (s).
+    loads_N : dict of str to float
+        Belt (``left``, ``right``), or number of the force plate, -> mean vertical force (N).
+    plate_centres_m : dict of str to ndarray, shape (3,)
+        Number of the force plate -> centre of its corners in the axes of the file (m).
+    velocity, velocity_rate_hz : ndarray, shape (n,), and float, or None
+        Velocity of the belt from the trial's start on (m/s), and its rate (Hz).
+    belt : BeltChannel or None
+        Channel of the velocity in a whole trial.
+    triggers, commands, emg : list of str
+        Names of likely channels of a whole trial or of a file of electromyograms.
+    emg_trigger : tuple of (str, float), or None
+        Label and threshold (its unit) of the trigger in the file of electromyograms.
+    belt_fixed : list of str
+        Markers that follow the belt.
+    forward, up : int
+        Axes of the file along which the belt moves, and of the vertical (-): 0 for x.
+    """
+
+    markers: tuple[str, ...] = ()
+    positions: np.ndarray | None = None
+    frame_rate_hz: float | None = None
+    longest_gap_s: dict[str, float] = field(default_factory=dict)
+    maker: str = ""
+    duration_s: float = 0.0
+    loads_N: dict[str, float] = field(default_factory=dict)
+    plate_centres_m: dict[str, np.ndarray] = field(default_factory=dict)
+    velocity: np.ndarray | None = None
+    velocity_rate_hz: float | None = None
+    belt: BeltChannel | None = None
+    triggers: list[str] = field(default_factory=list)
+    commands: list[str] = field(default_factory=list)
+    emg: list[str] = field(default_factory=list)
+    emg_trigger: tuple[str, float] | None = None
+    belt_fixed: list[str] = field(default_factory=list)
+    forward: int = 1
+    up: int = 2
+
+
+def seen_in(group: Group) -> Seen:
+    """Look into the files of a treadmill trial.
+
+    Parameters
+    ----------
+    group : Group
+        Its files (units of the files).
+
+    Returns
+    -------
+    Seen
+        SI units.
+
+    Raises
+    ------
+    InputError
+        If the log or the recording cannot be read.
+    """
+    seen = Seen(duration_s=group.first.duration_s or 0.0)
+    if group.first.kind == "whole trial":
+        _see_recording(seen, group.first)
+    else:
+        _see_log(seen, group)
+    emg = group.partners.get("emg")
+    if emg is not None:
+        _see_emg(seen, emg)
+    if seen.positions is not None and seen.velocity is not None:
+        seen.belt_fixed = _followers(seen)
+    return seen
+
+
+def _see_markers(seen: Seen, markers: Markers | None, maker: str) -> None:
+    """Markers that are visible at all, in the order of the file."""
+    if markers is None:
+        return
+    there = np.isfinite(markers.positions).any(axis=(0, 2))
+    seen.markers = tuple(m for m, visible in zip(markers.labels, there, strict=True) if visible)
+    seen.positions, seen.frame_rate_hz, seen.maker = markers.positions[:, there], markers.rate_hz, maker
+    for k, label in enumerate(seen.markers):
+        gap = Channel.of(label, "m", None, seen.positions[:, k]).longest_gap
+        seen.longest_gap_s[label] = max(seen.longest_gap_s.get(label, 0.0), gap / markers.rate_hz)
+    seen.forward = _moving_axis(seen)
+
+
+def _see_log(seen: Seen, group: Group) -> None:
+    """Log in volts, calibration matrix, markers in a file of their own."""
+    from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log
+
+    log = read_treadmill_log(group.first.path)
+    high = np.flatnonzero(log.trigger >= TRIGGER_V)
+    start, stop = (int(high[0]), int(high[-1]) + 1) if high.size else (0, log.trigger.size)
+    seen.velocity, seen.velocity_rate_hz = log.belt_velocity[start:stop], log.rate_hz
+    seen.duration_s = (stop - start) / log.rate_hz
+    if "calibration" in group.partners:
+        try:
+            matrix = read_calibration_matrix(group.partners["calibration"].path)
+            mean = log.voltages[start:stop].mean(axis=0)
+            for belt in ("left", "right"):
+                seen.loads_N[belt] = float(matrix.row(f"Fz_{belt}") @ mean)
+        except (InputError, ValueError) as error:
+            group.notes.append(f"calibration matrix not applied: {error}")
+    if "markers" in group.partners:
+        found = group.partners["markers"]
+        markers, maker = markers_in(found)
+        _see_markers(seen, markers, maker)
+        seen.duration_s = min(seen.duration_s, markers.positions.shape[0] / markers.rate_hz)
+
+
+def _see_recording(seen: Seen, found: Found) -> None:
+    """Markers, plates and channels of one file."""
+    from tepsipe.io.readers.whole_trial import read_recording
+
+    recording = read_recording(found.path)
+    seen.up = 1 if found.contents.kind.startswith("D-Flow") else 2
+    _see_markers(seen, recording.markers, found.contents.facts.get("made by", ""))
+    for number, plate in enumerate(recording.plates, start=1):
+        seen.loads_N[str(number)] = float(np.nanmean(plate.force[:, seen.up]))
+        if plate.corners is not None:
+            seen.plate_centres_m[str(number)] = plate.corners.mean(axis=0)
+    lengths = [p.force.shape[0] / p.rate_hz for p in recording.plates]
+    lengths += [] if seen.positions is None else [seen.positions.shape[0] / seen.frame_rate_hz]
+    seen.duration_s = min(lengths, default=seen.duration_s)
+    of_plates = set(_plate_channels(recording))
+    free = {name: c for name, c in recording.channels.items() if name not in of_plates}
+    seen.triggers = [n for n, c in free.items() if TRIGGER_NAMES.search(n) and is_two_levels(c.values)]
+    seen.emg = [
+        n for n in free if any(re.search(p, n, re.IGNORECASE) for p in MUSCLES.values()) or "emg" in n.lower()
+    ]
+    rest = {n: c for n, c in free.items() if n not in {*seen.triggers, *seen.emg}}
+    seen.commands = [n for n in rest if COMMAND_NAMES.search(n)]
+    seen.belt = _belt_channel(seen, {n: c for n, c in rest.items() if n not in seen.commands})
+    if seen.belt is not None:
+        channel = recording.channels[seen.belt.name]
+        seen.velocity = seen.belt.m_per_s_per_unit * (channel.values - seen.belt.offset)
+        seen.velocity_rate_hz = channel.rate_hz
+    elif seen.positions is not None:
+        lowest = _lowest(seen)[0]
+        seen.velocity = smooth_velocity(seen.positions[:, lowest, seen.forward], seen.frame_rate_hz)
+        seen.velocity_rate_hz = seen.frame_rate_hz
+
+
+def markers_in(found: Found) -> tuple[Markers, str]:
+    """Markers of a file of markers (m), and the maker of the system that recorded them.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    """
+    from tepsipe.io.readers.c3d import markers_of, open_c3d
+
+    if found.contents.kind == "TRC":
+        from tepsipe.io.readers.trc import read_trc
+
+        return read_trc(found.path), ""
+    wanted = set(found.contents.markers)
+    markers = markers_of(open_c3d(found.path), found.path)
+    columns = [k for k, label in enumerate(markers.labels) if label in wanted]
+    labels = tuple(markers.labels[k] for k in columns)
+    return Markers(markers.rate_hz, labels, markers.positions[:, columns]), found.contents.facts.get(
+        "made by", ""
+    )
+
+
+def _plate_channels(recording: Recording) -> list[str]:
+    """Channels that look like those of force plates by name or unit."""
+    forces = re.compile(r"^(N|kN|Nmm|Nm|N\.?mm|Ncm)$")
+    return [
+        name
+        for name, c in recording.channels.items()
+        if forces.match(c.unit.strip())
+        or re.search(r"(^|[ ._-])(f|m)(p\d)?[ ._-]*[xyz]\d?\b", name, re.IGNORECASE)
+    ]
+
+
+def _moving_axis(seen: Seen) -> int:
+    """Horizontal axis of the file along which the lowest markers move most (-)."""
+    low = seen.positions[:, _lowest(seen)[:3]]
+    spread = np.nanmedian(np.nanmax(low, axis=0) - np.nanmin(low, axis=0), axis=0)
+    spread[seen.up] = -1.0
+    return int(np.argmax(spread))
+
+
+def _lowest(seen: Seen) -> list[int]:
+    """Numbers of the markers (-) from low to high; those that are hidden most of the time come last."""
+    heights = seen.positions[:, :, seen.up]
+    there = np.isfinite(heights).mean(axis=0) > 0.5
+    middle = [float(np.nanmedian(heights[:, k])) if there[k] else np.inf for k in range(len(seen.markers))]
+    return [int(k) for k in np.argsort(middle, kind="stable")]
+
+
+def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
+    """Channel whose integral is the way of a low marker; without markers one with a telling name."""
+    best, rank = None, (False, 0.0)
+    for name, channel in channels.items():
+        values = channel.values
+        if not np.isfinite(values).all() or not np.ptp(values) > 0.0:
+            continue
+        named = bool(VELOCITY_NAMES.search(name))
+        if seen.positions is None:
+            scale = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}.get(channel.unit.strip())
+            if named and scale is not None:
+                return BeltChannel(name, channel.unit, scale, 0.0, np.nan)
+            continue
+        sampled = at_frames(values, channel.rate_hz, seen.positions.shape[0], seen.frame_rate_hz)
+        for k in _lowest(seen)[:4]:
+            moved = smooth_velocity(seen.positions[:, k, seen.forward], seen.frame_rate_hz)
+            r, _ = follows(moved, sampled)
+            if abs(r) > FOLLOWS and (best is None or (named, abs(r)) > rank):
+                scale = scale_of(moved, sampled, seen.frame_rate_hz)
+                best, rank = (
+                    BeltChannel(name, channel.unit, scale, float(np.median(values)), r),
+                    (named, abs(r)),
+                )
+    return best
+
+
+def _followers(seen: Seen) -> list[str]:
+    """Markers whose velocity is that of the belt, in the order of the file."""
+    frames = seen.positions.shape[0]
+    belt = at_frames(seen.velocity, seen.velocity_rate_hz, frames, seen.frame_rate_hz)
+    found = []
+    for k, label in enumerate(seen.markers):
+        position = seen.positions[:, k, seen.forward]
+        if np.isfinite(position).mean() > 0.9:
+            r, scale = follows(smooth_velocity(position, seen.frame_rate_hz), belt)
+            if r > FOLLOWS and 0.9 < scale < 1.1:
+                found.append(label)
+    return found
+
+
+def _see_emg(seen: Seen, found: Found) -> None:
+    """Labels of muscles and the trigger of a file of electromyograms."""
+    for channel in found.contents.channels:
+        values = samples(channel)
+        if TRIGGER_NAMES.search(channel.name) and is_two_levels(values):
+            seen.emg_trigger = (channel.name, 0.5 * float(values.min() + values.max()))
+        else:
+            seen.emg.append(channel.name)
+
+
+def muscles_of(labels: list[str]) -> tuple[dict[str, str], list[str]]:
+    """Muscle of the configuration -> label of its channel, and labels that are of none of them (no unit)."""
+    found: dict[str, str] = {}
+    for muscle, pattern in MUSCLES.items():
+        label = next(
+            (n for n in labels if re.search(pattern, n, re.IGNORECASE) and n not in found.values()), None
+        )
+        if label is not None:
+            found[muscle] = label
+    return found, [n for n in labels if n not in found.values()]

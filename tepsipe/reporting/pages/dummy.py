@@ -1,0 +1,162 @@
+"""Page of a trial of the ankle dummy."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.reporting.figures.names import words
+from tepsipe.reporting.pages import header
+from tepsipe.reporting.pages.signals import (
+    belt_panel,
+    force_panels,
+    hidden_sentences,
+    marker_panels,
+    window_bands,
+)
+from tepsipe.reporting.pages.trial_page import Band, Clock, Page, Panel, Section, Trace
+
+LOADS = {"Fy": ("Fore-aft force", "N"), "Mx": ("Moment about the plate's x axis", "N·m")}
+
+
+def dummy_page(
+    trial: Trial,
+    leg: Result,
+    foot: Result | None,
+    estimates: Sequence[Estimate],
+    choices: dict,
+) -> Page:
+    """Belt, markers, forces, angle, and torque of every pathway with its prediction.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (m/s, N, m).
+    leg, foot : Result
+        Fits of the pathways from the leg, and from the foot if there are any (N·m, rad, samples).
+    estimates : sequence of Estimate
+        Of the trial (units in them).
+    choices : dict
+        ``study``, ``condition``, ``belt``, ``recommended`` (pathway), ``made``.
+
+    Returns
+    -------
+    Page
+        Time in s.
+    """
+    time, windows = trial.time, leg.arrays["windows"]
+    vaf = leg.arrays.get(f"{choices['recommended']}/vaf_per_perturbation", np.empty(0))
+    notes = [f"VAF {value:.2f} % ({words(choices['recommended'])})" for value in vaf]
+    bands = window_bands(time, windows, notes if len(notes) == len(windows) else ())
+    clock = Clock.of(time, [(b.start_s - 0.1, b.stop_s + 0.6) for b in bands])
+    torques = _torque_panels(leg, clock, bands)
+    if foot is not None:
+        torques += _torque_panels(foot, clock, window_bands(time, foot.arrays["windows"]))
+    lengths = np.diff(windows, axis=1) / trial.rate_hz
+    residual = leg.facts["marker_residual_rms_m"]
+    facts = [
+        *header.trial_facts(trial, "dummy", choices["condition"], choices["made"]),
+        ("Perturbations", f"{len(windows)}, windows of {1e3 * lengths.mean():.3g} ms on average"),
+        ("Markers", f"residual of the rigid leg {1e3 * residual:.2g} mm RMS"),
+    ]
+    flags = header.flagged(estimates)
+    top = (
+        header.facts_list(facts)
+        + header.estimates_table(estimates, [choices["recommended"]])
+        + (header.sentences_list("Flags", flags, "") if flags else "")
+        + header.sentences_list(
+            "Left out or filled",
+            hidden_sentences(trial),
+            "No perturbation was left out, no marker was hidden.",
+        )
+    )
+    return Page(
+        title=f"{header.TITLES['dummy']}, {choices['condition']}",
+        study=choices["study"],
+        header=top,
+        sections=(
+            Section("Belt and markers", (belt_panel(trial, clock, bands), *marker_panels(trial, clock))),
+            Section("Angle of the leg", tuple(_angle_panels(leg, clock, bands))),
+            Section(
+                "Force",
+                (*_load_panels(foot, clock, bands), *force_panels(trial, clock, choices["belt"], bands)),
+            ),
+            Section(
+                "Torque of the ankle, by pathway",
+                tuple(torques),
+                "The prediction uses the means of I, B and K over the windows.",
+            ),
+        ),
+        footer=header.sources_table(trial) + header.processing(trial),
+        windows=tuple(bands),
+    )
+
+
+def _torque_panels(result: Result, clock: Clock, bands: list[Band]) -> list[Panel]:
+    panels = []
+    for name in result.facts["pathways"]:
+        if f"{name}/torque" not in result.arrays:
+            continue
+        vaf = result.arrays[f"{name}/vaf_per_perturbation"]
+        panels.append(
+            Panel(
+                f"Torque, {words(name)}",
+                "N·m",
+                (
+                    Trace("torque", result.arrays[f"{name}/torque"], clock, "black"),
+                    Trace("predicted", result.arrays[f"{name}/predicted_torque"], clock, "vermilion", "5 3"),
+                ),
+                tuple(bands),
+                note=f"VAF in the windows {np.nanmean(vaf):.2f} % on average" if vaf.size else "",
+            )
+        )
+    return panels
+
+
+def _angle_panels(leg: Result, clock: Clock, bands: list[Band]) -> list[Panel]:
+    for name in leg.facts["pathways"]:
+        if f"{name}/simulated_angle" in leg.arrays:
+            traces = (
+                Trace("measured", leg.arrays[f"{name}/angle"], clock, "black"),
+                Trace(
+                    f"simulated, {words(name)}",
+                    leg.arrays[f"{name}/simulated_angle"],
+                    clock,
+                    "vermilion",
+                    "5 3",
+                ),
+            )
+            return [Panel("Angle", "rad", traces, tuple(bands))]
+    name = leg.facts["pathways"][0]
+    angle = Trace("measured", leg.arrays[f"{name}/regressors"][:, 2], clock, "black")
+    return [Panel("Angle from rest", "rad", (angle,), tuple(bands))]
+
+
+def _load_panels(foot: Result | None, clock: Clock, bands: list[Band]) -> list[Panel]:
+    """Loads of the plate before and after compensation, if the fit of the foot holds them."""
+    if foot is None:
+        return []
+    panels = []
+    for load, (title, unit) in LOADS.items():
+        names = [key for key in foot.arrays if key.startswith(f"loads/{load}/")]
+        traces = []
+        for key, (colour, dash) in zip(
+            sorted(names, key=lambda key: not key.endswith("/measured")),
+            (("black", ""), ("blue", ""), ("vermilion", "5 3"), ("green", "2 2")),
+            strict=False,
+        ):
+            name = key.rpartition("/")[2]
+            label = "measured" if name == "measured" else f"compensated by {name}"
+            traces.append(Trace(label, foot.arrays[key], clock, colour, dash))
+        panels.append(
+            Panel(
+                f"{title} before and after compensation",
+                unit,
+                tuple(traces),
+                tuple(bands),
+                note="low-pass filtered",
+            )
+        )
+    return panels

@@ -1,0 +1,167 @@
+"""Header and footer of a trial's page: facts, estimates, what was left out, source files, processing."""
+
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import PurePath
+
+from tepsipe.io.estimates import FLAGS, Estimate
+from tepsipe.io.trial import Trial
+from tepsipe.reporting.figures.names import unit_symbol, words
+from tepsipe.reporting.numbers.format import by_uncertainty
+from tepsipe.reporting.pages.html import table, text
+
+# quantities in the first table; all others are in the second, which opens on demand
+FIRST = (
+    "I",
+    "B",
+    "K",
+    "mass",
+    "added_force_peak",
+    "VAF_perturbation",
+    "VAF_response",
+    "VAF_trial",
+    "VAF_held_out",
+)
+LABELS = {
+    "mass": "mass",
+    "added_force_peak": "peak belt-induced force",
+    "VAF_perturbation": "VAF, perturbation",
+    "VAF_response": "VAF, response",
+    "VAF_trial": "VAF, trial",
+    "VAF_held_out": "VAF, held out",
+}
+TITLES = {
+    "wristalyzer": "Torque-controlled manipulator",
+    "dummy": "Ankle dummy",
+    "weight": "Weight on the belt",
+    "empty": "Empty belt",
+    "standing": "Standing person",
+    "belt": "Treadmill belt",
+    "position_manipulator": "Position-controlled manipulator",
+}
+
+
+def facts_list(facts: Iterable[tuple[str, str]]) -> str:
+    """Pairs of a name and a text (units in it) as a list of HTML; pairs without a text are left out."""
+    rows = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>\n" for name, value in facts if value)
+    return f'<dl class="facts">\n{rows}</dl>\n'
+
+
+def sentences_list(heading: str, sentences: Sequence[str], otherwise: str) -> str:
+    """Sentences (units in them) below a heading, or one that says that there is none."""
+    if not sentences:
+        return f"<p>{text(otherwise)}</p>\n"
+    items = "".join(f"<li>{text(sentence)}</li>\n" for sentence in sentences)
+    return f'<h3>{text(heading)}</h3>\n<ul class="left-out">\n{items}</ul>\n'
+
+
+def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -> str:
+    """Estimates (in their units) with 95 % intervals, one row per pathway and estimator, then all of them.
+
+    ``recommended`` names the pathway to use, and the estimator if there are several for a pathway.
+    """
+    if not estimates:
+        return "<p>This trial has no estimates of its own.</p>\n"
+    quantities = [q for q in FIRST if any(e.quantity == q for e in estimates)]
+    units = {e.quantity: e.unit for e in estimates}
+    groups: dict[tuple[str, str], dict[str, Estimate]] = {}
+    for e in estimates:
+        groups.setdefault((e.pathway, e.estimator), {})[e.quantity] = e
+    header = ["Pathway", "Estimator", *(_heading(q, units[q]) for q in quantities)]
+    rows = []
+
+    def use(names: tuple[str, str]) -> bool:
+        return bool(recommended) and set(recommended) <= set(names)
+
+    for pathway, estimator in sorted(groups, key=lambda names: not use(names)):
+        found = groups[pathway, estimator]
+        mark = " <b>(recommended)</b>" if use((pathway, estimator)) else ""
+        cells = [_cell(found[q]) if q in found else "" for q in quantities]
+        rows.append([text(words(pathway)) + mark, text(words(estimator)), *cells])
+    every = [
+        [
+            text(words(e.pathway)),
+            text(words(e.estimator)),
+            text(e.quantity),
+            _cell(e),
+            text(_unit(e.unit)),
+            "" if e.n_perturbations is None else text(e.n_perturbations),
+            text(e.flags.replace(";", "; ")),
+        ]
+        for e in estimates
+    ]
+    columns = ("Pathway", "Estimator", "Quantity", "Value (95 % interval)", "Unit", "Perturbations", "Flags")
+    return (
+        table(header, rows, "Estimates of this trial; in brackets the 95 % interval")
+        + f"<details><summary>All {len(every)} estimates</summary>\n{table(columns, every)}</details>\n"
+    )
+
+
+def flagged(estimates: Sequence[Estimate]) -> list[str]:
+    """One sentence per failed check: the estimates that failed it (no unit), and what it says."""
+    found: dict[str, dict[str, None]] = {}
+    for e in estimates:
+        for flag in filter(None, e.flags.split(";")):
+            name = f"{e.quantity} by {words(e.pathway)}, {words(e.estimator)}"
+            found.setdefault(flag, {})[name] = None
+    return [f"{'; '.join(names)}: {FLAGS.get(flag, flag)}." for flag, names in found.items()]
+
+
+def _heading(quantity: str, unit: str) -> str:
+    name = f"<i>{quantity}</i>" if len(quantity) == 1 else text(LABELS[quantity])
+    return f"{name} ({text(_unit(unit))})"
+
+
+def _unit(unit: str) -> str:
+    return "\N{EN DASH}" if unit == "1" else unit_symbol(unit)
+
+
+def _cell(estimate: Estimate) -> str:
+    value, interval = by_uncertainty(estimate.value, estimate.ci_low, estimate.ci_high)
+    mark = ' <b title="flagged, see below">\N{DAGGER}</b>' if estimate.flags else ""
+    between = f' <span class="interval">({text(interval)})</span>' if interval else ""
+    return f'<span class="nowrap">{text(value)}{mark}</span>{between}'
+
+
+def sources_table(trial: Trial) -> str:
+    """Source files of a trial with the beginning of their SHA-256 (no unit)."""
+    sources = json.loads(trial.attributes.get("sources", "{}"))
+    rows = []
+    for kind, source in sources.items():
+        path = PurePath(source["file"])
+        rows.append(
+            [
+                text(kind),
+                f'<code title="{text(path)}">{text(PurePath(*path.parts[-3:]))}</code>',
+                f'<code title="{text(source["sha256"])}">{text(source["sha256"][:16])}</code>',
+            ]
+        )
+    return table(("Source", "File", "SHA-256, first 16 digits"), rows) if rows else ""
+
+
+def processing(trial: Trial) -> str:
+    """What was done to every signal before the analysis, and the options of that (units in their names)."""
+    rows = [
+        [
+            f"<code>{text(name)}</code>",
+            text(unit_symbol(s.unit)),
+            text(s.meaning),
+            text("; ".join(s.processing)),
+        ]
+        for name, s in trial.signals.items()
+    ]
+    options = json.loads(trial.attributes.get("options", "{}"))
+    listed = facts_list((name, json.dumps(value, ensure_ascii=False)) for name, value in options.items())
+    shown = table(("Signal", "Unit", "Meaning", "Processing"), rows)
+    return f"<details><summary>Signals and their processing</summary>\n{shown}{listed}</details>\n"
+
+
+def trial_facts(trial: Trial, experiment: str, condition: str, made: bool) -> list[tuple[str, str]]:
+    """Experiment, condition, origin, rate (Hz) and length (s) of a trial, for `facts_list`."""
+    length = float(trial.time[-1] - trial.time[0]) if trial.time.size else 0.0
+    return [
+        ("Experiment", experiment),
+        ("Condition", condition),
+        ("Raw files", "simulated by the virtual laboratory" if made else "recorded"),
+        ("Rate and length", f"{trial.rate_hz:g} Hz, {length:.4g} s"),
+    ]

@@ -1,0 +1,309 @@
+"""A page of one trial: panels of traces over common axes, with a header and tables.
+
+The pages of the experiments say what is shown; this module lays it out, decimates the traces so that the page
+stays small, and writes one file of HTML.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.reporting.pages.decimation import Run, decimate, pack, plan_runs
+from tepsipe.reporting.pages.html import asset, document, json_script, text
+
+# points of all traces together: two bytes each, 4/3 of that as text
+MOST_POINTS = 240_000
+MOST_PER_TRACE = 9_000
+# Okabe and Ito (2008), without their yellow, which is too light for a line
+COLOURS = {
+    "black": "#1b1b1b",
+    "blue": "#0072b2",
+    "vermilion": "#d55e00",
+    "green": "#009e73",
+    "orange": "#e69f00",
+    "purple": "#cc79a7",
+    "sky": "#56b4e9",
+    "grey": "#8a8a8a",
+}
+CYCLE = tuple(
+    (colour, dash)
+    for dash in ("", "6 3", "2 2")
+    for colour in ("blue", "vermilion", "green", "purple", "orange", "sky")
+)
+BANDS = {
+    "window": "fitted window",
+    "epoch": "epoch that is used",
+    "hidden": "filled or hidden",
+    "left-out": "left out",
+    "held-out": "held out",
+    "cut": "not used",
+}
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Regular instants that several traces share.
+
+    Attributes
+    ----------
+    start_s, rate_hz : float
+        First instant (s) and rate (Hz).
+    size : int
+        Number of samples (-).
+    focus : tuple of (int, int)
+        Parts that are drawn with every sample (samples).
+    """
+
+    start_s: float
+    rate_hz: float
+    size: int
+    focus: tuple[tuple[int, int], ...] = ()
+
+    @classmethod
+    def of(cls, time: np.ndarray, focus_s: Sequence[tuple[float, float]] = ()) -> "Clock":
+        """Clock of regular instants (s), with the parts to draw with every sample (s)."""
+        rate = (time.size - 1) / float(time[-1] - time[0]) if time.size > 1 else 1.0
+        parts = tuple(
+            (int(np.floor((a - time[0]) * rate)), int(np.ceil((b - time[0]) * rate)) + 1) for a, b in focus_s
+        )
+        return cls(float(time[0]), rate, time.size, parts)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One curve.
+
+    Attributes
+    ----------
+    label : str
+        Name in the legend.
+    values : ndarray, shape (n,)
+        Samples (unit of the panel).
+    clock : Clock
+        Their instants.
+    colour, dash : str
+        Name in `COLOURS`, and lengths of dashes and gaps (pixels), empty for a solid line.
+    width : float
+        Of the line (pixels).
+    """
+
+    label: str
+    values: np.ndarray
+    clock: Clock
+    colour: str = "black"
+    dash: str = ""
+    width: float = 1.3
+
+
+@dataclass(frozen=True)
+class Band:
+    """A marked stretch of an axis.
+
+    Attributes
+    ----------
+    kind : str
+        One of `BANDS`.
+    start_s, stop_s : float
+        Its ends (s).
+    label : str
+        What is written where it is pointed at.
+    """
+
+    kind: str
+    start_s: float
+    stop_s: float
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Traces over one axis.
+
+    Attributes
+    ----------
+    title, unit : str
+        Quantity, and its unit with symbols.
+    traces : tuple of Trace
+        The curves; a panel without any is left out.
+    bands : tuple of Band
+        Marked stretches (s).
+    axis : str
+        Name of the axis in `Page.axes`.
+    note : str
+        A sentence below the title.
+    """
+
+    title: str
+    unit: str
+    traces: tuple[Trace, ...]
+    bands: tuple[Band, ...] = ()
+    axis: str = "time"
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Panels with a heading (no unit): ``heading``, ``panels``, and a sentence ``note``."""
+
+    heading: str
+    panels: tuple[Panel, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Page:
+    """All that a page shows.
+
+    Attributes
+    ----------
+    title : str
+        Experiment and condition.
+    study : str
+        Title of the study.
+    header, footer : str
+        HTML above and below the panels.
+    sections : tuple of Section
+        The panels.
+    windows : tuple of Band
+        Perturbations, to which the reader can jump (s).
+    axes : dict of str to str
+        Name -> label with unit.
+    """
+
+    title: str
+    study: str
+    header: str
+    sections: tuple[Section, ...]
+    footer: str = ""
+    windows: tuple[Band, ...] = ()
+    axes: dict[str, str] = field(default_factory=lambda: {"time": "Time (s)"})
+
+
+def render(page: Page) -> str:
+    """The page as one file of HTML (units in its labels), the same for the same content."""
+    sections = [
+        Section(s.heading, tuple(p for p in s.panels if p.traces), s.note)
+        for s in page.sections
+        if any(p.traces for p in s.panels)
+    ]
+    panels = [panel for section in sections for panel in section.panels]
+    data, coarsest = _data(page, panels)
+    number, body = 0, []
+    for section in sections:
+        body.append(f"<section>\n<h2>{text(section.heading)}</h2>\n")
+        if section.note:
+            body.append(f"<p>{text(section.note)}</p>\n")
+        for panel in section.panels:
+            body.append(_figure(panel, number))
+            number += 1
+        body.append("</section>\n")
+    content = (
+        f'<header>\n<p class="study">{text(page.study)}</p>\n<h1>{text(page.title)}</h1>\n</header>\n'
+        f"<main>\n{page.header}{_tools(bool(page.windows))}"
+        '<noscript><p class="warning">The curves need JavaScript; the tables do not.</p></noscript>\n'
+        f'{"".join(body)}{page.footer}<p class="small">{text(_resolution(coarsest))}</p>\n</main>\n'
+        f"{json_script('data', data)}\n<script>\n{asset('plot.js')}</script>\n"
+    )
+    return document(f"{page.title} \N{EN DASH} {page.study}", content)
+
+
+def write_page(path: str | Path, page: Page) -> None:
+    """Write a page as one file of HTML (units in its labels)."""
+    Path(path).write_text(render(page), encoding="utf-8", newline="\n")
+
+
+def _figure(panel: Panel, number: int) -> str:
+    unit = f" ({panel.unit})" if panel.unit else ""
+    note = f'<span class="note">{text(panel.note)}</span>' if panel.note else ""
+    return (
+        f'<figure class="panel" id="panel-{number}"><figcaption><b>{text(panel.title + unit)}</b>{note}'
+        '</figcaption><div class="legend"></div><div class="plot"></div></figure>\n'
+    )
+
+
+def _tools(windows: bool) -> str:
+    jump = (
+        '<button type="button" data-do="previous" title="Previous perturbation (p)">◀ perturbation</button>'
+        '<button type="button" data-do="next" title="Next perturbation (n)">perturbation ▶</button>'
+    )
+    return (
+        '<nav class="tools" aria-label="View">'
+        f"{jump if windows else ''}"
+        '<button type="button" data-do="in" title="Zoom in (+)">+</button>'
+        '<button type="button" data-do="out" title="Zoom out (−)">−</button>'
+        '<button type="button" data-do="all" title="Whole trial (0)">whole trial</button>'
+        '<output id="view"></output>'
+        '<span class="hint">Drag to zoom, double-click to reset; keys: ← → + − 0'
+        f"{' n p' if windows else ''}</span></nav>\n"
+    )
+
+
+def _resolution(coarsest_s: float) -> str:
+    if coarsest_s == 0.0:
+        return "Every sample is drawn."
+    return (
+        "Around perturbations every sample is drawn, elsewhere the lowest and the highest sample of every "
+        f"{1e3 * coarsest_s:.3g} ms or less, so that no peak is lost."
+    )
+
+
+# ---- data for the script -------------------------------------------------------------------------
+
+
+def _data(page: Page, panels: list[Panel]) -> tuple[dict, float]:
+    """Content of the script's data, and the longest bucket (s)."""
+    count = sum(len(panel.traces) for panel in panels)
+    points = min(MOST_PER_TRACE, MOST_POINTS // max(1, count))
+    clocks: dict[Clock, tuple[int, tuple[Run, ...]]] = {}
+    drawn = [_panel(panel, clocks, points) for panel in panels]
+    longest = [
+        run.step / clock.rate_hz for clock, (_, runs) in clocks.items() for run in runs if run.step > 1
+    ]
+    return {
+        "axes": {
+            name: {"label": label, "windows": [_band(b) for b in page.windows] if name == "time" else []}
+            for name, label in page.axes.items()
+        },
+        "colours": COLOURS,
+        "bands": BANDS,
+        "clocks": [
+            {"start": c.start_s, "rate": c.rate_hz, "runs": [[r.start, r.stop, r.step] for r in runs]}
+            for c, (_, runs) in clocks.items()
+        ],
+        "panels": drawn,
+    }, max(longest, default=0.0)
+
+
+def _panel(panel: Panel, clocks: dict, points: int) -> dict:
+    traces = []
+    for trace in panel.traces:
+        clock = trace.clock
+        if clock not in clocks:
+            clocks[clock] = (len(clocks), plan_runs(clock.size, points, clock.focus))
+        number, runs = clocks[clock]
+        packed = pack(decimate(trace.values, runs))
+        traces.append(
+            {
+                "label": trace.label,
+                "colour": trace.colour,
+                "dash": trace.dash,
+                "width": trace.width,
+                "clock": number,
+                "offset": packed.offset,
+                "scale": packed.scale,
+                "data": packed.text,
+            }
+        )
+    return {
+        "axis": panel.axis,
+        "title": panel.title,
+        "unit": panel.unit,
+        "traces": traces,
+        "bands": [_band(band) for band in panel.bands],
+    }
+
+
+def _band(band: Band) -> list:
+    return [band.kind, round(band.start_s, 5), round(band.stop_s, 5), band.label]

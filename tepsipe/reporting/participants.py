@@ -1,0 +1,253 @@
+"""Estimates of each participant, also per kilogram of body mass, differences between tasks, and group means.
+
+A participant's value is that of the trials analysed together (the tasks of a standing person), or the mean
+over the participant's trials of a condition. A group mean counts every person once.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.io.csv_table import write_rows
+from tepsipe.io.estimates import Estimate
+from tepsipe.statistics.group import group_mean, typical_uncertainty
+
+# quantities that are also given per kilogram of body mass
+PER_KG = ("K", "B")
+NORMAL_95 = 1.959963984540054
+
+
+@dataclass(frozen=True)
+class Member:
+    """Whose estimates the rows of one trial, or of trials analysed together, are.
+
+    Attributes
+    ----------
+    experiment, condition : str
+        Names in the rows of estimates.
+    participant : str
+        The person.
+    label : str
+        What the person's trials have in common with those of other people: the task, or the condition.
+    is_task : bool
+        Whether ``label`` is a task: differences between tasks are computed.
+    trials : int
+        Number of trials behind the rows (-).
+    belt : str
+        Belt of the treadmill, empty where the study does not separate them.
+    """
+
+    experiment: str
+    condition: str
+    participant: str
+    label: str
+    is_task: bool
+    trials: int
+    belt: str = ""
+
+
+@dataclass(frozen=True)
+class PersonEstimate:
+    """One quantity of one participant; the fields are the columns of ``tables/participants.csv``.
+
+    Attributes
+    ----------
+    experiment, participant, condition : str
+        Experiment, person, and task or condition; for a difference ``stiff minus relax``.
+    pathway, estimator, quantity, unit : str
+        As in the rows of estimates; ``K_per_kg`` is K over the body mass.
+    value, standard_error, ci_low, ci_high : float or None
+        Value, its standard error and 95 % interval within the person (``unit``).
+    n_trials : int
+        Number of trials (-).
+    mass_kg : float or None
+        Body mass (kg); None where it is not known.
+    flags : str
+        Failed checks of the estimates, joined by ``;``.
+    belt : str
+        Belt of the treadmill, empty where the study does not separate them.
+    """
+
+    experiment: str
+    participant: str
+    condition: str
+    pathway: str
+    estimator: str
+    quantity: str
+    unit: str
+    value: float
+    standard_error: float | None
+    ci_low: float | None
+    ci_high: float | None
+    n_trials: int
+    mass_kg: float | None
+    flags: str = ""
+    belt: str = ""
+
+
+@dataclass(frozen=True)
+class GroupEstimate:
+    """Mean of one quantity over people; the fields are the columns of ``tables/group.csv``.
+
+    Attributes
+    ----------
+    experiment, condition, pathway, estimator, quantity, unit : str
+        As in `PersonEstimate`.
+    n : int
+        Number of people (-).
+    mean, sd, sem, ci_low, ci_high : float or None
+        Mean over people, standard deviation between them, standard error of the mean and its 95 % interval by
+        Student's t (``unit``); None, except the mean, for one person.
+    u_within : float or None
+        Typical standard error within a person: root mean square over people (``unit``).
+    n_flagged : int
+        Number of people whose value has a flag (-); it counts nevertheless.
+    belt : str
+        Belt of the treadmill, empty where the study does not separate them.
+    """
+
+    experiment: str
+    condition: str
+    pathway: str
+    estimator: str
+    quantity: str
+    unit: str
+    n: int
+    mean: float
+    sd: float | None
+    sem: float | None
+    ci_low: float | None
+    ci_high: float | None
+    u_within: float | None
+    n_flagged: int
+    belt: str = ""
+
+
+def person_estimates(
+    estimates: Iterable[Estimate], members: list[Member], masses_kg: dict[str, dict[str, float | None]]
+) -> list[PersonEstimate]:
+    """Estimates of every participant: as estimated, per kilogram, and differences between tasks.
+
+    Parameters
+    ----------
+    estimates : iterable of Estimate
+        Rows of all trials (units in them). Rows of no member are omitted, and values that are not finite.
+    members : list of Member
+        Trials, or trials analysed together, of the participants.
+    masses_kg : dict of str to dict of str to float or None
+        Experiment -> participant -> body mass (kg); None where it is not known.
+
+    Returns
+    -------
+    list of PersonEstimate
+        Sorted by name, so that the order of the rows does not matter.
+    """
+    member_of = {(m.experiment, m.condition): m for m in members}
+    found: dict[tuple, list[tuple[Member, Estimate]]] = {}
+    for row in estimates:
+        member = member_of.get((row.experiment, row.condition))
+        if member is not None and math.isfinite(row.value):
+            key = (row.experiment, member.label, member.belt, member.participant)
+            key += (row.pathway, row.estimator, row.quantity, row.unit)
+            found.setdefault(key, []).append((member, row))
+    people = []
+    for (experiment, label, belt, participant, *what), rows in found.items():
+        rows.sort(key=lambda pair: pair[1].condition)
+        mass = masses_kg.get(experiment, {}).get(participant)
+        numbers = _mean_of_trials([row for _, row in rows])
+        trials = sum(member.trials for member, _ in rows)
+        flags = _joined(row.flags for _, row in rows)
+        person = PersonEstimate(experiment, participant, label, *what, *numbers, trials, mass, flags, belt)
+        people.append(person)
+        if mass is not None and person.quantity in PER_KG:
+            people.append(_per_kg(person, mass))
+    tasks = {(m.experiment, m.label) for m in members if m.is_task}
+    return sorted(people + _differences(people, tasks), key=_order)
+
+
+def _mean_of_trials(rows: list[Estimate]) -> tuple[float, float | None, float | None, float | None]:
+    """Value, standard error and interval of one trial, or of the mean of several with independent errors."""
+    if len(rows) == 1:
+        (row,) = rows
+        return row.value, *map(_finite, (row.standard_error, row.ci_low, row.ci_high))
+    value = float(np.mean([row.value for row in rows]))
+    errors = [_finite(row.standard_error) for row in rows]
+    if None in errors:
+        return value, None, None, None
+    return _normal(value, float(np.sqrt(np.sum(np.square(errors)))) / len(rows))
+
+
+def _normal(value: float, error: float) -> tuple[float, float, float, float]:
+    return value, error, value - NORMAL_95 * error, value + NORMAL_95 * error
+
+
+def _joined(flags: Iterable[str]) -> str:
+    return ";".join(dict.fromkeys(flag for several in flags for flag in several.split(";") if flag))
+
+
+def _finite(x: float | None) -> float | None:
+    return x if x is not None and math.isfinite(x) else None
+
+
+def _per_kg(person: PersonEstimate, mass_kg: float) -> PersonEstimate:
+    numbers = {
+        name: None if getattr(person, name) is None else getattr(person, name) / mass_kg
+        for name in ("value", "standard_error", "ci_low", "ci_high")
+    }
+    return replace(person, quantity=f"{person.quantity}_per_kg", unit=f"{person.unit}/kg", **numbers)
+
+
+def _differences(people: list[PersonEstimate], tasks: set[tuple[str, str]]) -> list[PersonEstimate]:
+    """Differences between the tasks of each person: of two tasks the later name minus the earlier."""
+    found: dict[tuple, dict[str, PersonEstimate]] = {}
+    for p in people:
+        if (p.experiment, p.condition) in tasks:
+            key = (p.experiment, p.belt, p.participant, p.pathway, p.estimator, p.quantity)
+            found.setdefault(key, {})[p.condition] = p
+    rows = []
+    for by_task in found.values():
+        for first, second in combinations(sorted(by_task), 2):
+            a, b = by_task[first], by_task[second]
+            numbers: tuple = (b.value - a.value, None, None, None)
+            if a.standard_error is not None and b.standard_error is not None:
+                numbers = _normal(b.value - a.value, math.hypot(a.standard_error, b.standard_error))
+            named: dict = dict(zip(("value", "standard_error", "ci_low", "ci_high"), numbers, strict=True))
+            named |= {"n_trials": a.n_trials + b.n_trials, "flags": _joined((a.flags, b.flags))}
+            rows.append(replace(b, condition=f"{second} minus {first}", **named))
+    return rows
+
+
+def _order(row: PersonEstimate) -> tuple:
+    about = (row.experiment, " minus " in row.condition, row.condition, row.belt)
+    return (*about, row.pathway, row.estimator, row.quantity, row.participant)
+
+
+def group_estimates(people: list[PersonEstimate]) -> list[GroupEstimate]:
+    """Mean of every quantity over people (units in the rows), in the order of `person_estimates`."""
+    found: dict[tuple, list[PersonEstimate]] = {}
+    for p in people:
+        key = (p.experiment, p.condition, p.belt, p.pathway, p.estimator, p.quantity, p.unit)
+        found.setdefault(key, []).append(p)
+    rows = []
+    for (experiment, condition, belt, *what), group in found.items():
+        mean = group_mean(np.array([p.value for p in group]))
+        known = [p.standard_error for p in group if p.standard_error is not None]
+        within = typical_uncertainty(np.array(known)) if len(known) == len(group) else None
+        numbers = (mean.n, mean.mean, mean.sd, mean.sem, mean.low, mean.high, within)
+        numbers += (sum(bool(p.flags) for p in group),)
+        rows.append(GroupEstimate(experiment, condition, *what, *numbers, belt))
+    return rows
+
+
+def write_people(path: str | Path, people: list[PersonEstimate], by_belt: bool) -> None:
+    """Write the table of participants as CSV (units in the column ``unit``), with belts if ``by_belt``."""
+    write_rows(path, PersonEstimate, people, () if by_belt else ("belt",))
+
+
+def write_group(path: str | Path, group: list[GroupEstimate], by_belt: bool) -> None:
+    """Write the table of group means as CSV (units in the column ``unit``), with belts if ``by_belt``."""
+    write_rows(path, GroupEstimate, group, () if by_belt else ("belt",))

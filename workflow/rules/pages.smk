@@ -1,0 +1,165 @@
+# A page per trial for a web browser, all of an experiment in one job, and the index of the run.
+
+PAGE = "<results>/report/trials/{}/{{condition}}.html"
+PAGE_SOURCE = [here(f"tepsipe/reporting/pages/{name}") for name in ("plot.js", "page.css")]
+TITLE = config["study"]["title"]
+
+
+rule write_wristalyzer_pages:
+    input:
+        trials=STUDY.of_trials("<results>/trials/wristalyzer/{condition}.h5", "wristalyzer"),
+        fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
+        estimates=STUDY.of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
+        source=PAGE_SOURCE,
+        library=library_of("write_wristalyzer_pages"),
+    output:
+        pages=STUDY.of_trials(PAGE.format("wristalyzer"), "wristalyzer"),
+    log:
+        "<logs>/write_wristalyzer_pages.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        title=TITLE,
+        conditions=STUDY.conditions("wristalyzer"),
+        made=STUDY.made("wristalyzer"),
+    script:
+        "../scripts/write_wristalyzer_pages.py"
+
+
+rule write_dummy_pages:
+    input:
+        trials=STUDY.of_trials("<results>/trials/dummy/{condition}.h5", "dummy"),
+        fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        estimates=STUDY.of_trials("<results>/estimates/dummy/{condition}.csv", "dummy"),
+        foot=STUDY.of_foot("<results>/fits/foot/{condition}.h5"),
+        foot_estimates=STUDY.of_foot("<results>/estimates/foot/{condition}.csv"),
+        source=PAGE_SOURCE,
+        library=library_of("write_dummy_pages"),
+    output:
+        pages=STUDY.of_trials(PAGE.format("dummy"), "dummy"),
+    log:
+        "<logs>/write_dummy_pages.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        title=TITLE,
+        conditions=STUDY.conditions("dummy"),
+        made=STUDY.made("dummy"),
+        belts=STUDY.belts_of("dummy"),
+        recommended=DUMMY["recommended"],
+    script:
+        "../scripts/write_dummy_pages.py"
+
+
+rule write_weight_pages:
+    input:
+        trials=STUDY.of_trials("<results>/trials/weight/{condition}.h5", "weight"),
+        fits=STUDY.of_trials("<results>/fits/weight/{condition}.h5", "weight"),
+        estimates=STUDY.of_trials("<results>/estimates/weight/{condition}.csv", "weight"),
+        plates=[f"<results>/fits/{plate}.h5" for plate in STUDY.plates()],
+        source=PAGE_SOURCE,
+        library=library_of("write_weight_pages"),
+    output:
+        pages=STUDY.of_trials(PAGE.format("weight"), "weight"),
+    log:
+        "<logs>/write_weight_pages.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        title=TITLE,
+        experiment="weight",
+        roles=STUDY.roles("weight"),
+        made=STUDY.made("weight"),
+        belts=STUDY.belts_of("weight"),
+        plates=list(STUDY.plates().values()),
+    script:
+        "../scripts/write_weight_pages.py"
+
+
+use rule write_weight_pages as write_empty_pages with:
+    input:
+        trials=STUDY.of_trials("<results>/trials/empty/{condition}.h5", "empty"),
+        fits=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
+        estimates=STUDY.of_trials("<results>/estimates/empty/{condition}.csv", "empty"),
+        plates=[],
+        source=PAGE_SOURCE,
+        library=library_of("write_weight_pages"),
+    output:
+        pages=STUDY.of_trials(PAGE.format("empty"), "empty"),
+    log:
+        "<logs>/write_empty_pages.log",
+    params:
+        title=TITLE,
+        experiment="empty",
+        roles=STUDY.roles("empty"),
+        made=STUDY.made("empty"),
+        belts=STUDY.belts_of("empty"),
+        plates=[],
+
+
+rule write_standing_pages:
+    input:
+        trials=STUDY.of_trials("<results>/trials/standing/{condition}.h5", "standing"),
+        fits=STUDY.of_trials("<results>/fits/standing/{condition}.h5", "standing"),
+        estimates=STUDY.of_trials("<results>/estimates/standing/{condition}.csv", "standing"),
+        epochs=STUDY.of_trials("<results>/epochs/standing/{condition}.h5", "standing"),
+        source=PAGE_SOURCE,
+        library=library_of("write_standing_pages"),
+    output:
+        pages=STUDY.of_trials(PAGE.format("standing"), "standing"),
+    log:
+        "<logs>/write_standing_pages.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        title=TITLE,
+        task_of=STUDY.task_of(),
+        made=STUDY.made("standing"),
+        belts=STUDY.belts_of("standing"),
+        recommended=STANDING["recommended"],
+    script:
+        "../scripts/write_standing_pages.py"
+
+
+rule write_position_manipulator_pages:
+    input:
+        trials=STUDY.of_trials("<results>/trials/position_manipulator/{condition}.h5", "position_manipulator"),
+        fits=STUDY.of_trials("<results>/fits/position_manipulator/{condition}.h5", "position_manipulator"),
+        estimates=STUDY.of_trials(
+            "<results>/estimates/position_manipulator/{condition}.csv", "position_manipulator"
+        ),
+        source=PAGE_SOURCE,
+        library=library_of("write_position_manipulator_pages"),
+    output:
+        pages=STUDY.of_trials(PAGE.format("position_manipulator"), "position_manipulator"),
+    log:
+        "<logs>/write_position_manipulator_pages.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        title=TITLE,
+        conditions=STUDY.conditions("position_manipulator"),
+        made=STUDY.made("position_manipulator"),
+    script:
+        "../scripts/write_position_manipulator_pages.py"
+
+
+rule write_belt_pages:
+    input:
+        trials=STUDY.of_trials("<results>/trials/belt/{condition}.h5", "belt"),
+        fit=outputs.model_files(STUDY, "belt")[:1],
+        source=PAGE_SOURCE,
+        library=library_of("write_belt_pages"),
+    output:
+        pages=STUDY.of_trials(PAGE.format("belt"), "belt"),
+    log:
+        "<logs>/write_belt_pages.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        title=TITLE,
+        roles=STUDY.roles("belt"),
+        made=STUDY.made("belt"),
+        chosen=SETTINGS["belt"]["chosen"],
+    script:
+        "../scripts/write_belt_pages.py"

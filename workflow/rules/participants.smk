@@ -1,0 +1,47 @@
+# Participants: values of every person, means over people.
+
+
+rule tabulate_participants:
+    input:
+        estimates="<results>/tables/estimates.csv",
+        library=library_of("tabulate_participants"),
+    output:
+        participants=report(
+            "<results>/tables/participants.csv",
+            caption="../../report/captions/participants.rst",
+            category="Tables",
+            labels={"table": "participants"},
+        ),
+        group=report(
+            "<results>/tables/group.csv",
+            caption="../../report/captions/group.rst",
+            category="Tables",
+            labels={"table": "means over participants"},
+        ),
+    log:
+        "<logs>/tabulate_participants.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        members=groups.members(STUDY),
+        masses_kg=groups.masses_kg(STUDY),
+        by_belt=STUDY.by_belt,
+    script:
+        "../scripts/tabulate_participants.py"
+
+
+rule plot_participants:
+    input:
+        participants="<results>/tables/participants.csv",
+        group="<results>/tables/group.csv",
+        library=library_of("plot_participants"),
+    output:
+        **figure_files("participants"),
+    log:
+        "<logs>/plot_participants.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        shown=groups.shown_estimators(STUDY),
+    script:
+        "../scripts/plot_participants.py"

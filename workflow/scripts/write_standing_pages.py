@@ -1,0 +1,27 @@
+"""Pages of the trials of a standing person."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.io.estimates import read_estimates
+from tepsipe.io.result import read_result
+from tepsipe.io.trial import read_trial
+from tepsipe.reporting.pages.standing import standing_page
+from tepsipe.reporting.pages.trial_page import write_page
+
+params, files = snakemake.params, snakemake.input
+for k, (condition, task) in enumerate(params.task_of.items()):
+    choices = {
+        "study": params.title,
+        "condition": condition,
+        "task": task,
+        "made": condition in params.made,
+        "belt": params.belts[condition],
+        "recommended": list(params.recommended.values()),
+    }
+    fit, epochs = read_result(files.fits[k]), read_result(files.epochs[k])
+    page = standing_page(
+        read_trial(files.trials[k]), fit, epochs, read_estimates(files.estimates[k]), choices
+    )
+    write_page(snakemake.output.pages[k], page)

@@ -1,0 +1,27 @@
+"""Pages of the trials with the weight, or with the empty belt."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.io.estimates import read_estimates
+from tepsipe.io.result import read_result
+from tepsipe.io.trial import read_trial
+from tepsipe.reporting.pages.trial_page import write_page
+from tepsipe.reporting.pages.weight import weight_page
+
+params, files = snakemake.params, snakemake.input
+plates = dict(zip(params.plates, map(read_result, files.plates), strict=True))
+for k, (condition, role) in enumerate(params.roles.items()):
+    choices = {
+        "study": params.title,
+        "experiment": params.experiment,
+        "condition": condition,
+        "role": role,
+        "made": condition in params.made,
+        "belt": params.belts[condition],
+    }
+    estimates = read_estimates(files.estimates[k])
+    plate = plates.get(params.belts[condition])
+    page = weight_page(read_trial(files.trials[k]), read_result(files.fits[k]), plate, estimates, choices)
+    write_page(snakemake.output.pages[k], page)

@@ -1,0 +1,77 @@
+"""Who did which trial, for the tables of participants and groups."""
+
+from workflow.support.experiments import EXPERIMENTS
+from workflow.support.study import Study
+
+
+def labels(study: Study) -> dict[str, dict[str, dict[str, str]]]:
+    """Column -> experiment -> condition or task -> participant, or belt: what the sheet names of the two."""
+    found: dict[str, dict[str, dict[str, str]]] = {}
+    named = (("participant", study.by_participant), ("belt", study.by_belt))
+    for column in [name for name, there in named if there]:
+        cells: dict[str, dict[str, str]] = {}
+        for (experiment, condition), row in study.trials.items():
+            cell = row.participant if column == "participant" else study.belt_of(experiment, condition)
+            cells.setdefault(experiment, {})[condition] = cell or ""
+        for pool in study.pools().values():
+            cells["standing"][pool.name] = getattr(pool, column) or ""
+        found[column] = cells
+    return found
+
+
+def members(study: Study) -> list[dict]:
+    """Trials of participants, of a standing person those of a task together, as the library's `Member`."""
+    found = []
+    for (experiment, condition), row in study.trials.items():
+        if row.participant is None or experiment == "standing":
+            continue
+        label = row.task or condition.removeprefix(f"{row.participant}-")
+        found.append(
+            {
+                "experiment": experiment,
+                "condition": condition,
+                "participant": row.participant,
+                "label": label,
+                "is_task": row.task is not None,
+                "trials": 1,
+                "belt": (study.belt_of(experiment, condition) or "") if study.by_belt else "",
+            }
+        )
+    for pool in study.pools().values():
+        if pool.participant is not None:
+            found.append(
+                {
+                    "experiment": "standing",
+                    "condition": pool.name,
+                    "participant": pool.participant,
+                    "label": pool.task,
+                    "is_task": True,
+                    "trials": len(pool.conditions),
+                    "belt": pool.belt or "",
+                }
+            )
+    return found
+
+
+def masses_kg(study: Study) -> dict[str, dict[str, float | None]]:
+    """Experiment -> participant -> body mass (kg); None where nobody gives it."""
+    people, own = study.people or {}, study.config["standing"]["participants"]
+    return {
+        experiment: {
+            name: (own.get(name, {}) | people.get(name, {})).get("mass_kg")
+            for name in study.participants(experiment)
+        }
+        for experiment in study.experiments
+        if EXPERIMENTS[experiment].of_people
+    }
+
+
+def shown_estimators(study: Study) -> dict[str, list[str]]:
+    """Experiment with participants -> pathway and estimator that figure and report show."""
+    standing, dummy = study.settings["standing"], study.settings["dummy"]
+    shown = {
+        "standing": [standing["recommended"]["pathway"], standing["recommended"]["estimator"]],
+        "dummy": [dummy["recommended"], dummy["pathways"][dummy["recommended"]]["estimator"]],
+        "position_manipulator": ["impedance", "parallel-cascade"],
+    }
+    return {name: choice for name, choice in shown.items() if study.participants(name)}

@@ -1,0 +1,163 @@
+"""Participants and belts: what a row of the trial sheet says of them, and the table of the participants."""
+
+import csv
+import difflib
+import math
+from pathlib import Path
+
+from tepsipe.errors import InputError, quoted
+from tepsipe.io.readers.text_file import read_text
+from workflow.support.experiments import EXPERIMENTS
+from workflow.support.names import check_distinct, check_name
+
+EMPTY = ("-", "")
+BELTS = ("left", "right")
+# numbers of `standing.person` that the table of the participants may hold
+NUMBERS = ("mass_kg", "stature_m", "com_height", "ankle_height_m", "foot_com_m")
+ANY_SIGN = ("foot_com_m",)
+
+
+def participant_of(cells: dict[str, str], here: str) -> str | None:
+    """Participant of a row, None if it names none; ``here`` begins every message."""
+    experiment, participant = cells["experiment"], cells.get("participant", "")
+    if participant in EMPTY:
+        return None
+    if not EXPERIMENTS[experiment].of_people:
+        raise InputError(
+            f"{here}: expected '-' for the participant, because trials of {experiment} have none, found "
+            f"{quoted(participant)}: correct it"
+        )
+    check_name(participant, "participant", here)
+    return participant
+
+
+def belt_of(cells: dict[str, str], here: str) -> str | None:
+    """Belt of a row, None if it is that of the configuration; ``here`` begins every message."""
+    experiment, belt = cells["experiment"], cells.get("belt", "")
+    if belt in EMPTY:
+        return None
+    if not EXPERIMENTS[experiment].on_plate:
+        raise InputError(
+            f"{here}: expected '-' for the belt, because trials of {experiment} are not on the plate "
+            f"treadmill, found {quoted(belt)}: correct it"
+        )
+    if belt not in BELTS:
+        raise InputError(
+            f"{here}: expected the belt to be left or right, or '-' for plate_treadmill.belt of the "
+            f"configuration, found {quoted(belt)}: correct it"
+        )
+    if cells["source"] == "virtual_lab" and belt != "right":
+        raise InputError(
+            f"{here}: expected right or '-' for the belt, because the virtual laboratory moves the right "
+            f"one, found {quoted(belt)}: correct it"
+        )
+    return belt
+
+
+def read_participants(path: str | Path) -> dict[str, dict[str, float]]:
+    """Read the table of the participants: name -> numbers that replace those of `standing.person`.
+
+    Tab-separated with one header line: the column ``participant``, and any of `NUMBERS`; ``-`` keeps the
+    number of the configuration.
+    """
+    text = read_text(Path(path), "the table of the participants", ended=True)
+    rows = [row for row in csv.reader(text.splitlines(), delimiter="\t") if any(cell.strip() for cell in row)]
+    header = [name.strip() for name in rows[0]] if rows else []
+    known = ("participant", *NUMBERS)
+    for name in header:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+            raise InputError(f"{path}: unknown column {quoted(name)}: {hint}")
+        if header.count(name) > 1:
+            raise InputError(f"{path}: expected the column {quoted(name)} once, found it twice: remove one")
+    if "participant" not in header:
+        raise InputError(
+            f"{path}: expected the tab-separated column 'participant', found {', '.join(header) or 'none'}: "
+            "add it to the header"
+        )
+    people: dict[str, dict[str, float]] = {}
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(header):
+            raise InputError(
+                f"{path}: expected {len(header)} cells, found {len(row)} on line {number}: separate them by "
+                "one tab each"
+            )
+        cells = dict(zip(header, map(str.strip, row), strict=True))
+        name = cells.pop("participant")
+        check_name(name, "participant", f"{path}: line {number}")
+        if name in people:
+            raise InputError(
+                f"{path}: expected every participant once, found {quoted(name)} again on line {number}: "
+                "remove one of the two"
+            )
+        people[name] = {
+            key: _number(cell, key, f"{path}: line {number}")
+            for key, cell in cells.items()
+            if cell not in EMPTY
+        }
+    return people
+
+
+def _number(cell: str, key: str, here: str) -> float:
+    try:
+        number = float(cell)
+    except ValueError:
+        number = math.nan
+    least = -math.inf if key in ANY_SIGN else 0.0
+    most = 1.0 if key == "com_height" else math.inf
+    if not least < number < most:
+        kind = {"com_height": "a number between 0 and 1", "foot_com_m": "a number"}.get(
+            key, "a positive number"
+        )
+        raise InputError(f"{here}: expected {kind}, or '-', for {key}, found {quoted(cell)}: correct it")
+    return number
+
+
+def person_of(standing: dict, name: str | None, people: dict[str, dict[str, float]]) -> dict:
+    """The section `standing.person`, with what the configuration and the table say of a participant."""
+    return standing["person"] | standing["participants"].get(name, {}) | people.get(name, {})
+
+
+def check_people(experiments: dict[str, list], standing: dict, people: dict | None, path, table) -> None:
+    """Refuse participants without a row, without mass, or with two values of one number.
+
+    ``experiments`` maps names to their rows of the sheet ``path``; ``people`` is the content of ``table``.
+    """
+    named = set()
+    for experiment, rows in experiments.items():
+        without = [row.condition for row in rows if row.participant is None]
+        if len(without) not in (0, len(rows)):
+            raise InputError(
+                f"{path}: expected a participant for every trial of {experiment}, or for none, found none "
+                f"for {without[0]}: fill it in"
+            )
+        named |= {row.participant for row in rows} - {None}
+    check_distinct(sorted(named), "participant", str(path))
+    for name in sorted(named if people is not None else ()):
+        if name not in people:
+            close = difflib.get_close_matches(name, people, n=1)
+            hint = f"did you mean {close[0]!r}?" if close else f"add a row to {table}"
+            raise InputError(f"{path}: expected participants of {table}, found {quoted(name)}: {hint}")
+    table_of = people or {}
+    for name, own in standing["participants"].items():
+        if name not in named and name not in table_of:
+            raise InputError(
+                f"configuration: expected standing.participants to name participants of {path}, found "
+                f"{quoted(name)}: correct one of the two"
+            )
+        for key in own:
+            if key in table_of.get(name, {}):
+                raise InputError(
+                    f"configuration: expected {key} of participant {name} once, found it in "
+                    f"standing.participants and in {table}: remove one of the two"
+                )
+    for row in experiments.get("standing", ()):
+        name = row.participant
+        known = standing["participants"].get(name, {}) | table_of.get(name, {})
+        if name is not None and "mass_kg" not in known:
+            place = f"{table}" if table else "a table, named by study.participants,"
+            raise InputError(
+                f"{path}: expected the body mass of participant {name}, found none: add mass_kg to {place} "
+                f"or to standing.participants.{name}"
+            )
