@@ -2,13 +2,16 @@
 
 import errno
 import json
+import os
 import subprocess
 import sys
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from builders import assert_one_sentence
 
+from tepsipe.virtual_lab import treadmill_files
 from workflow.support import runs
 from workflow.support.stopped import what_stopped
 
@@ -149,3 +152,23 @@ def test_a_full_disk_is_named_where_not_even_a_log_could_be_written(tmp_path, mo
     (said,) = what_stopped([a_job("a.log")])
     assert f"{tmp_path}: expected space for the run, found the disk full" in said
     assert errno.ENOSPC == 28  # the number in HDF5's messages
+
+
+def test_markers_that_find_no_space_are_no_shorter_file(tmp_path, monkeypatch):
+    class Full:
+        """ezc3d on a disk that is nearly full: it writes what it can and says nothing."""
+
+        def __init__(self):
+            self.file = c3d()
+
+        def __getitem__(self, key):
+            return self.file[key]
+
+        def write(self, path):
+            self.file.write(path)
+            os.truncate(path, 2000)
+
+    c3d = treadmill_files.ezc3d.c3d
+    monkeypatch.setattr(treadmill_files.ezc3d, "c3d", Full)
+    with pytest.raises(OSError, match="No space left on device"):
+        treadmill_files.write_markers(tmp_path / "m.c3d", ("a", "b"), np.zeros((100, 2, 3)), 250.0)

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -50,7 +51,7 @@ def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(own_study):
         "tepsipe: the last run was killed: this one removes its lock and goes on from there" in again.stderr
     )
     assert digests(own_study / "results") == before
-    assert not any((own_study / ".snakemake/locks").iterdir())
+    assert not list((own_study / ".snakemake").glob("locks/*"))
 
 
 def core_type(environment):
@@ -90,7 +91,7 @@ def numbers(path):
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="core types of other processors")
 def test_another_kind_of_processor_gives_the_same_numbers(study, own_study):
-    """Bytes are the same on one machine only: OpenBLAS sums in another order on another one."""
+    """OpenBLAS sums in another order there: tables are equal to 1e-6, signals and curves to 1e-5 relative."""
     own = core_type(dict(os.environ))
     others = [name for name in ("Nehalem", "Haswell") if name != own]
     other = dict(os.environ, OPENBLAS_CORETYPE=others[0])
@@ -102,18 +103,18 @@ def test_another_kind_of_processor_gives_the_same_numbers(study, own_study):
         own_study, *(f"results/estimates/{trial}.csv" for trial in trials), "--forcerun", *rules, env=other
     )
     assert run.returncode == 0, run.stdout + run.stderr
-    worst, differing = 0.0, []
+    worst = {".csv": 0.0, ".h5": 0.0}
     for trial in trials:
         for name in (f"trials/{trial}.h5", f"fits/{trial}.h5", f"estimates/{trial}.csv"):
-            first, second = (project / "results" / name for project in (study, own_study))
-            if first.read_bytes() != second.read_bytes():
-                differing.append(name)
-            there, here = numbers(first), numbers(second)
+            there, here = (numbers(project / "results" / name) for project in (study, own_study))
             assert there.keys() == here.keys()
             for key, value in there.items():
+                assert np.array_equal(np.isnan(value), np.isnan(here[key])), f"{name} {key}"
                 size = np.nanmax(np.abs(value), initial=0.0)
-                if size:
-                    worst = max(worst, float(np.nanmax(np.abs(here[key] - value)) / size))
-                assert np.array_equal(np.isnan(value), np.isnan(here[key]))
-    assert worst < 1e-6, differing
-    print(f"{own}, {others[0]}: {len(differing)} of {3 * len(trials)} files differ, by at most {worst:.1e}")
+                difference = np.nanmax(np.abs(here[key] - value), initial=0.0)
+                kind = Path(name).suffix
+                worst[kind] = max(worst[kind], float(difference / size) if size else float(difference))
+    print(f"{own}, {others[0]}: at most {worst} relative")
+    assert worst[".csv"] < 1e-6
+    assert worst[".h5"] < 1e-5
+    assert worst[".h5"] > 0.0  # another core type was at work
