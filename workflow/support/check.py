@@ -81,6 +81,7 @@ def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) ->
         "minProperties": lambda: f"at least {error.validator_value} entry",
         "minItems": lambda: f"at least {error.validator_value} items",
         "maxItems": lambda: f"at most {error.validator_value} items",
+        "uniqueItems": lambda: "different items",
         "pattern": lambda: f"a value of the pattern {error.validator_value}",
     }.get(error.validator, lambda: error.message[:200])()
     return f"expected {expected} for {quoted(where, 120)}, {found}: correct it"
