@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.soak import core_types, soak
 
-GIVEN = argparse.Namespace(seed=3, mutations=4, cores=1)
+GIVEN = argparse.Namespace(seed=3, mutations=4, kills=1, cores=1)
 
 
 @pytest.mark.slow

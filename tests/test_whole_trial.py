@@ -382,6 +382,7 @@ def hole(channel):
         ({}, {"trigger": "Belt speed"}, ["'Belt speed'", "high from the first"]),
         ({"markers": None}, {}, ["markers", "found none"]),
         ({"dead": 1}, {}, ["force plate 2", "zeros only"]),
+        ({"fault": 1}, {}, ["of an unknown type"]),
         ({"far": 0.9}, {}, ["force plate 1 or 2", "1.2 m outside", "recording.plates"]),
         ({"hole": "Belt speed"}, {}, ["'Belt speed'", "found none in 1"]),
     ],
@@ -393,6 +394,14 @@ def test_what_does_not_fit_the_file_is_refused(change, use, words, recording, op
         plates = [*recording.plates]
         plates[1] = replace(plates[1], force=0.0 * plates[1].force, moment=0.0 * plates[1].moment)
         recording = replace(recording, plates=tuple(plates))
+    if "fault" in change:
+        sentence = (
+            f"{recording.name}, force plate 2: expected a plate, found one of an unknown type: export it"
+        )
+        nothing = ForcePlate(np.full((9, 3), np.nan), np.full((9, 3), np.nan), 1000.0, fault=sentence)
+        recording = replace(recording, plates=(recording.plates[0], nothing))
+        unused = replace(USE, plates={"left": (1,)})
+        ingest_recording(recording, labels, options, unused, DUMMY_DURATION_S)
     if "far" in change:
         plates = tuple(replace(p, corners=p.corners + np.array([0.0, 2.2, 0.0])) for p in recording.plates)
         recording = replace(recording, plates=plates)

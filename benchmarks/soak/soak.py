@@ -23,17 +23,21 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 TITLES = {
     "mutations": "Damaged files",
+    "bad_inputs": "Bad inputs",
+    "kills": "Kills",
     "core_types": "Other processors",
 }
 
 
 def arguments(part: str, given: argparse.Namespace) -> list[str]:
     """Arguments of a part's script."""
-    seed = ["--seed", str(given.seed)]
-    return {
-        "mutations": [*seed, "--mutations", str(given.mutations), "--cores", str(given.cores)],
-        "core_types": ["--cores", str(given.cores)],
-    }[part]
+    own = {
+        "mutations": ["--seed", str(given.seed), "--mutations", str(given.mutations)],
+        "bad_inputs": ["--seed", str(given.seed)],
+        "kills": ["--seed", str(given.seed), "--kills", str(given.kills)],
+        "core_types": [],
+    }
+    return [*own[part], "--cores", str(given.cores)]
 
 
 def perform(part: str, given: argparse.Namespace, until: float) -> tuple[int, str, float]:
@@ -88,6 +92,7 @@ def main() -> int:
     parser.add_argument("--part", choices=list(TITLES), action="append", help="only this part")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--mutations", type=int, default=10000, help="per reader (default 10000)")
+    parser.add_argument("--kills", type=int, default=20, help="of a small study (default 20)")
     parser.add_argument("--cores", type=int, default=2)
     parser.add_argument("--minutes", type=float, default=90.0, help="longest time of all (default 90)")
     parser.add_argument("--into", type=Path, default=HERE / "results.md", help="file of the tables")

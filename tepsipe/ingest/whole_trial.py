@@ -204,6 +204,8 @@ def _plates_of(recording: Recording, use: RecordingOptions) -> dict[int, ForcePl
                 f"correct {key} in the configuration"
             )
         plate = recording.plates[number - 1]
+        if plate.fault is not None:
+            raise InputError(plate.fault)
         bad = int(np.count_nonzero(~np.isfinite(plate.force)) + np.count_nonzero(~np.isfinite(plate.moment)))
         if bad:
             raise InputError(

@@ -23,6 +23,7 @@ from tepsipe.new_study.pairing import Group
 TRIGGER_V = 2.5
 VELOCITY_NAMES = re.compile(r"belt|speed|veloc|v_b|geschw|band", re.IGNORECASE)
 TRIGGER_NAMES = re.compile(r"trig|sync|start", re.IGNORECASE)
+COMPUTED = r"Angles?$|Forces?$|Moments?$|Powers?$|^\*"  # points that models of the software compute
 COMMAND_NAMES = re.compile(r"command|cmd|set ?point|target|soll", re.IGNORECASE)
 # muscle -> how its channel is called; the first channel that fits is taken
 MUSCLES = {
@@ -185,8 +186,10 @@ def _see_recording(seen: Seen, found: Found) -> None:
 
     recording = read_recording(found.path)
     seen.up = 1 if found.contents.kind.startswith("D-Flow") else 2
-    _see_markers(seen, recording.markers, found.contents.facts.get("made by", ""))
+    _see_markers(seen, _positions(recording.markers, found), found.contents.facts.get("made by", ""))
     for number, plate in enumerate(recording.plates, start=1):
+        if plate.fault is not None:
+            continue
         seen.loads_N[str(number)] = float(np.nanmean(plate.force[:, seen.up]))
         if plate.corners is not None:
             seen.plate_centres_m[str(number)] = plate.corners.mean(axis=0)
@@ -226,13 +229,21 @@ def markers_in(found: Found) -> tuple[Markers, str]:
         from tepsipe.io.readers.trc import read_trc
 
         return read_trc(found.path), ""
-    wanted = set(found.contents.markers)
-    markers = markers_of(open_c3d(found.path), found.path)
-    columns = [k for k, label in enumerate(markers.labels) if label in wanted]
+    markers = _positions(markers_of(open_c3d(found.path), found.path), found)
+    return markers, found.contents.facts.get("made by", "")
+
+
+def _positions(markers: Markers | None, found: Found) -> Markers | None:
+    """Those points of a file that are markers (m), not angles or forces that were computed from them."""
+    if markers is None or not found.contents.markers:
+        return markers
+    columns = [
+        k
+        for k, label in enumerate(markers.labels)
+        if label in found.contents.markers and not re.search(COMPUTED, label)
+    ]
     labels = tuple(markers.labels[k] for k in columns)
-    return Markers(markers.rate_hz, labels, markers.positions[:, columns]), found.contents.facts.get(
-        "made by", ""
-    )
+    return Markers(markers.rate_hz, labels, markers.positions[:, columns])
 
 
 def _plate_channels(recording: Recording) -> list[str]:
@@ -313,11 +324,13 @@ def _see_emg(seen: Seen, found: Found) -> None:
 
 
 def muscles_of(labels: list[str]) -> tuple[dict[str, str], list[str]]:
-    """Muscle of the configuration -> label of its channel, and labels that are of none of them (no unit)."""
+    """Muscle -> label of its channel, of the right leg if there is one, and other labels (no unit)."""
     found: dict[str, str] = {}
+    right = [n for n in labels if re.search(r"(^|[ ._-])R(?=[ ._A-Z-])", n)]
+    ordered = [*right, *(n for n in labels if n not in right)] if len(right) < len(labels) else labels
     for muscle, pattern in MUSCLES.items():
         label = next(
-            (n for n in labels if re.search(pattern, n, re.IGNORECASE) and n not in found.values()), None
+            (n for n in ordered if re.search(pattern, n, re.IGNORECASE) and n not in found.values()), None
         )
         if label is not None:
             found[muscle] = label

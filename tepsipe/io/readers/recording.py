@@ -47,12 +47,15 @@ class ForcePlate:
         Sampling rate (Hz).
     corners : ndarray, shape (4, 3), or None
         Corners of the plate's surface (m), if the file gives them.
+    fault : str or None
+        Why the plate cannot be used, one sentence; force and moment are then NaN.
     """
 
     force: np.ndarray
     moment: np.ndarray
     rate_hz: float
     corners: np.ndarray | None = None
+    fault: str | None = None
 
 
 @dataclass(frozen=True)
