@@ -106,6 +106,7 @@ def test_figures_of_a_task_show_the_person_of_the_example(study_of):
     study = study_of(*rows, example_condition="P1-stiff-1")
     assert list(study.shown_pools()) == ["P1-relax", "P1-stiff"]
     assert list(study.task_groups()) == ["P1-relax", "P1-stiff"]
+    assert list(study.task_groups("P2")) == list(study.shown_pools("P2")) == ["P2-relax", "P2-stiff"]
     # without the configured condition, the last of the sheet
     assert list(study_of(*rows, example_condition="x").shown_pools()) == ["P2-relax", "P2-stiff"]
 
