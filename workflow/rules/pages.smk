@@ -45,7 +45,7 @@ rule write_dummy_pages:
         title=TITLE,
         conditions=STUDY.conditions("dummy"),
         made=STUDY.made("dummy"),
-        belt=DUMMY["belt"],
+        belts=STUDY.belts_of("dummy"),
         recommended=DUMMY["recommended"],
     script:
         "../scripts/write_dummy_pages.py"
@@ -56,7 +56,7 @@ rule write_weight_pages:
         trials=STUDY.of_trials("<results>/trials/weight/{condition}.h5", "weight"),
         fits=STUDY.of_trials("<results>/fits/weight/{condition}.h5", "weight"),
         estimates=STUDY.of_trials("<results>/estimates/weight/{condition}.csv", "weight"),
-        plate=outputs.model_files(STUDY, "weight")[:1],
+        plates=[f"<results>/fits/{plate}.h5" for plate in STUDY.plates()],
         source=PAGE_SOURCE,
         library=library_of("write_weight_pages"),
     output:
@@ -70,7 +70,8 @@ rule write_weight_pages:
         experiment="weight",
         roles=STUDY.roles("weight"),
         made=STUDY.made("weight"),
-        belt=WEIGHT["belt"],
+        belts=STUDY.belts_of("weight"),
+        plates=list(STUDY.plates().values()),
     script:
         "../scripts/write_weight_pages.py"
 
@@ -80,7 +81,7 @@ use rule write_weight_pages as write_empty_pages with:
         trials=STUDY.of_trials("<results>/trials/empty/{condition}.h5", "empty"),
         fits=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
         estimates=STUDY.of_trials("<results>/estimates/empty/{condition}.csv", "empty"),
-        plate=[],
+        plates=[],
         source=PAGE_SOURCE,
         library=library_of("write_weight_pages"),
     output:
@@ -92,7 +93,8 @@ use rule write_weight_pages as write_empty_pages with:
         experiment="empty",
         roles=STUDY.roles("empty"),
         made=STUDY.made("empty"),
-        belt=WEIGHT["belt"],
+        belts=STUDY.belts_of("empty"),
+        plates=[],
 
 
 rule write_standing_pages:
@@ -113,7 +115,7 @@ rule write_standing_pages:
         title=TITLE,
         task_of=STUDY.task_of(),
         made=STUDY.made("standing"),
-        belt=STANDING["belt"],
+        belts=STUDY.belts_of("standing"),
         recommended=STANDING["recommended"],
     script:
         "../scripts/write_standing_pages.py"

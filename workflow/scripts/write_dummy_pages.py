@@ -20,7 +20,7 @@ for k, condition in enumerate(params.conditions):
         "study": params.title,
         "condition": condition,
         "made": condition in params.made,
-        "belt": params.belt,
+        "belt": params.belts[condition],
         "recommended": params.recommended,
     }
     page = dummy_page(read_trial(files.trials[k]), read_result(files.fits[k]), foot, estimates, choices)

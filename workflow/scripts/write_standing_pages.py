@@ -17,7 +17,7 @@ for k, (condition, task) in enumerate(params.task_of.items()):
         "condition": condition,
         "task": task,
         "made": condition in params.made,
-        "belt": params.belt,
+        "belt": params.belts[condition],
         "recommended": list(params.recommended.values()),
     }
     fit, epochs = read_result(files.fits[k]), read_result(files.epochs[k])

@@ -11,7 +11,7 @@ from tepsipe.reporting.pages.trial_page import write_page
 from tepsipe.reporting.pages.weight import weight_page
 
 params, files = snakemake.params, snakemake.input
-plate = read_result(files.plate[0]) if files.plate else None
+plates = dict(zip(params.plates, map(read_result, files.plates), strict=True))
 for k, (condition, role) in enumerate(params.roles.items()):
     choices = {
         "study": params.title,
@@ -19,8 +19,9 @@ for k, (condition, role) in enumerate(params.roles.items()):
         "condition": condition,
         "role": role,
         "made": condition in params.made,
-        "belt": params.belt,
+        "belt": params.belts[condition],
     }
     estimates = read_estimates(files.estimates[k])
+    plate = plates.get(params.belts[condition])
     page = weight_page(read_trial(files.trials[k]), read_result(files.fits[k]), plate, estimates, choices)
     write_page(snakemake.output.pages[k], page)
