@@ -24,7 +24,7 @@ LOAD = re.compile(r"(^|[ _.:-]|FP\d?|GRF)[FM][xyz]\d?(?![a-z])", re.IGNORECASE) 
 LOG_VARIABLES = {"transducers_V", "belt_velocity_m_per_s", "trigger_V"}
 # kinds that are the first file of a trial, and those that belong to one
 FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "belt table")
-PARTNERS = ("markers", "emg", "command", "calibration")
+PARTNERS = ("markers", "emg", "command", "calibration", "record")
 
 
 @dataclass(frozen=True)
@@ -136,10 +136,7 @@ def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, 
             return "markers", ""
         return "other", refused or "it holds neither markers nor force plates"
     if contents.kind.startswith("D-Flow"):
-        mocap = "mocap" in contents.kind
-        return (
-            ("whole trial", "") if mocap else ("other", "D-Flow's record module, read it with its mocap file")
-        )
+        return ("whole trial", "") if "mocap" in contents.kind else ("record", "")
     if contents.kind == "TRC":
         return "markers", ""
     if contents.kind.startswith("MATLAB"):

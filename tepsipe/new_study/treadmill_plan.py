@@ -119,6 +119,9 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
             "factor of the amplifier",
         )
         plan.put(f"{key}.belt_velocity.offset", float(f"{b.offset:.4g}"), "value of the channel at rest")
+        aligning = [s.belt_fixed for g, s in whole if "record" in g.partners and s.belt_fixed]
+        if aligning:
+            plan.put(f"{key}.belt_velocity.markers", aligning[0][:3], "they align D-Flow's two files")
     else:
         labels = [s.belt_fixed for _, s in whole if s.belt_fixed and _pulses(s) is not None]
         plan.put(f"{key}.belt_velocity.channel", None, f"no channel of {name} follows the belt")

@@ -132,7 +132,7 @@ def seen_in(group: Group) -> Seen:
     """
     seen = Seen(duration_s=group.first.duration_s or 0.0)
     if group.first.kind == "whole trial":
-        _see_recording(seen, group.first)
+        _see_recording(seen, group)
     else:
         _see_log(seen, group)
     emg = group.partners.get("emg")
@@ -180,13 +180,21 @@ def _see_log(seen: Seen, group: Group) -> None:
         seen.duration_s = min(seen.duration_s, markers.positions.shape[0] / markers.rate_hz)
 
 
-def _see_recording(seen: Seen, found: Found) -> None:
-    """Markers, plates and channels of one file."""
+def _see_recording(seen: Seen, group: Group) -> None:
+    """Markers, plates and channels of one file, or of D-Flow's two."""
     from tepsipe.io.readers.whole_trial import read_recording
 
+    found = group.first
     recording = read_recording(found.path)
     seen.up = 1 if found.contents.kind.startswith("D-Flow") else 2
     _see_markers(seen, _positions(recording.markers, found), found.contents.facts.get("made by", ""))
+    if recording.markers is None and "markers" in group.partners:
+        _see_markers(seen, *markers_in(group.partners["markers"]))
+    else:
+        group.partners.pop("markers", None)
+    if "record" in group.partners:
+        recording = _with_record(seen, group) or recording
+        _see_markers(seen, _positions(recording.markers, found), found.contents.facts.get("made by", ""))
     for number, plate in enumerate(recording.plates, start=1):
         if plate.fault is not None:
             continue
@@ -213,6 +221,22 @@ def _see_recording(seen: Seen, found: Found) -> None:
         lowest = _lowest(seen)[0]
         seen.velocity = smooth_velocity(seen.positions[:, lowest, seen.forward], seen.frame_rate_hz)
         seen.velocity_rate_hz = seen.frame_rate_hz
+
+
+def _with_record(seen: Seen, group: Group) -> Recording | None:
+    """D-Flow's two files, aligned by the lowest marker that allows it; None if none does."""
+    from tepsipe.ingest.dflow import DFlowOptions, read_dflow_files
+
+    mocap, record = group.first, group.partners["record"]
+    labels = [()] if seen.positions is None else [(seen.markers[k],) for k in _lowest(seen)[:4]]
+    for label in labels:
+        try:
+            return read_dflow_files(mocap.path, record.path, DFlowOptions(label))
+        except InputError as error:
+            why = str(error)
+    group.notes.append(f"{record.name} not used: {why}")
+    del group.partners["record"]
+    return None
 
 
 def markers_in(found: Found) -> tuple[Markers, str]:
@@ -281,10 +305,10 @@ def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
         if not np.isfinite(values).all() or not np.ptp(values) > 0.0:
             continue
         named = bool(VELOCITY_NAMES.search(name))
+        by_unit = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}.get(channel.unit.strip())
         if seen.positions is None:
-            scale = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}.get(channel.unit.strip())
-            if named and scale is not None:
-                return BeltChannel(name, channel.unit, scale, 0.0, np.nan)
+            if named and by_unit is not None:
+                return BeltChannel(name, channel.unit, by_unit, 0.0, np.nan)
             continue
         sampled = at_frames(values, channel.rate_hz, seen.positions.shape[0], seen.frame_rate_hz)
         for k in _lowest(seen)[:4]:
@@ -292,6 +316,8 @@ def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
             r, _ = follows(moved, sampled)
             if abs(r) > FOLLOWS and (best is None or (named, abs(r)) > rank):
                 scale = scale_of(moved, sampled, seen.frame_rate_hz)
+                if by_unit is not None and abs(abs(scale) / by_unit - 1.0) < 0.05:
+                    scale = float(np.copysign(by_unit, scale))  # the unit says it better than noisy markers
                 best, rank = (
                     BeltChannel(name, channel.unit, scale, float(np.median(values)), r),
                     (named, abs(r)),
