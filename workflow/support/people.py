@@ -12,7 +12,7 @@ from workflow.support.names import check_distinct, check_name
 
 EMPTY = ("-", "")
 BELTS = ("left", "right")
-# numbers of `standing.person` that the table of the participants may hold; beyond the range the unit is another
+# numbers of `standing.person` in the table of the participants; beyond its range a number has another unit
 RANGES = {
     "mass_kg": (0.1, 500.0),
     "stature_m": (0.1, 3.0),
