@@ -12,6 +12,7 @@ from bad_inputs import (
     BadFile,
     BadSettings,
     BadSheet,
+    c3d,
     calibration,
     cells,
     content,
@@ -1072,7 +1073,105 @@ TABLES = others(
         ),
     ],
 )
-FILES = [*THE_LOG, *MATRICES, *THE_MARKERS, *PHYSICS, *ON_THE_BELT, *WRIST, *TABLES]
+WHOLE = "whole.c3d"
+
+
+def analog(name, change):
+    """Change an analog channel of the whole trial."""
+
+    def on_file(file):
+        k = file["parameters"]["ANALOG"]["LABELS"]["value"].index(name)
+        values = file["data"]["analogs"]
+        values[0, k] = change(values[0, k])
+
+    return c3d(on_file, WHOLE)
+
+
+def analog_label(old, new):
+    def change(file):
+        names = file["parameters"]["ANALOG"]["LABELS"]["value"]
+        names[names.index(old)] = new
+
+    return c3d(change, WHOLE)
+
+
+def whole_markers(change):
+    def on_file(file):
+        change(file["data"]["points"][:3])
+
+    return c3d(on_file, WHOLE)
+
+
+def whole_label(old, new):
+    def change(file):
+        names = file["parameters"]["POINT"]["LABELS"]["value"]
+        names[names.index(old)] = new
+
+    return c3d(change, WHOLE)
+
+
+def whole_unit(unit):
+    def change(file):
+        file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+
+    return c3d(change, WHOLE)
+
+
+WHOLE_TRIALS = [
+    BadFile("whole trial", f"one C3D: {name}", "dummy", spoil, words, whole=True)
+    for name, spoil, words in [
+        ("missing", gone(WHOLE), "whole.c3d: expected a C3D file, found no file"),
+        ("truncated", cut(WHOLE, 0.6), "whole.c3d: expected 3000 frames"),
+        ("without a marker", whole_label("leg2", "knee"), "whole.c3d: expected a marker named 'leg2'"),
+        (
+            "without the belt velocity",
+            analog_label("Belt speed", "Speed"),
+            "whole.c3d: expected a channel named 'Belt speed'",
+        ),
+        (
+            "belt velocity constant",
+            analog("Belt speed", lambda x: 0.0 * x + 2.5),
+            "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
+        ),
+        (
+            "belt velocity times 10",
+            analog("Belt speed", lambda x: 10.0 * (x - 2.5) + 2.5),
+            "whole.c3d: expected a belt acceleration of -200 to 200 m/s²",
+        ),
+        (
+            "belt velocity reversed",
+            analog("Belt speed", lambda x: 5.0 - x),
+            "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
+        ),
+        (
+            "force times 1000",
+            analog("Fz2", times(1000.0)),
+            "whole.c3d: expected a force of -10000 to 10000 N",
+        ),
+        (
+            "no force",
+            analog("Fz2", times(0.0)),
+            "whole.c3d: expected Fz of the right belt to vary with its noise",
+        ),
+        (
+            "one force of 1e6",
+            analog("Fy2", put(3000, 1e6)),
+            "whole.c3d: expected a force of -10000 to 10000 N",
+        ),
+        ("mm that are called m", whole_unit("m"), "whole.c3d: expected a moment of -5000 to 5000 Nm"),
+        (
+            "leg frozen",
+            whole_markers(frozen_at_start),
+            "whole.c3d: expected the marker 'leg1' to move or at least to show",
+        ),
+        (
+            "axis y reversed",
+            whole_markers(lambda p: np.multiply(p[1], -1.0, out=p[1])),
+            "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
+        ),
+    ]
+]
+FILES = [*WHOLE_TRIALS, *THE_LOG, *MATRICES, *THE_MARKERS, *PHYSICS, *ON_THE_BELT, *WRIST, *TABLES]
 
 
 # ---- configurations ----------------------------------------------------------------------------------------

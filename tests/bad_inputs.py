@@ -10,6 +10,7 @@ import edfio
 import ezc3d
 import numpy as np
 from builders import multisine_record
+from c3d_builders import single_c3d, single_c3d_settings
 from scipy.io import loadmat, savemat
 
 from tepsipe.ingest.belt_table import BeltTableOptions, ingest_belt_table
@@ -22,7 +23,7 @@ from tepsipe.ingest.manipulators import (
 )
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.plausibility import plausible_trial
-from tepsipe.ingest.recording_options import RecordingOptions
+from tepsipe.ingest.recording_options import RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.ingest.whole_trial import ingest_files
 from tepsipe.io.readers.text_table import read_text_table
@@ -53,6 +54,8 @@ DURATION_S = {
     "position_manipulator": 20.0,
     "belt": 39.0,
 }
+# a whole trial of the dummy in one file
+WHOLE = "whole.c3d"
 # another trial beside each good one, whose files are exchanged with it
 OTHER = "other"
 BELT_COLUMNS = {"time": "t", "load": "Mx (Nm)", "velocity": "v (m/s)"}
@@ -67,7 +70,7 @@ class BadFile:
     experiment: str
     spoil: Callable[[Path], None]
     words: str
-    fitted: bool = False  # the sentence comes from the analysis, not from ingest
+    whole: bool = False  # the trial is one C3D file with everything
 
 
 @dataclass(frozen=True)
@@ -99,8 +102,10 @@ def short_laboratory(truth: dict) -> dict:
     return truth
 
 
-def paths(folder: Path, experiment: str) -> dict[str, Path]:
+def paths(folder: Path, experiment: str, whole: bool = False) -> dict[str, Path]:
     """Kind -> path of the files of a trial in a folder."""
+    if whole:
+        return {"log": folder / WHOLE}
     return {kind: folder / name for kind, name in RAW[experiment].items()}
 
 
@@ -112,6 +117,8 @@ def make_good(folder: Path, truth: dict, experiments=tuple(RAW)) -> None:
             place = folder / experiment / name
             place.mkdir(parents=True)
             _make(experiment, place, truth, name, amplitude)
+            if experiment == "dummy":
+                single_c3d(paths(place, experiment), place / WHOLE)
 
 
 def _make(experiment: str, place: Path, truth: dict, name: str, amplitude: float) -> None:
@@ -141,12 +148,15 @@ def _make(experiment: str, place: Path, truth: dict, name: str, amplitude: float
         np.savetxt(files["log"], table, delimiter="\t", header=header, comments="", fmt="%.6g")
 
 
-def sheet_rows(folder: Path, conditions: dict[str, list[str]]) -> list[str]:
-    """Rows of a trial sheet: experiment -> conditions, whose files are in folder/experiment/condition."""
+def sheet_rows(folder: Path, conditions: dict[str, list[str]], whole=()) -> list[str]:
+    """Rows of a trial sheet: experiment -> conditions, whose files are in folder/experiment/condition.
+
+    The conditions in ``whole`` are those of trials of one file.
+    """
     rows = []
     for experiment, names in conditions.items():
         for k, name in enumerate(names):
-            files = paths(folder / experiment / name, experiment)
+            files = paths(folder / experiment / name, experiment, name in whole)
             role = "-" if experiment not in ("weight", "empty", "belt") else ("calibrate", "validate")[k % 2]
             columns = list(BELT_COLUMNS.values()) if experiment == "belt" else ["-"] * 3
             cells = [experiment, name, "recorded", "-", "-", "-", f"{DURATION_S[experiment]:g}"]
@@ -163,6 +173,7 @@ def sheet_rows(folder: Path, conditions: dict[str, list[str]]) -> list[str]:
 
 # settings of a study of these trials, beside its sheet
 STUDY = {
+    "plate_treadmill": {"recording": single_c3d_settings()},
     "dummy": {"analysis": {"rest_before_s": 2.0, "rest_after_s": 3.0, "bootstrap_draws": 100}},
     "wristalyzer": {"analysis": {"cut_s": 2.0, "perturbation_period_s": None, "random_starts": 2}},
     "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
@@ -398,9 +409,9 @@ FOOT, LEG = slice(0, 4), slice(4, 8)
 # ---- ingest as the scripts of the workflow do it ----------------------------------------------------------
 
 
-def ingest(experiment, folder, config):
+def ingest(experiment, folder, config, whole=False):
     """The trial of a folder, with the settings of a configuration; the same calls as in workflow/scripts."""
-    files = {kind: str(path) for kind, path in paths(folder, experiment).items()}
+    files = {kind: str(path) for kind, path in paths(folder, experiment, whole).items()}
     settings = settings_of(config)
     limits = Limits(**without(settings["plausible"], *RIG_KEYS))
     rig = Rig(**rig_of(settings, experiment)) if experiment in PLATE_TRIALS else Rig()
@@ -412,7 +423,12 @@ def ingest(experiment, folder, config):
             trigger = (section["files"]["emg_trigger"], section["files"]["emg_trigger_threshold"])
             trial = ingest_standing_files(files, labels, channels, *trigger, options, lasts)
         else:
-            trial = ingest_files(files, labels, options, RecordingOptions(), lasts)
+            recording = single_c3d_settings()
+            one_file = RecordingOptions(
+                plates={belt: tuple(numbers) for belt, numbers in recording["plates"].items()},
+                belt_velocity=ScaledChannel("Belt speed", 0.5, 2.5),
+            )
+            trial = ingest_files(files, labels, options, one_file, lasts)
     elif experiment == "wristalyzer":
         named = section["files"]
         trial = ingest_torque_manipulator(

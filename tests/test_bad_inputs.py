@@ -4,6 +4,7 @@ All of them go through real runs in `benchmarks/soak/bad_inputs.py`.
 """
 
 import shutil
+from functools import partial
 
 import pytest
 import yaml
@@ -37,7 +38,7 @@ def test_there_are_two_hundred_bad_inputs():
     assert len(set(names)) == len(names)
     assert {entry.group for entry in FILES} == {
         *("log", "calibration", "markers", "physics", "weight", "empty", "standing", "EMG"),
-        *("manipulator log", "command", "text tables"),
+        *("whole trial", "manipulator log", "command", "text tables"),
     }
 
 
@@ -52,6 +53,8 @@ def good(tmp_path_factory, shipped_truth):
 def test_good_trials_are_ingested(experiment, good, shipped_config):
     for name in ("good", OTHER):
         assert ingest(experiment, good / experiment / name, shipped_config).time.size > 1000
+    if experiment == "dummy":
+        assert ingest(experiment, good / "dummy/good", shipped_config, True).time.size > 1000
 
 
 @pytest.mark.parametrize("entry", FILES[::2], ids=lambda entry: entry.name)
@@ -60,7 +63,8 @@ def test_a_spoiled_file_is_refused(entry, good, shipped_config):
     shutil.copytree(good / entry.experiment / "good", folder)
     try:
         entry.spoil(folder)
-        assert_refused(lambda: ingest(entry.experiment, folder, shipped_config), entry.words, folder)
+        refusing = partial(ingest, entry.experiment, folder, shipped_config, entry.whole)
+        assert_refused(refusing, entry.words, folder)
     finally:
         shutil.rmtree(folder)
 

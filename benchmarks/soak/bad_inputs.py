@@ -73,9 +73,9 @@ def fault_of(said: str, words: str, status: int, text: str | None = None) -> str
     return "the run shows a traceback" if "Traceback" in said else ""
 
 
-def study_of(project: Path, conditions: dict[str, list[str]], name: str) -> None:
-    """Sheet and configuration of a study of recorded trials."""
-    write_sheet(project, sheet_rows(project / "recordings", conditions), name)
+def study_of(project: Path, conditions: dict[str, list[str]], name: str, whole=()) -> None:
+    """Sheet and configuration of a study of recorded trials, those in ``whole`` of one file."""
+    write_sheet(project, sheet_rows(project / "recordings", conditions, whole), name)
     own = {
         "study": {"trial_sheet": f"config/{name}.tsv", "virtual_lab": None, "reported": None},
         "pathvars": {"results": "results/soak", "logs": "results/soak/logs"},
@@ -100,7 +100,7 @@ def spoiled_files(project: Path, entries: list, cores: int) -> dict[str, str]:
         shutil.copytree(recordings / entry.experiment / "good", folder)
         entry.spoil(folder)
         conditions[entry.experiment].append(condition(entry.name))
-    study_of(project, conditions, "spoiled")
+    study_of(project, conditions, "spoiled", [condition(entry.name) for entry in entries if entry.whole])
     trials = [f"results/soak/trials/{e}/{c}.h5" for e, names in conditions.items() for c in names]
     status, said = run(
         project, cores, *trials, *fitted, "--keep-going", "--configfile", "config/spoiled.yaml"

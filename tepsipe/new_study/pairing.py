@@ -95,15 +95,14 @@ def group_files(files: list[Found]) -> tuple[list[Group], list[Found]]:
 
 
 def _wanted(first: Found) -> tuple[str, ...]:
-    if first.contents is not None and first.contents.kind.startswith("D-Flow"):
-        return ("record", "emg")
-    if first.kind == "whole trial" and first.contents is not None and first.contents.kind == "text table":
-        return ("markers", "emg")
-    return {
-        "treadmill log": ("calibration", "markers", "emg"),
-        "whole trial": ("emg",),
-        "manipulator log": ("command",),
-    }.get(first.kind, ())
+    """Kinds of the files that belong to a trial, by its first file."""
+    if first.kind == "whole trial":
+        described = first.contents.kind
+        if described.startswith("D-Flow"):
+            return ("record", "emg")
+        return ("emg",) if described == "C3D" else ("markers", "emg")
+    kinds = {"treadmill log": ("calibration", "markers", "emg"), "manipulator log": ("command",)}
+    return kinds.get(first.kind, ())
 
 
 def key_of(name: str) -> str:
@@ -117,7 +116,7 @@ def key_of(name: str) -> str:
     path = PurePosixPath(name)
     for part in (path.name.partition(".c3d")[0], *reversed(path.parts[:-1])):
         stem = re.sub(r"\.(c3d|mat|csv|tsv|txt|edf|bdf|trc|gz)\b", "", part, flags=re.IGNORECASE)
-        stem = re.sub(r"^(mocap|record|treadmill)(?=\d)", "", stem, flags=re.IGNORECASE)  # names of D-Flow
+        stem = re.sub(r"^(mocap|record|treadmill|markers|log|emg)(?=\d)", "", stem, flags=re.IGNORECASE)
         words = [w for w in re.split(r"[_\s]+", stem) if w and w.lower() not in GENERIC]
         key = re.sub(r"[^A-Za-z0-9.-]+", "-", "-".join(words)).strip("-.")
         if key and key.lower() not in GENERIC:

@@ -51,13 +51,13 @@ def rows_of(groups: list[Group], seen: dict[str, Seen]) -> tuple[list[dict[str, 
         }
         wanted = ("calibration", "markers", "emg", "command")
         row |= {kind: group.partners[kind].name for kind in wanted if kind in group.partners}
-        if "record" in group.partners:  # D-Flow's two files
+        if "record" in group.partners:  # D-Flow: the log is that of the belts
             row |= {"log": group.partners["record"].name, "markers": group.first.name}
         if group.experiment == "standing":
             row["task"] = _task(group)
         else:
             row["emg"] = EMPTY
-        if group.experiment == "empty" and "record" not in group.partners:
+        if group.experiment == "empty":
             row["markers"] = EMPTY
         if group.experiment == "belt":
             names = group.first.columns

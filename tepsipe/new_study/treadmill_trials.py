@@ -23,6 +23,8 @@ from tepsipe.new_study.pairing import Group
 TRIGGER_V = 2.5
 VELOCITY_NAMES = re.compile(r"belt|speed|veloc|v_b|geschw|band", re.IGNORECASE)
 TRIGGER_NAMES = re.compile(r"trig|sync|start", re.IGNORECASE)
+SPEEDS = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}
+AGREES = 0.05  # largest relative difference between a scale by the unit and by the markers
 COMPUTED = r"Angles?$|Forces?$|Moments?$|Powers?$|^\*"  # points that models of the software compute
 COMMAND_NAMES = re.compile(r"command|cmd|set ?point|target|soll", re.IGNORECASE)
 # muscle -> how its channel is called; the first channel that fits is taken
@@ -181,20 +183,15 @@ def _see_log(seen: Seen, group: Group) -> None:
 
 
 def _see_recording(seen: Seen, group: Group) -> None:
-    """Markers, plates and channels of one file, or of D-Flow's two."""
+    """Markers, plates and channels of one file, or of a table and a file of markers."""
     from tepsipe.io.readers.whole_trial import read_recording
 
     found = group.first
     recording = read_recording(found.path)
     seen.up = 1 if found.contents.kind.startswith("D-Flow") else 2
     _see_markers(seen, _positions(recording.markers, found), found.contents.facts.get("made by", ""))
-    if recording.markers is None and "markers" in group.partners:
+    if "markers" in group.partners:
         _see_markers(seen, *markers_in(group.partners["markers"]))
-    else:
-        group.partners.pop("markers", None)
-    if "record" in group.partners:
-        recording = _with_record(seen, group) or recording
-        _see_markers(seen, _positions(recording.markers, found), found.contents.facts.get("made by", ""))
     for number, plate in enumerate(recording.plates, start=1):
         if plate.fault is not None:
             continue
@@ -213,30 +210,27 @@ def _see_recording(seen: Seen, group: Group) -> None:
     rest = {n: c for n, c in free.items() if n not in {*seen.triggers, *seen.emg}}
     seen.commands = [n for n in rest if COMMAND_NAMES.search(n)]
     seen.belt = _belt_channel(seen, {n: c for n, c in rest.items() if n not in seen.commands})
-    if seen.belt is not None:
+    if "record" in group.partners:
+        _see_record(seen, group.partners["record"])
+    elif seen.belt is not None:
         channel = recording.channels[seen.belt.name]
         seen.velocity = seen.belt.m_per_s_per_unit * (channel.values - seen.belt.offset)
         seen.velocity_rate_hz = channel.rate_hz
-    elif seen.positions is not None:
+    if seen.velocity is None and seen.positions is not None:
         lowest = _lowest(seen)[0]
         seen.velocity = smooth_velocity(seen.positions[:, lowest, seen.forward], seen.frame_rate_hz)
         seen.velocity_rate_hz = seen.frame_rate_hz
 
 
-def _with_record(seen: Seen, group: Group) -> Recording | None:
-    """D-Flow's two files, aligned by the lowest marker that allows it; None if none does."""
-    from tepsipe.ingest.dflow import DFlowOptions, read_dflow_files
-
-    mocap, record = group.first, group.partners["record"]
-    labels = [()] if seen.positions is None else [(seen.markers[k],) for k in _lowest(seen)[:4]]
-    for label in labels:
-        try:
-            return read_dflow_files(mocap.path, record.path, DFlowOptions(label))
-        except InputError as error:
-            why = str(error)
-    group.notes.append(f"{record.name} not used: {why}")
-    del group.partners["record"]
-    return None
+def _see_record(seen: Seen, found: Found) -> None:
+    """Belt speed in a file of D-Flow's record module: positive where the belt moves backward."""
+    speeds = [c for c in found.contents.channels if VELOCITY_NAMES.search(c.name) and c.shape]
+    loaded = max(seen.loads_N, key=lambda n: abs(seen.loads_N[n]), default="2")
+    side = "left" if loaded == "1" else "right"
+    moving = [c for c in speeds if c.high > c.low] or speeds
+    chosen = next((c for c in moving if side in c.name.lower()), moving[0] if moving else None)
+    if chosen is not None:
+        seen.belt = BeltChannel(chosen.name, "m/s", 1.0, 0.0, np.nan)
 
 
 def markers_in(found: Found) -> tuple[Markers, str]:
@@ -305,10 +299,10 @@ def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
         if not np.isfinite(values).all() or not np.ptp(values) > 0.0:
             continue
         named = bool(VELOCITY_NAMES.search(name))
-        by_unit = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}.get(channel.unit.strip())
         if seen.positions is None:
-            if named and by_unit is not None:
-                return BeltChannel(name, channel.unit, by_unit, 0.0, np.nan)
+            scale = SPEEDS.get(channel.unit.strip())
+            if named and scale is not None:
+                return BeltChannel(name, channel.unit, scale, 0.0, np.nan)
             continue
         sampled = at_frames(values, channel.rate_hz, seen.positions.shape[0], seen.frame_rate_hz)
         for k in _lowest(seen)[:4]:
@@ -316,8 +310,8 @@ def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
             r, _ = follows(moved, sampled)
             if abs(r) > FOLLOWS and (best is None or (named, abs(r)) > rank):
                 scale = scale_of(moved, sampled, seen.frame_rate_hz)
-                if by_unit is not None and abs(abs(scale) / by_unit - 1.0) < 0.05:
-                    scale = float(np.copysign(by_unit, scale))  # the unit says it better than noisy markers
+                by_unit = np.copysign(SPEEDS.get(channel.unit.strip(), np.nan), scale)
+                scale = float(by_unit) if abs(scale / by_unit - 1.0) < AGREES else scale
                 best, rank = (
                     BeltChannel(name, channel.unit, scale, float(np.median(values)), r),
                     (named, abs(r)),
