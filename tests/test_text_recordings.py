@@ -71,6 +71,22 @@ def test_compressed_table_is_the_same(tmp_path):
     assert np.array_equal(read_recording(packed).plates[0].force, read_recording(plain).plates[0].force)
 
 
+def test_table_of_a_real_walk_is_read_although_its_stamps_queued_up(real_data):
+    found = read_recording(real_data("walking/UnpertPre_data.csv.gz"))
+    assert found.markers.labels == ("LeftFoot", "RightFoot", "COM")
+    assert found.markers.rate_hz == 100.0
+    assert found.markers.positions.shape == (6001, 3, 3)
+    assert np.median(found.channels["LeftBeltSpeed"].values) == pytest.approx(0.8, abs=0.01)
+    load = found.channels["LeftGRF_y"].values + found.channels["RightGRF_y"].values
+    assert load.mean() == pytest.approx(79.4 * 9.81, rel=0.05)
+
+
+def test_real_force_plate_as_text(real_data):
+    (plate,) = read_recording(real_data("quiet-standing/BDS00001.txt.gz")).plates
+    assert plate.force[:, 2].mean() == pytest.approx(537.9, abs=0.1)
+    assert plate.rate_hz == 100.0
+
+
 @pytest.mark.parametrize(
     ("name", "expected"),
     [

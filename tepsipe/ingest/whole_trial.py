@@ -148,7 +148,7 @@ def ingest_recording(
         """Samples at the trial's instants (unit of ``values``)."""
         time = np.arange(values.shape[0]) / rate_hz - start_s
         band = BAND_PER_RATE * rate if rate_hz > (1.0 + 1e-6) * rate else None
-        return resample(time, values, grid, band)
+        return resample(time, values, grid, band, rate_hz)
 
     force, moment = _wrench(recording, use, plates, axes, origin, on_grid)
     if marker_labels is not None:
@@ -400,7 +400,7 @@ def _velocity_of_markers(
     columns = [markers.labels.index(label) for label in labels]
     along = markers.signals["marker_position"].values[:, columns, 1].astype(float).mean(axis=1)
     band = min(MARKER_BAND_HZ, BAND_PER_RATE * rate_hz)
-    smooth = resample(markers.grid, along, markers.grid, band)
+    smooth = resample(markers.grid, along, markers.grid, band, rate_hz)
     done = (
         f"mean of the markers {', '.join(labels)}",
         f"band limited at {band:g} Hz",

@@ -189,7 +189,11 @@ def runs_of(marked: np.ndarray) -> list[tuple[int, int]]:
 
 
 def resample(
-    time: np.ndarray, x: np.ndarray, new_time: np.ndarray, band_hz: float | None = None
+    time: np.ndarray,
+    x: np.ndarray,
+    new_time: np.ndarray,
+    band_hz: float | None = None,
+    rate_hz: float | None = None,
 ) -> np.ndarray:
     """Evaluate a sampled signal at other instants by a cubic spline.
 
@@ -204,6 +208,8 @@ def resample(
     band_hz : float, optional
         Cutoff (Hz) of a linear-phase low-pass that is applied first. Needed where the new rate is
         lower than the old one; requires regular ``time``.
+    rate_hz : float, optional
+        Rate of regular ``time`` (Hz), exact where it is known: the length of the filter follows from it.
 
     Returns
     -------
@@ -222,7 +228,7 @@ def resample(
             f"{time[0]:.4f} s to {time[-1]:.4f} s: the recording is too short"
         )
     if band_hz is not None:
-        x = _band_limit(x, (time.size - 1) / (time[-1] - time[0]), band_hz)
+        x = _band_limit(x, rate_hz or (time.size - 1) / (time[-1] - time[0]), band_hz)
     return scipy.interpolate.CubicSpline(time, x)(new_time)
 
 

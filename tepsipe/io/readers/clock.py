@@ -8,11 +8,15 @@ gaps.
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from tepsipe.errors import InputError
 
 # a line is fitted to medians over so many blocks, so that single late stamps do not matter
 BLOCKS = 20
+# one late stamp affects one sample, a missing sample shifts all that follow: the median over this many
+# stamps separates the two
+SMOOTHED_STAMPS = 51
 # share of the stamps that lie within 0.4 periods of the clock (-)
 WITHIN_PERIODS, SHARE = 0.4, 0.99
 # a rate this close to a value with three significant digits is rounded to it
@@ -79,7 +83,10 @@ def clock_of(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
     Parameters
     ----------
     time : ndarray, shape (n,)
-        Time stamps (s). A stamp that repeats the one before is no sample of its own.
+        Time stamps (s). A step is about a whole number of periods, and a stamp that repeats the one before is
+        no sample of its own. Where that fails, samples may have queued up before a computer stamped them:
+        they are taken as regular if the stamps, smoothed by a running median over 51, stay within 0.4 periods
+        of a line.
     name : str
         Names the file in messages.
     max_gap_s : float
@@ -127,12 +134,30 @@ def clock_of(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
     slope, first = line_through(index, time[rows])
     away = np.abs(time[rows] - (first + slope * index)) / slope
     if rows.size < 0.9 * time.size or np.mean(away <= WITHIN_PERIODS) < SHARE:
+        queued = _queued(time)
+        if queued is not None:
+            return queued
+    if rows.size < 0.9 * time.size or np.mean(away <= WITHIN_PERIODS) < SHARE:
         raise InputError(
             f"{name}: expected the time stamps of a regular clock, found stamps up to "
             f"{1e3 * slope * away.max():.3g} ms away from one of {1.0 / slope:.4g} Hz: export the samples at "
             "a regular rate, with enough decimals of the time"
         )
     return Clock(rounded_rate(1.0 / slope), rows, index, first, slope)
+
+
+def _queued(time: np.ndarray) -> Clock | None:
+    """Clock of samples none of which is missing, but some of which queued up before they were stamped."""
+    if time.size < 4 * SMOOTHED_STAMPS:
+        return None
+    every = np.arange(time.size)
+    slope, first = line_through(every, time)
+    smoothed = scipy.ndimage.median_filter(
+        time - (first + slope * every), size=SMOOTHED_STAMPS, mode="reflect"
+    )
+    if np.abs(smoothed).max() > WITHIN_PERIODS * slope:
+        return None
+    return Clock(rounded_rate(1.0 / slope), every, every, first, slope)
 
 
 def bridged(values: np.ndarray) -> np.ndarray:

@@ -26,6 +26,8 @@ SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 FORCES = {"": 1.0, "N": 1.0, "kN": 1e3}
 MOMENTS = {"": 1.0, "Nm": 1.0, "N·m": 1.0, "N.m": 1.0, "N*m": 1.0, "Nmm": 1e-3, "N·mm": 1e-3, "N.mm": 1e-3}
 SIDES = ("left", "l", "1", "right", "r", "2")
+# what has three components, too, but is no marker
+OTHER = re.compile(r"grf|force|moment|torque|cop|acc|gyro|angle|rot|veloc|speed", re.IGNORECASE)
 AXES = "xyz"
 
 
@@ -147,7 +149,7 @@ def _markers(columns: dict[str, np.ndarray], rate_hz: float, name: str) -> tuple
     for column in columns:
         plain, unit = split_unit(column)
         found = MARKER.match(plain)
-        if found and unit in ("", *METRES_PER_UNIT):
+        if found and unit in ("", *METRES_PER_UNIT) and not OTHER.search(plain):
             label, axis = (found[1], found[2]) if found[2] else (found[3], found[4])
             groups.setdefault(label, {})[axis.lower()] = column
     groups = {label: axes for label, axes in groups.items() if len(axes) == len(AXES)}
