@@ -65,10 +65,10 @@ def copy_project(target):
     return target
 
 
-def snakemake(project, *arguments, cores=2, config="tiny"):
+def snakemake(project, *arguments, cores=2, config="tiny", env=None):
     command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
     command += ["--configfile", f"config/{config}.yaml"]
-    return subprocess.run(command, cwd=project, capture_output=True, text=True)
+    return subprocess.run(command, cwd=project, capture_output=True, text=True, env=env)
 
 
 def jobs(run):

@@ -7,6 +7,7 @@ from builders import assert_one_sentence
 from c3d_builders import Plate, write_c3d
 
 from tepsipe.errors import InputError
+from tepsipe.io.contents import contents_of
 from tepsipe.io.readers.whole_trial import read_recording
 
 # x of the plate is x of the laboratory, y backward, z down; its centre is at (1.0, 2.0, 0.1)
@@ -131,6 +132,15 @@ def test_channels_of_one_name_are_numbered(tmp_path):
 # ---- refusals ------------------------------------------------------------------------------------
 
 
+def fault(path):
+    """Why the only plate of a file cannot be used: it stops the trials that use it, not the reading."""
+    (plate,) = read_recording(path).plates
+    assert np.isnan(plate.force).all()
+    assert np.isnan(plate.moment).all()
+    assert (plate.force.shape, plate.rate_hz, plate.corners) == ((100, 3), 1000.0, None)
+    return plate.fault
+
+
 @pytest.mark.parametrize(
     ("units", "kind", "words"),
     [
@@ -141,9 +151,7 @@ def test_channels_of_one_name_are_numbered(tmp_path):
 )
 def test_unknown_units_and_types_are_refused(units, kind, words, tmp_path):
     path = written(tmp_path, TYPE_2, units, kind)
-    with pytest.raises(InputError) as caught:
-        read_recording(path)
-    assert_one_sentence(caught.value, path, *words)
+    assert_one_sentence(fault(path), path, *words)
 
 
 @pytest.mark.parametrize("parameter", ["TYPE", "CORNERS", "ORIGIN", "CHANNEL"])
@@ -152,9 +160,7 @@ def test_missing_parameters_of_a_plate_are_refused(parameter, tmp_path):
     file = ezc3d.c3d(str(path))
     del file["parameters"]["FORCE_PLATFORM"][parameter]
     file.write(str(path))
-    with pytest.raises(InputError) as caught:
-        read_recording(path)
-    assert_one_sentence(caught.value, path, "force plate 1")
+    assert_one_sentence(fault(path), path, "force plate 1")
 
 
 def test_corners_on_one_line_are_refused(tmp_path):
@@ -164,9 +170,22 @@ def test_corners_on_one_line_are_refused(tmp_path):
     }
     plate = Plate(np.zeros((4, 3)), labels)
     path = write_c3d(tmp_path / "a.c3d", 100.0, {"m": np.zeros((10, 3))}, channels, [plate])
+    assert_one_sentence(fault(path), path, "corners", "CORNERS")
+
+
+def test_info_says_why_a_plate_cannot_be_used(tmp_path):
+    text = contents_of(written(tmp_path, TYPE_2, ["V"] * 6, 2)).summary()
+    assert "type 2, cannot be used: expected the channel 'c0' in N, kN, found the unit 'V'" in text
+
+
+def test_number_of_plates_of_a_damaged_file_is_refused(tmp_path):
+    path = written(tmp_path, TYPE_2, ["N"] * 3 + ["Nm"] * 3, 2)
+    file = ezc3d.c3d(str(path))
+    file["parameters"]["FORCE_PLATFORM"]["USED"]["value"] = np.array([30000])
+    file.write(str(path))
     with pytest.raises(InputError) as caught:
         read_recording(path)
-    assert_one_sentence(caught.value, path, "corners", "CORNERS")
+    assert_one_sentence(caught.value, path, "100 force plates", "30000")
 
 
 def test_another_kind_of_file_is_refused():

@@ -6,6 +6,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
+from workflow.support.check import check_against_schema
 from workflow.support.folders import check_folders, check_paths, names_in_results
 from workflow.support.names import check_distinct, check_name
 
@@ -174,3 +175,17 @@ def test_names_that_are_one_file_elsewhere_are_refused(names):
         check_distinct(names, "condition of dummy", "trials.tsv")
     assert_one_sentence(caught.value, "trials.tsv")
     check_distinct(["a", "b", "a"], "task", "trials.tsv")
+
+
+@pytest.mark.parametrize("text", ["a </script><b>", "<SCRIPT>", "x <!-- y"])
+def test_text_that_would_end_a_script_of_the_html_report_is_refused(text, config, root):
+    config["study"]["title"] = text
+    with pytest.raises(InputError) as caught:
+        check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "configuration")
+    assert_one_sentence(caught.value, "configuration")
+    assert "HTML report" in str(caught.value)
+    config["study"]["title"] = "K < 10 {B} & <b>bold</b>"
+    check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "configuration")
+    config["dummy"]["pathways"]["{B}"] = config["dummy"]["pathways"]["leg"]
+    with pytest.raises(InputError, match="expected a key without braces"):
+        check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "configuration")

@@ -106,6 +106,7 @@ def test_figures_of_a_task_show_the_person_of_the_example(study_of):
     study = study_of(*rows, example_condition="P1-stiff-1")
     assert list(study.shown_pools()) == ["P1-relax", "P1-stiff"]
     assert list(study.task_groups()) == ["P1-relax", "P1-stiff"]
+    assert list(study.task_groups("P2")) == list(study.shown_pools("P2")) == ["P2-relax", "P2-stiff"]
     # without the configured condition, the last of the sheet
     assert list(study_of(*rows, example_condition="x").shown_pools()) == ["P2-relax", "P2-stiff"]
 
@@ -236,6 +237,8 @@ def test_models_are_those_of_the_belt_of_a_trial(study_of):
         for role in ("calibrate", "validate")
     }
     assert len(outputs.model_scores(study)) == len(outputs.belts_of_scores(study)) == 2
+    assert study.named("standing", "P1-relax-1") == {"participant": "P1", "belt": "left"}
+    assert study.named("standing", "P1-relax-2") == {"participant": "P1"}
     # trials of one task on two belts are two pools, and two rows of the tables
     assert study.tasks() == ["P1-left-relax", "P1-right-relax"]
     assert [m["belt"] for m in groups.members(study)] == ["left", "right"]

@@ -212,6 +212,16 @@ def test_pulses_on_top_of_a_constant_speed_are_all_found_and_nothing_else(drift,
     assert_all_found(backwards, starts)
 
 
+def test_pulses_that_need_a_higher_threshold_are_refused_with_it(rng):
+    velocity, starts = with_pulses(walked_on(rng, 0.1), 0.4, rng)
+    time = np.arange(velocity.size) / LONG_HZ
+    with pytest.raises(InputError) as caught:
+        find_perturbations(time, velocity)
+    assert_one_sentence(caught.value, "belt_velocity", "set threshold_fraction to at least 0.")
+    fraction = float(str(caught.value).rpartition(" ")[2])
+    assert_all_found(find_perturbations(time, velocity, threshold_fraction=fraction), starts)
+
+
 def test_pulses_on_a_real_belt_that_is_walked_on_are_all_found(real_data, rng):
     for speed in walking(real_data("walking/UnpertPre_data.csv.gz"), rng, hours=0.5):
         velocity, starts = with_pulses(speed, 0.4, rng)

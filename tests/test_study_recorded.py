@@ -38,7 +38,12 @@ def test_a_recorded_trial_gives_what_the_same_files_give_when_they_are_made(own_
     row = f"dummy own recorded - - - 46 {raw / 'log.mat'} - {raw / 'calibration.csv'} {raw / 'markers.c3d'}"
     write_sheet(own_study, [row], "recorded")
     recorded = {
-        "study": {"trial_sheet": "config/recorded.tsv", "virtual_lab": None, "reported": None},
+        "study": {
+            "trial_sheet": "config/recorded.tsv",
+            "title": "Own {B} <b> trial",
+            "virtual_lab": None,
+            "reported": None,
+        },
         "pathvars": {"results": "results/recorded", "logs": "results/recorded/logs"},
         "dummy": OVERRIDES["dummy"],
     }
@@ -53,6 +58,11 @@ def test_a_recorded_trial_gives_what_the_same_files_give_when_they_are_made(own_
     ]
     assert [row["value"] for row in own] == [row["value"] for row in of_trial]
     assert (own_study / "results/recorded/report/thesis.pdf").exists()
+    # braces in a title are text
+    html = (own_study / "results/recorded/report/report.html").read_text(encoding="utf-8")
+    assert json.dumps("Own (B) ‹b› trial") in html
+    data = json.loads((own_study / "results/recorded/report/report.json").read_text())
+    assert "Own {B} <b> trial" in json.dumps(data, ensure_ascii=False)
 
 
 def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(own_study):

@@ -95,3 +95,37 @@ def test_a_mistake_in_the_configuration_stops_the_run_before_anything_is_compute
     assert words in said
     assert "Traceback" not in said
     assert "Job stats" not in said
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("study:\n  seed: 1\n  seed: 2\n", "config/text.yaml: expected YAML, found a mistake on line 3"),
+        (
+            "__use_yte__: true\nstudy:\n  seed: ?6 * 7\n",
+            "config/text.yaml: expected settings only, found the key '__use_yte__'",
+        ),
+        (
+            "study: {title: '{B}'}\npathvars: {results: 'results/{B}'}\n",
+            "without '{' '}' for 'pathvars.results'",
+        ),
+    ],
+)
+def test_a_configuration_that_snakemake_has_loaded_is_read_strictly_all_the_same(project, text, words):
+    (project / "config/text.yaml").write_text(text)
+    run = snakemake(project, "-n", config="text")
+    said = run.stdout + run.stderr
+    assert run.returncode != 0
+    assert words in said
+    assert "Traceback" not in said
+    assert "Job stats" not in said
+
+
+def test_results_never_replace_a_configuration(project):
+    (project / "mine").mkdir()
+    own = "study: {trial_sheet: config/tiny.tsv}\npathvars: {results: mine, logs: mine/logs}\n"
+    (project / "mine/config.yaml").write_text(own)
+    run = snakemake(project, "mine/config.yaml", config="../mine/config")
+    assert run.returncode != 0
+    assert "which holds the configuration mine/config.yaml: name another" in run.stderr
+    assert (project / "mine/config.yaml").read_text() == own

@@ -255,6 +255,7 @@ def test_unusable_electromyograms_are_refused(delsys):
         (text, "Sync", "a trigger channel named 'Sync'"),
         (text.replace("EMG 1", "RMS 1").replace("EMG 2", "RMS 2"), "Trigger", "at least one of the channels"),
         (text.replace("1851.85", "1925.93"), "Trigger", "at 1925.93 Hz as the header says"),
+        (text.replace("1851.85", "18.51.85"), "Trigger", "as a number in the header, found '18.51.85'"),
         (text.replace("Unit: V", "Unit: W"), "Trigger", "found the unit 'W'"),
         (text.replace(line, line + ",1"), "Trigger", "fields on every line"),
         (text.replace(line, line.replace("0.0", "zero", 1)), "Trigger", "expected a number"),

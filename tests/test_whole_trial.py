@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import ezc3d
 import numpy as np
 import pytest
 from builders import DUMMY_DURATION_S, assert_one_sentence
@@ -275,6 +276,19 @@ def test_plates_that_give_the_force_on_the_plate(recording, options, labels, ing
     assert_one_sentence(caught.value, recording.name, "force_sign", "-24")
 
 
+def test_origin_of_a_treadmill_that_points_the_other_way(dummy_files, options, labels, ingested, tmp_path):
+    """Its z is 0, so that only the point of the force, far from the plate, shows it."""
+    path = single_c3d(dummy_files, tmp_path / "reversed.c3d", origin_m=(0.236, 0.813, 0.0))
+    file = ezc3d.c3d(str(path))
+    file["parameters"]["FORCE_PLATFORM"]["ORIGIN"]["value"] *= -1.0
+    file.write(str(path))
+    with pytest.raises(InputError) as caught:
+        ingest_files({"log": path}, labels, options, USE, DUMMY_DURATION_S)
+    assert_one_sentence(caught.value, path, "force plate 2", "reverse_origin", "m outside")
+    trial = ingest_files({"log": path}, labels, options, replace(USE, reverse_origin=True), DUMMY_DURATION_S)
+    same(trial, ingested[1], 1e-5)
+
+
 def test_one_belt_on_several_plates_and_none_on_the_other(recording, options, labels, ingested):
     left, right = recording.plates
     half = replace(right, force=0.25 * right.force, moment=0.25 * right.moment)
@@ -382,6 +396,7 @@ def hole(channel):
         ({}, {"trigger": "Belt speed"}, ["'Belt speed'", "high from the first"]),
         ({"markers": None}, {}, ["markers", "found none"]),
         ({"dead": 1}, {}, ["force plate 2", "zeros only"]),
+        ({"fault": 1}, {}, ["of an unknown type"]),
         ({"far": 0.9}, {}, ["force plate 1 or 2", "1.2 m outside", "recording.plates"]),
         ({"hole": "Belt speed"}, {}, ["'Belt speed'", "found none in 1"]),
     ],
@@ -393,6 +408,14 @@ def test_what_does_not_fit_the_file_is_refused(change, use, words, recording, op
         plates = [*recording.plates]
         plates[1] = replace(plates[1], force=0.0 * plates[1].force, moment=0.0 * plates[1].moment)
         recording = replace(recording, plates=tuple(plates))
+    if "fault" in change:
+        sentence = (
+            f"{recording.name}, force plate 2: expected a plate, found one of an unknown type: export it"
+        )
+        nothing = ForcePlate(np.full((9, 3), np.nan), np.full((9, 3), np.nan), 1000.0, fault=sentence)
+        recording = replace(recording, plates=(recording.plates[0], nothing))
+        unused = replace(USE, plates={"left": (1,)})
+        ingest_recording(recording, labels, options, unused, DUMMY_DURATION_S)
     if "far" in change:
         plates = tuple(replace(p, corners=p.corners + np.array([0.0, 2.2, 0.0])) for p in recording.plates)
         recording = replace(recording, plates=plates)

@@ -160,7 +160,7 @@ def test_a_study_of_c3d_files_gives_the_estimates_of_the_same_trials(own_study):
             "standing a recorded - - - 41 one/person.c3d - - - - - calm",
             "empty a recorded - - - 28 one/empty.c3d - - - calibrate",
             "weight a recorded - - - 28 one/absent.c3d - - - validate",
-            "weight b recorded - - - 28 one/absent.c3d - - - calibrate",
+            "weight b recorded - - - 28 one/another.c3d - - - calibrate",
         ],
         "c3d",
     )

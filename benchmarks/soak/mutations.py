@@ -11,6 +11,7 @@ stops it for a minute.
 """
 
 import argparse
+import faulthandler
 import multiprocessing
 import os
 import resource
@@ -98,6 +99,7 @@ def used() -> tuple[float, float]:
 def work(name: str, files: list[Path], seed: int, ks: range, folder: Path, notes) -> None:
     """Read damaged files one after the other, from the next one on."""
     warnings.simplefilter("ignore")
+    faulthandler.disable()  # a crash is noted by whoever waits for this process
     while (k := int(notes[NEXT])) < len(ks):
         path, content = damaged(name, files, seed, ks[k])
         path = folder / path.name

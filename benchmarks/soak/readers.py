@@ -20,9 +20,11 @@ from tepsipe.io.estimates import Estimate, read_estimates, write_estimates  # no
 from tepsipe.io.readers.c3d import read_markers  # noqa: E402
 from tepsipe.io.readers.c3d_recording import read_c3d_recording  # noqa: E402
 from tepsipe.io.readers.dflow import marker_columns, plate_columns, read_dflow  # noqa: E402
-from tepsipe.io.readers.edf import read_emg  # noqa: E402
+from tepsipe.io.readers.emg import read_emg  # noqa: E402
+from tepsipe.io.readers.marker_file import read_all_markers  # noqa: E402
 from tepsipe.io.readers.text_table import read_text_table  # noqa: E402
 from tepsipe.io.readers.treadmill_log import read_calibration_matrix, read_treadmill_log  # noqa: E402
+from tepsipe.io.readers.whole_trial import read_recording  # noqa: E402
 from tepsipe.io.result import Result, read_result, write_result  # noqa: E402
 from tepsipe.io.trial import Signal, Trial, read_trial, write_trial  # noqa: E402
 from tepsipe.signals.filters import Lowpass  # noqa: E402
@@ -34,12 +36,14 @@ from tepsipe.virtual_lab.electromyography import write_emg  # noqa: E402
 from tepsipe.virtual_lab.manipulator import ManipulatorRecording  # noqa: E402
 from tepsipe.virtual_lab.manipulator_files import write_dflow_log  # noqa: E402
 from tepsipe.virtual_lab.treadmill_files import (  # noqa: E402
+    CHANNELS,
     write_calibration,
     write_markers,
     write_treadmill_log,
 )
-from workflow.support.check import check_against_schema, check_config, load_yaml  # noqa: E402
+from workflow.support.check import check_against_schema, check_config  # noqa: E402
 from workflow.support.trial_sheet import read_trial_sheet  # noqa: E402
+from workflow.support.yaml_file import read_settings  # noqa: E402
 
 MUSCLES = {"TA": "EMG TA", "SOL": "EMG SOL"}
 LOG = {"time": "TimeStamp", "angle": "MotorAngle", "trigger_time": "TriggerTime"}
@@ -169,6 +173,18 @@ def check_log(log) -> None:
     assert all(line.shape == log.trigger.shape and line.dtype.kind == "f" for line in lines), "lines"
 
 
+def mat73_log(folder: Path) -> list[Path]:
+    """The same log as MATLAB 7.3."""
+    from mat73_builders import write_mat73
+
+    path, values = folder / "log73.mat", rng()
+    arrays = {"transducers_V": values.standard_normal((60, 14))}
+    for name in ("belt_velocity_m_per_s", "command_m_per_s", "trigger_V"):
+        arrays[name] = values.standard_normal((60, 1))
+    write_mat73(path, {"sample_rate_hz": 1000.0, "channel_names": list(CHANNELS), **arrays})
+    return [path]
+
+
 def calibration(folder: Path) -> list[Path]:
     """A calibration matrix."""
     path = folder / "calibration.csv"
@@ -190,6 +206,39 @@ def edf(folder: Path) -> list[Path]:
     trigger = np.repeat([0.0, 5.0], 100)
     write_emg(path, tuple(MUSCLES.values()), signals, trigger, 100.0, 3276.8)
     return [path]
+
+
+def bdf(folder: Path) -> list[Path]:
+    """The same as BDF."""
+    from edfio import Bdf, BdfSignal
+
+    path, values = folder / "emg.bdf", np.clip(100.0 * rng().standard_normal((2, 200)), -3000.0, 3000.0)
+    channels = [
+        BdfSignal(x, 100.0, label=label, physical_dimension="uV", physical_range=(-3276.8, 3276.8))
+        for x, label in zip(values, MUSCLES.values(), strict=True)
+    ]
+    trigger = np.repeat([0.0, 5.0], 100)
+    line = BdfSignal(trigger, 100.0, label="Trigger", physical_dimension="V", physical_range=(-5.0, 5.0))
+    Bdf([*channels, line], data_record_duration=1.0).write(path)
+    return [path]
+
+
+def delsys(folder: Path) -> list[Path]:
+    """An export of Delsys, also with semicolons and decimal commas."""
+    path, other = folder / "delsys.csv", folder / "decimal.csv"
+    names, rates = [*MUSCLES.values(), "Trigger"], (2000.0, 2000.0, 2000.0)
+    values = [1e-4 * rng().standard_normal(60), 1e-4 * rng().standard_normal(60), np.repeat([0.0, 5.0], 30)]
+    lines = [
+        f"Label: {name} Sampling frequency: {rate:g} Number of points: 60 start: 0 Unit: V Domain Unit: s"
+        for name, rate in zip(names, rates, strict=True)
+    ]
+    lines.append(",".join(f'X[s],"{name}"' for name in names))
+    for k in range(60):
+        lines.append(",".join(f"{k / rate:.7f},{x[k]:.9f}" for rate, x in zip(rates, values, strict=True)))
+    path.write_text("\n".join(lines) + "\n")
+    lines[3:] = [line.replace(",", ";").replace(".", ",").replace('"', "") for line in lines[3:]]
+    other.write_text("\n".join(lines) + "\n")
+    return [path, other, zipped(path)]
 
 
 def check_emg(emg) -> None:
@@ -251,6 +300,31 @@ def check_dflow(found) -> None:
     assert all(x.shape == (table.time.size, 3) for pair in plates.values() for x in pair), "plates"
 
 
+def text_recording(folder: Path) -> list[Path]:
+    """A whole trial as D-Flow's text and as a plain table, also compressed."""
+    path = folder / "trial.csv"
+    names = ["time (s)", "belt_m_per_s", "EMG TA [uV]"]
+    names += [f"{kind}{axis}_{belt}" for belt in ("left", "right") for kind in "FM" for axis in "xyz"]
+    names += [f"HEEL_{axis} (mm)" for axis in "xyz"]
+    values = rng().standard_normal((40, len(names)))
+    values[:, 0] = np.arange(40) / 100.0
+    np.savetxt(path, values, "%.6f", ";", header=";".join(names), comments="")
+    return [path, zipped(path), dflow(folder)[0]]
+
+
+def trc(folder: Path) -> list[Path]:
+    """Two markers."""
+    path, names = folder / "markers.trc", ("HEEL", "TOE")
+    settings = {"DataRate": "100.00", "CameraRate": "100.00", "NumFrames": "20", "NumMarkers": "2"}
+    settings |= {"Units": "mm", "OrigDataRate": "100.00", "OrigDataStartFrame": "1", "OrigNumFrames": "20"}
+    rows = ["PathFileType\t4\t(X/Y/Z)\ttrial.trc", "\t".join(settings), "\t".join(settings.values())]
+    rows += ["Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t", "\t\tX1\tY1\tZ1\tX2\tY2\tZ2", ""]
+    for k, row in enumerate(1000.0 * rng().standard_normal((20, 6))):
+        rows.append("\t".join([str(k + 1), f"{k / 100.0:.2f}", *(f"{x:.3f}" for x in row)]))
+    path.write_text("\n".join(rows) + "\n")
+    return [path, zipped(path)]
+
+
 def trial_sheet(folder: Path) -> list[Path]:
     """The sheet of the study, and one with recorded trials."""
     made = []
@@ -278,7 +352,7 @@ def configuration(folder: Path) -> list[Path]:
 
 def read_configuration(path: Path) -> dict:
     """A configuration that the study would accept."""
-    content = load_yaml(path)
+    content = read_settings(path)
     check_against_schema(content, ROOT / "workflow/schemas/config.schema.yaml", str(path))
     check_config(content, str(path))
     return content
@@ -385,8 +459,8 @@ def check_models(found: dict) -> None:
 
 def any_file(folder: Path) -> list[Path]:
     """Good files of every kind that `tepsipe info` lists."""
-    makers = (c3d_recording, mat_log, edf, text_table, belt_table, dflow, trial, result, models)
-    return [path for make in makers for path in make(folder) if "record" not in path.name]
+    makers = (c3d_recording, mat_log, mat73_log, edf, bdf, delsys, text_recording, trc, text_table, trial)
+    return [path for make in (*makers, belt_table, result, models) for path in make(folder)]
 
 
 def check_contents(contents) -> None:
@@ -398,11 +472,16 @@ READERS = {
     "c3d-markers": Reader(c3d_markers, lambda path: read_markers(path, ["ankle", "leg1"]), check_markers),
     "c3d-recording": Reader(c3d_recording, read_c3d_recording, check_recording),
     "mat-log": Reader(mat_log, read_treadmill_log, check_log),
+    "mat-7.3-log": Reader(mat73_log, read_treadmill_log, check_log),
     "calibration": Reader(calibration, read_calibration_matrix, check_calibration, text=True),
     "edf": Reader(edf, lambda path: read_emg(path, MUSCLES, "Trigger"), check_emg),
+    "bdf": Reader(bdf, lambda path: read_emg(path, MUSCLES, "Trigger"), check_emg),
+    "delsys": Reader(delsys, lambda path: read_emg(path, MUSCLES, "Trigger"), check_emg, text=True),
     "text-table": Reader(text_table, lambda path: read_text_table(path, LOG, "\t"), check_table, text=True),
     "belt-table": Reader(belt_table, lambda path: read_text_table(path, BELT, "\t"), check_table, text=True),
     "dflow": Reader(dflow, read_dflow_file, check_dflow, text=True),
+    "text-recording": Reader(text_recording, read_recording, check_recording, text=True),
+    "trc": Reader(trc, read_all_markers, check_markers, text=True),
     "trial-sheet": Reader(
         trial_sheet, lambda path: read_trial_sheet(path, "recordings"), check_sheet, text=True
     ),

@@ -152,26 +152,27 @@ def _refuse_belt_fixed(
 ) -> None:
     """Refuse a belt-fixed marker whose scale, delay and correlation are not those of the belt."""
     scale, delay_s, correlation = motion
-    where = f"{source(files, 'markers')}: expected the belt-fixed marker {label!r} to move with the belt of "
-    where += source(files, "log")
+    own, log = source(files, "markers"), source(files, "log")
+    where = f"{own}: expected the belt-fixed marker {label!r} to move with the belt"
+    where, both = (where, "") if own == log else (f"{where} of {log}", "that both files are of this trial, ")
     low, high = limits.belt_fixed_scale
     if correlation < limits.belt_fixed_correlation:
         if not rig.person:  # after a step a foot is not belt-fixed: standing trials report the step
             raise InputError(
                 f"{where}, found a correlation of {correlation:.2g} (at least "
-                f"{limits.belt_fixed_correlation:g} is plausible): check that both files are of this trial, "
-                "the direction of the axes, and the belt-fixed labels in the configuration"
+                f"{limits.belt_fixed_correlation:g} is plausible): check {both}the direction of the axes "
+                "and of the belt velocity, and the belt-fixed labels in the configuration"
             )
         return
     if abs(delay_s) >= limits.belt_fixed_delay_s:
         raise InputError(
-            f"{where}, found it {1e3 * delay_s:.3g} ms later, the longest delay that is searched: check the "
-            "trigger of both instruments and that both files are of this trial"
+            f"{where}, found it {1e3 * delay_s:.3g} ms later, the longest delay that is searched: check "
+            f"{both}the trigger of both instruments"
         )
     if not low <= scale <= high:
         raise InputError(
-            f"{where}, found {scale:.3g} times its velocity ({low:g} to {high:g} is plausible): check the "
-            "units of both files, and that both are of this trial"
+            f"{where}, found {scale:.3g} times its velocity ({low:g} to {high:g} is plausible): check {both}"
+            "the units of both signals"
         )
 
 

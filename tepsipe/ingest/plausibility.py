@@ -30,20 +30,22 @@ class _Kind:
 
 _PLATE = "check the unit of the file and the calibration matrix"
 _KINDS = {
-    "belt_velocity": _Kind("belt_velocity_m_per_s", "belt velocity", ("log",), "convert it to m/s"),
-    "belt_command": _Kind("belt_velocity_m_per_s", "commanded belt velocity", ("log",), "convert it to m/s"),
-    "force": _Kind("force_N", "force", ("log",), _PLATE),
-    "moment": _Kind("moment_Nm", "moment", ("log",), _PLATE),
-    "load": _Kind("", "load", ("log",), "check the unit of its column"),
+    "belt_velocity": _Kind("belt_velocity_m_per_s", "a belt velocity", ("log",), "convert it to m/s"),
+    "belt_command": _Kind(
+        "belt_velocity_m_per_s", "a commanded belt velocity", ("log",), "convert it to m/s"
+    ),
+    "force": _Kind("force_N", "a force", ("log",), _PLATE),
+    "moment": _Kind("moment_Nm", "a moment", ("log",), _PLATE),
+    "load": _Kind("", "a load", ("log",), "check the unit of its column"),
     "marker_position": _Kind(
-        "marker_position_m", "marker position", ("markers",), "check the file's unit of length"
+        "marker_position_m", "a marker position", ("markers",), "check the file's unit of length"
     ),
     "marker_position_as_sampled": _Kind(
-        "marker_position_m", "marker position", ("markers",), "check the file's unit of length"
+        "marker_position_m", "a marker position", ("markers",), "check the file's unit of length"
     ),
-    "angle": _Kind("angle_rad", "joint angle", ("log",), "check the unit of its column"),
-    "torque": _Kind("torque_Nm", "torque", ("command", "log"), "convert it to N·m"),
-    "emg": _Kind("emg_uV", "electromyogram", ("emg",), "check the unit of the channel"),
+    "angle": _Kind("angle_rad", "a joint angle", ("log",), "check the unit of its column"),
+    "torque": _Kind("torque_Nm", "a torque", ("command", "log"), "convert it to N·m"),
+    "emg": _Kind("emg_uV", "an electromyogram", ("emg",), "check the unit of the channel"),
 }
 
 
@@ -125,7 +127,7 @@ def _refuse_range(trial: Trial, name: str, values: np.ndarray, allowed, key: str
     where = _place(trial, signal.axes[1:], values.shape[1:], int(column))
     instant = trial.axes[signal.axes[0]][k]
     raise InputError(
-        f"{file}: expected a {kind.what} of {low:g} to {high:g} {signal.unit}, found {found:.4g} "
+        f"{file}: expected {kind.what} of {low:g} to {high:g} {signal.unit}, found {found:.4g} "
         f"{signal.unit}{where} at {instant:.3f} s: {kind.advice}, repair the sample, or change {key} in the "
         "configuration"
     )

@@ -59,16 +59,17 @@ def c3d_contents(path: Path) -> Contents:
         facts["duration"] = f"{points.shape[0] / point_rate:.6g} s"
     plates, refused = _vertical_forces(path)
     facts |= _plate_facts([int(kind) for kind in values("FORCE_PLATFORM", "TYPE")], values, plates)
+    usable = tuple(plate for plate in plates if isinstance(plate, Channel))
     facts |= {"not usable as a whole trial": refused} if refused else {}
     first = file["first_frame"] / point_rate if point_rate else 0.0
     events = _events(parameters, values, first)
     facts |= {"events": _event_text(events)} if events else {}
     markers = tuple(label for label in labels if label not in others)
-    return Contents("C3D", facts, channels, markers, plates, events)
+    return Contents("C3D", facts, channels, markers, usable, events)
 
 
-def _vertical_forces(path: Path) -> tuple[tuple[Channel, ...], str]:
-    """Vertical force on each plate (N), or none and the reason."""
+def _vertical_forces(path: Path) -> tuple[tuple[Channel | str, ...], str]:
+    """Vertical force on each plate (N), or why it cannot be used; or none and the reason."""
     from tepsipe.io.readers.c3d_recording import read_c3d_recording
 
     try:
@@ -77,20 +78,24 @@ def _vertical_forces(path: Path) -> tuple[tuple[Channel, ...], str]:
         return (), str(error).removeprefix(f"{path}: ").removeprefix(f"{path}, ")
     return tuple(
         Channel.of(f"force plate {number}", "N", plate.rate_hz, plate.force[:, 2])
+        if plate.fault is None
+        else plate.fault.removeprefix(f"{path}, force plate {number}: ")
         for number, plate in enumerate(plates, start=1)
     ), ""
 
 
-def _plate_facts(types: list[int], values, plates: tuple[Channel, ...]) -> dict[str, str]:
+def _plate_facts(types: list[int], values, plates: tuple[Channel | str, ...]) -> dict[str, str]:
     """Type and load of each plate as text (N, %)."""
     used = int((values("FORCE_PLATFORM", "USED") or [0])[0])
     facts = {"force plates": str(used)} if used else {}
     for number, kind in enumerate(types[:used], start=1):
-        text = f"type {kind}"
-        if number <= len(plates):
-            force = np.abs(plates[number - 1].values)
+        text, plate = f"type {kind}", plates[number - 1] if number <= len(plates) else None
+        if isinstance(plate, str):
+            text += f", cannot be used: {plate}"
+        elif plate is not None:
+            force = np.abs(plate.values)
             loaded = force[force > LOADED_N]
-            text += f", mean vertical force {plates[number - 1].values.mean():.1f} N"
+            text += f", mean vertical force {plate.values.mean():.1f} N"
             if loaded.size:
                 share = 100.0 * loaded.size / force.size
                 text += f", loaded {share:.0f} % of the time with {loaded.mean():.0f} N"

@@ -71,7 +71,7 @@ def plan_position(plan: Plan, groups: list[Group]) -> None:
     how = "-1 if a torque that resists a positive angle is recorded as negative, else 1"
     plan.assume(f"{key}.files.torque_sign", sign, "sign of K in a regression of the torque on the angle", how)
     rate = min((g.first.channel(g.first.columns["angle"]).rate_hz or np.inf for g in groups), default=np.inf)
-    if rate < DEFAULT_RATE_HZ:
+    if rate < (1.0 - 1e-3) * DEFAULT_RATE_HZ:
         plan.put(
             f"{key}.ingest.resample_rate_hz", float(f"{0.99 * rate:.3g}"), "just below the rate of the tables"
         )

@@ -20,6 +20,7 @@ SEGMENTS = {
     "thigh": r"thi|fem|upper",
 }
 MANY_MARKERS = 12
+LOW = "low markers that move together"
 
 
 def experiment_of(group: Group, seen: Seen, folder: str) -> str:
@@ -119,14 +120,16 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
             "factor of the amplifier",
         )
         plan.put(f"{key}.belt_velocity.offset", float(f"{b.offset:.4g}"), "value of the channel at rest")
+        if "record" in group.partners and seen.belt_fixed:
+            plan.assume(f"{key}.belt_velocity.markers", seen.belt_fixed[:3], LOW, "belt-fixed markers")
     else:
-        labels = [s.belt_fixed for _, s in whole if s.belt_fixed]
+        labels = [s.belt_fixed for _, s in whole if s.belt_fixed and _pulses(s) is not None]
         plan.put(f"{key}.belt_velocity.channel", None, f"no channel of {name} follows the belt")
         if labels:
             plan.assume(
                 f"{key}.belt_velocity.markers",
                 labels[0][:3],
-                "low markers that move together",
+                LOW,
                 "belt-fixed markers",
             )
         else:
@@ -394,6 +397,13 @@ def _plan_window(plan: Plan, key: str, trials: list[tuple[Group, Seen]]) -> None
         pulses = _pulses(seen)
         if pulses is None:
             group.notes.append("no separate pulses of the belt found")
+            plan.check.append(
+                Missing(
+                    f"trials.tsv, {group.experiment}/{group.condition}",
+                    "no separate pulses of the belt were found in it",
+                    "a trial holds pulses of the belt with rests between: if not, remove its row",
+                )
+            )
         else:
             found.append((*rests(pulses, seen.duration_s), pulses.count))
     if found:

@@ -9,6 +9,8 @@ from tepsipe.signals.units import regular_rate, same_length, samples
 
 # smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
 SMALLEST_PEAK_M_PER_S = 0.01
+# a larger part of the peak is no threshold at which a perturbation begins (-)
+LARGEST_FRACTION = 0.25
 # a belt travels above this speed (m/s); its constant speed may drift
 TRAVELLING_M_PER_S = 0.05
 # its running median, over this time, at instants this far apart (s)
@@ -84,12 +86,17 @@ def detect_perturbations(
     peak = float(np.median([speed[a:b].max() for a, b in runs])) if runs else 0.0
     threshold = threshold_fraction * peak
     if peak < SMALLEST_PEAK_M_PER_S or threshold < signal_to_noise * noise:
+        needed = np.ceil(100.0 * signal_to_noise * noise / peak) / 100.0 if peak > 0.0 else np.inf
+        standing_out = peak >= SMALLEST_PEAK_M_PER_S and needed <= LARGEST_FRACTION
         raise InputError(
             f"{what}: expected perturbations whose {100 * threshold_fraction:g} % exceed "
-            f"{signal_to_noise:g} times the noise at rest ({1e3 * noise:.2g} mm/s), and of at least "
-            f"{1e3 * SMALLEST_PEAK_M_PER_S:g} mm/s, found no perturbation above the noise (peak belt speed "
-            f"{1e3 * speed.max():.2g} mm/s): check that the belt was perturbed, and threshold_fraction in "
-            "the configuration"
+            f"{signal_to_noise:g} times the noise at rest ({1e3 * noise:.2g} mm/s), found "
+            + (
+                f"peaks of {1e3 * peak:.3g} mm/s: set threshold_fraction to at least {needed:g}"
+                if standing_out
+                else f"no perturbation above the noise (peak belt speed {1e3 * speed.max():.2g} mm/s): check "
+                "that the belt was perturbed"
+            )
         )
     found = []
     for a, b in runs:

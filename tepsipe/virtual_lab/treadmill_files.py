@@ -1,5 +1,7 @@
 """Write the files that the treadmill and the motion capture system would have written."""
 
+import errno
+import os
 from pathlib import Path
 
 import ezc3d
@@ -72,6 +74,11 @@ def write_markers(path: Path, labels: tuple[str, ...], positions: np.ndarray, ra
         x, y, z (m), NaN while hidden; the file holds mm.
     rate_hz : float
         Frame rate (Hz).
+
+    Raises
+    ------
+    OSError
+        If the file is shorter than its data, as on a full disk; ezc3d writes on without a word.
     """
     file = ezc3d.c3d()
     file["parameters"]["POINT"]["RATE"]["value"] = [float(rate_hz)]
@@ -84,3 +91,5 @@ def write_markers(path: Path, labels: tuple[str, ...], positions: np.ndarray, ra
     file["data"]["meta_points"]["residuals"] = np.where(hidden, -1.0, 0.0)[None]
     file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *hidden.shape), dtype=bool)
     file.write(str(path))
+    if path.stat().st_size < 4 * points.size:  # four numbers of four bytes per marker and frame
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))

@@ -36,6 +36,8 @@ try:
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
 
+runs.warn_of_a_lock(sys.argv)
+
 SETTINGS, SEED = STUDY.settings, config["study"]["seed"]
 
 
@@ -106,10 +108,17 @@ def report_sources():
     return [here(path) for path in files]
 
 
-def figure_files(name):
-    """Named outputs of a plotting rule: every figure as SVG, in the HTML report, and as PNG."""
+def figure_files(name, folder=None):
+    """Named outputs of a plotting rule: every figure as SVG, in the HTML report, and as PNG.
+
+    Those in a folder of their own, for example of one participant, are not in the report.
+    """
     files = {}
     for figure, caption in outputs.figures_of(STUDY, name).items():
+        if folder is not None:
+            files[figure] = f"<results>/figures/{folder}/{figure}.svg"
+            files[f"{figure}_png"] = f"<results>/figures/{folder}/{figure}.png"
+            continue
         files[figure] = report(
             f"<results>/figures/{figure}.svg",
             caption=f"../../report/captions/{caption}.rst",

@@ -43,6 +43,7 @@ rule ingest_plate_treadmill:
         "../envs/tepsipe.yaml"
     params:
         files=raw_files(),
+        named=lambda w: STUDY.named(w.experiment, w.condition),
         duration_s=sheet("duration_s"),
         marker_labels=lambda w: SETTINGS[w.experiment].get("files", {}).get("marker_labels"),
         ingest=lambda w: SETTINGS[w.experiment]["ingest"],
@@ -65,6 +66,7 @@ rule ingest_standing:
         "../envs/tepsipe.yaml"
     params:
         files=raw_files("standing"),
+        named=lambda w: STUDY.named("standing", w.condition),
         duration_s=sheet("duration_s", "standing"),
         marker_labels=as_it_is(SETTINGS["standing"]["files"]["marker_labels"]),
         emg_trigger=as_it_is(SETTINGS["standing"]["files"]["emg_trigger"]),
@@ -90,6 +92,7 @@ rule ingest_position_manipulator:
         "../envs/tepsipe.yaml"
     params:
         files=raw_files("position_manipulator"),
+        named=lambda w: STUDY.named("position_manipulator", w.condition),
         duration_s=sheet("duration_s", "position_manipulator"),
         columns=files_setting("position_manipulator", "columns"),
         delimiter=as_it_is(SETTINGS["position_manipulator"]["files"]["delimiter"]),

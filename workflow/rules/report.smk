@@ -65,6 +65,7 @@ rule write_report:
         engine=ENGINE,
         amplitudes=STUDY.amplitudes("dummy"),
         roles=STUDY.roles("belt"),
+        belt_of_models=STUDY.plates().get(STUDY.shown_plate()) if STUDY.by_belt else None,
         tasks=STUDY.tasks(),
         people={name: STUDY.person(name) for name in STUDY.participants("standing")},
         shown_of_participants=groups.shown_estimators(STUDY),

@@ -88,7 +88,7 @@ rule plot_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=STUDY.shown_people(),
+        conditions=list(STUDY.shown_people()),
         tasks=list(STUDY.shown_pools()),
         task_of=STUDY.shown_people(),
         detector=STANDING["latency"]["detector"],
@@ -99,3 +99,28 @@ rule plot_standing:
         muscles=list(STANDING["muscles"]),
     script:
         "../scripts/plot_standing.py"
+
+
+# the same of any participant, on demand
+use rule plot_standing as plot_standing_of_participant with:
+    input:
+        example=lambda w: f"<results>/epochs/standing/{next(iter(STUDY.shown_people(w.participant)))}.h5",
+        trials=lambda w: [f"<results>/fits/standing/{c}.h5" for c in STUDY.shown_people(w.participant)],
+        tasks=lambda w: [f"<results>/fits/standing_tasks/{t}.h5" for t in STUDY.shown_pools(w.participant)],
+        library=library_of("plot_standing"),
+    output:
+        **figure_files("standing", "standing/{participant}"),
+    log:
+        "<logs>/plot_standing/{participant}.log",
+    wildcard_constraints:
+        participant=any_of(STUDY.participants("standing")),
+    params:
+        conditions=lambda w: list(STUDY.shown_people(w.participant)),
+        tasks=lambda w: list(STUDY.shown_pools(w.participant)),
+        task_of=lambda w: STUDY.shown_people(w.participant),
+        detector=STANDING["latency"]["detector"],
+        recommended=STANDING["recommended"],
+        active=STUDY.active_estimators(),
+        groups=lambda w: STUDY.task_groups(w.participant),
+        window_s=STANDING["estimators"][STANDING["recommended"]["estimator"]]["window_s"],
+        muscles=list(STANDING["muscles"]),

@@ -23,5 +23,5 @@ trial = ingest_files(
     snakemake.params.duration_s,
 )
 trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
-used = vars(options) | ({} if recording is None else {"recording": recording})
+used = vars(options) | dict(snakemake.params.named) | ({} if recording is None else {"recording": recording})
 write_trial(snakemake.output.trial, trial, names.experiment, names.condition, files, used)

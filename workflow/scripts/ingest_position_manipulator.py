@@ -21,7 +21,7 @@ columns, named_by = snakemake.params.columns, snakemake.params.named_by
 table = read_text_table(files["log"], columns, delimiter, named_by)
 trial = ingest_position_manipulator(table, options, snakemake.params.duration_s, files["log"])
 trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(), files)
-chosen = vars(options) | ({"columns": columns} if named_by else {})
+chosen = vars(options) | dict(snakemake.params.named) | ({"columns": columns} if named_by else {})
 write_trial(
     snakemake.output.trial, trial, "position_manipulator", snakemake.wildcards.condition, files, chosen
 )

@@ -26,5 +26,5 @@ trial = ingest_standing_files(
     recording_options(recording),
 )
 trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
-used = vars(options) | ({} if recording is None else {"recording": recording})
+used = vars(options) | dict(snakemake.params.named) | ({} if recording is None else {"recording": recording})
 write_trial(snakemake.output.trial, trial, "standing", snakemake.wildcards.condition, files, used)

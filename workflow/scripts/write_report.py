@@ -96,7 +96,7 @@ if "weight" in experiments:
     plate, scores = snakemake.input.plate
     data["weight"] = treadmill.weight_data(
         fits, read_result(plate), read_scores(scores), estimates, choices["weight"]
-    )
+    ) | {"belt": snakemake.params.belt_of_models}
 if "weight" in experiments and "dummy" in experiments:
     data["foot"] = treadmill.foot_data(estimates, choices["dummy"], recovery, amplitudes)
 if "standing" in experiments:

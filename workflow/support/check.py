@@ -9,6 +9,7 @@ import jsonschema
 
 from tepsipe.errors import InputError, quoted
 from tepsipe.identification.estimators import ESTIMATORS
+from workflow.support.names import check_text
 from workflow.support.renames import VALUES, answer_for_key, moved_from, renamed
 from workflow.support.settings import ON_THE_PLATE, plate_key, settings_of
 from workflow.support.trial_sheet import TrialRow
@@ -18,7 +19,7 @@ from workflow.support.yaml_file import read_settings
 def check_against_schema(content: dict, schema_path: str | Path, name: str) -> None:
     """Raise one sentence for the first part of ``content`` that the closed schema refuses."""
     _refuse_not_finite(content, name, "")
-    _refuse_braces(content, name)
+    _refuse_marks(content, name)
     schema = _schema(Path(schema_path))
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
     # a misspelt key also counts as a missing one: report the key that was found
@@ -41,13 +42,18 @@ def _refuse_not_finite(content, name: str, where: str) -> None:
             _refuse_not_finite(value, name, f"{where}.{key}" if where else str(key))
 
 
-def _refuse_braces(content, name: str) -> None:
-    """Names of pathways, estimators and models go through Snakemake, which fills in what braces hold."""
+def _refuse_marks(content, name: str) -> None:
+    """Keys go through Snakemake, which fills in what braces hold; text goes into its HTML report."""
+    if isinstance(content, str):
+        check_text(content, name)
+    if isinstance(content, list):
+        for value in content:
+            _refuse_marks(value, name)
     if isinstance(content, dict):
         for key, value in content.items():
             if set("{}") & set(str(key)):
                 raise InputError(f"{name}: expected a key without braces, found {quoted(key)}: rename it")
-            _refuse_braces(value, name)
+            _refuse_marks(value, name)
 
 
 def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) -> str:
@@ -75,6 +81,7 @@ def _sentence(error: jsonschema.ValidationError, schema: dict, content: dict) ->
         "minProperties": lambda: f"at least {error.validator_value} entry",
         "minItems": lambda: f"at least {error.validator_value} items",
         "maxItems": lambda: f"at most {error.validator_value} items",
+        "uniqueItems": lambda: "different items",
         "pattern": lambda: f"a value of the pattern {error.validator_value}",
     }.get(error.validator, lambda: error.message[:200])()
     return f"expected {expected} for {quoted(where, 120)}, {found}: correct it"

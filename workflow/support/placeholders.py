@@ -6,11 +6,11 @@ from tepsipe.new_study.settings import PLACEHOLDER
 
 def refuse_placeholders(config: dict, name: str) -> None:
     """Raise one sentence that names all keys of a configuration that still hold the placeholder."""
-    keys = _keys(config, "")
+    keys = placeholders(config)
     if keys:
         raise InputError(
             f"{name}: expected a value for {listed(keys, most=6)}, found the placeholder {PLACEHOLDER}: "
-            f"fill in what {PLACEHOLDER}.md beside the configuration file lists"
+            f"fill in what {PLACEHOLDER}.md beside this file lists"
         )
 
 
@@ -24,14 +24,16 @@ def refuse_placeholder_cells(cells: dict[str, str], here: str) -> None:
         )
 
 
-def _keys(content, where: str) -> list[str]:
+def placeholders(content, where: str = "") -> list[str]:
     """Keys with the placeholder, with the sections around them and dots in between."""
     if content == PLACEHOLDER:
         return [where]
     if isinstance(content, dict):
         return [
-            k for key, value in content.items() for k in _keys(value, f"{where}.{key}" if where else str(key))
+            k
+            for key, value in content.items()
+            for k in placeholders(value, f"{where}.{key}" if where else str(key))
         ]
     if isinstance(content, list):
-        return list(dict.fromkeys(where for item in content if _keys(item, where)))
+        return list(dict.fromkeys(where for item in content if placeholders(item, where)))
     return []

@@ -12,7 +12,7 @@ from workflow.support.check import (
 )
 from workflow.support.folders import check_folders, check_path, check_paths
 from workflow.support.people import read_participants
-from workflow.support.placeholders import refuse_placeholders
+from workflow.support.placeholders import placeholders, refuse_placeholders
 from workflow.support.study import Study
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
 from workflow.support.yaml_file import read_settings
@@ -40,7 +40,8 @@ def _override(config: dict, changes: dict) -> None:
 
 def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) -> Study:
     """Check the configuration, read the trial sheet, and check the folders that the study writes to."""
-    refuse_placeholders(config, name)
+    own = [str(path) for path in configfiles if placeholders(read_settings(path))]
+    refuse_placeholders(config, " and ".join(own) or name)
     check_against_schema(config, SCHEMAS / "config.schema.yaml", name)
     check_paths(config, name)
     check_config(config, name)

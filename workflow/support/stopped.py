@@ -32,7 +32,9 @@ def _sentence(job, records: dict[str, dict], run_log: str) -> str:
     record = records.get(log)
     if record and record["said"]:
         return record["said"].strip()
-    stopped = _signal_of(record["script"], run_log) if record else None
+    # one that was killed at its very start has no record: any of its rule's
+    script = re.escape(record["script"]) if record else rf"\w+\.{_script_of(job)}"
+    stopped = _signal_of(script, run_log)
     sentence = f"tepsipe: {about}: {_of_signal(stopped, run_log)}"
     with contextlib.suppress(OSError):  # on a full disk it is among the messages of the run only
         Path(log).write_text(f"{sentence}\n", encoding="utf-8")
@@ -52,10 +54,15 @@ def _of_signal(name: str | None, run_log: str) -> str:
     return f"{found}, as where memory runs out: free some or run on fewer cores (-c1), then run again"
 
 
-def _signal_of(script: str, run_log: str, longest_s: float = 2.0) -> str | None:
-    """Signal that ended a script, as Snakemake's log has it; that is written a little later."""
+def _script_of(job) -> str:
+    script = getattr(getattr(job, "rule", None), "script", None)
+    return re.escape(Path(str(script)).stem) if script else re.escape(str(getattr(job, "rule", "")))
+
+
+def _signal_of(script: str, run_log: str, longest_s: float = 1.0) -> str | None:
+    """Signal that ended a script (a pattern), as Snakemake's log has it; that is written a little later."""
     ended = r"(?:died with <Signals\.(SIG\w+)|returned non-zero exit status (\d+))"
-    pattern = re.compile(rf"{re.escape(script)}\.py' {ended}")
+    pattern = re.compile(rf"{script}\.py' {ended}")
     deadline = time.monotonic() + longest_s
     while not (found := pattern.search(_read(run_log))) and time.monotonic() < deadline:
         time.sleep(0.1)

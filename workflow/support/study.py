@@ -225,6 +225,11 @@ class Study:
         row = self.trials.get((experiment, condition))
         return (row and row.belt) or plate_treadmill(self.config, experiment)["belt"]
 
+    def named(self, experiment: str, condition: str) -> dict[str, str]:
+        """Participant and belt of a trial, where its row names them: they stand in the trial's file."""
+        row = self.trials[experiment, condition]
+        return {key: getattr(row, key) for key in ("participant", "belt") if getattr(row, key)}
+
     def belts(self) -> list[str]:
         """Belts with models of the force plate, in the order left, right."""
         return sorted({self.belt_of(e, c) for e in ("empty", "weight") for c in self.conditions(e)})
@@ -283,24 +288,24 @@ class Study:
         """Settings of a person: those of the configuration, with what is known of a participant."""
         return person_of(self.settings["standing"], participant, self.people or {})
 
-    def shown_pools(self) -> dict[str, Pool]:
-        """Pools of the figures: those of the participant, and on the belt, of the example trial."""
+    def shown_pools(self, participant: str | None = None) -> dict[str, Pool]:
+        """Pools of a participant's figures; without one, of the participant and belt of the example trial."""
         pools = self.pools()
-        if not pools:
-            return {}
+        if participant is not None or not pools:
+            return {name: pool for name, pool in pools.items() if pool.participant == participant}
         example = self.shown("standing", self.settings["standing"]["example_condition"])
         own = pools[self.task_of()[example]]
         return {n: p for n, p in pools.items() if (p.participant, p.belt) == (own.participant, own.belt)}
 
-    def shown_people(self) -> dict[str, str]:
-        """Condition -> pool of the trials of the figures, in the order of the sheet."""
-        shown = self.shown_pools()
+    def shown_people(self, participant: str | None = None) -> dict[str, str]:
+        """Condition -> pool of the trials of these figures, in the order of the sheet."""
+        shown = self.shown_pools(participant)
         return {condition: pool for condition, pool in self.task_of().items() if pool in shown}
 
-    def task_groups(self) -> dict[str, list[str]]:
-        """Conditions of the figures by task and profile, for example relax, negative-sine."""
+    def task_groups(self, participant: str | None = None) -> dict[str, list[str]]:
+        """Conditions of these figures by task and profile, for example relax, negative-sine."""
         groups: dict[str, list[str]] = {}
-        for condition, pool in self.shown_people().items():
+        for condition, pool in self.shown_people(participant).items():
             profile = self.trials["standing", condition].profile
             groups.setdefault(pool if profile == "-" else f"{pool}, {profile}", []).append(condition)
         return groups

@@ -25,12 +25,18 @@ class Markers:
     labels : tuple of str
         Names of the markers.
     positions : ndarray, shape (frames, markers, 3)
-        x, y, z (m); NaN while a marker was hidden.
+        x, y, z (m); NaN while a marker was hidden. One that lacks a coordinate, or has an infinite one, is
+        hidden.
     """
 
     rate_hz: float
     labels: tuple[str, ...]
     positions: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Hide markers that are not there in whole."""
+        whole = np.isfinite(self.positions).all(axis=-1, keepdims=True)
+        object.__setattr__(self, "positions", np.where(whole, self.positions, np.nan))
 
 
 def read_markers(path: str | Path, labels: list[str]) -> Markers:
@@ -95,7 +101,7 @@ def markers_of(file, path: Path) -> Markers:
     points, residuals = file["data"]["points"][:3], file["data"]["meta_points"]["residuals"][0]
     labels += [f"unnamed {k + 1}" for k in range(len(labels), points.shape[1])]
     positions = scale * points.transpose(2, 1, 0)
-    positions[(residuals.T < 0.0) | ~np.isfinite(positions).all(axis=2)] = np.nan
+    positions[residuals.T < 0.0] = np.nan
     return Markers(float(point["RATE"]["value"][0]), tuple(labels[: points.shape[1]]), positions)
 
 

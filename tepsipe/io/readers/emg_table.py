@@ -85,7 +85,7 @@ def read_emg_channels(path: str | Path) -> dict[str, EmgChannel]:
         label, unit = split_unit(name)
         if label in described:
             unit = unit or described[label][3]
-            rate = _exact_rate(table.name, label, float(described[label][2].replace(",", ".")), rate)
+            rate = _exact_rate(table.name, label, described[label][2].replace(",", "."), rate)
         values = table.values[:samples, k]
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
@@ -222,8 +222,15 @@ def _clock(table: PlainTable, column: int) -> tuple[int, float, float]:
     return samples, float(1.0 / period), float(time[0])
 
 
-def _exact_rate(name: str, label: str, given: float, found: float) -> float:
+def _exact_rate(name: str, label: str, written: str, found: float) -> float:
     """The rate of the header (Hz), which has more digits than the stamps, if the two agree."""
+    try:
+        given = float(written)
+    except ValueError:
+        raise InputError(
+            f"{name}: expected the sampling frequency of {label!r} as a number in the header, found "
+            f"{written!r}: repair the line or export the file again"
+        ) from None
     if not abs(given - found) <= RATES_WITHIN * found:
         raise InputError(
             f"{name}: expected {label!r} at {given:g} Hz as the header says, found {found:.6g} Hz in its "

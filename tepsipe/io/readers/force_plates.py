@@ -33,6 +33,7 @@ FORCE_UNITS = {"N": 1.0, "kN": 1e3}
 MOMENT_UNITS = {"Nm": 1.0, "Nmm": 1e-3, "Ncm": 1e-2, "kNm": 1e3}
 LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}
+MOST_PLATES = 100
 
 
 def force_plates(file, channels: list[Channel], labels: list[str], path: Path, scale: float):
@@ -54,19 +55,33 @@ def force_plates(file, channels: list[Channel], labels: list[str], path: Path, s
     Returns
     -------
     tuple of ForcePlate
-        Forces (N) and moments about the origin of the laboratory (N·m), in its axes.
+        Forces (N) and moments about the origin of the laboratory (N·m), in its axes. A plate whose type is
+        not 1 to 4, with missing parameters or channels, or with an unknown unit has a ``fault``: it stops
+        only the trials that use it.
 
     Raises
     ------
     InputError
-        If a plate's parameters are missing, its type is not 1 to 4, a channel does not exist, or a unit
-        is unknown.
+        If their number is impossible.
     """
     group = file["parameters"].get("FORCE_PLATFORM", {})
     used = int(_values(group, "USED")[0]) if _values(group, "USED").size else 0
-    return tuple(
-        _plate(group, k, channels, labels, f"{path}, force plate {k + 1}", scale) for k in range(used)
-    )
+    if used > MOST_PLATES:
+        raise InputError(
+            f"{path}: expected at most {MOST_PLATES} force plates, found {used} in FORCE_PLATFORM:USED: "
+            "the file "
+            "is damaged, export it again"
+        )
+    frame_rate = float(file["parameters"]["POINT"]["RATE"]["value"][0])
+    nothing = np.full((channels[0].values.size if channels else 0, 3), np.nan)
+    plates = []
+    for k in range(used):
+        try:
+            plates.append(_plate(group, k, channels, labels, f"{path}, force plate {k + 1}", scale))
+        except InputError as error:
+            rate = channels[0].rate_hz if channels else frame_rate
+            plates.append(ForcePlate(nothing, nothing, rate, fault=str(error)))
+    return tuple(plates)
 
 
 def _values(group: dict, name: str) -> np.ndarray:
@@ -89,22 +104,21 @@ def _plate(
     if origin[2] > 0.0:
         origin = np.array([*origin[:2], -origin[2]]) if kind == 3 else -origin
     rotation, centre = _axes(corners, name), corners.mean(axis=0)
-    arm = centre - rotation @ origin
     if kind == 1:
         force, moment = _of_type_1(own, scale, name)
-        arm = centre
+        origin = np.zeros(3)
     elif kind == 3:
         force, moment = _of_type_3(own, np.abs(origin[0]), np.abs(origin[1]), name)
-        arm = centre - rotation @ np.array([0.0, 0.0, origin[2]])
+        origin = np.array([0.0, 0.0, origin[2]])
     else:
         if kind == 4:
             own = _calibrated(group, number, own, name)
         force = np.column_stack([_scaled(c, FORCE_UNITS, 1.0, name) for c in own[:3]])
         moment = np.column_stack([_scaled(c, MOMENT_UNITS, scale, name) for c in own[3:]])
-    in_lab = force @ rotation.T
-    loads = in_lab, moment @ rotation.T + np.cross(arm, in_lab)
+    in_lab, vector = force @ rotation.T, rotation @ origin
+    loads = in_lab, moment @ rotation.T + np.cross(centre - vector, in_lab)
     force, moment = (np.where(np.isfinite(load), load, np.nan) for load in loads)
-    return ForcePlate(force, moment, own[0][1].rate_hz, corners)
+    return ForcePlate(force, moment, own[0][1].rate_hz, corners, vector if kind in (2, 4) else None)
 
 
 def _of_type_1(own: list, scale: float, name: str) -> tuple[np.ndarray, np.ndarray]:

@@ -17,6 +17,8 @@ from tepsipe.io.readers.text_file import read_text
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
+# a number beyond this is no measurement, and overflows when its unit is converted
+LARGEST = 1e100
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma"}
 
 
@@ -33,7 +35,7 @@ class PlainTable:
     names : tuple of str
         Names of the columns.
     values : ndarray, shape (n, columns)
-        Numbers in the units of the file; NaN where a field is empty.
+        Numbers in the units of the file; NaN where a field is empty or infinite.
     lines : ndarray of int, shape (n,)
         Line of the file on which each row stands (-).
     delimiter : str
@@ -134,10 +136,23 @@ def read_plain_table(
         names.pop()
         body = [line if ragged else line.rstrip("\r ").removesuffix(delimiter) for line in body]
     _refuse_other_counts(path, body, rows, delimiter, len(names), ragged)
-    if not ended and len(body) > 1:
+    if not ended:
         body.pop()
         rows.pop()
+    if not rows:
+        raise InputError(
+            f"{path}: expected samples that end with a line break, found one line without: the file is "
+            "truncated, copy it again from the instrument"
+        )
     values = _numbers(path, body, rows, delimiter, names, ragged)
+    values[np.isinf(values)] = np.nan
+    large = np.argwhere(np.abs(values) > LARGEST)
+    if large.size:
+        row, column = large[0]
+        raise InputError(
+            f"{path}: expected numbers that can be measured, found {values[row, column]:g} in column "
+            f"{names[column]!r} on line {rows[row] + 1}: repair the file or export it again"
+        )
     return PlainTable(str(path), tuple(lines[:header]), tuple(names), values, np.array(rows) + 1, delimiter)
 
 

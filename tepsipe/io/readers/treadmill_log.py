@@ -130,6 +130,8 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
 
 def _numbers(path: Path, name: str, content: dict) -> np.ndarray:
     try:
+        if np.iscomplexobj(content[name]):
+            raise ValueError
         return np.asarray(content[name], dtype=float)
     except (TypeError, ValueError):
         raise InputError(

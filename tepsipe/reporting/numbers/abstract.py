@@ -6,6 +6,8 @@ text, emph, strong, math (as Typst writes it), cite and ref (a reference, and a 
 
 import re
 
+from tepsipe.reporting.numbers.format import number
+
 MARKUP = re.compile(
     r"\$(?P<math>[^$]+)\$|(?<!\w)_(?P<emph>[^_]+)_(?!\w)|\*(?P<strong>[^*]+)\*"
     r"|\[@(?P<ref>[\w-]+)\]|\[cite (?P<cite>[\w-]+)\]"
@@ -122,11 +124,12 @@ def _dummy(data: dict) -> list[Paragraph]:
     found += pieces(
         "The consistent equation, the same free body with consistent signs, yields $I$ = "
         "{recommended_mean_inertia} N·m·s²/rad and $K$ = {recommended_mean_stiffness} N·m/rad from the "
-        "same recordings at {clear_from} m/s and above. The signs explain the difference without any "
+        "same recordings{amplitudes}. The signs explain the difference without any "
         'effect of the treadmill: the printed signs add $2 I_"leg"$ = {two_leg_inertia} N·m·s²/rad to the '
         "inertia and subtract $2 m g r$ = {two_mgr} N·m/rad from the stiffness. VAF cannot reveal this, "
         "because with one degree of freedom _any_ linear combination of acceleration, velocity and angle "
         "can be fitted.",
+        amplitudes=_amplitudes(d["clear_from"]),
         **d,
     )
     if d["recovery"] is None:
@@ -135,12 +138,17 @@ def _dummy(data: dict) -> list[Paragraph]:
         found,
         pieces(
             "The largest error of the consistent equation, relative to the laboratory’s constants, is "
-            "{worst_stiffness} % in $K$ and {worst_damping} % in $B$ over all {count} conditions of "
-            "{clear_from} m/s and above.",
-            clear_from=d["clear_from"],
+            "{worst_stiffness} % in $K$ and {worst_damping} % in $B$ over all {count} "
+            "conditions{amplitudes}.",
+            amplitudes=_amplitudes(d["clear_from"], " of"),
             **d["recovery"],
         ),
     ]
+
+
+def _amplitudes(clear_from: str, word: str = " at") -> str:
+    """The belt velocities (m/s) of which a sentence tells; nothing where the sheet has no amplitudes."""
+    return "" if clear_from == number(None) else f"{word} {clear_from} m/s and above"
 
 
 def _weight(data: dict) -> list[Paragraph]:
@@ -154,9 +162,8 @@ def _weight(data: dict) -> list[Paragraph]:
     if "foot" in data:
         rows = ", ".join(f"{row['K']} N·m/rad ({row['pathway']})" for row in data["foot"]["rows"][1:])
         found += pieces(
-            " With the torque from the foot and the force plate, $K$ at {clear_from} m/s and above is "
-            "{rows}.",
-            clear_from=data["foot"]["clear_from"],
+            " With the torque from the foot and the force plate, $K${amplitudes} is {rows}.",
+            amplitudes=_amplitudes(data["foot"]["clear_from"]),
             rows=rows,
         )
     return [found]

@@ -1,0 +1,1594 @@
+"""Two hundred bad inputs: how the input of a good study is spoiled, and what the one sentence about it says.
+
+`FILES` are files of one recorded trial: they stop their own job, and the good trial beside it keeps its
+results. `SETTINGS` are configurations and `SHEETS` trial sheets: they stop the run before the first job, and
+all earlier results remain. `test_bad_inputs.py` refuses them by the functions of the library and of the
+workflow, `benchmarks/soak/bad_inputs.py` by real runs.
+"""
+
+import numpy as np
+from bad_inputs import (
+    LEG,
+    BadFile,
+    BadSettings,
+    BadSheet,
+    c3d,
+    calibration,
+    cells,
+    content,
+    cut,
+    cut_bytes,
+    empty,
+    factor,
+    folder_instead,
+    gone,
+    label,
+    lines,
+    mat,
+    noise,
+    of_experiment,
+    of_other,
+    parameter,
+    points,
+    put,
+    relabelled,
+    samples,
+    swapped,
+    text,
+    times,
+)
+
+LOG, MATRIX, MARKERS, EMG, COMMAND = "log.mat", "calibration.csv", "markers.c3d", "emg.edf", "command.txt"
+
+
+def shifted(x):
+    return np.roll(x, 125, axis=2)
+
+
+def frozen_at_start(p):
+    p[:, LEG] = p[:, LEG, :1]
+
+
+def frozen_at_end(p):
+    k = round(0.8 * p.shape[2])
+    p[:, LEG, k:] = p[:, LEG, k : k + 1]
+
+
+def one_frozen(p):
+    p[:, 7, 1000:1060] = p[:, 7, 1000:1001]
+
+
+def still_leg(p):
+    p[:, LEG] = p[:, LEG, :1] + noise(0.1)(p[:, LEG])
+
+
+def exchanged(a, b):
+    def change(p):
+        p[:, [a, b]] = p[:, [b, a]]
+
+    return change
+
+
+def random_bytes(size=50_000):
+    return np.random.default_rng(7).integers(0, 256, size, dtype=np.uint8).tobytes()
+
+
+def without_row(name):
+    def change(rows):
+        rows[:] = [row for row in rows if row[0] != name]
+
+    return calibration(change)
+
+
+def cell(row, column, value):
+    def change(rows):
+        rows[row][column] = value
+
+    return calibration(change)
+
+
+def without_column(rows):
+    for row in rows:
+        del row[-1]
+
+
+def doubled_row(rows):
+    rows.append(rows[-1])
+
+
+def exchanged_belts(rows):
+    for row in rows[1:]:
+        row[0] = row[0].replace("left", "?").replace("right", "left").replace("?", "right")
+
+
+def names_exchanged(x):
+    x = np.array(x)
+    flat = x.ravel()
+    flat[[0, 7]] = flat[[7, 0]]
+    return x
+
+
+def fewer(x):
+    return x[:-100]
+
+
+def halved_trigger(x):
+    x = np.array(x)
+    high = np.flatnonzero(x.ravel() > 2.5)
+    x.ravel()[high[high.size // 2] :] = 0.0
+    return x
+
+
+def end_cut(names, samples_cut=3000):
+    return {name: (lambda x: x[:-samples_cut]) for name in names}
+
+
+def word_at(k):
+    return lambda rows: [*rows[:k], "\t".join(["abc"] * len(rows[0].split("\t"))), *rows[k:]]
+
+
+def short_at(k):
+    return lambda rows: [*rows[:k], rows[k].split("\t")[0], *rows[k + 1 :]]
+
+
+def without_numbers(rows):
+    return [*rows[:500], *(f"{row.split(',')[0]},," for row in rows[500:600]), *rows[600:]]
+
+
+def utf16(name):
+    return lambda folder: (folder / name).write_text((folder / name).read_text(), "utf-16")
+
+
+SIGNALS = ("transducers_V", "belt_velocity_m_per_s", "command_m_per_s", "trigger_V")
+
+
+def dummy(group, entries):
+    return [BadFile(group, name, "dummy", spoil, words) for name, spoil, words in entries]
+
+
+THE_LOG = dummy(
+    "log",
+    [
+        (
+            "log missing",
+            gone(LOG),
+            "log.mat: expected a treadmill log, found no file",
+        ),
+        ("log empty", empty(LOG), "log.mat: expected a MATLAB file, found one that cannot be read"),
+        (
+            "log truncated",
+            cut(LOG, 0.5),
+            "log.mat: expected a MATLAB file, found one that cannot be read",
+        ),
+        (
+            "log cut in its header",
+            cut(LOG, 0.0002),
+            "log.mat: expected a MATLAB file, found one that cannot be read",
+        ),
+        (
+            "log is a text",
+            content(LOG, b"time\tvelocity\n0\t0\n"),
+            "log.mat: expected a MATLAB file, found one that cannot be read",
+        ),
+        (
+            "log is noise",
+            content(LOG, random_bytes()),
+            "log.mat: expected a MATLAB file, found one that cannot be read",
+        ),
+        (
+            "log is a folder",
+            folder_instead(LOG),
+            "log.mat: expected a treadmill log, found no file",
+        ),
+        (
+            "log is the C3D file",
+            swapped(LOG, MARKERS),
+            "log.mat: expected a MATLAB file, found one that cannot be read",
+        ),
+        (
+            "log without voltages",
+            mat(transducers_V=None),
+            "log.mat: expected the variable 'transducers_V' (transducer voltages)",
+        ),
+        (
+            "log without velocity",
+            mat(belt_velocity_m_per_s=None),
+            "log.mat: expected the variable 'belt_velocity_m_per_s' (measured belt velocity)",
+        ),
+        (
+            "log without command",
+            mat(command_m_per_s=None),
+            "log.mat: expected the variable 'command_m_per_s' (commanded belt velocity)",
+        ),
+        (
+            "log without trigger",
+            mat(trigger_V=None),
+            "log.mat: expected the variable 'trigger_V' (trigger line)",
+        ),
+        (
+            "log without rate",
+            mat(sample_rate_hz=None),
+            "log.mat: expected the variable 'sample_rate_hz' (sampling rate)",
+        ),
+        (
+            "log without names",
+            mat(channel_names=None),
+            "log.mat: expected the variable 'channel_names' (names of the transducer channels)",
+        ),
+        (
+            "rate of zero",
+            mat(sample_rate_hz=times(0.0)),
+            "log.mat: expected one positive number in 'sample_rate_hz'",
+        ),
+        (
+            "negative rate",
+            mat(sample_rate_hz=times(-1.0)),
+            "log.mat: expected one positive number in 'sample_rate_hz'",
+        ),
+        (
+            "rate not a number",
+            mat(sample_rate_hz=times(np.nan)),
+            "log.mat: expected one positive number in 'sample_rate_hz'",
+        ),
+        (
+            "rate as text",
+            mat(sample_rate_hz=lambda x: "fast"),
+            "log.mat: expected numbers in 'sample_rate_hz'",
+        ),
+        ("rate in kHz", mat(sample_rate_hz=times(0.001)), "log.mat: expected a log at 250 Hz or faster"),
+        (
+            "rate doubled",
+            mat(sample_rate_hz=times(2.0)),
+            "markers.c3d: expected markers for the 6.00 s that the trigger was high in log.mat",
+        ),
+        (
+            "voltage not a number",
+            mat(transducers_V=put((3000, 5), np.nan)),
+            "log.mat: expected numbers in 'transducers_V'",
+        ),
+        (
+            "voltage infinite",
+            mat(transducers_V=put((3000, 5), np.inf)),
+            "log.mat: expected numbers in 'transducers_V'",
+        ),
+        (
+            "velocity not a number",
+            mat(belt_velocity_m_per_s=put(3000, np.nan)),
+            "log.mat: expected numbers in 'belt_velocity_m_per_s'",
+        ),
+        (
+            "velocity shorter",
+            mat(belt_velocity_m_per_s=fewer),
+            "log.mat: expected 13002 samples in every variable",
+        ),
+        (
+            "velocity as text",
+            mat(belt_velocity_m_per_s=lambda x: "0.5"),
+            "log.mat: expected 13002 samples in every variable",
+        ),
+        (
+            "velocity complex",
+            mat(belt_velocity_m_per_s=times(1j)),
+            "log.mat: expected numbers in 'belt_velocity_m_per_s'",
+        ),
+        (
+            "voltages of three axes",
+            mat(transducers_V=lambda x: x[..., None] * np.ones(2)),
+            "log.mat: expected one column of transducers_V for each of the 14 channel names",
+        ),
+        (
+            "voltages without a channel",
+            mat(transducers_V=lambda x: x[:, :-1]),
+            "log.mat: expected one column of transducers_V for each of the 14 channel names",
+        ),
+        (
+            "channels exchanged",
+            mat(channel_names=names_exchanged),
+            "calibration.csv: expected the channels of log.mat in their order",
+        ),
+        (
+            "trigger never rises",
+            mat(trigger_V=times(0.0)),
+            "log.mat: expected the trigger to rise above 2.5 V",
+        ),
+        (
+            "trigger high from the start",
+            mat(trigger_V=lambda x: np.full_like(x, 5.0)),
+            "log.mat: expected the trigger to rise after the log's start",
+        ),
+        (
+            "trigger falls early",
+            mat(trigger_V=halved_trigger),
+            "markers.c3d: expected markers for the 6.00 s that the trigger was high in log.mat",
+        ),
+        (
+            "trigger inverted",
+            mat(trigger_V=lambda x: 5.0 - x),
+            "log.mat: expected the trigger to rise after the log's start",
+        ),
+        (
+            "log ends early",
+            mat(**end_cut(SIGNALS, 5000)),
+            "markers.c3d: expected markers for the 7.50 s that the trigger was high in log.mat",
+        ),
+    ],
+)
+MATRICES = dummy(
+    "calibration",
+    [
+        ("matrix missing", gone(MATRIX), "calibration.csv: expected a calibration matrix"),
+        ("matrix empty", empty(MATRIX), "calibration.csv: expected the header to start with component,unit"),
+        (
+            "matrix cut in its last number",
+            cut_bytes(MATRIX, 4),
+            "calibration.csv: expected a line break at the end of a calibration matrix",
+        ),
+        (
+            "matrix cut in half",
+            cut(MATRIX, 0.5),
+            "calibration.csv: expected a line break at the end of a calibration matrix",
+        ),
+        ("matrix is the log", swapped(MATRIX, LOG), "calibration.csv: expected a calibration matrix as text"),
+        (
+            "matrix with semicolons",
+            text(MATRIX, ",", ";"),
+            "calibration.csv: expected the header to start with component,unit",
+        ),
+        (
+            "matrix without Fy",
+            without_row("Fy_right"),
+            "calibration.csv: expected 12 components, Fx to Mz of the left and the right belt",
+        ),
+        (
+            "matrix with a row twice",
+            calibration(doubled_row),
+            "calibration.csv: expected every component once",
+        ),
+        (
+            "matrix with another unit",
+            cell(1, 1, "kN/V"),
+            "calibration.csv: expected the unit N/V for Fx_left",
+        ),
+        (
+            "matrix with a word",
+            cell(3, 4, "abc"),
+            'calibration.csv: expected numbers, found "could not convert string to float:',
+        ),
+        ("matrix with NaN", cell(3, 4, "nan"), "calibration.csv: expected finite numbers"),
+        ("matrix with an infinite number", cell(3, 4, "inf"), "calibration.csv: expected finite numbers"),
+        (
+            "matrix with an empty cell",
+            cell(3, 4, ""),
+            'calibration.csv: expected numbers, found "could not convert string to float:',
+        ),
+        (
+            "matrix without a channel",
+            calibration(without_column),
+            "calibration.csv: expected the channels of log.mat in their order",
+        ),
+        (
+            "matrix of other channels",
+            text(MATRIX, "left_", "west_"),
+            "calibration.csv: expected the channels of log.mat in their order",
+        ),
+        ("matrix times 1000", factor(1000.0), "log.mat: expected a force of -10000 to 10000 N"),
+        ("matrix over 1000", factor(0.001), "log.mat: expected 1.5 to 3.5 kg on the right belt"),
+        ("matrix of zeros", factor(0.0), "log.mat: expected Fy of the right belt to vary with its noise"),
+        (
+            "matrix with Fz zero",
+            factor(0.0, "Fz_right"),
+            "log.mat: expected Fz of the right belt to vary with its noise",
+        ),
+        (
+            "matrix with Fy zero",
+            factor(0.0, "Fy_right"),
+            "log.mat: expected Fy of the right belt to vary with its noise",
+        ),
+        (
+            "matrix with Mx zero",
+            factor(0.0, "Mx_right"),
+            "log.mat: expected Mx of the right belt to vary with its noise",
+        ),
+        (
+            "matrix with Fz reversed",
+            factor(-1.0, "Fz_right"),
+            "log.mat: expected 1.5 to 3.5 kg on the right belt",
+        ),
+        (
+            "belts of the matrix exchanged",
+            calibration(exchanged_belts),
+            "log.mat: expected 1.5 to 3.5 kg on the right belt",
+        ),
+    ],
+)
+THE_MARKERS = dummy(
+    "markers",
+    [
+        (
+            "markers missing",
+            gone(MARKERS),
+            "markers.c3d: expected a C3D file, found no file",
+        ),
+        (
+            "markers empty",
+            empty(MARKERS),
+            "markers.c3d: expected a C3D file",
+        ),
+        ("markers truncated", cut(MARKERS, 0.6), "markers.c3d: expected 3000 frames"),
+        (
+            "markers cut in their header",
+            cut(MARKERS, 0.001),
+            "markers.c3d: expected a C3D file",
+        ),
+        (
+            "markers are a text",
+            content(MARKERS, b"Frame X Y Z\n1 0 0 0\n"),
+            "markers.c3d: expected a C3D file",
+        ),
+        (
+            "markers are noise",
+            content(MARKERS, random_bytes()),
+            "markers.c3d: expected a C3D file",
+        ),
+        (
+            "markers are the log",
+            swapped(MARKERS, LOG),
+            "markers.c3d: expected a C3D file",
+        ),
+        ("a label missing", label("leg3", "knee"), "markers.c3d: expected a marker named 'leg3'"),
+        ("a label twice", label("leg3", "leg2"), "markers.c3d: expected one marker named 'leg2'"),
+        (
+            "markers at another rate",
+            parameter("POINT", "RATE", 100.0),
+            "markers.c3d: expected markers at 250 Hz",
+        ),
+        (
+            "markers half as long",
+            points(lambda p: p[:, :, : p.shape[2] // 2]),
+            "markers.c3d: expected markers for the 12.00 s that the trigger was high in log.mat",
+        ),
+        (
+            "markers in an unknown unit",
+            parameter("POINT", "UNITS", "furlong"),
+            "markers.c3d: expected marker positions in mm, cm or m",
+        ),
+        (
+            "mm that are called m",
+            parameter("POINT", "UNITS", "m"),
+            "markers.c3d: expected a marker position of -20 to 20 m",
+        ),
+        (
+            "mm that are called cm",
+            parameter("POINT", "UNITS", "cm"),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "a marker hidden for half a second",
+            points(put((slice(None), 5, slice(900, 1025)), np.nan)),
+            "markers.c3d, marker 'leg2': expected gaps of at most 0.1 s",
+        ),
+        (
+            "a marker never seen",
+            points(put((slice(None), 5), np.nan)),
+            "markers.c3d, marker 'leg2': expected gaps of at most 0.1 s",
+        ),
+        (
+            "a hidden marker at the origin",
+            points(put((slice(None), 5, slice(900, 925)), 0.0)),
+            "markers.c3d: expected markers of at most 15 m/s",
+        ),
+        (
+            "a jump of one marker",
+            points(put((1, 6, 1300), 2500.0)),
+            "markers.c3d: expected markers of at most 15 m/s",
+        ),
+        (
+            "a sample of 1e6",
+            points(put((1, 6, 1300), 1e6)),
+            "markers.c3d: expected a marker position of -20 to 20 m",
+        ),
+        (
+            "leg frozen at its first frame",
+            points(frozen_at_start),
+            "markers.c3d: expected the marker 'leg1' to move or at least to show the noise of",
+        ),
+        (
+            "leg frozen for the last fifth",
+            points(frozen_at_end),
+            "markers.c3d: expected the marker 'leg1' to move or at least to show the noise of",
+        ),
+        (
+            "one marker frozen",
+            points(one_frozen),
+            "markers.c3d: expected the marker 'leg4' to move or at least to show the noise of",
+        ),
+        (
+            "leg that only shows noise",
+            points(still_leg),
+            "markers.c3d: expected the markers of the leg to move when the belt does",
+        ),
+        (
+            "all markers frozen",
+            points(lambda p: np.repeat(p[:, :, :1], p.shape[2], axis=2)),
+            "markers.c3d: expected the marker 'foot1' to move or at least to show the noise of",
+        ),
+        (
+            "axes x and y exchanged",
+            points(lambda p: p[[1, 0, 2]]),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "axis y reversed",
+            points(lambda p: p * np.array([1.0, -1.0, 1.0])[:, None, None]),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "markers half a second late",
+            points(shifted),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "markers of another trial",
+            of_other(MARKERS),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "foot and leg exchanged",
+            points(exchanged(0, 4)),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "markers a tenth too large",
+            points(times(1.2)),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+    ],
+)
+PHYSICS = dummy(
+    "physics",
+    [
+        (
+            "voltages in mV",
+            mat(transducers_V=times(1000.0)),
+            "log.mat: expected a force of -10000 to 10000 N",
+        ),
+        ("voltages of zero", mat(transducers_V=times(0.0)), "log.mat: expected noise of every transducer"),
+        (
+            "one transducer dead",
+            mat(transducers_V=put((slice(None), 9), 0.0)),
+            "log.mat: expected noise of every transducer",
+        ),
+        (
+            "one voltage of 1e6",
+            mat(transducers_V=put((5000, 9), 1e6)),
+            "log.mat: expected a force of -10000 to 10000 N",
+        ),
+        (
+            "plate stops",
+            mat(transducers_V=put(slice(6000, None), 0.1)),
+            "log.mat: expected Fy of the right belt to vary with its noise",
+        ),
+        (
+            "velocity in mm/s",
+            mat(belt_velocity_m_per_s=times(1000.0)),
+            "log.mat: expected a belt velocity of -10 to 10 m/s",
+        ),
+        (
+            "velocity in cm/s",
+            mat(belt_velocity_m_per_s=times(100.0)),
+            "log.mat: expected a belt velocity of -10 to 10 m/s",
+        ),
+        (
+            "velocity in km/h",
+            mat(belt_velocity_m_per_s=times(3.6)),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "velocity reversed",
+            mat(belt_velocity_m_per_s=times(-1.0)),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "velocity of zero",
+            mat(belt_velocity_m_per_s=times(0.0)),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "velocity of noise",
+            mat(belt_velocity_m_per_s=noise(0.001)),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "velocity stops",
+            mat(belt_velocity_m_per_s=put(slice(6000, None), 0.0)),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "one velocity of 1e6",
+            mat(belt_velocity_m_per_s=put(5000, 1e6)),
+            "log.mat: expected a belt velocity of -10 to 10 m/s",
+        ),
+        (
+            "one velocity of 3 m/s",
+            mat(belt_velocity_m_per_s=put(slice(5000, 5004), 3.0)),
+            "log.mat: expected a belt acceleration of -200 to 200 m/s²",
+        ),
+        (
+            "command in mm/s",
+            mat(command_m_per_s=times(1000.0)),
+            "log.mat: expected a commanded belt velocity of -10 to 10 m/s",
+        ),
+        (
+            "log of another trial",
+            of_other(LOG),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "log and matrix of another trial",
+            of_other(LOG, MATRIX),
+            "markers.c3d: expected the belt-fixed marker 'foot1' to move with the belt of log.mat",
+        ),
+        (
+            "log of the empty belt",
+            of_experiment("empty", LOG),
+            "log.mat: expected 1.5 to 3.5 kg on the right belt",
+        ),
+        (
+            "log of the weight",
+            of_experiment("weight", LOG),
+            "log.mat: expected 1.5 to 3.5 kg on the right belt",
+        ),
+    ],
+)
+
+
+def others(group, experiment, entries):
+    return [BadFile(group, name, experiment, spoil, words) for name, spoil, words in entries]
+
+
+ON_THE_BELT = [
+    *others(
+        "weight",
+        "weight",
+        [
+            (
+                "weight: log of the empty belt",
+                of_experiment("empty", LOG),
+                "log.mat: expected 17 to 23 kg on the right belt",
+            ),
+            ("weight: matrix over 1000", factor(0.001), "log.mat: expected 17 to 23 kg on the right belt"),
+            ("weight: matrix 1.3 times", factor(1.3), "log.mat: expected 17 to 23 kg on the right belt"),
+            (
+                "weight: matrix with Fz reversed",
+                factor(-1.0, "Fz_right"),
+                "log.mat: expected 17 to 23 kg on the right belt",
+            ),
+            (
+                "weight: markers frozen",
+                points(lambda p: np.repeat(p[:, :, :1], p.shape[2], axis=2)),
+                "markers.c3d: expected the marker 'weight1' to move or at least to show the noise of",
+            ),
+            (
+                "weight: markers of another trial",
+                of_other(MARKERS),
+                "markers.c3d: expected the belt-fixed marker 'weight1' to move with the belt of",
+            ),
+            (
+                "weight: markers of the dummy",
+                of_experiment("dummy", MARKERS),
+                "markers.c3d: expected a marker named 'weight1'",
+            ),
+        ],
+    ),
+    *others(
+        "empty",
+        "empty",
+        [
+            (
+                "empty: log of the weight",
+                of_experiment("weight", LOG),
+                "log.mat: expected -10 to 10 kg on the right belt",
+            ),
+            (
+                "empty: dead plate",
+                mat(transducers_V=times(0.0)),
+                "log.mat: expected noise of every transducer",
+            ),
+            (
+                "empty: velocity in mm/s",
+                mat(belt_velocity_m_per_s=times(1000.0)),
+                "log.mat: expected a belt velocity of -10 to 10 m/s",
+            ),
+            (
+                "empty: trigger too short",
+                mat(trigger_V=halved_trigger),
+                "log.mat: expected 12 s of trial, as the trial sheet says",
+            ),
+        ],
+    ),
+    *others(
+        "standing",
+        "standing",
+        [
+            (
+                "standing: markers frozen",
+                points(lambda p: np.repeat(p[:, :, :1], p.shape[2], axis=2)),
+                "markers.c3d: expected the marker 'foot1' to move or at least to show the noise of",
+            ),
+            (
+                "standing: shank frozen",
+                points(put((slice(None), 3), 200.0)),
+                "markers.c3d: expected the marker 'shank1' to move or at least to show the noise of",
+            ),
+            (
+                "standing: mm that are called m",
+                parameter("POINT", "UNITS", "m"),
+                "markers.c3d: expected a marker position of -20 to 20 m",
+            ),
+            ("standing: matrix times 1000", factor(1000.0), "log.mat: expected a force of -10000 to 10000 N"),
+            (
+                "standing: dead plate",
+                mat(transducers_V=times(0.0)),
+                "log.mat: expected noise of every transducer",
+            ),
+        ],
+    ),
+    *others(
+        "EMG",
+        "standing",
+        [
+            (
+                "electromyograms missing",
+                gone(EMG),
+                "emg.edf: expected an EDF file, found no file",
+            ),
+            (
+                "electromyograms empty",
+                empty(EMG),
+                "emg.edf: expected an EDF file",
+            ),
+            ("electromyograms truncated", cut(EMG, 0.5), "emg.edf: expected 18 records"),
+            (
+                "electromyograms are a text",
+                content(EMG, b"time,TA\n0,1\n"),
+                "emg.edf: expected at least 20 samples at different times",
+            ),
+            (
+                "electromyograms are the log",
+                swapped(EMG, LOG),
+                "emg.edf: expected an EDF file",
+            ),
+            (
+                "electromyograms are noise",
+                content(EMG, random_bytes()),
+                "emg.edf: expected an EDF file",
+            ),
+            (
+                "electromyograms without trigger",
+                relabelled("Trigger", "Marker"),
+                "emg.edf: expected a trigger channel named 'Trigger'",
+            ),
+            (
+                "trigger of the electromyograms low",
+                samples("Trigger", times(0.0)),
+                "emg.edf: expected the trigger to rise above 2.5 V",
+            ),
+            (
+                "trigger of the electromyograms high",
+                samples("Trigger", lambda x: x * 0.0 + 5.0),
+                "emg.edf: expected the trigger to rise after the log's start",
+            ),
+            (
+                "an electromyogram of 1 V",
+                samples("EMG SOL", lambda x: put(5000, 1e6)(x)),
+                "emg.edf: expected an electromyogram of -100000 to 100000 uV",
+            ),
+            (
+                "electromyograms of 0.2 V",
+                samples("EMG SOL", times(1e3)),
+                "emg.edf: expected an electromyogram of -100000 to 100000 uV",
+            ),
+        ],
+    ),
+]
+WRIST = others(
+    "manipulator log",
+    "wristalyzer",
+    [
+        ("manipulator log missing", gone("log.txt"), "log.txt: expected a table of samples"),
+        ("manipulator log empty", empty("log.txt"), "log.txt: expected a header and samples"),
+        (
+            "manipulator log of a header only",
+            lines("log.txt", lambda rows: rows[:1]),
+            "log.txt: expected samples under the header",
+        ),
+        (
+            "manipulator log with another column",
+            text("log.txt", "MotorAngle", "Angle"),
+            "log.txt: expected a column named 'MotorAngle'",
+        ),
+        (
+            "manipulator log with commas",
+            text("log.txt", "\t", ","),
+            "log.txt: expected a column named 'TimeStamp'",
+        ),
+        (
+            "manipulator log with decimal commas",
+            text("log.txt", ".", ","),
+            "log.txt: expected a number",
+        ),
+        (
+            "manipulator log with a word",
+            lines("log.txt", word_at(500)),
+            "log.txt: expected a number, found 'abc' in column 'TimeStamp' on line",
+        ),
+        (
+            "manipulator log backwards",
+            lines("log.txt", lambda rows: [rows[0], *rows[:0:-1]]),
+            "log.txt: expected time to increase",
+        ),
+        (
+            "manipulator log with a gap",
+            lines("log.txt", lambda rows: rows[:1000] + rows[1100:]),
+            "log.txt: expected no step longer than 0.05 s",
+        ),
+        (
+            "manipulator log that ends early",
+            lines("log.txt", lambda rows: rows[: len(rows) // 2]),
+            "log.txt: expected 16 s of trial, as the trial sheet says",
+        ),
+        (
+            "manipulator log with a short line",
+            lines("log.txt", short_at(500)),
+            "log.txt: expected 4 fields on every line",
+        ),
+        (
+            "manipulator log is noise",
+            content("log.txt", random_bytes()),
+            "log.txt: expected a table of samples as text",
+        ),
+        (
+            "manipulator log in UTF-16",
+            utf16("log.txt"),
+            "log.txt: expected a table of samples as text",
+        ),
+        (
+            "manipulator log with a column twice",
+            text("log.txt", "TimeStamp", "MotorAngle", 1),
+            "log.txt: expected a column named 'TimeStamp'",
+        ),
+        (
+            "manipulator never triggered",
+            cells("log.txt", "TriggerTime", times(0.0)),
+            "log.txt: expected the stamp of the trigger",
+        ),
+        (
+            "angle in degrees",
+            cells("log.txt", "MotorAngle", times(57.3)),
+            "log.txt: expected joint angles within half a revolution",
+        ),
+        (
+            "angle reversed",
+            cells("log.txt", "MotorAngle", times(-1.0)),
+            "log.txt: expected a torque that moves the joint",
+        ),
+        (
+            "angle constant",
+            cells("log.txt", "MotorAngle", times(0.0)),
+            "log.txt: expected the angle to change with the torque",
+        ),
+        (
+            "angle in mrad",
+            cells("log.txt", "MotorAngle", times(1000.0)),
+            "log.txt: expected joint angles within half a revolution",
+        ),
+        (
+            "angle stops",
+            cells("log.txt", "MotorAngle", put(slice(1500, 1900), 0.0)),
+            "log.txt: expected the angle to change with the torque",
+        ),
+        (
+            "one angle of 1e6",
+            cells("log.txt", "MotorAngle", put(1500, 1e6)),
+            "log.txt: expected joint angles within half a revolution",
+        ),
+        (
+            "angle in thousandths",
+            cells("log.txt", "MotorAngle", times(1e-3)),
+            "command.txt: expected a torque of 0.01 to 5000 N·m per rad of the angle",
+        ),
+    ],
+) + others(
+    "command",
+    "wristalyzer",
+    [
+        ("command missing", gone(COMMAND), "command.txt: expected a table of samples"),
+        ("command empty", empty(COMMAND), "command.txt: expected a header and samples"),
+        ("command is the log", swapped(COMMAND, "log.txt"), "command.txt: expected a column named 'Time'"),
+        (
+            "command with another column",
+            text(COMMAND, "TorqueCommand", "Torque"),
+            "command.txt: expected a column named 'TorqueCommand'",
+        ),
+        (
+            "command backwards",
+            lines(COMMAND, lambda rows: [rows[0], *rows[:0:-1]]),
+            "command.txt: expected 16 s of trial, as the trial sheet says",
+        ),
+        (
+            "command that ends early",
+            lines(COMMAND, lambda rows: rows[: len(rows) // 2]),
+            "command.txt: expected 16 s of trial, as the trial sheet says",
+        ),
+        (
+            "command with a gap",
+            lines(COMMAND, lambda rows: rows[:1000] + rows[2000:]),
+            "command.txt: expected no step longer than 0.05 s",
+        ),
+        (
+            "command in mNm",
+            cells(COMMAND, "TorqueCommand", times(1000.0)),
+            "command.txt: expected a torque of -500 to 500 Nm",
+        ),
+        (
+            "command in kNm",
+            cells(COMMAND, "TorqueCommand", times(0.001)),
+            "command.txt: expected a torque of 0.01 to 5000 N·m per rad of the angle",
+        ),
+        (
+            "command reversed",
+            cells(COMMAND, "TorqueCommand", times(-1.0)),
+            "log.txt: expected a torque that moves the joint",
+        ),
+        (
+            "one command of 1e6",
+            cells(COMMAND, "TorqueCommand", put(3000, 1e6)),
+            "command.txt: expected a torque of -500 to 500 Nm",
+        ),
+    ],
+)
+TABLE = "table.csv"
+TABLES = others(
+    "text tables",
+    "position_manipulator",
+    [
+        ("table missing", gone(TABLE), "table.csv: expected a table of samples"),
+        ("table empty", empty(TABLE), "table.csv: expected a header and samples"),
+        ("table with tabs", text(TABLE, ",", "\t"), "table.csv: expected a column named 'time_s'"),
+        (
+            "table with another column",
+            text(TABLE, "ankle_torque_Nm", "torque"),
+            "table.csv: expected a column named 'ankle_torque_Nm'",
+        ),
+        (
+            "table backwards",
+            lines(TABLE, lambda rows: [rows[0], *rows[:0:-1]]),
+            "table.csv: expected time to increase",
+        ),
+        (
+            "table with a gap",
+            lines(TABLE, lambda rows: rows[:1000] + rows[1100:]),
+            "table.csv: expected no step longer than 0.02 s",
+        ),
+        (
+            "table that ends early",
+            lines(TABLE, lambda rows: rows[: len(rows) // 2]),
+            "table.csv: expected 20 s of trial, as the trial sheet says",
+        ),
+        (
+            "table with a word",
+            lines(TABLE, lambda r: [*r[:500], "a,b,c", *r[501:]]),
+            "table.csv: expected a number, found 'a' in column 'time_s' on line 501:",
+        ),
+        (
+            "table with long gaps",
+            lines(TABLE, without_numbers),
+            "table.csv: expected gaps of at most 0.02 s",
+        ),
+        (
+            "table: angle in degrees",
+            cells(TABLE, "ankle_pos_rad", times(5730.0), ","),
+            "table.csv: expected joint angles within half a revolution",
+        ),
+        (
+            "table: torque in mNm",
+            cells(TABLE, "ankle_torque_Nm", times(1e5), ","),
+            "table.csv: expected a torque of -500 to 500 Nm",
+        ),
+        (
+            "table: torque of the other sign",
+            cells(TABLE, "ankle_torque_Nm", times(-1.0), ","),
+            "table.csv: expected a torque that moves the joint",
+        ),
+        (
+            "table: torque constant",
+            cells(TABLE, "ankle_torque_Nm", times(0.0), ","),
+            "table.csv: expected the torque to change with the angle",
+        ),
+        (
+            "table: torque stops",
+            cells(TABLE, "ankle_torque_Nm", put(slice(4000, 5000), 0.0), ","),
+            "table.csv: expected the torque to change with the angle",
+        ),
+        (
+            "table: angle stops",
+            cells(TABLE, "ankle_pos_rad", put(slice(4000, 5000), 0.0), ","),
+            "table.csv: expected the angle to change with the torque",
+        ),
+        (
+            "table: one torque of 1e6",
+            cells(TABLE, "ankle_torque_Nm", put(4000, 1e6), ","),
+            "table.csv: expected a torque of -500 to 500 Nm",
+        ),
+    ],
+) + others(
+    "text tables",
+    "belt",
+    [
+        ("belt table missing", gone("table.txt"), "table.txt: expected a table of samples"),
+        (
+            "belt table with another unit",
+            text("table.txt", "v (m/s)", "v (km/h)"),
+            "table.txt: expected a column named 'v (m/s)'",
+        ),
+        (
+            "belt table in mm/s",
+            cells("table.txt", "v (m/s)", times(1000.0)),
+            "table.txt: expected a belt velocity of -10 to 10 m/s",
+        ),
+        (
+            "belt table: velocity constant",
+            cells("table.txt", "v (m/s)", lambda x: 0.0 * x + 1.2),
+            "table.txt: expected 'v (m/s)' to change with the belt's motion",
+        ),
+        (
+            "belt table: load constant",
+            cells("table.txt", "Mx (Nm)", times(0.0)),
+            "table.txt: expected 'Mx (Nm)' to change with the belt's motion",
+        ),
+        (
+            "belt table: one load of 1e6",
+            cells("table.txt", "Mx (Nm)", put(2000, 1e6)),
+            "table.txt: expected a load of -5000 to 5000 Nm",
+        ),
+        (
+            "belt table backwards",
+            lines("table.txt", lambda rows: [rows[0], *rows[:0:-1]]),
+            "table.txt: expected time to increase",
+        ),
+        (
+            "belt table too short",
+            lines("table.txt", lambda rows: rows[:1500]),
+            "table.txt: expected 39 s of trial, as the trial sheet says",
+        ),
+        (
+            "belt table: stamps of few decimals",
+            cells("table.txt", "t", lambda x: np.floor(x)),
+            "table.txt: expected no step longer than 0.1 s",
+        ),
+        (
+            "belt table: an infinite load",
+            cells("table.txt", "Mx (Nm)", put(2000, np.inf)),
+            "table.txt: expected finite numbers in 'Mx (Nm)'",
+        ),
+    ],
+)
+WHOLE = "whole.c3d"
+
+
+def analog(name, change):
+    """Change an analog channel of the whole trial."""
+
+    def on_file(file):
+        k = file["parameters"]["ANALOG"]["LABELS"]["value"].index(name)
+        values = file["data"]["analogs"]
+        values[0, k] = change(values[0, k])
+
+    return c3d(on_file, WHOLE)
+
+
+def analog_label(old, new):
+    def change(file):
+        names = file["parameters"]["ANALOG"]["LABELS"]["value"]
+        names[names.index(old)] = new
+
+    return c3d(change, WHOLE)
+
+
+def whole_markers(change):
+    def on_file(file):
+        change(file["data"]["points"][:3])
+
+    return c3d(on_file, WHOLE)
+
+
+def whole_label(old, new):
+    def change(file):
+        names = file["parameters"]["POINT"]["LABELS"]["value"]
+        names[names.index(old)] = new
+
+    return c3d(change, WHOLE)
+
+
+def whole_unit(unit):
+    def change(file):
+        file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+
+    return c3d(change, WHOLE)
+
+
+WHOLE_TRIALS = [
+    BadFile("whole trial", f"one C3D: {name}", "dummy", spoil, words, whole=True)
+    for name, spoil, words in [
+        ("missing", gone(WHOLE), "whole.c3d: expected a C3D file, found no file"),
+        ("truncated", cut(WHOLE, 0.6), "whole.c3d: expected 3000 frames"),
+        ("without a marker", whole_label("leg2", "knee"), "whole.c3d: expected a marker named 'leg2'"),
+        (
+            "without the belt velocity",
+            analog_label("Belt speed", "Speed"),
+            "whole.c3d: expected a channel named 'Belt speed'",
+        ),
+        (
+            "belt velocity constant",
+            analog("Belt speed", lambda x: 0.0 * x + 2.5),
+            "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
+        ),
+        (
+            "belt velocity times 10",
+            analog("Belt speed", lambda x: 10.0 * (x - 2.5) + 2.5),
+            "whole.c3d: expected a belt acceleration of -200 to 200 m/s²",
+        ),
+        (
+            "belt velocity reversed",
+            analog("Belt speed", lambda x: 5.0 - x),
+            "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
+        ),
+        (
+            "force times 1000",
+            analog("Fz2", times(1000.0)),
+            "whole.c3d: expected a force of -10000 to 10000 N",
+        ),
+        (
+            "no force",
+            analog("Fz2", times(0.0)),
+            "whole.c3d: expected Fz of the right belt to vary with its noise",
+        ),
+        (
+            "one force of 1e6",
+            analog("Fy2", put(3000, 1e6)),
+            "whole.c3d: expected a force of -10000 to 10000 N",
+        ),
+        ("mm that are called m", whole_unit("m"), "whole.c3d: expected a moment of -5000 to 5000 Nm"),
+        (
+            "leg frozen",
+            whole_markers(frozen_at_start),
+            "whole.c3d: expected the marker 'leg1' to move or at least to show",
+        ),
+        (
+            "axis y reversed",
+            whole_markers(lambda p: np.multiply(p[1], -1.0, out=p[1])),
+            "whole.c3d: expected the belt-fixed marker 'foot1' to move with the belt",
+        ),
+    ]
+]
+FILES = [*WHOLE_TRIALS, *THE_LOG, *MATRICES, *THE_MARKERS, *PHYSICS, *ON_THE_BELT, *WRIST, *TABLES]
+
+
+# ---- configurations ----------------------------------------------------------------------------------------
+
+
+def key(path, value):
+    """A mapping of one value, at keys joined by dots."""
+    for name in reversed(path.split(".")):
+        value = {name: value}
+    return value
+
+
+SETTINGS = [
+    BadSettings(name, overlay if isinstance(overlay, str) else key(*overlay), words)
+    for name, overlay, words in [
+        ("no YAML", "study: [1, 2\n", "bad.yaml: expected YAML, found a mistake on line 2 (did not find"),
+        (
+            "a tab",
+            "study:\n\tname: a\n",
+            "bad.yaml: expected YAML, found a mistake on line 2 (found character",
+        ),
+        ("a list", "- study\n", "bad.yaml: expected keys and values"),
+        ("a word", "study\n", "bad.yaml: expected keys and values"),
+        (
+            "a key twice",
+            "study:\n  seed: 1\n  seed: 2\n",
+            "bad.yaml: expected YAML, found a mistake on line 3 (the key 'seed'",
+        ),
+        (
+            "a section twice",
+            "study:\n  seed: 1\nstudy:\n  seed: 2\n",
+            "bad.yaml: expected YAML, found a mistake on line 3 (the key 'study'",
+        ),
+        (
+            "code",
+            "__use_yte__: true\n?if True:\n  study: {}\n",
+            "bad.yaml: expected settings only, found the key '__use_yte__', with which",
+        ),
+        (
+            "an unknown section",
+            ("studdy.seed", 1),
+            "configuration: unknown key 'studdy'",
+        ),
+        (
+            "an unknown key",
+            ("dummy.analysis.rest_befor_s", 6.0),
+            "configuration: unknown key 'dummy.analysis.rest_befor_s'",
+        ),
+        (
+            "an earlier section",
+            ("pilot.person.mass_kg", 70.0),
+            "configuration: unknown key 'pilot'",
+        ),
+        (
+            "an earlier key",
+            ("weight.belt", "left"),
+            "configuration: unknown key 'weight.belt': moved to plate_treadmill.belt",
+        ),
+        (
+            "an earlier value",
+            ("dummy.pathways.leg.torque", "printed"),
+            "configuration: expected one of 'leg', 'leg-thesis' for 'dummy.pathways.leg.torque'",
+        ),
+        (
+            "a number as text",
+            ("plate_treadmill.lowpass_cutoff_hz", "20 Hz"),
+            "configuration: expected a value of type number for",
+        ),
+        (
+            "a negative cutoff",
+            ("plate_treadmill.lowpass_cutoff_hz", -20.0),
+            "configuration: expected a number above 0 for 'plate_treadmill.lowpass_cutoff_hz'",
+        ),
+        (
+            "a cutoff above half the rate",
+            ("plate_treadmill.lowpass_cutoff_hz", 125.0),
+            "configuration: expected plate_treadmill.lowpass_cutoff_hz below half of",
+        ),
+        (
+            "an odd order",
+            ("plate_treadmill.lowpass_order", 3),
+            "configuration: expected one of 2, 4, 6, 8 for 'plate_treadmill.lowpass_order'",
+        ),
+        (
+            "an infinite rate",
+            "wristalyzer: {ingest: {resample_rate_hz: .inf}}\n",
+            "configuration: expected a finite number for 'wristalyzer.ingest.resample_rate_hz'",
+        ),
+        (
+            "not a number",
+            "wristalyzer: {ingest: {max_gap_s: .nan}}\n",
+            "configuration: expected a finite number for 'wristalyzer.ingest.max_gap_s'",
+        ),
+        (
+            "null",
+            ("dummy.ingest.trigger_threshold_V", None),
+            "configuration: expected a value of type number for",
+        ),
+        (
+            "a negative seed",
+            ("study.seed", -1),
+            "configuration: expected a number of at least 0 for 'study.seed'",
+        ),
+        (
+            "a seed of 1.5",
+            ("study.seed", 1.5),
+            "configuration: expected a value of type integer for 'study.seed'",
+        ),
+        (
+            "a name with spaces",
+            ("study.name", "my study"),
+            "configuration: expected a value of the pattern ^[a-z0-9-]+$ for 'study.name'",
+        ),
+        ("no trial sheet", ("study.trial_sheet", "nowhere.tsv"), "nowhere.tsv: expected the trial sheet"),
+        (
+            "no laboratory",
+            ("study.virtual_lab", "nowhere.yaml"),
+            "nowhere.yaml: expected a configuration file",
+        ),
+        (
+            "another belt",
+            ("plate_treadmill.belt", "middle"),
+            "configuration: expected one of 'left', 'right' for 'plate_treadmill.belt'",
+        ),
+        (
+            "an engine that there is not",
+            ("dummy.simulation.engine", "bullet"),
+            "configuration: expected one of 'pybullet', 'mujoco', 'equations', 'auto' for",
+        ),
+        (
+            "an unknown estimator",
+            ("dummy.pathways.leg.estimator", "regression"),
+            "configuration: expected dummy.pathways.leg.estimator to name one of the estimators",
+        ),
+        (
+            "an unknown pathway",
+            ("dummy.recommended", "legg"),
+            "configuration: expected dummy.recommended to name one of dummy.pathways",
+        ),
+        (
+            "an unknown treadmill model",
+            ("standing.pathways.ankle.treadmill_model", "frame"),
+            "configuration: expected standing.pathways.ankle.treadmill_model, if not null, to",
+        ),
+        (
+            "a marker that is not recorded",
+            ("dummy.foot.belt_fixed_labels", ["foot1", "toe"]),
+            "configuration: expected dummy.foot.belt_fixed_labels to name markers of",
+        ),
+        (
+            "a marker of the person twice",
+            ("standing.files.marker_labels", ["ankle", "ankle"]),
+            "configuration: expected different items for 'standing.files.marker_labels'",
+        ),
+        (
+            "a window longer than its epoch",
+            ("standing.estimators.long.window_s", 3.0),
+            "configuration: expected standing.estimators.long.window_s of at most",
+        ),
+        (
+            "a band from high to low",
+            ("standing.emg.band_hz", [300.0, 20.0]),
+            "configuration: expected standing.emg.band_hz from low to high between 0 and inf",
+        ),
+        (
+            "a start beyond its bound",
+            ("wristalyzer.analysis.start.K_Nm_per_rad", 30.0),
+            "configuration: expected wristalyzer.analysis.start.K_Nm_per_rad between its bounds",
+        ),
+        (
+            "an SNR that is not computed",
+            ("noise.table_snr_db", 17),
+            "configuration: expected noise.table_snr_db to be one of noise.snr_db ([0, 5, 10,",
+        ),
+        (
+            "too few draws",
+            ("dummy.analysis.bootstrap_draws", 3),
+            "configuration: expected a number of at least 100 for",
+        ),
+        (
+            "a negative mass",
+            ("weight.weight.mass_kg", -20.0),
+            "configuration: expected a number above 0 for 'weight.weight.mass_kg'",
+        ),
+        (
+            "limits from high to low",
+            ("plausible.force_N", [10.0, -10.0]),
+            "configuration: expected plausible.force_N from low to high",
+        ),
+        (
+            "limits of three",
+            ("plausible.force_N", [-10.0, 0.0, 10.0]),
+            "configuration: expected at most 2 items for 'plausible.force_N'",
+        ),
+        (
+            "a correlation of 2",
+            ("plausible.belt_fixed_correlation", 2.0),
+            "configuration: expected a number of at most 1 for 'plausible.belt_fixed_correlation'",
+        ),
+        (
+            "results over the configuration",
+            ("pathvars.results", "config"),
+            "configuration: expected pathvars.results to be a folder of its own",
+        ),
+        (
+            "results outside",
+            ("pathvars.results", "/"),
+            "configuration: expected pathvars.results in the folder that the study runs in",
+        ),
+        (
+            "results in a pattern",
+            ("pathvars.results", "results/{B}"),
+            "configuration: expected a path without '{' '}' for 'pathvars.results'",
+        ),
+        (
+            "an unknown path variable",
+            ("pathvars.figures", "figures"),
+            "configuration: unknown key 'pathvars.figures': known here: results, logs",
+        ),
+    ]
+]
+
+# ---- trial sheets --------------------------------------------------------------------------------------
+
+
+def at(row, column, value):
+    """A cell of the sheet, by its column's name; row 0 is the header."""
+
+    def spoil(rows):
+        rows[row][rows[0].index(column)] = value
+
+    return spoil
+
+
+def dropped(column):
+    def spoil(rows):
+        k = rows[0].index(column)
+        for row in rows:
+            del row[k]
+
+    return spoil
+
+
+def all_rows(change):
+    def spoil(rows):
+        rows[:] = change(rows)
+
+    return spoil
+
+
+def replaced(old, new):
+    return all_rows(lambda rows: [[cell.replace(old, new) for cell in row] for row in rows])
+
+
+def without(experiment):
+    return all_rows(lambda rows: [row for row in rows if row[0] != experiment])
+
+
+SHEETS = [
+    BadSheet(*entry)
+    for entry in [
+        ("sheet empty", all_rows(lambda rows: []), "bad.tsv: expected the tab-separated column 'experiment'"),
+        ("sheet of a header only", all_rows(lambda rows: rows[:1]), "bad.tsv: expected at least one trial"),
+        (
+            "sheet without a header",
+            all_rows(lambda rows: rows[1:]),
+            "bad.tsv: unknown column 'wristalyzer': known: experiment, condition, source,",
+        ),
+        (
+            "a column misspelt",
+            at(0, "condition", "conditon"),
+            "bad.tsv: unknown column 'conditon'",
+        ),
+        ("a column twice", at(0, "amplitude", "profile"), "bad.tsv: expected the column 'profile' once"),
+        (
+            "a column missing",
+            dropped("duration_s"),
+            "bad.tsv: expected the tab-separated column 'duration_s'",
+        ),
+        (
+            "sheet with commas",
+            all_rows(lambda rows: [[",".join(row)] for row in rows]),
+            "bad.tsv: unknown column",
+        ),
+        (
+            "a cell too many",
+            lambda rows: rows[3].append("-"),
+            "bad.tsv: expected 14 cells, found 15 on line 4",
+        ),
+        (
+            "a cell too few",
+            lambda rows: rows[3].pop(),
+            "bad.tsv: expected 14 cells, found 13 on line 4",
+        ),
+        ("a trial twice", lambda rows: rows.append(list(rows[1])), "bad.tsv: expected every trial once"),
+        (
+            "an unknown experiment",
+            at(1, "experiment", "wrist"),
+            "bad.tsv: line 2: expected an experiment of wristalyzer, dummy, weight, empty,",
+        ),
+        (
+            "an earlier experiment",
+            at(1, "experiment", "pilot"),
+            "bad.tsv: line 2: expected an experiment of wristalyzer, dummy, weight, empty,",
+        ),
+        (
+            "a condition with a slash",
+            at(1, "condition", "0.08/2"),
+            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
+        ),
+        (
+            "a condition of dots",
+            at(1, "condition", ".."),
+            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
+        ),
+        (
+            "a condition like an option",
+            at(1, "condition", "-rf"),
+            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
+        ),
+        (
+            "a condition with spaces",
+            at(1, "condition", "0 08"),
+            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
+        ),
+        (
+            "an empty condition",
+            at(1, "condition", ""),
+            "bad.tsv: line 2: expected a condition of letters, digits, dots and hyphens that",
+        ),
+        (
+            "an unknown source",
+            at(1, "source", "laboratory"),
+            "bad.tsv: line 2: expected the source to be virtual_lab or recorded",
+        ),
+        (
+            "a recording without files",
+            at(6, "source", "recorded"),
+            "bad.tsv: line 7: expected a log file for dummy/sine-0.1",
+        ),
+        (
+            "files of a simulated trial",
+            at(6, "log", "log.mat"),
+            "bad.tsv: line 7: expected no files for what the virtual laboratory can make",
+        ),
+        (
+            "an unknown profile",
+            at(6, "profile", "cosine"),
+            "bad.tsv: line 7: expected a profile of sine, minjerk",
+        ),
+        (
+            "a negative amplitude",
+            at(6, "amplitude", "-0.1"),
+            "bad.tsv: line 7: expected a positive number or '-' for amplitude",
+        ),
+        (
+            "an amplitude in words",
+            at(6, "amplitude", "large"),
+            "bad.tsv: line 7: expected a positive number or '-' for amplitude",
+        ),
+        ("no amplitude", at(6, "amplitude", "-"), "bad.tsv: line 7: expected a number for amplitude"),
+        (
+            "an infinite duration",
+            at(6, "duration_s", "inf"),
+            "bad.tsv: line 7: expected a positive number or '-' for duration_s",
+        ),
+        ("no duration", at(6, "duration_s", "-"), "bad.tsv: line 7: expected a number for duration_s"),
+        ("no interval", at(6, "interval_s", "-"), "bad.tsv: line 7: expected a number for interval_s"),
+        (
+            "an interval from long to short",
+            at(-1, "interval_s", "8-4"),
+            "bad.tsv: line 54: expected interval_s from short to long",
+        ),
+        (
+            "a decimal comma",
+            at(6, "amplitude", "0,1"),
+            "bad.tsv: line 7: expected a positive number or '-' for amplitude",
+        ),
+        (
+            "an unknown role",
+            at(18, "role", "calibration"),
+            "bad.tsv: line 19: expected a role of calibrate or validate for weight/sine-0.1",
+        ),
+        (
+            "a role of the dummy",
+            at(6, "role", "calibrate"),
+            "bad.tsv: line 7: expected '-' for the role, because trials of dummy have none",
+        ),
+        (
+            "no trial to calibrate with",
+            replaced("calibrate", "validate"),
+            "bad.tsv: expected a trial of weight with the role calibrate",
+        ),
+        (
+            "no trial to validate with",
+            replaced("validate", "calibrate"),
+            "bad.tsv: expected a trial of weight with the role validate",
+        ),
+        (
+            "the weight without the empty belt",
+            without("empty"),
+            "bad.tsv: expected trials of empty beside those of weight",
+        ),
+        (
+            "a person without a task",
+            at(-1, "task", "-"),
+            "bad.tsv: line 54: expected a task of relax or stiff for standing/stiff-neg-0.5",
+        ),
+        (
+            "a task that is not simulated",
+            at(-1, "task", "jump"),
+            "bad.tsv: line 54: expected a task of relax or stiff for standing/stiff-neg-0.5",
+        ),
+        (
+            "a task of the dummy",
+            at(6, "task", "relax"),
+            "bad.tsv: line 7: expected '-' for the task, because trials of dummy have none",
+        ),
+    ]
+]

@@ -1,0 +1,99 @@
+"""Bad inputs of the table, every second one, end in their one sentence; good trials are not refused.
+
+All of them go through real runs in `benchmarks/soak/bad_inputs.py`.
+"""
+
+import shutil
+from functools import partial
+
+import pytest
+import yaml
+from bad_input_table import FILES, SETTINGS, SHEETS
+from bad_inputs import OTHER, RAW, ingest, make_good
+
+from tepsipe.errors import InputError
+from tepsipe.mechanics.engines import resolved_engine
+from workflow.support.start import checked_sections, checked_study, merged_settings
+
+LONGEST = 700
+
+
+def assert_refused(refusing, words, *left_out):
+    """One sentence, short and without a path that only this computer has, that holds the expected words."""
+    with pytest.raises(InputError) as caught:
+        refusing()
+    said = str(caught.value)
+    for place in left_out:
+        said = said.replace(f"{place}/", "")
+    assert words in said
+    assert "\n" not in said
+    assert "Traceback" not in said
+    assert len(said) < LONGEST
+
+
+def test_there_are_two_hundred_bad_inputs():
+    entries = [*FILES, *SETTINGS, *SHEETS]
+    names = [entry.name for entry in entries]
+    assert len(names) >= 200
+    assert len(set(names)) == len(names)
+    assert {entry.group for entry in FILES} == {
+        *("log", "calibration", "markers", "physics", "weight", "empty", "standing", "EMG"),
+        *("whole trial", "manipulator log", "command", "text tables"),
+    }
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory, shipped_truth):
+    folder = tmp_path_factory.mktemp("good")
+    make_good(folder, shipped_truth)
+    return folder
+
+
+@pytest.mark.parametrize("experiment", RAW)
+def test_good_trials_are_ingested(experiment, good, shipped_config):
+    for name in ("good", OTHER):
+        assert ingest(experiment, good / experiment / name, shipped_config).time.size > 1000
+    if experiment == "dummy":
+        assert ingest(experiment, good / "dummy/good", shipped_config, True).time.size > 1000
+
+
+@pytest.mark.parametrize("entry", FILES[::2], ids=lambda entry: entry.name)
+def test_a_spoiled_file_is_refused(entry, good, shipped_config):
+    folder = good / entry.experiment / "spoiled"
+    shutil.copytree(good / entry.experiment / "good", folder)
+    try:
+        entry.spoil(folder)
+        refusing = partial(ingest, entry.experiment, folder, shipped_config, entry.whole)
+        assert_refused(refusing, entry.words, folder)
+    finally:
+        shutil.rmtree(folder)
+
+
+def check(overlay):
+    """All that is checked before the first job, in the folder of the project."""
+    files = ["config/config.yaml", str(overlay)]
+    config = merged_settings(files)
+    study = checked_study(config, files, "configuration")
+    for key in ("virtual_lab", "reported"):
+        checked_sections(config, key)
+    if study.has("simulation"):
+        resolved_engine(config["dummy"]["simulation"]["engine"])
+
+
+@pytest.mark.parametrize("entry", SETTINGS[::2], ids=lambda entry: entry.name)
+def test_a_spoiled_configuration_is_refused(entry, root, tmp_path, monkeypatch):
+    monkeypatch.chdir(root)
+    overlay = tmp_path / "bad.yaml"
+    overlay.write_text(entry.overlay if isinstance(entry.overlay, str) else yaml.safe_dump(entry.overlay))
+    assert_refused(lambda: check(overlay), entry.words, tmp_path)
+
+
+@pytest.mark.parametrize("entry", SHEETS[::2], ids=lambda entry: entry.name)
+def test_a_spoiled_sheet_is_refused(entry, root, tmp_path, monkeypatch):
+    monkeypatch.chdir(root)
+    rows = [line.split("\t") for line in (root / "config/trials.tsv").read_text().splitlines()]
+    entry.spoil(rows)
+    (tmp_path / "bad.tsv").write_text("".join("\t".join(row) + "\n" for row in rows))
+    overlay = tmp_path / "bad.yaml"
+    overlay.write_text(yaml.safe_dump({"study": {"trial_sheet": str(tmp_path / "bad.tsv")}}))
+    assert_refused(lambda: check(overlay), entry.words, tmp_path)

@@ -1,0 +1,166 @@
+"""The start of a run: what is refused before Snakemake loads anything, and what a killed run leaves."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from builders import assert_one_sentence
+
+from tepsipe import cli
+from workflow import run
+from workflow.support import runs
+
+PRETEND = "import sys, time; print('here', flush=True); time.sleep(60)"
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text("study: {}\n")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """Commands that would have been run."""
+    commands = []
+    monkeypatch.setattr("os.execv", lambda program, command: commands.append(command))
+    monkeypatch.setattr(
+        "subprocess.run", lambda command: commands.append(command) or subprocess.CompletedProcess(command, 0)
+    )
+    return commands
+
+
+@pytest.fixture
+def at_work(place):
+    """Start a process in the folder that looks like another one."""
+    processes = []
+
+    def start(*arguments, folder=place):
+        command = [sys.executable, *arguments]
+        processes.append(subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True))
+        assert processes[-1].stdout.readline() == "here\n"
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def snakemake_at_work(place, at_work):
+    (place / "snakemake").write_text(PRETEND)
+    return lambda *arguments: at_work("snakemake", *arguments)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        (
+            "own.yaml",
+            "study:\n  seed: 1\n  name: x\n  seed: 2\n",
+            "own.yaml: expected YAML, found a mistake on line 4",
+        ),
+        ("own.yaml", "study:\n\tseed: 1\n", "line 2"),
+        ("own.yaml", "study: [1, 2\nname: x\n", "own.yaml: expected YAML"),
+        (
+            "own.yaml",
+            "__use_yte__: true\nstudy: {}\n",
+            "found the key '__use_yte__', with which Snakemake runs code",
+        ),
+        ("own.json", '{"study": {"seed": 1, "seed": 2}}', "found 'seed' twice"),
+        ("own.yaml", "- 1\n", "expected keys and values"),
+    ],
+)
+def test_a_configuration_that_is_not_meant_so_is_refused_before_snakemake_loads_it(
+    place, started, capsys, name, content, words
+):
+    (place / name).write_text(content)
+    assert run.main(["-c2", "--configfile", "config/config.yaml", name, "--dry-run"]) == 2
+    said = capsys.readouterr().err.removeprefix("tepsipe: ")
+    assert_one_sentence(said.strip(), name)
+    assert words in said
+    assert started == []
+
+
+def test_run_becomes_snakemake_with_all_configurations_in_their_order(place, started):
+    for name in ("a.yaml", "b.json"):
+        (place / name).write_text("{}")
+    run.main(["-c2", "--configfile", "a.yaml", "--configfile", "b.json"])
+    wanted = ["-m", "snakemake", "-c2", "--rerun-incomplete", "--configfile", "a.yaml", "b.json"]
+    assert started == [[sys.executable, *wanted]]
+
+
+def test_lock_of_a_run_that_was_killed_is_removed(place, started, capsys):
+    (place / ".snakemake/locks").mkdir(parents=True)
+    run.main(["-c2"])
+    assert len(started) == 1
+    (place / ".snakemake/locks/0.input.lock").write_text("")
+    run.main(["-c2"])
+    assert started[1] == [sys.executable, "-m", "snakemake", "--unlock"]
+    assert started[2][:3] == [sys.executable, "-m", "snakemake"]
+    assert "the last run was killed" in capsys.readouterr().err
+    # plain Snakemake stops at the lock
+    runs.warn_of_a_lock(["snakemake", "-n"])
+    assert capsys.readouterr().err == ""
+    runs.warn_of_a_lock(["snakemake", "-c2"])
+    assert "go on with make, or remove it with snakemake --unlock" in capsys.readouterr().err
+
+
+def test_another_run_in_the_folder_is_left_alone(place, started, snakemake_at_work, capsys):
+    dry = snakemake_at_work("-n")
+    assert runs.runs_alive() == []
+    other = snakemake_at_work("-c2")
+    assert runs.runs_alive() == [other.pid]
+    (place / ".snakemake/locks").mkdir(parents=True)
+    (place / ".snakemake/locks/0.input.lock").write_text("")
+    assert run.main(["-c2"]) == 2
+    said = capsys.readouterr().err
+    assert f"expected no other run in this folder, found process {other.pid} at work" in said
+    assert started == []
+    for process in (dry, other):
+        process.kill()
+        process.wait()
+    run.main(["-c2"])
+    assert len(started) == 2
+
+
+def test_run_on_another_computer_is_left_alone(place, started, capsys):
+    runs.note_run()
+    assert runs.elsewhere() is None
+    runs.NOTE.write_text(json.dumps({"computer": "cluster-7", "started": "2026-01-02 03:04:05"}))
+    assert run.main(["-c2"]) == 2
+    assert "found one on cluster-7 since 2026-01-02 03:04:05" in capsys.readouterr().err
+    runs.forget_run()
+    run.main(["-c2"])
+    assert len(started) == 1
+
+
+def test_jobs_that_have_lost_their_run_are_waited_for(place, started, at_work, monkeypatch, capsys):
+    (place / ".snakemake/scripts").mkdir(parents=True)
+    (place / ".snakemake/scripts/tmp1.fit.py").write_text(PRETEND.replace("60", "1"))
+    orphan = at_work(str(place / ".snakemake/scripts/tmp1.fit.py"))
+    assert runs.jobs_alive() == [orphan.pid]
+    assert not runs.wait_for_jobs(0.0)
+    run.main(["-c2"])
+    assert "1 jobs of a run that was killed are at work" in capsys.readouterr().err
+    assert runs.jobs_alive() == []
+    assert len(started) == 1
+
+
+def test_check_names_the_file_and_the_line(place, root, monkeypatch, capfd):
+    assert cli.main(["check"]) == 2
+    assert "expected the folder of the study" in capfd.readouterr().err
+    (place / "own.yaml").write_text("study:\n  seed: 1\n  seed: 2\n")
+    (place / "far.yaml").write_text("pathvars: {results: /nowhere}\n")
+    (place / "good.yaml").write_text("study: {title: Mine}\n")
+    monkeypatch.chdir(root)
+    assert cli.main(["check", str(place / "own.yaml")]) == 2
+    assert "own.yaml: expected YAML, found a mistake on line 3" in capfd.readouterr().err
+    assert cli.main(["check", str(place / "far.yaml")]) == 2
+    assert "set study.outside to true" in capfd.readouterr().err
+    assert cli.main(["check", str(place / "good.yaml")]) == 0
+    assert "good.yaml: 53 trials (5 of wristalyzer" in capfd.readouterr().out

@@ -1,0 +1,120 @@
+"""The tiny study again: after a kill, and on another kind of processor."""
+
+import json
+import os
+import platform
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from study_builders import digests, snakemake
+
+pytestmark = pytest.mark.study
+RUN = (sys.executable, "-m", "workflow.run", "-c1")
+CONFIG = ("--configfile", "config/tiny.yaml")
+
+
+def at_work(project, rule):
+    """Whether a job of a rule has begun, by its record."""
+    records = (project / ".snakemake/tepsipe/jobs").glob("*.json")
+    return any(json.loads(record.read_text() or "{}").get("about", "").startswith(rule) for record in records)
+
+
+def test_a_run_that_was_killed_goes_on_and_gives_the_same_bytes(own_study):
+    before = digests(own_study / "results")
+    targets = [f"results/estimates/dummy/{condition}.csv" for condition in ("sine-0.5", "minjerk-0.5")]
+    for target in targets:
+        (own_study / target).unlink()
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    killed = subprocess.Popen([*RUN, *targets, *CONFIG], cwd=own_study, **quiet)
+    while not at_work(own_study, "fit_dummy"):
+        assert killed.poll() is None
+        time.sleep(0.05)
+    # another run is refused meanwhile, and leaves it alone
+    other = subprocess.run([*RUN, *targets, *CONFIG], cwd=own_study, capture_output=True, text=True)
+    assert other.returncode == 2
+    assert (
+        f"found process {killed.pid} at work: wait for it, or stop it with kill {killed.pid}" in other.stderr
+    )
+    killed.send_signal(signal.SIGKILL)
+    assert killed.wait() == -signal.SIGKILL
+    assert any((own_study / ".snakemake/locks").iterdir())
+    # its job goes on for a while: the next run waits for it
+    again = subprocess.run([*RUN, *targets, *CONFIG], cwd=own_study, capture_output=True, text=True)
+    assert again.returncode == 0, again.stdout + again.stderr
+    assert (
+        "tepsipe: the last run was killed: this one removes its lock and goes on from there" in again.stderr
+    )
+    assert digests(own_study / "results") == before
+    assert not list((own_study / ".snakemake").glob("locks/*"))
+
+
+def core_type(environment):
+    """What numpy's OpenBLAS takes the processor for, or None where it cannot be asked."""
+    code = (
+        "import ctypes, pathlib, numpy\n"
+        "folder = pathlib.Path(numpy.__file__).parents[1] / 'numpy.libs'\n"
+        "library = ctypes.CDLL(str(next(folder.glob('libscipy_openblas64_*'))))\n"
+        "name = library.scipy_openblas_get_corename64_\n"
+        "name.restype = ctypes.c_char_p\n"
+        "print(name().decode())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    return done.stdout.strip() or None
+
+
+def numbers(path):
+    """Name -> numbers of a table of estimates or of an HDF5 file."""
+    if path.suffix == ".h5":
+        found = {}
+
+        def visit(name, item):
+            if isinstance(item, h5py.Dataset) and np.issubdtype(item.dtype, np.floating):
+                found[name] = item[()]
+
+        with h5py.File(path) as file:
+            file.visititems(visit)
+        return found
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    return {
+        f"{'/'.join(row[:5])} {name}": float(cell)
+        for row in rows[1:]
+        for name, cell in zip(rows[0], row, strict=True)
+        if name in ("value", "standard_error", "ci_low", "ci_high", "sem_as_printed") and cell
+    }
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="core types of other processors")
+def test_another_kind_of_processor_gives_the_same_numbers(study, own_study):
+    """OpenBLAS sums in another order there: tables are equal to 1e-6, signals and curves to 1e-5 relative."""
+    own = core_type(dict(os.environ))
+    others = [name for name in ("Nehalem", "Haswell") if name != own]
+    other = dict(os.environ, OPENBLAS_CORETYPE=others[0])
+    if own is None or core_type(other) != others[0]:
+        pytest.skip("this OpenBLAS cannot be told its core type")
+    trials = ("wristalyzer/0.12", "dummy/sine-0.5", "weight/minjerk-0.4", "standing/relax-neg-0.5")
+    rules = ("ingest_wristalyzer", "ingest_plate_treadmill", "ingest_standing")
+    run = snakemake(
+        own_study, *(f"results/estimates/{trial}.csv" for trial in trials), "--forcerun", *rules, env=other
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+    worst = {".csv": 0.0, ".h5": 0.0}
+    for trial in trials:
+        for name in (f"trials/{trial}.h5", f"fits/{trial}.h5", f"estimates/{trial}.csv"):
+            there, here = (numbers(project / "results" / name) for project in (study, own_study))
+            assert there.keys() == here.keys()
+            for key, value in there.items():
+                assert np.array_equal(np.isnan(value), np.isnan(here[key])), f"{name} {key}"
+                size = np.nanmax(np.abs(value), initial=0.0)
+                difference = np.nanmax(np.abs(here[key] - value), initial=0.0)
+                kind = Path(name).suffix
+                worst[kind] = max(worst[kind], float(difference / size) if size else float(difference))
+    print(f"{own}, {others[0]}: at most {worst} relative")
+    assert worst[".csv"] < 1e-6
+    assert worst[".h5"] < 1e-5
+    assert worst[".h5"] > 0.0  # another core type was at work
