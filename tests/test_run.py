@@ -103,6 +103,11 @@ def test_lock_of_a_run_that_was_killed_is_removed(place, started, capsys):
     assert started[1] == [sys.executable, "-m", "snakemake", "--unlock"]
     assert started[2][:3] == [sys.executable, "-m", "snakemake"]
     assert "the last run was killed" in capsys.readouterr().err
+    # plain Snakemake stops at the lock
+    runs.warn_of_a_lock(["snakemake", "-n"])
+    assert capsys.readouterr().err == ""
+    runs.warn_of_a_lock(["snakemake", "-c2"])
+    assert "go on with make, or remove it with snakemake --unlock" in capsys.readouterr().err
 
 
 def test_another_run_in_the_folder_is_left_alone(place, started, snakemake_at_work, capsys):

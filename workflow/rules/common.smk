@@ -36,6 +36,8 @@ try:
 except InputError as error:
     sys.exit(f"tepsipe: {error}")
 
+runs.warn_of_a_lock(sys.argv)
+
 SETTINGS, SEED = STUDY.settings, config["study"]["seed"]
 
 
