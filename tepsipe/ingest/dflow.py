@@ -211,8 +211,8 @@ def _late(
             return 0.0  # at constant speed there is nothing to align, and no need to
         raise InputError(
             f"{record.name}: expected a signal that the mocap file holds, too, or belt-fixed markers, found "
-            f"{listed(signals)}: record a common channel or the frame counter with the belt speed, or name "
-            "belt-fixed markers in the configuration"
+            f"{listed(signals)}: record a common channel or the frame counter with the belt speed, or "
+            "name belt-fixed markers in plate_treadmill.recording.belt_velocity"
         )
     scored = [
         (abs(r), name, delay, gain, is_speed)
@@ -257,8 +257,8 @@ def _belt_fixed_velocity(recording: Recording, labels: tuple[str, ...]) -> np.nd
     for label in labels:
         if label not in known:
             raise InputError(
-                f"{recording.name}: expected the belt-fixed marker {label!r}, found {listed(known)}: name "
-                "the file's markers in the configuration"
+                f"{recording.name}: expected the belt-fixed marker {label!r}, found {listed(known)}: "
+                "correct plate_treadmill.recording.belt_velocity.markers"
             )
     backward = recording.markers.positions[:, [known.index(label) for label in labels], BACKWARD]
     velocity = recording.markers.rate_hz * np.gradient(backward, axis=0)
