@@ -225,15 +225,17 @@ def _is_trial(path: Path) -> bool:
 def _of_models(path: Path) -> Contents:
     import json
 
+    from tepsipe.io.readers.text_file import read_text
+
+    text = read_text(path, "a file of treadmill models")
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        models = {m["name"]: m for m in content["models"]}
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        models = {str(m["name"]): m for m in json.loads(text)["models"]}
+        facts = {
+            name: f"predicts a load in {model['unit']}, fitted to {', '.join(map(str, model['trained_on']))}"
+            for name, model in models.items()
+        }
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(
             f"{path}: expected a file of treadmill models, found other JSON: fit the models again"
         ) from error
-    facts = {
-        name: f"predicts a load in {model.get('unit')}, fitted to {', '.join(model.get('trained_on', []))}"
-        for name, model in models.items()
-    }
     return Contents("treadmill models", facts, [])

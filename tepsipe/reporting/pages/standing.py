@@ -39,7 +39,7 @@ def standing_page(
     clock = Clock.of(trial.time, focus)
     critical = fit.facts["critical_stiffness_Nm_per_rad"]
     facts = [
-        *header.trial_facts(trial, "standing", choices["condition"], choices["made"]),
+        *header.trial_facts(trial, "standing", choices),
         ("Task", choices["task"]),
         ("Perturbations", f"{fit.facts['perturbations']}, of which {fit.facts['responses']} are used"),
         ("Critical stiffness m g h", f"{critical:.4g} N·m/rad"),
