@@ -6,6 +6,7 @@ frame, and then by a signal that both files hold.
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -45,12 +46,12 @@ class DFlowOptions:
     search_s: float = 5.0
 
 
-def read_dflow_files(mocap: str, record: str | None, options: DFlowOptions) -> Recording:
+def read_dflow_files(mocap: str | Path, record: str | Path | None, options: DFlowOptions) -> Recording:
     """Read D-Flow's mocap file and, if there is one, its record file; see `with_record`.
 
     Parameters
     ----------
-    mocap, record : str
+    mocap, record : str or Path
         Paths of the two files; ``record`` is None if there is none.
     options : DFlowOptions
         Belt-fixed markers, longest gap (s) and longest error of the stamps (s).
