@@ -2,9 +2,11 @@
 
 import copy
 import gzip
+import shutil
 
 import numpy as np
 import pytest
+import yaml
 from builders import DUMMY_DURATION_S, assert_one_sentence, trial_of
 from dflow_builders import write_mocap, write_record
 from test_leg_pathways import OPTIONS, Pathway
@@ -19,6 +21,7 @@ from tepsipe.io.contents import contents_of
 from tepsipe.io.readers.c3d import read_markers
 from tepsipe.io.readers.edf import EmgRecording
 from tepsipe.io.readers.treadmill_log import read_treadmill_log
+from tepsipe.new_study.study import new_study
 from workflow.support.trial_sheet import read_trial_sheet
 
 LABELS = ["foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4"]
@@ -240,3 +243,25 @@ def test_trial_sheet_takes_a_pair_of_text_files_and_no_calibration(tmp_path):
     path.write_text("\t".join(header.split()) + "\n" + "\t".join(cells) + "\n")
     with pytest.raises(InputError, match="for the calibration of dummy/a"):
         read_trial_sheet(path, "folder")
+
+
+@pytest.mark.slow
+def test_new_study_pairs_text_files(raw, dflow_files, tmp_path):
+    for kind in ("dflow", "table"):
+        (tmp_path / kind).mkdir()
+    for path in dflow_files.values():
+        shutil.copy(path, tmp_path / "dflow")
+    write_csv(tmp_path / "table/trial.csv", *table_of(raw, False))
+    write_trc(tmp_path / "table/trial.trc", raw["positions"])
+    pairs = {"dflow": ("Record0001.txt", "Mocap0001.txt"), "table": ("trial.csv", "trial.trc")}
+    for kind, (log, markers) in pairs.items():
+        new_study(tmp_path / kind, output=tmp_path / f"{kind}-study")
+        (row,) = read_trial_sheet(tmp_path / f"{kind}-study/trials.tsv", "").values()
+        assert row.files == {"log": log, "markers": markers}
+        found = yaml.safe_load((tmp_path / f"{kind}-study/config.yaml").read_text())["plate_treadmill"]
+        velocity = found["recording"]["belt_velocity"]
+        if kind == "dflow":
+            assert (velocity["channel"], velocity["m_per_s_per_unit"]) == ("RightBelt.Speed", -1.0)
+            assert set(velocity["markers"]) <= set(LABELS[:4])
+        else:
+            assert (velocity["channel"], velocity["m_per_s_per_unit"]) == ("belt", 1.0)

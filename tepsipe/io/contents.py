@@ -61,7 +61,10 @@ def contents_of(path: str | Path) -> Contents:
         ".trc": _of_trc,
         **dict.fromkeys(TABLES, _of_table),
     }
-    ending = READ_AS.get(kind_of(path)) or ending_of(path)
+    kind, ending = kind_of(path), ending_of(path)
+    # MATLAB 7.3 as other programs write it is plain HDF5
+    if not (kind == file_kind.HDF5_FILE and ending == ".mat"):
+        ending = READ_AS.get(kind) or ending
     if ending not in readers:
         raise InputError(
             f"{path}: expected a file that ends in {', '.join(readers)}, found {ending or 'no ending'!r}: "

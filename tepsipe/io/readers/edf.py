@@ -88,14 +88,15 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
     found = open_edf(path)
     if trigger_label not in found:
         raise InputError(
-            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: name the "
-            "file's channels in the configuration"
+            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: "
+            "correct standing.files.emg_trigger"
         )
     muscles = tuple(muscle for muscle, label in channels.items() if label in found)
     if not muscles:
         raise InputError(
             f"{path}: expected at least one of the channels {listed(channels.values())}, found "
-            f"{listed(found)}: name the file's channels in the configuration"
+            f"{listed(found)}: "
+            "correct the channels in standing.muscles"
         )
     labels = [channels[muscle] for muscle in muscles]
     for label in (*labels, trigger_label):

@@ -131,14 +131,15 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str)
     trigger_label = split_unit(trigger_label)[0]
     if trigger_label not in found:
         raise InputError(
-            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: name the "
-            "file's channels in the configuration"
+            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: "
+            "correct standing.files.emg_trigger"
         )
     muscles = tuple(muscle for muscle, label in wanted.items() if label in found)
     if not muscles:
         raise InputError(
             f"{path}: expected at least one of the channels {listed(wanted.values())}, found "
-            f"{listed(found)}: name the file's channels in the configuration"
+            f"{listed(found)}: "
+            "correct the channels in standing.muscles"
         )
     channels = [found[wanted[muscle]] for muscle in muscles]
     for muscle, channel in zip(muscles, channels, strict=True):
