@@ -2,6 +2,7 @@
 # make CONFIG=... the same for a study of your own, for example CONFIG=my-study/config.yaml
 # make test       build the environment if needed, run the tests
 # make quick      the same without tests that are slow or run a study
+# make soak       the same for the campaign of damaged files, bad inputs and kills: at most 90 minutes (benchmarks/soak)
 # make lint       the same for the lint and format checks
 # make format     rewrite the code in the project's format
 # make wheel-test build a wheel, install it into an environment of its own, run the library's tests there
@@ -15,7 +16,7 @@ VERSION := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2
 BIN := .venv/bin
 CORES ?= 2
 
-.PHONY: study test quick lint format environment wheel-test
+.PHONY: study test quick soak lint format environment wheel-test
 
 # where PyBullet is not installed, another engine moves the simulated dummy
 ENGINE = $$($(BIN)/python -c 'import pybullet' 2>/dev/null || echo --configfile config/any-engine.yaml)
@@ -33,6 +34,9 @@ test: environment
 
 quick: environment
 	$(PYTEST) -m "not slow and not study"
+
+soak: environment
+	$(BIN)/python benchmarks/soak/soak.py --cores $(CORES) $(SOAK)
 
 lint: environment
 	$(BIN)/ruff check .

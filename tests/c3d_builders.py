@@ -91,23 +91,25 @@ def _add_plates(file, labels, plates, zero):
 # ---- a trial of the virtual laboratory ---------------------------------------------------------
 
 
-def plate_of(belt):
+def plate_of(belt, origin_m=(0.0, 0.0, -0.04)):
     """Plate of a belt of the virtual treadmill, its labels as cameras' software writes them.
 
-    x of the plate is to the right, y backward and z down; its origin lies 4 cm below the surface.
+    x of the plate is to the right, y backward and z down; its origin lies 4 cm below the surface, or
+    `origin_m` away from its centre, in these axes.
     """
     left, right = BELTS_M[belt]
     back, front = -0.5 * LENGTH_M, 0.5 * LENGTH_M
     corners = [[right, back, 0.0], [left, back, 0.0], [left, front, 0.0], [right, front, 0.0]]
     number = 1 + list(BELTS_M).index(belt)
-    return Plate(np.array(corners), tuple(f"{channel}{number}" for channel in PLATE_CHANNELS))
+    labels = tuple(f"{channel}{number}" for channel in PLATE_CHANNELS)
+    return Plate(np.array(corners), labels, origin_m=origin_m)
 
 
 def plate_channels(plate, force, moment):
     """Channels of a plate of `plate_of` from force (N) and moment about the laboratory's origin (N·m)."""
-    centre = plate.corners_m.mean(axis=0)
-    about_own = moment - np.cross(centre - [0.0, 0.0, 0.04], force)
     turned = np.array([1.0, -1.0, -1.0])  # right, backward, down
+    own = plate.corners_m.mean(axis=0) - turned * plate.origin_m
+    about_own = moment - np.cross(own, force)
     samples = np.hstack([turned * force, 1000.0 * turned * about_own])
     units = ("N", "N", "N", "Nmm", "Nmm", "Nmm")
     return {label: (x, unit) for label, x, unit in zip(plate.channels, samples.T, units, strict=True)}
@@ -121,6 +123,7 @@ def single_c3d(
     latency_s=0.0,
     analog_rate_hz=ANALOG_RATE_HZ,
     belt_velocity=True,
+    origin_m=(0.0, 0.0, -0.04),
 ):
     """Write the files of a virtual trial (log, calibration, and where there are: markers, emg) as one C3D.
 
@@ -144,7 +147,7 @@ def single_c3d(
     for belt in BELTS_M:
         rows = [matrix.row(f"{name}_{belt}") for name in PLATE_CHANNELS]
         wrench = CubicSpline(log_time, log["transducers_V"].astype(float) @ np.array(rows).T)(clock)
-        plate = plate_of(belt)
+        plate = plate_of(belt, origin_m)
         plates.append(plate)
         channels |= plate_channels(plate, wrench[:, :3], wrench[:, 3:])
     if belt_velocity:

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 import yaml
 from c3d_builders import single_c3d
+from dflow_builders import write_mocap, write_record
 
 from tepsipe.cli import main
+from tepsipe.io.readers.c3d_recording import read_c3d_recording
 from tepsipe.new_study.look import columns_by_role, look_at
 from tepsipe.new_study.measures import (
     follows,
@@ -121,6 +123,45 @@ def test_c3d_without_a_channel_of_the_belt_takes_belt_fixed_markers(dummy_files,
     ]
     assert velocity["channel"] is None
     assert velocity["markers"] == ["foot1", "foot2", "foot3"]
+
+
+def test_dflow_text_and_a_table_with_its_markers(dummy_files, tmp_path, root):
+    (tmp_path / "flow").mkdir()
+    (tmp_path / "tables").mkdir()
+    file = single_c3d(dummy_files, tmp_path / "x.c3d")
+    recording = read_c3d_recording(file)
+    markers, plate = recording.markers, recording.plates[1]
+    n = markers.positions.shape[0]
+    six = np.hstack([plate.force, plate.moment])[::4][:n]
+    turned = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # x right, y up, z backward
+    points = {m: markers.positions[:, k] @ turned.T for k, m in enumerate(markers.labels)}
+    loads = np.hstack([six[:, :3] @ turned.T, six[:, 3:] @ turned.T])
+    write_mocap(tmp_path / "flow" / "Mocap0001.txt", 250.0, points, {1: 0.0 * loads, 2: loads})
+    speed = -recording.channels["Belt speed"].values[::4][:n] * 0.5 + 1.25
+    speeds = {"LeftBeltSpeed": 0.0 * speed, "RightBeltSpeed": speed}
+    write_record(tmp_path / "flow" / "Record0001.txt", 208.0 + np.arange(n) / 250.0, speeds)
+    assert new_study("flow", output="f").trials == {"dummy": 1}
+    own = read_settings(tmp_path / "f" / "config.yaml")["plate_treadmill"]["recording"]
+    assert own["axes"] == {"forward": "-z", "up": "+y"}
+    assert own["plates"] == {"left": [1], "right": [2]}
+    velocity = own["belt_velocity"]
+    assert (velocity["channel"], velocity["m_per_s_per_unit"]) == ("RightBeltSpeed", -1.0)
+    assert set(velocity["markers"]) <= {"foot1", "foot2", "foot3", "ankle"}
+    (row,) = read_trial_sheet(tmp_path / "f" / "trials.tsv", "flow").values()
+    assert row.files["log"].endswith("Record0001.txt")
+    assert row.files["markers"].endswith("Mocap0001.txt")
+    assert "`dflow.md`" in (tmp_path / "f" / "MISSING.md").read_text()
+
+    header = "time (s),belt (m/s)," + ",".join(f"{c}_right" for c in ("Fx", "Fy", "Fz", "Mx", "My", "Mz"))
+    table = np.column_stack([np.arange(n) / 250.0, -speed, six])
+    np.savetxt(tmp_path / "tables" / "s3.csv", table, delimiter=",", header=header, comments="", fmt="%.5f")
+    shutil.copy(dummy_files["markers"], tmp_path / "tables" / "s3.c3d")
+    assert new_study("tables", output="t").trials == {"dummy": 1}
+    own = read_settings(tmp_path / "t" / "config.yaml")["plate_treadmill"]["recording"]
+    assert own["belt_velocity"]["channel"] == "belt"
+    assert own["belt_velocity"]["m_per_s_per_unit"] == 1.0
+    (row,) = read_trial_sheet(tmp_path / "t" / "trials.tsv", "tables").values()
+    assert row.files["markers"].endswith("s3.c3d")
 
 
 # ---- tables --------------------------------------------------------------------------------------

@@ -103,6 +103,11 @@ def test_lock_of_a_run_that_was_killed_is_removed(place, started, capsys):
     assert started[1] == [sys.executable, "-m", "snakemake", "--unlock"]
     assert started[2][:3] == [sys.executable, "-m", "snakemake"]
     assert "the last run was killed" in capsys.readouterr().err
+    # plain Snakemake stops at the lock
+    runs.warn_of_a_lock(["snakemake", "-n"])
+    assert capsys.readouterr().err == ""
+    runs.warn_of_a_lock(["snakemake", "-c2"])
+    assert "go on with make, or remove it with snakemake --unlock" in capsys.readouterr().err
 
 
 def test_another_run_in_the_folder_is_left_alone(place, started, snakemake_at_work, capsys):
@@ -156,6 +161,11 @@ def test_check_names_the_file_and_the_line(place, root, monkeypatch, capfd):
     assert cli.main(["check", str(place / "own.yaml")]) == 2
     assert "own.yaml: expected YAML, found a mistake on line 3" in capfd.readouterr().err
     assert cli.main(["check", str(place / "far.yaml")]) == 2
-    assert "set study.outside to true" in capfd.readouterr().err
+    said = capfd.readouterr().err
+    assert said.startswith(f"tepsipe: {place / 'far.yaml'}: expected pathvars.results in the folder")
+    assert "set study.outside to true" in said
+    (place / "odd.yaml").write_text("pilott: 1\n")
+    assert cli.main(["check", str(place / "good.yaml"), str(place / "odd.yaml")]) == 2
+    assert f"{place / 'odd.yaml'}: unknown key 'pilott'" in capfd.readouterr().err
     assert cli.main(["check", str(place / "good.yaml")]) == 0
     assert "good.yaml: 53 trials (5 of wristalyzer" in capfd.readouterr().out

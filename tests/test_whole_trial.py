@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import ezc3d
 import numpy as np
 import pytest
 from builders import DUMMY_DURATION_S, assert_one_sentence
@@ -273,6 +274,19 @@ def test_plates_that_give_the_force_on_the_plate(recording, options, labels, ing
     with pytest.raises(InputError) as caught:
         ingest_recording(other, labels, options, USE, DUMMY_DURATION_S)
     assert_one_sentence(caught.value, recording.name, "force_sign", "-24")
+
+
+def test_origin_of_a_treadmill_that_points_the_other_way(dummy_files, options, labels, ingested, tmp_path):
+    """Its z is 0, so that only the point of the force, far from the plate, shows it."""
+    path = single_c3d(dummy_files, tmp_path / "reversed.c3d", origin_m=(0.236, 0.813, 0.0))
+    file = ezc3d.c3d(str(path))
+    file["parameters"]["FORCE_PLATFORM"]["ORIGIN"]["value"] *= -1.0
+    file.write(str(path))
+    with pytest.raises(InputError) as caught:
+        ingest_files({"log": path}, labels, options, USE, DUMMY_DURATION_S)
+    assert_one_sentence(caught.value, path, "force plate 2", "reverse_origin", "m outside")
+    trial = ingest_files({"log": path}, labels, options, replace(USE, reverse_origin=True), DUMMY_DURATION_S)
+    same(trial, ingested[1], 1e-5)
 
 
 def test_one_belt_on_several_plates_and_none_on_the_other(recording, options, labels, ingested):

@@ -6,6 +6,7 @@ frame, and then by a signal that both files hold.
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -45,12 +46,12 @@ class DFlowOptions:
     search_s: float = 5.0
 
 
-def read_dflow_files(mocap: str, record: str | None, options: DFlowOptions) -> Recording:
+def read_dflow_files(mocap: str | Path, record: str | Path | None, options: DFlowOptions) -> Recording:
     """Read D-Flow's mocap file and, if there is one, its record file; see `with_record`.
 
     Parameters
     ----------
-    mocap, record : str
+    mocap, record : str or Path
         Paths of the two files; ``record`` is None if there is none.
     options : DFlowOptions
         Belt-fixed markers, longest gap (s) and longest error of the stamps (s).
@@ -210,8 +211,8 @@ def _late(
             return 0.0  # at constant speed there is nothing to align, and no need to
         raise InputError(
             f"{record.name}: expected a signal that the mocap file holds, too, or belt-fixed markers, found "
-            f"{listed(signals)}: record a common channel or the frame counter with the belt speed, or name "
-            "belt-fixed markers in the configuration"
+            f"{listed(signals)}: record a common channel or the frame counter with the belt speed, or "
+            "name belt-fixed markers in plate_treadmill.recording.belt_velocity"
         )
     scored = [
         (abs(r), name, delay, gain, is_speed)
@@ -256,8 +257,8 @@ def _belt_fixed_velocity(recording: Recording, labels: tuple[str, ...]) -> np.nd
     for label in labels:
         if label not in known:
             raise InputError(
-                f"{recording.name}: expected the belt-fixed marker {label!r}, found {listed(known)}: name "
-                "the file's markers in the configuration"
+                f"{recording.name}: expected the belt-fixed marker {label!r}, found {listed(known)}: "
+                "correct plate_treadmill.recording.belt_velocity.markers"
             )
     backward = recording.markers.positions[:, [known.index(label) for label in labels], BACKWARD]
     velocity = recording.markers.rate_hz * np.gradient(backward, axis=0)

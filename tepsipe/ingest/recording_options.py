@@ -69,6 +69,9 @@ class RecordingOptions:
         Belt -> its load cells outside the force plates.
     force_sign : int
         1 if the plates give the force on what stands on them, -1 if they give the force on the plate (-).
+    reverse_origin : bool
+        Whether the vectors from the plates' own origins to their surfaces were stored in the other direction
+        (-), although their vertical component does not show it.
     belt_velocity : ScaledChannel or None
         Velocity of the perturbed belt; None takes it from ``velocity_markers``.
     velocity_markers : tuple of str
@@ -84,6 +87,7 @@ class RecordingOptions:
     plates: dict[str, tuple[int, ...]] = field(default_factory=dict)
     load_cells: dict[str, tuple[LoadCell, ...]] = field(default_factory=dict)
     force_sign: int = 1
+    reverse_origin: bool = False
     belt_velocity: ScaledChannel | None = None
     velocity_markers: tuple[str, ...] = ()
     belt_command: ScaledChannel | None = None

@@ -42,6 +42,8 @@ M_PER_S = {"m/s": 1.0, "m s-1": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3
 FARTHEST_M = 0.5
 # a load of less than this (N) on all plates together, where something stands on them, has the wrong sign
 LEAST_N = -10.0
+# from this load on (N) the point of the mean force must not be farther than this from the plate (m)
+LEAST_LOAD_N, BESIDE_M = 15.0, 0.1
 # the belt's velocity from markers is band limited here (Hz): pulses pass unchanged, most of the noise does
 # not
 MARKER_BAND_HZ = 50.0
@@ -154,6 +156,7 @@ def ingest_recording(
     if marker_labels is not None:
         _refuse_wrong_sign(force, name)
         _refuse_far_markers(marked, plates, axes, origin, name)
+        _refuse_force_elsewhere(marked, plates, axes, origin, use, name)
     moved = (f"band limited at {BAND_PER_RATE * rate:g} Hz", f"resampled at {rate:g} Hz")
     if velocity_of is None:
         velocity, derived = on_grid(*_velocity(recording, use.belt_velocity)), moved
@@ -218,6 +221,8 @@ def _plates_of(recording: Recording, use: RecordingOptions) -> dict[int, ForcePl
                 "recorded, "
                 f"or {key} in the configuration names another plate than that of the belt"
             )
+        if use.reverse_origin and plate.origin is not None:
+            plate = replace(plate, moment=plate.moment + 2.0 * np.cross(plate.origin, plate.force))
         found[number] = plate
     return found
 
@@ -335,6 +340,36 @@ def _refuse_far_markers(
             f"centre {beyond:.2g} m outside its corners: correct plate_treadmill.recording.plates in the "
             "configuration, or FORCE_PLATFORM:CORNERS of the file"
         )
+
+
+def _refuse_force_elsewhere(
+    marked: MarkerSignals,
+    plates: dict[int, ForcePlate],
+    axes: np.ndarray,
+    origin: np.ndarray,
+    use: RecordingOptions,
+    name: str,
+) -> None:
+    """Raise InputError if the mean force on the plate below the markers acts beside it (m)."""
+    centre = np.median(marked.signals["marker_position"].values, axis=(0, 1)) + origin
+    for number, plate in plates.items():
+        if plate.corners is None:
+            continue
+        corners = plate.corners @ axes.T
+        middle = corners.mean(axis=0)
+        half = np.abs(corners - middle).max(axis=0)[:2]
+        force = use.force_sign * axes @ plate.force.mean(axis=0)
+        if (np.abs(centre - middle)[:2] > half).any() or force[2] < LEAST_LOAD_N:
+            continue
+        moment = use.force_sign * axes @ plate.moment.mean(axis=0) - np.cross(middle, force)
+        beyond = float((np.abs([-moment[1], moment[0]]) / force[2] - half).max())
+        if beyond > BESIDE_M:
+            raise InputError(
+                f"{name}, force plate {number}: expected the mean force within the plate's corners, found "
+                f"its point {beyond:.2g} m outside: set plate_treadmill.recording.reverse_origin to true if "
+                "FORCE_PLATFORM:ORIGIN was stored from the surface to the plate's origin, or correct the "
+                "corners or the units of the moments in the file"
+            )
 
 
 # ---- forces and velocities -------------------------------------------------------------------------

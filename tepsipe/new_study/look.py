@@ -21,10 +21,11 @@ COLUMNS = {
     "force": r"force|load|kraft|^f[xyz]",
 }
 LOAD = re.compile(r"(^|[ _.:-]|FP\d?|GRF)[FM][xyz]\d?(?![a-z])", re.IGNORECASE)  # of a force plate
+VOLTS = ("V", "mV", "uV", "µV")  # units of electromyograms
 LOG_VARIABLES = {"transducers_V", "belt_velocity_m_per_s", "trigger_V"}
 # kinds that are the first file of a trial, and those that belong to one
 FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "belt table")
-PARTNERS = ("markers", "emg", "command", "calibration")
+PARTNERS = ("markers", "emg", "command", "calibration", "record")
 
 
 @dataclass(frozen=True)
@@ -136,10 +137,7 @@ def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, 
             return "markers", ""
         return "other", refused or "it holds neither markers nor force plates"
     if contents.kind.startswith("D-Flow"):
-        mocap = "mocap" in contents.kind
-        return (
-            ("whole trial", "") if mocap else ("other", "D-Flow's record module, read it with its mocap file")
-        )
+        return ("whole trial" if "mocap" in contents.kind else "record"), ""
     if contents.kind == "TRC":
         return "markers", ""
     if contents.kind.startswith("MATLAB"):
@@ -163,6 +161,9 @@ def _kind_of_table(contents: Contents, columns: dict[str, str], name: str) -> tu
     loads = {c.name for c in contents.channels if LOAD.search(c.name)}
     if len(loads) >= 6 and "time" in columns:
         return "whole trial", ""
+    others = [c for c in contents.channels if c.name != columns.get("time")]
+    if "time" in columns and others and all(c.unit in VOLTS for c in others):
+        return "emg", ""
     has = set(columns)
     if {"time", "angle", "trigger"} <= has:
         return "manipulator log", ""

@@ -78,7 +78,7 @@ def group_files(files: list[Found]) -> tuple[list[Group], list[Found]]:
     used: set[str] = set()
     for sure in (True, False):  # files of the same name first, so that no other trial takes them
         for group in groups:
-            for kind in _wanted(group.first.kind):
+            for kind in _wanted(group.first):
                 if kind in group.partners:
                     continue
                 shared = kind == "calibration"
@@ -94,12 +94,15 @@ def group_files(files: list[Found]) -> tuple[list[Group], list[Found]]:
     return groups, left
 
 
-def _wanted(kind: str) -> tuple[str, ...]:
-    return {
-        "treadmill log": ("calibration", "markers", "emg"),
-        "whole trial": ("emg",),
-        "manipulator log": ("command",),
-    }.get(kind, ())
+def _wanted(first: Found) -> tuple[str, ...]:
+    """Kinds of the files that belong to a trial, by its first file."""
+    if first.kind == "whole trial":
+        described = first.contents.kind
+        if described.startswith("D-Flow"):
+            return ("record", "emg")
+        return ("emg",) if described == "C3D" else ("markers", "emg")
+    kinds = {"treadmill log": ("calibration", "markers", "emg"), "manipulator log": ("command",)}
+    return kinds.get(first.kind, ())
 
 
 def key_of(name: str) -> str:
@@ -113,6 +116,7 @@ def key_of(name: str) -> str:
     path = PurePosixPath(name)
     for part in (path.name.partition(".c3d")[0], *reversed(path.parts[:-1])):
         stem = re.sub(r"\.(c3d|mat|csv|tsv|txt|edf|bdf|trc|gz)\b", "", part, flags=re.IGNORECASE)
+        stem = re.sub(r"^(mocap|record|treadmill|markers|log|emg)(?=\d)", "", stem, flags=re.IGNORECASE)
         words = [w for w in re.split(r"[_\s]+", stem) if w and w.lower() not in GENERIC]
         key = re.sub(r"[^A-Za-z0-9.-]+", "-", "-".join(words)).strip("-.")
         if key and key.lower() not in GENERIC:

@@ -51,6 +51,8 @@ def rows_of(groups: list[Group], seen: dict[str, Seen]) -> tuple[list[dict[str, 
         }
         wanted = ("calibration", "markers", "emg", "command")
         row |= {kind: group.partners[kind].name for kind in wanted if kind in group.partners}
+        if "record" in group.partners:  # D-Flow: the log is that of the belts
+            row |= {"log": group.partners["record"].name, "markers": group.first.name}
         if group.experiment == "standing":
             row["task"] = _task(group)
         else:

@@ -206,11 +206,12 @@ def _config_text(plan: Plan, name: str, output: Path) -> str:
 
 def _missing_text(plan: Plan, groups: list[Group], left: list[Found]) -> str:
     experiments = [e for e in ORDER if any(g.experiment == e for g in groups)]
+    pages = [*(PAGES[e] for e in experiments), *_pages_of_files(groups)]
     lines = [
         "# What is missing",
         "",
         f"The study refuses to run while a `{PLACEHOLDER}` stands in `{FILES[1]}` or `{FILES[0]}`.",
-        f"Read in `docs/recordings`: {', '.join(dict.fromkeys(f'`{PAGES[e]}`' for e in experiments))}.",
+        f"Read in `docs/recordings`: {', '.join(dict.fromkeys(f'`{page}`' for page in pages))}.",
         "",
         *_table(plan.missing, ("key or column", "meaning", "how to measure it")),
     ]
@@ -220,6 +221,14 @@ def _missing_text(plan: Plan, groups: list[Group], left: list[Found]) -> str:
         lines += ["", "## Files that are not used", ""]
         lines += [f"- `{f.name}`: {f.why or 'it belongs to no trial'}" for f in left]
     return "\n".join(lines) + "\n"
+
+
+def _pages_of_files(groups: list[Group]) -> list[str]:
+    """Pages of the documentation on kinds of files that hold whole trials, and on electromyograms."""
+    whole = {g.first.contents.kind for g in groups if g.first.kind == "whole trial"}
+    named = {"C3D": "c3d.md", "text table": "tables.md"}
+    pages = [named.get(kind, "dflow.md") for kind in sorted(whole)]
+    return pages + ["emg.md"] * any("emg" in g.partners for g in groups)
 
 
 def _table(items: list[Missing], header: tuple[str, str, str]) -> list[str]:

@@ -20,6 +20,7 @@ SEGMENTS = {
     "thigh": r"thi|fem|upper",
 }
 MANY_MARKERS = 12
+LOW = "low markers that move together"
 
 
 def experiment_of(group: Group, seen: Seen, folder: str) -> str:
@@ -119,6 +120,8 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
             "factor of the amplifier",
         )
         plan.put(f"{key}.belt_velocity.offset", float(f"{b.offset:.4g}"), "value of the channel at rest")
+        if "record" in group.partners and seen.belt_fixed:
+            plan.assume(f"{key}.belt_velocity.markers", seen.belt_fixed[:3], LOW, "belt-fixed markers")
     else:
         labels = [s.belt_fixed for _, s in whole if s.belt_fixed and _pulses(s) is not None]
         plan.put(f"{key}.belt_velocity.channel", None, f"no channel of {name} follows the belt")
@@ -126,7 +129,7 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
             plan.assume(
                 f"{key}.belt_velocity.markers",
                 labels[0][:3],
-                "low markers that move together",
+                LOW,
                 "belt-fixed markers",
             )
         else:

@@ -23,6 +23,8 @@ from tepsipe.new_study.pairing import Group
 TRIGGER_V = 2.5
 VELOCITY_NAMES = re.compile(r"belt|speed|veloc|v_b|geschw|band", re.IGNORECASE)
 TRIGGER_NAMES = re.compile(r"trig|sync|start", re.IGNORECASE)
+SPEEDS = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}
+AGREES = 0.05  # largest relative difference between a scale by the unit and by the markers
 COMPUTED = r"Angles?$|Forces?$|Moments?$|Powers?$|^\*"  # points that models of the software compute
 COMMAND_NAMES = re.compile(r"command|cmd|set ?point|target|soll", re.IGNORECASE)
 # muscle -> how its channel is called; the first channel that fits is taken
@@ -132,7 +134,7 @@ def seen_in(group: Group) -> Seen:
     """
     seen = Seen(duration_s=group.first.duration_s or 0.0)
     if group.first.kind == "whole trial":
-        _see_recording(seen, group.first)
+        _see_recording(seen, group)
     else:
         _see_log(seen, group)
     emg = group.partners.get("emg")
@@ -180,13 +182,16 @@ def _see_log(seen: Seen, group: Group) -> None:
         seen.duration_s = min(seen.duration_s, markers.positions.shape[0] / markers.rate_hz)
 
 
-def _see_recording(seen: Seen, found: Found) -> None:
-    """Markers, plates and channels of one file."""
+def _see_recording(seen: Seen, group: Group) -> None:
+    """Markers, plates and channels of one file, or of a table and a file of markers."""
     from tepsipe.io.readers.whole_trial import read_recording
 
+    found = group.first
     recording = read_recording(found.path)
     seen.up = 1 if found.contents.kind.startswith("D-Flow") else 2
     _see_markers(seen, _positions(recording.markers, found), found.contents.facts.get("made by", ""))
+    if "markers" in group.partners:
+        _see_markers(seen, *markers_in(group.partners["markers"]))
     for number, plate in enumerate(recording.plates, start=1):
         if plate.fault is not None:
             continue
@@ -205,14 +210,27 @@ def _see_recording(seen: Seen, found: Found) -> None:
     rest = {n: c for n, c in free.items() if n not in {*seen.triggers, *seen.emg}}
     seen.commands = [n for n in rest if COMMAND_NAMES.search(n)]
     seen.belt = _belt_channel(seen, {n: c for n, c in rest.items() if n not in seen.commands})
-    if seen.belt is not None:
+    if "record" in group.partners:
+        _see_record(seen, group.partners["record"])
+    elif seen.belt is not None:
         channel = recording.channels[seen.belt.name]
         seen.velocity = seen.belt.m_per_s_per_unit * (channel.values - seen.belt.offset)
         seen.velocity_rate_hz = channel.rate_hz
-    elif seen.positions is not None:
+    if seen.velocity is None and seen.positions is not None:
         lowest = _lowest(seen)[0]
         seen.velocity = smooth_velocity(seen.positions[:, lowest, seen.forward], seen.frame_rate_hz)
         seen.velocity_rate_hz = seen.frame_rate_hz
+
+
+def _see_record(seen: Seen, found: Found) -> None:
+    """Belt speed in a file of D-Flow's record module: positive where the belt moves backward."""
+    speeds = [c for c in found.contents.channels if VELOCITY_NAMES.search(c.name) and c.shape]
+    loaded = max(seen.loads_N, key=lambda n: abs(seen.loads_N[n]), default="2")
+    side = "left" if loaded == "1" else "right"
+    moving = [c for c in speeds if c.high > c.low] or speeds
+    chosen = next((c for c in moving if side in c.name.lower()), moving[0] if moving else None)
+    if chosen is not None:
+        seen.belt = BeltChannel(chosen.name, "m/s", 1.0, 0.0, np.nan)
 
 
 def markers_in(found: Found) -> tuple[Markers, str]:
@@ -282,7 +300,7 @@ def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
             continue
         named = bool(VELOCITY_NAMES.search(name))
         if seen.positions is None:
-            scale = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1.0 / 3.6}.get(channel.unit.strip())
+            scale = SPEEDS.get(channel.unit.strip())
             if named and scale is not None:
                 return BeltChannel(name, channel.unit, scale, 0.0, np.nan)
             continue
@@ -292,6 +310,8 @@ def _belt_channel(seen: Seen, channels: dict) -> BeltChannel | None:
             r, _ = follows(moved, sampled)
             if abs(r) > FOLLOWS and (best is None or (named, abs(r)) > rank):
                 scale = scale_of(moved, sampled, seen.frame_rate_hz)
+                by_unit = np.copysign(SPEEDS.get(channel.unit.strip(), np.nan), scale)
+                scale = float(by_unit) if abs(scale / by_unit - 1.0) < AGREES else scale
                 best, rank = (
                     BeltChannel(name, channel.unit, scale, float(np.median(values)), r),
                     (named, abs(r)),

@@ -16,6 +16,7 @@ def recording_options(section: dict | None) -> RecordingOptions:
             for belt, cells in section["load_cells"].items()
         },
         force_sign=section["force_sign"],
+        reverse_origin=section["reverse_origin"],
         belt_velocity=_scaled(section["belt_velocity"]),
         velocity_markers=tuple(section["belt_velocity"]["markers"]),
         belt_command=_scaled(section["belt_command"]),

@@ -16,6 +16,7 @@ from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.numbers import (
+    abstract,
     dummy,
     participants,
     position_manipulator,
@@ -123,6 +124,7 @@ if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
         fits["position_manipulator"], estimates
     )
+data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
 Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )

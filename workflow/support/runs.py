@@ -6,7 +6,9 @@ note of the run.
 """
 
 import json
+import os
 import socket
+import sys
 import time
 from pathlib import Path
 
@@ -57,8 +59,12 @@ def _processes_here() -> list[tuple[int, list[str]]]:
 
 
 def runs_alive() -> list[int]:
-    """Process numbers of Snakemake at work in this folder."""
-    return [pid for pid, command in _processes_here() if _is_snakemake(command) and not NO_RUN & set(command)]
+    """Process numbers of other Snakemakes at work in this folder."""
+    return [
+        pid
+        for pid, command in _processes_here()
+        if pid != os.getpid() and _is_snakemake(command) and not NO_RUN & set(command)
+    ]
 
 
 def _is_snakemake(command: list[str]) -> bool:
@@ -84,6 +90,16 @@ def wait_for_jobs(longest_s: float) -> bool:
             return False
         time.sleep(0.2)
     return True
+
+
+def warn_of_a_lock(arguments: list[str]) -> None:
+    """Say how to go on where a run that was killed has left its lock; Snakemake will stop at it."""
+    if is_locked() and not NO_RUN & set(arguments) and not runs_alive():
+        print(
+            f"tepsipe: {Path.cwd()}: expected no lock, found that of a run that was killed: go on with make, "
+            "or remove it with snakemake --unlock",
+            file=sys.stderr,
+        )
 
 
 def is_locked() -> bool:

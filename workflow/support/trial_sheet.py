@@ -66,7 +66,10 @@ class TrialRow:
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
     """Read and check the sheet; keys are (experiment, condition), in the sheet's order."""
     text = read_text(path, "the trial sheet", ended=True)
-    rows = list(csv.reader(text.splitlines(), delimiter="\t"))
+    try:
+        rows = list(csv.reader(text.splitlines(), delimiter="\t"))
+    except csv.Error as error:
+        raise InputError(f"{path}: expected cells separated by tabs, found {error}: correct it") from None
     header = [name.strip() for name in rows[0]] if rows else []
     for name in header:
         known = COLUMNS + OPTIONAL_COLUMNS

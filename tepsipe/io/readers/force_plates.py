@@ -104,22 +104,21 @@ def _plate(
     if origin[2] > 0.0:
         origin = np.array([*origin[:2], -origin[2]]) if kind == 3 else -origin
     rotation, centre = _axes(corners, name), corners.mean(axis=0)
-    arm = centre - rotation @ origin
     if kind == 1:
         force, moment = _of_type_1(own, scale, name)
-        arm = centre
+        origin = np.zeros(3)
     elif kind == 3:
         force, moment = _of_type_3(own, np.abs(origin[0]), np.abs(origin[1]), name)
-        arm = centre - rotation @ np.array([0.0, 0.0, origin[2]])
+        origin = np.array([0.0, 0.0, origin[2]])
     else:
         if kind == 4:
             own = _calibrated(group, number, own, name)
         force = np.column_stack([_scaled(c, FORCE_UNITS, 1.0, name) for c in own[:3]])
         moment = np.column_stack([_scaled(c, MOMENT_UNITS, scale, name) for c in own[3:]])
-    in_lab = force @ rotation.T
-    loads = in_lab, moment @ rotation.T + np.cross(arm, in_lab)
+    in_lab, vector = force @ rotation.T, rotation @ origin
+    loads = in_lab, moment @ rotation.T + np.cross(centre - vector, in_lab)
     force, moment = (np.where(np.isfinite(load), load, np.nan) for load in loads)
-    return ForcePlate(force, moment, own[0][1].rate_hz, corners)
+    return ForcePlate(force, moment, own[0][1].rate_hz, corners, vector if kind in (2, 4) else None)
 
 
 def _of_type_1(own: list, scale: float, name: str) -> tuple[np.ndarray, np.ndarray]:

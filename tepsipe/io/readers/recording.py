@@ -47,6 +47,9 @@ class ForcePlate:
         Sampling rate (Hz).
     corners : ndarray, shape (4, 3), or None
         Corners of the plate's surface (m), if the file gives them.
+    origin : ndarray, shape (3,), or None
+        Vector from the plate's own origin to the centre of its surface in the axes of the laboratory (m), if
+        the moment depends on it.
     fault : str or None
         Why the plate cannot be used, one sentence; force and moment are then NaN.
     """
@@ -55,6 +58,7 @@ class ForcePlate:
     moment: np.ndarray
     rate_hz: float
     corners: np.ndarray | None = None
+    origin: np.ndarray | None = None
     fault: str | None = None
 
 

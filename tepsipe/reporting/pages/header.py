@@ -31,7 +31,7 @@ LABELS = {
     "VAF_held_out": "VAF, held out",
 }
 TITLES = {
-    "wristalyzer": "Torque-controlled manipulator",
+    "wristalyzer": "Wristalyzer, a torque-controlled manipulator",
     "dummy": "Ankle dummy",
     "weight": "Weight on the belt",
     "empty": "Empty belt",
@@ -156,12 +156,14 @@ def processing(trial: Trial) -> str:
     return f"<details><summary>Signals and their processing</summary>\n{shown}{listed}</details>\n"
 
 
-def trial_facts(trial: Trial, experiment: str, condition: str, made: bool) -> list[tuple[str, str]]:
-    """Experiment, condition, origin, rate (Hz) and length (s) of a trial, for `facts_list`."""
+def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str, str]]:
+    """Experiment, condition, participant, belt, origin, rate (Hz) and length (s), for `facts_list`."""
     length = float(trial.time[-1] - trial.time[0]) if trial.time.size else 0.0
     return [
         ("Experiment", experiment),
-        ("Condition", condition),
-        ("Raw files", "simulated by the virtual laboratory" if made else "recorded"),
+        ("Condition", choices["condition"]),
+        ("Participant", choices.get("participant") or ""),
+        ("Perturbed belt", choices.get("belt") or ""),
+        ("Raw files", "simulated by the virtual laboratory" if choices["made"] else "recorded"),
         ("Rate and length", f"{trial.rate_hz:g} Hz, {length:.4g} s"),
     ]

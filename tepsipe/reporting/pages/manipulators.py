@@ -34,14 +34,14 @@ def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], c
     bands = _cut_bands(trial.time, start, stop)
     angle, predicted = fit.arrays["angle"], fit.arrays["predicted_angle"]
     facts = [
-        *header.trial_facts(trial, "wristalyzer", choices["condition"], choices["made"]),
+        *header.trial_facts(trial, "wristalyzer", choices),
         ("Used", f"{(stop - start) / trial.rate_hz:.4g} s from {trial.time[start]:.4g} s on"),
     ]
     failed = [name for name, done in fit.facts["converged"].items() if not done]
     failed = [f"The search of {name} ended before it converged." for name in failed]
     bounded = [f"{name}: a parameter is at its bound." for name, at in fit.facts["at_bound"].items() if at]
     return Page(
-        title=f"{header.TITLES['wristalyzer']}, {choices['condition']}",
+        title=f"Wristalyzer, {choices['condition']}",
         study=choices["study"],
         header=_header(facts, estimates, [*failed, *bounded], "The record is complete."),
         sections=(
@@ -115,7 +115,7 @@ def position_manipulator_page(
             predictions[label] = arrays[key]
     lines = dict(zip(predictions, CYCLE[1:], strict=False))
     facts = [
-        *header.trial_facts(trial, "position_manipulator", choices["condition"], choices["made"]),
+        *header.trial_facts(trial, "position_manipulator", choices),
         ("Fitted", f"first {fit.facts['training_s']:.4g} s; the rest is held out"),
         (
             "VAF of the held-out torque",
@@ -198,7 +198,7 @@ def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
             f"middle of the trial, with the low-pass at {calibration.facts['cutoff_hz']:g} Hz."
         )
     facts = [
-        *header.trial_facts(trial, "belt", condition, choices["made"]),
+        *header.trial_facts(trial, "belt", choices),
         (
             "Role",
             {"calibrate": "calibrates the models", "validate": "validates the models"}.get(

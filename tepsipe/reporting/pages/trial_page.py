@@ -15,7 +15,7 @@ from tepsipe.reporting.pages.html import asset, document, json_script, text
 
 # points of all traces together: two bytes each, 4/3 of that as text
 MOST_POINTS = 240_000
-MOST_PER_TRACE = 9_000
+MOST_PER_TRACE = 12_000
 # Okabe and Ito (2008), without their yellow, which is too light for a line
 COLOURS = {
     "black": "#1b1b1b",
@@ -254,8 +254,7 @@ def _resolution(coarsest_s: float) -> str:
 
 def _data(page: Page, panels: list[Panel]) -> tuple[dict, float]:
     """Content of the script's data, and the longest bucket (s)."""
-    count = sum(len(panel.traces) for panel in panels)
-    points = min(MOST_PER_TRACE, MOST_POINTS // max(1, count))
+    points = _points([trace.clock.size for panel in panels for trace in panel.traces])
     clocks: dict[Clock, tuple[int, tuple[Run, ...]]] = {}
     drawn = [_panel(panel, clocks, points) for panel in panels]
     longest = [
@@ -274,6 +273,17 @@ def _data(page: Page, panels: list[Panel]) -> tuple[dict, float]:
         ],
         "panels": drawn,
     }, max(longest, default=0.0)
+
+
+def _points(sizes: list[int]) -> int:
+    """Points for each trace (-): short ones need all of theirs, long ones share the rest equally."""
+    left, points = MOST_POINTS, 0
+    for k, size in enumerate(sorted(sizes)):
+        points = left // (len(sizes) - k)
+        if size > points:
+            break
+        left -= size
+    return min(MOST_PER_TRACE, points)
 
 
 def _panel(panel: Panel, clocks: dict, points: int) -> dict:

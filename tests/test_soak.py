@@ -1,0 +1,73 @@
+"""The campaign as a whole: its parts run, their tables are kept, time is limited; results are compared."""
+
+import argparse
+import time
+
+import h5py
+import numpy as np
+import psutil
+import pytest
+
+from benchmarks.soak import core_types, soak
+
+GIVEN = argparse.Namespace(seed=3, mutations=4, kills=1, cores=1)
+
+
+@pytest.mark.slow
+def test_a_part_runs_and_its_table_is_kept(monkeypatch, tmp_path):
+    monkeypatch.setattr(soak, "arguments", lambda part, given: ["--mutations", "4", "--reader", "estimates"])
+    monkeypatch.setattr("sys.argv", ["soak", "--part", "mutations", "--into", str(tmp_path / "results.md")])
+    assert soak.main() == 0
+    report = (tmp_path / "results.md").read_text()
+    assert "seed 1" in report
+    assert "## Damaged files\n" in report
+    assert "without violations" in report
+    assert report.count("| estimates | 4 |") == 1
+
+
+def test_a_part_that_takes_too_long_is_killed_with_all_that_it_started(monkeypatch, tmp_path):
+    script = tmp_path / "mutations.py"
+    script.write_text(
+        "import subprocess, sys\n"
+        "sleep = [sys.executable, '-c', 'import time; time.sleep(60)']\n"
+        "child = subprocess.Popen(sleep, start_new_session=True)\n"
+        "print(child.pid)\n"
+        "child.wait()\n"
+    )
+    monkeypatch.setattr(soak, "HERE", tmp_path)
+    code, said, took = soak.perform("mutations", GIVEN, time.monotonic() + 1.0)
+    assert code != 0
+    assert took < 20.0
+    assert not psutil.pid_exists(int(said)) or psutil.Process(int(said)).status() == "zombie"
+
+
+def test_every_part_is_a_script():
+    for part in soak.TITLES:
+        assert (soak.HERE / f"{part}.py").is_file()
+        assert soak.arguments(part, GIVEN)
+
+
+def table(path, value, text="K"):
+    path.write_text(f"quantity,value,n\n{text},{value!r},14\nB,0.1,14\n")
+    return path
+
+
+def test_tables_are_compared_number_by_number(tmp_path):
+    first = table(tmp_path / "a.csv", 10.0)
+    assert core_types.difference(first, table(tmp_path / "b.csv", 10.0))[0] == 0.0
+    assert core_types.difference(first, table(tmp_path / "b.csv", 10.001))[0] == pytest.approx(1e-4)
+    assert core_types.difference(first, table(tmp_path / "b.csv", 10.0, "I"))[0] == np.inf
+    assert core_types.difference(first, table(tmp_path / "b.csv", float("nan")))[0] == np.inf
+
+
+def test_arrays_are_compared_number_by_number(tmp_path):
+    def written(name, values):
+        with h5py.File(tmp_path / name, "w") as file:
+            file["fits/theta"] = values
+            file["names"] = ["leg", "foot"]
+        return tmp_path / name
+
+    first = written("a.h5", np.array([1.0, 100.0]))
+    largest, where = core_types.difference(first, written("b.h5", np.array([1.5, 100.0])))
+    assert (largest, where) == (pytest.approx(0.005), "fits/theta")
+    assert core_types.difference(first, written("b.h5", np.array([1.0])))[0] == np.inf
