@@ -57,6 +57,7 @@ rule all:
     input:
         outputs.everything(STUDY),
         outputs.pages(STUDY),
+        "<results>/report/index.html",
         "<results>/report/report.html",
 
 

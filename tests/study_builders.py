@@ -96,7 +96,7 @@ def value(rows, **wanted):
 def digests(folder):
     return {
         path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-        for name in ("tables", "figures", "estimates", "trials", "raw")
+        for name in ("tables", "figures", "estimates", "trials", "raw", "report/trials")
         for path in sorted((folder / name).rglob("*"))
         if path.is_file()
     } | {"pdf": hashlib.sha256((folder / "report/thesis.pdf").read_bytes()).hexdigest()}

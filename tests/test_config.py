@@ -443,6 +443,26 @@ def test_yaml_that_merges_one_mapping_into_another_is_read(tmp_path):
     assert read_settings(tmp_path / "c.yaml")["more"] == {"x": 1, "y": 3}
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a: " + "[" * 100_000,  # crashes the parser
+        '{"a": ' + "[" * 100_000,
+        "".join(" " * k + "a:\n" for k in range(2000)),
+        "a0: &a0 [1, 2]\n"
+        + "".join(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]\n" for k in range(1, 10)),
+        "a: &a\n  b: *a\n",
+    ],
+    ids=["brackets", "json", "sections", "aliases", "itself"],
+)
+def test_configuration_without_end_is_refused(text, tmp_path):
+    path = tmp_path / "config.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_settings(path)
+    assert str(path) in str(caught.value)
+
+
 # ---- the trial sheet ---------------------------------------------------------------------------
 
 GOOD = {

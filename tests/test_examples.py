@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+from tepsipe.ingest.recording_files import read_recording_files
 from tepsipe.io.trial import write_trial
 
 pytestmark = pytest.mark.slow
@@ -66,3 +67,21 @@ def test_simulate_and_estimate(root, tmp_path):
     assert len(found) == 3
     assert found[0][0] == pytest.approx(10.0, rel=0.005)
     assert found[1][1] - 0.1 < 10.0 < found[1][2] + 0.1
+
+
+def test_trial_as_text(root, dummy_files, tmp_path):
+    options = TreadmillOptions(250.0, 0.1, 2500.0, 2.5)
+    labels = ["foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4"]
+    trial = ingest_treadmill_files(dummy_files, labels, options, 12.0)
+    write_trial(tmp_path / "trial.h5", trial, "dummy", "a", {}, {})
+    (tmp_path / "none.png").touch()  # this example draws nothing
+    run(root, tmp_path, "trial_as_text", "trial.h5", "dflow", "table")
+    for log, markers in (
+        ("dflow/Record0001.txt", "dflow/Mocap0001.txt"),
+        ("table/trial.csv", "table/trial.trc"),
+    ):
+        files = {"log": str(tmp_path / log), "markers": str(tmp_path / markers)}
+        found = read_recording_files(files, ("foot1", "foot2"))
+        assert found.markers.labels == tuple(labels)
+        assert found.markers.positions.shape[0] > 0.99 * trial.time.size
+        assert len(found.plates) == 2

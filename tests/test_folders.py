@@ -123,6 +123,11 @@ def test_a_folder_elsewhere_is_accepted_where_the_study_asks_for_it(place, check
     assert "holds the recordings folder" in check(elsewhere, "logs", **recordings)
 
 
+@pytest.mark.parametrize("sheet", [".", "..", "-rf", "{B}.tsv", "my-study"])
+def test_sheet_that_is_no_file_name_is_refused(check, sheet):
+    assert "study.trial_sheet" in check("results", trial_sheet=sheet)
+
+
 def test_recordings_folder_is_not_the_results(place, check):
     (place / "recorded").mkdir()
     assert "holds the recordings folder recorded" in check("recorded", recordings_folder="recorded")

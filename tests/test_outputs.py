@@ -65,6 +65,10 @@ def test_every_caption_is_used_and_there(shipped, root):
     }
     there = {path.stem for path in (root / "report/captions").glob("figure_*.rst")}
     assert used == there
+    for name in outputs.captions(shipped):
+        caption = (root / f"report/captions/{name}.rst").read_text(encoding="utf-8")
+        # the index shows captions as plain text with literals
+        assert not re.search(r"[`*{}|]|_\b|\.\. ", re.sub(r"``[^`]+``", "", caption)), name
 
 
 def test_constants_that_are_compared_are_in_the_laboratory(shipped, shipped_truth):
@@ -97,6 +101,12 @@ def test_outputs_of_the_shipped_study(shipped):
     assert len(figures) == 7 + 7 + 5 + 1 + 1 + 19 + 2 + 8
     assert "<results>/figures/figure_b_12.svg" in figures
     assert len(outputs.standing_figures(shipped)) == 32
+    assert len(outputs.pages(shipped)) == 53
+    assert "<results>/report/trials/dummy/sine-0.3.html" in outputs.pages(shipped)
+    shown = [name for own in outputs.figures_by_category(shipped).values() for name in own]
+    assert sorted(f"<results>/figures/{name}.svg" for name in shown) == sorted(figures)
+    tables = [name.removesuffix(".csv").rpartition("/")[2] for name in everything if name.endswith(".csv")]
+    assert set(outputs.tables(shipped)) == set(tables)
     assert len(outputs.fits(shipped)) == len(outputs.trials(shipped)) == 53
     # every trial, the foot's side, two tasks, two cross-validations
     assert len(outputs.estimates(shipped)) == 53 + 12 + 2 + 2

@@ -6,7 +6,7 @@ import pytest
 
 from tepsipe.errors import InputError
 from workflow.support import groups, outputs
-from workflow.support.check import check_against_schema, check_config
+from workflow.support.check import check_against_schema, check_config, check_one_treadmill
 from workflow.support.people import read_participants
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, read_trial_sheet
@@ -201,13 +201,17 @@ def test_numbers_of_participants_are_read_and_a_dash_keeps_those_of_the_configur
     [
         ("participant\tmass\nP1\t60\n", ["'mass'", "did you mean 'mass_kg'?"]),
         ("participant\tmass_kg\tmass_kg\nP1\t60\t60\n", ["'mass_kg'", "twice"]),
-        ("mass_kg\n60\n", ["'participant'"]),
+        ("mass_kg\tstature_m\n60\t1.7\n", ["'participant'"]),
+        ("participant,mass_kg\nP1,60\n", ["separated by tabs", "'participant,mass_kg'"]),
         ("participant\tmass_kg\nP1\n", ["2 cells", "line 2"]),
         ("participant\tmass_kg\nP1\t60\nP1\t60\n", ["'P1' again", "once", "line 3"]),
         ("participant\tmass_kg\nP/1\t60\n", ["'P/1'", "line 2"]),
-        ("participant\tmass_kg\nP1\t60 kg\n", ["mass_kg", "'60 kg'", "positive"]),
+        ("participant\tmass_kg\nP1\t60 kg\n", ["mass_kg", "'60 kg'", "0.1 to 500"]),
         ("participant\tmass_kg\nP1\tnan\n", ["mass_kg", "'nan'"]),
-        ("participant\tcom_height\nP1\t55\n", ["com_height", "between 0 and 1"]),
+        ("participant\tcom_height\nP1\t55\n", ["com_height", "0.1 to 0.9", "'55'"]),
+        ("participant\tmass_kg\nP1\t64000\n", ["mass_kg", "'64000'", "unit"]),
+        ("participant\tstature_m\nP1\t175\n", ["stature_m", "'175'", "unit"]),
+        ("participant\tmass_kg\nP1\t60", ["line break", "truncated"]),
         ("", ["participants"]),
     ],
 )
@@ -243,6 +247,16 @@ def test_models_are_those_of_the_belt_of_a_trial(study_of):
     assert study.tasks() == ["P1-left-relax", "P1-right-relax"]
     assert [m["belt"] for m in groups.members(study)] == ["left", "right"]
     assert groups.labels(study)["belt"]["standing"]["P1-left-relax"] == "left"
+
+
+def test_exception_for_a_belt_is_possible_where_belts_have_models_of_their_own(config):
+    config["plate_treadmill"]["exceptions"] = {"standing": {"belt": "left"}}
+    experiments = ["standing", "weight", "empty"]
+    text = refused(check_one_treadmill, config, experiments, "mine")
+    assert "name the belt of every trial in the trial sheet" in text
+    check_one_treadmill(config, experiments, "mine", by_belt=True)
+    config["plate_treadmill"]["exceptions"]["standing"]["lowpass_order"] = 2
+    assert "lowpass_order" in refused(check_one_treadmill, config, experiments, "mine", by_belt=True)
 
 
 def test_without_the_column_the_models_have_their_own_name(study_of):

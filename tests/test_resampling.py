@@ -229,7 +229,9 @@ def test_strobed_markers_are_brought_to_common_instants():
 
 
 def test_markers_that_do_not_fit_into_a_frame_are_refused():
-    with pytest.raises(InputError, match="8 markers sampled sequentially at 1000 Hz take 7 ms"):
+    with pytest.raises(
+        InputError, match="found 8 markers that take 7 ms when sampled sequentially at 1000 Hz"
+    ):
         align_sequential_samples(np.zeros((10, 8, 3)), 250.0, 1000.0)
 
 

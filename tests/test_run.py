@@ -161,6 +161,11 @@ def test_check_names_the_file_and_the_line(place, root, monkeypatch, capfd):
     assert cli.main(["check", str(place / "own.yaml")]) == 2
     assert "own.yaml: expected YAML, found a mistake on line 3" in capfd.readouterr().err
     assert cli.main(["check", str(place / "far.yaml")]) == 2
-    assert "set study.outside to true" in capfd.readouterr().err
+    said = capfd.readouterr().err
+    assert said.startswith(f"tepsipe: {place / 'far.yaml'}: expected pathvars.results in the folder")
+    assert "set study.outside to true" in said
+    (place / "odd.yaml").write_text("pilott: 1\n")
+    assert cli.main(["check", str(place / "good.yaml"), str(place / "odd.yaml")]) == 2
+    assert f"{place / 'odd.yaml'}: unknown key 'pilott'" in capfd.readouterr().err
     assert cli.main(["check", str(place / "good.yaml")]) == 0
     assert "good.yaml: 53 trials (5 of wristalyzer" in capfd.readouterr().out

@@ -7,13 +7,14 @@ pytestmark = pytest.mark.study
 
 # what stands at the end of every path: the record of file checksums and settings, and the reports
 RECORD = {"record_provenance": 1}
-REPORTS = {"write_report": 1, "write_html_report": 1, "all": 1}
+REPORTS = {"write_report": 1, "write_html_report": 1, "write_index": 1, "all": 1}
 ESTIMATES = {"collect_estimates": 1, "compare_with_truth": 1, "check_claims": 1}
 # what follows from the dummy's trials, and from its estimates
 AFTER_DUMMY_ESTIMATES = {
     "cross_validate_dummy": 1,
     "plot_dummy": 1,
     "plot_foot": 1,
+    "write_dummy_pages": 1,
     "simulate_dummy": 2,
     "collect_forward": 1,
     "plot_simulation": 1,
@@ -82,6 +83,9 @@ def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(own_
         "fit_standing_task": 2,
         "plot_standing_trials": 1,
         "plot_standing": 1,
+        "write_weight_pages": 1,
+        "write_empty_pages": 1,
+        "write_standing_pages": 1,
         **AFTER_DUMMY_TRIALS,
         **RECORD,
     }
@@ -97,6 +101,7 @@ def test_an_edit_of_one_task_makes_the_trials_of_this_task_again(own_study):
         "fit_standing_task": 1,
         "plot_standing_trials": 1,
         "plot_standing": 1,
+        "write_standing_pages": 1,
         **ESTIMATES,
         **RECORD,
         **REPORTS,
@@ -116,7 +121,7 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
         ),
         (
             {"dummy": {**OVERRIDES["dummy"], "foot": {"pathways": {"foot": {"window_s": 1.0}}}}},
-            {"fit_foot": 2, "plot_foot": 1, **ESTIMATES, **RECORD, **REPORTS},
+            {"fit_foot": 2, "plot_foot": 1, "write_dummy_pages": 1, **ESTIMATES, **RECORD, **REPORTS},
         ),
         (
             {"dummy": {**OVERRIDES["dummy"], "recommended": "leg-thesis"}},
@@ -124,6 +129,7 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
                 "specify_dummy": 1,
                 "plot_dummy": 1,
                 "plot_foot": 1,
+                "write_dummy_pages": 1,
                 "simulate_dummy": 2,
                 "collect_forward": 1,
                 "plot_simulation": 1,
@@ -157,6 +163,7 @@ def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(own_study):
         "fit_wristalyzer": 2,
         "cross_validate_wristalyzer": 1,
         "plot_wristalyzer": 1,
+        "write_wristalyzer_pages": 1,
         "simulate_dummy": 2,
         "collect_forward": 1,
         "plot_simulation": 1,

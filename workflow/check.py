@@ -3,19 +3,25 @@
 import sys
 
 from tepsipe.errors import InputError
-from workflow.support.start import DEFAULTS, checked_sections, checked_study, merged_settings
+from workflow.support.start import (
+    DEFAULTS,
+    checked_sections,
+    checked_study,
+    merged_settings,
+    with_its_file,
+)
 
 
 def main(files: list[str]) -> int:
     """Say what the study holds, or in one sentence why it cannot run; 0 or 2."""
-    configfiles = [DEFAULTS, *files]
+    configfiles, config = [DEFAULTS, *files], {}
     try:
         config = merged_settings(configfiles)
-        study = checked_study(config, configfiles, "configuration")
+        study = checked_study(config, configfiles)
         for key in ("virtual_lab", "reported"):
             checked_sections(config, key)
     except InputError as error:
-        print(f"tepsipe: {error}", file=sys.stderr)
+        print(f"tepsipe: {with_its_file(error, config, configfiles)}", file=sys.stderr)
         return 2
     counts = ", ".join(f"{len(study.conditions(name))} of {name}" for name in study.experiments)
     print(f"{files[-1] if files else DEFAULTS}: {len(study.trials)} trials ({counts})")

@@ -6,6 +6,7 @@ frame, and then by a signal that both files hold.
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -45,12 +46,12 @@ class DFlowOptions:
     search_s: float = 5.0
 
 
-def read_dflow_files(mocap: str, record: str | None, options: DFlowOptions) -> Recording:
+def read_dflow_files(mocap: str | Path, record: str | Path | None, options: DFlowOptions) -> Recording:
     """Read D-Flow's mocap file and, if there is one, its record file; see `with_record`.
 
     Parameters
     ----------
-    mocap, record : str
+    mocap, record : str or Path
         Paths of the two files; ``record`` is None if there is none.
     options : DFlowOptions
         Belt-fixed markers, longest gap (s) and longest error of the stamps (s).
@@ -199,19 +200,20 @@ def _late(
     """Samples by which the record file is late after alignment by stamps (-), from a common signal."""
     common = [name for name in signals if name in recording.channels]
     pairs = [(name, recording.channels[name].values, signals[name], False) for name in common]
+    pairs = [pair for pair in pairs if np.nanstd(pair[1]) > 0.0 and np.nanstd(pair[2]) > 0.0]
     speeds = [name for name in record.speeds if name in signals]
     moving = [name for name in speeds if np.nanstd(signals[name]) > STEADY_M_PER_S]
-    velocity = _belt_fixed_velocity(recording, options.belt_fixed_labels)
+    # an empty belt has no such markers: a common channel does without them
+    velocity = None if pairs else _belt_fixed_velocity(recording, options.belt_fixed_labels)
     if velocity is not None:
         pairs += [(name, velocity, _over_two_frames(signals[name]), True) for name in moving]
-    pairs = [pair for pair in pairs if np.nanstd(pair[1]) > 0.0 and np.nanstd(pair[2]) > 0.0]
     if not pairs:
         if speeds and not moving:
             return 0.0  # at constant speed there is nothing to align, and no need to
         raise InputError(
             f"{record.name}: expected a signal that the mocap file holds, too, or belt-fixed markers, found "
-            f"{listed(signals)}: record a common channel or the frame counter with the belt speed, or name "
-            "belt-fixed markers in the configuration"
+            f"{listed(signals)}: record a common channel or the frame counter with the belt speed, or "
+            "name belt-fixed markers in plate_treadmill.recording.belt_velocity"
         )
     scored = [
         (abs(r), name, delay, gain, is_speed)
@@ -256,8 +258,8 @@ def _belt_fixed_velocity(recording: Recording, labels: tuple[str, ...]) -> np.nd
     for label in labels:
         if label not in known:
             raise InputError(
-                f"{recording.name}: expected the belt-fixed marker {label!r}, found {listed(known)}: name "
-                "the file's markers in the configuration"
+                f"{recording.name}: expected the belt-fixed marker {label!r}, found {listed(known)}: "
+                "correct plate_treadmill.recording.belt_velocity.markers"
             )
     backward = recording.markers.positions[:, [known.index(label) for label in labels], BACKWARD]
     velocity = recording.markers.rate_hz * np.gradient(backward, axis=0)

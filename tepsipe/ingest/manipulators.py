@@ -237,5 +237,6 @@ def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:
     if swing > np.pi:
         raise InputError(
             f"{name}: expected joint angles within half a revolution, found a swing of {swing:.3g} rad "
-            f"when read as {unit}: correct the angle's unit in the configuration"
+            f"when read as {unit}: "
+            "correct angle_unit in the configuration or in the trial sheet"
         )

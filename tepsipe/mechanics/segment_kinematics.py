@@ -157,8 +157,8 @@ def marker_positions(positions: np.ndarray, labels: list[str], markers: SegmentM
     missing = [label for label in markers.labels if label not in labels]
     if missing:
         raise InputError(
-            f"expected a marker named {missing[0]!r} on the leg, found {', '.join(labels)}: name the "
-            "leg's markers in the configuration"
+            f"expected a marker named {missing[0]!r} on the leg, found {', '.join(labels)}: "
+            "correct the labels in dummy.geometry.leg_markers"
         )
     return positions[:, [labels.index(label) for label in markers.labels], -2:]
 

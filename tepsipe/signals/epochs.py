@@ -100,7 +100,7 @@ def cut_epochs(
     x, onsets = np.asarray(x, dtype=float), np.atleast_1d(np.asarray(onsets_s, dtype=float))
     if outside not in ("raise", "drop"):
         raise InputError(
-            f"outside must be 'raise' or 'drop', found {outside!r}: change it where it is called"
+            f"outside: expected 'raise' or 'drop', found {outside!r}: change it where it is called"
         )
     if x.shape[0] < 4 or not np.isfinite(x).all():
         raise InputError(
@@ -237,7 +237,7 @@ def unperturbed_onsets(
     if not length > 0.0 or (count is not None and count < 1):
         raise InputError(
             f"unperturbed windows: expected a positive length and number, found {length:g} s and {count}: "
-            "change the window in the configuration"
+            "change before_s and after_s of standing.analysis"
         )
     perturbed = np.asarray(perturbed_s, dtype=float).reshape(-1, 2)
     perturbed = perturbed[np.argsort(perturbed[:, 0])]

@@ -121,8 +121,8 @@ def butterworth_bandpass(
     low, high = band_hz
     if not 0.0 < low < high < 0.5 * rate_hz:
         raise InputError(
-            "edges of a band-pass must rise between 0 and half the sampling rate "
-            f"({0.5 * rate_hz:g} Hz), found {low:g} Hz and {high:g} Hz: change the band in the configuration"
+            "band-pass: expected edges that rise between 0 and half the sampling rate "
+            f"({0.5 * rate_hz:g} Hz), found {low:g} Hz and {high:g} Hz: change band_hz"
         )
     _refuse_odd(order)
     sections = scipy.signal.butter(order // 2, (low, high), btype="bandpass", fs=rate_hz, output="sos")
@@ -158,8 +158,8 @@ def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, a
     """
     if not 0.0 < 0.5 * width_hz < frequency_hz < 0.5 * (rate_hz - width_hz):
         raise InputError(
-            f"notch must lie between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), found "
-            f"{frequency_hz:g} Hz with a width of {width_hz:g} Hz: change it in the configuration"
+            f"notch: expected a frequency between 0 and half the sampling rate ({0.5 * rate_hz:g} Hz), found "
+            f"{frequency_hz:g} Hz with a width of {width_hz:g} Hz: change mains_hz or notch_width_hz"
         )
     sections = scipy.signal.tf2sos(*scipy.signal.iirnotch(frequency_hz, frequency_hz / width_hz, fs=rate_hz))
     return _both_ways(sections, x, rate_hz, width_hz, axis)
@@ -169,8 +169,7 @@ def _refuse_odd(order: int) -> None:
     """Refuse an order that two equal passes cannot have."""
     if order < 2 or order % 2:
         raise InputError(
-            f"order of a zero-lag filter must be even (two equal passes), found {order}: "
-            "change the order in the configuration"
+            f"zero-lag filter: expected an even order, for two equal passes, found {order}: change the order"
         )
 
 
@@ -182,7 +181,9 @@ def _both_ways(
     if x.shape[axis] < 2:
         raise InputError(f"signal to filter: expected samples, found {x.shape[axis]}: record longer")
     if not np.isfinite(x).all():
-        raise InputError("signal to filter holds NaN or infinite samples: fill or cut them first")
+        raise InputError(
+            "signal to filter: expected finite samples, found NaN or infinite ones: fill or cut them first"
+        )
     # the default padding is a few samples only
     padding = min(x.shape[axis] - 1, int(np.ceil(2.0 * rate_hz / slowest_hz)))
     return scipy.signal.sosfiltfilt(sections, x, axis=axis, padlen=padding)

@@ -257,8 +257,8 @@ def _refuse_unusable(time: np.ndarray, responses: np.ndarray, options: OnsetOpti
     """Raise InputError for responses or options that `detect_onset` cannot use."""
     if options.detector not in DETECTORS:
         raise InputError(
-            f"onset detector: expected one of {', '.join(DETECTORS)}, found {options.detector!r}: change it "
-            "in the configuration"
+            f"onset detector: expected one of {', '.join(DETECTORS)}, found {options.detector!r}: "
+            "change standing.latency.detector"
         )
     if responses.ndim != 2 or responses.shape[0] < 5 or responses.shape[1] != time.size:
         raise InputError(
@@ -270,14 +270,14 @@ def _refuse_unusable(time: np.ndarray, responses: np.ndarray, options: OnsetOpti
     if options.bootstrap_draws != 0 and options.bootstrap_draws < FEWEST_DRAWS:
         raise InputError(
             f"bootstrap of the onset: expected no draws or at least {FEWEST_DRAWS}, found "
-            f"{options.bootstrap_draws}: change it in the configuration"
+            f"{options.bootstrap_draws}: change standing.latency.bootstrap_draws"
         )
     first, last = options.search_s
     before = options.longest_rise_s + BEFORE_RAMP_S + STANDING_OUT_S
     if not options.baseline_until_s <= first < last:
         raise InputError(
             f"searched time: expected it after the baseline, which ends at {options.baseline_until_s:g} s, "
-            f"found {first:g} to {last:g} s: change it in the configuration"
+            f"found {first:g} to {last:g} s: change standing.latency.search_s"
         )
     needed = min(options.baseline_until_s - SHORTEST_BASELINE_S, first - before)
     if time[0] > needed + 1e-9 or time[-1] < last - 1e-9:

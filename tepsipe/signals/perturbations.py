@@ -220,7 +220,7 @@ def rest_samples(time: np.ndarray, options: WindowOptions) -> np.ndarray:
         raise InputError(
             f"expected {options.rest_before_s:g} s of rest at the trial's start and "
             f"{options.rest_after_s:g} s at its end, found a trial of {time[-1] - time[0]:.3g} s: "
-            "correct the times of rest in the configuration"
+            "correct rest_before_s and rest_after_s in the configuration"
         )
     return first | last
 

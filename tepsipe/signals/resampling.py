@@ -77,7 +77,8 @@ def repair_time_stamps(time: np.ndarray, max_gap_s: float, what: str) -> Repaire
         k = int(np.argmax(steps))
         raise InputError(
             f"{what}: expected no step longer than {max_gap_s:g} s, found one of {longest:.3g} s at "
-            f"{time[k]:.6g} s: cut the trial there or allow longer gaps in the configuration"
+            f"{time[k]:.6g} s: cut the trial there or "
+            "increase max_gap_s in the configuration"
         )
     return RepairedTime(keep, int((~keep).sum()), longest)
 
@@ -307,9 +308,9 @@ def align_sequential_samples(
     spread = (markers - 1) / marker_sampling_hz
     if spread > 1.0 / rate_hz:
         raise InputError(
-            f"{markers} markers sampled sequentially at {marker_sampling_hz:g} Hz take "
-            f"{1e3 * spread:.3g} ms, but a frame lasts {1e3 / rate_hz:.3g} ms: "
-            "check marker_sampling_hz in the configuration"
+            f"expected all markers within a frame of {1e3 / rate_hz:.3g} ms, found {markers} markers that "
+            f"take {1e3 * spread:.3g} ms when sampled sequentially at {marker_sampling_hz:g} Hz: correct "
+            "marker_sampling_hz in the configuration (null for cameras)"
         )
     frame_time = np.arange(frames) / rate_hz
     aligned = np.empty((frames - 1, markers, positions.shape[2]))

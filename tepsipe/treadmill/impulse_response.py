@@ -76,7 +76,8 @@ def fit_finite_response(recordings: list[BeltRecording], lead_s: float, lag_s: f
     if samples < 10 * taps:
         raise InputError(
             f"{recordings[0].name}: expected at least {10 * taps} samples to fit {taps} taps, found "
-            f"{samples}: record longer or shorten the response in the configuration"
+            f"{samples}: record longer or "
+            "decrease fir_lag_s and fir_lead_s in the configuration"
         )
     normal, right = np.zeros((taps, taps)), np.zeros(taps)
     for r in recordings:

@@ -138,7 +138,7 @@ def fit_discrete_output_error(
     if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
         raise InputError(
             f"{recordings[0].name}: expected a stable output-error model of order {order}, found none: "
-            "choose a lower order in the configuration"
+            "decrease output_error_order in the configuration"
         )
     return DiscreteTransfer(b, f, recordings[0].rate_hz, bool(found.success))
 

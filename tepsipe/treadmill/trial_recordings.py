@@ -114,7 +114,7 @@ def plate_recordings(
     if onsets[-1] + length > time.size or min(np.diff(onsets), default=length) < length:
         raise InputError(
             f"{name}: expected {options.segment_s:g} s between perturbations and after the last, found less: "
-            "shorten the segments in the configuration"
+            "decrease segment_s or window_s in the configuration"
         )
     evaluated = np.zeros(time.size, dtype=bool)
     for onset in onsets:
@@ -254,8 +254,8 @@ def filtered_load(trial: Trial, name: str, belt: str, lowpass: Lowpass) -> dict[
     belts = trial.axes["belt"].tolist()
     if belt not in belts:
         raise InputError(
-            f"{name}: expected forces of the belt {belt!r}, found {listed(belts)}: correct it "
-            "in the configuration"
+            f"{name}: expected forces of the belt {belt!r}, found {listed(belts)}: "
+            "correct plate_treadmill.belt"
         )
     column = belts.index(belt)
     columns = {

@@ -11,7 +11,7 @@ from workflow.support import groups, outputs, runs
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.settings import pick, without
-from workflow.support.start import checked_sections, checked_study
+from workflow.support.start import checked_sections, checked_study, with_its_file
 from workflow.support.stopped import what_stopped
 from workflow.support.study import any_of, table_experiment
 from workflow.support.version import code_version
@@ -27,14 +27,14 @@ def sections_of(key):
 
 
 try:
-    STUDY = checked_study(config, CONFIGFILES, "configuration")
+    STUDY = checked_study(config, CONFIGFILES)
     # a rule is given no more of these files than it reads, and runs again for nothing else. Only the rules that
     # make raw files, and the comparison of estimates with the truth, may call truth_of
     truth_of, reported_of = sections_of("virtual_lab"), sections_of("reported")
     # what moves the simulated dummy; it must be installed
     ENGINE = resolved_engine(config["dummy"]["simulation"]["engine"]) if STUDY.has("simulation") else None
 except InputError as error:
-    sys.exit(f"tepsipe: {error}")
+    sys.exit(f"tepsipe: {with_its_file(error, config, CONFIGFILES)}")
 
 runs.warn_of_a_lock(sys.argv)
 

@@ -20,8 +20,7 @@ rule write_wristalyzer_pages:
         "../envs/tepsipe.yaml"
     params:
         title=TITLE,
-        conditions=STUDY.conditions("wristalyzer"),
-        made=STUDY.made("wristalyzer"),
+        trials=STUDY.described("wristalyzer"),
     script:
         "../scripts/write_wristalyzer_pages.py"
 
@@ -43,9 +42,7 @@ rule write_dummy_pages:
         "../envs/tepsipe.yaml"
     params:
         title=TITLE,
-        conditions=STUDY.conditions("dummy"),
-        made=STUDY.made("dummy"),
-        belts=STUDY.belts_of("dummy"),
+        trials=STUDY.described("dummy"),
         recommended=DUMMY["recommended"],
     script:
         "../scripts/write_dummy_pages.py"
@@ -56,7 +53,7 @@ rule write_weight_pages:
         trials=STUDY.of_trials("<results>/trials/weight/{condition}.h5", "weight"),
         fits=STUDY.of_trials("<results>/fits/weight/{condition}.h5", "weight"),
         estimates=STUDY.of_trials("<results>/estimates/weight/{condition}.csv", "weight"),
-        plates=[f"<results>/fits/{plate}.h5" for plate in STUDY.plates()],
+        plates=outputs.plate_fits(STUDY),
         source=PAGE_SOURCE,
         library=library_of("write_weight_pages"),
     output:
@@ -68,10 +65,8 @@ rule write_weight_pages:
     params:
         title=TITLE,
         experiment="weight",
-        roles=STUDY.roles("weight"),
-        made=STUDY.made("weight"),
-        belts=STUDY.belts_of("weight"),
-        plates=list(STUDY.plates().values()),
+        belts=list(STUDY.plates().values()),
+        trials=STUDY.described("weight"),
     script:
         "../scripts/write_weight_pages.py"
 
@@ -91,10 +86,8 @@ use rule write_weight_pages as write_empty_pages with:
     params:
         title=TITLE,
         experiment="empty",
-        roles=STUDY.roles("empty"),
-        made=STUDY.made("empty"),
-        belts=STUDY.belts_of("empty"),
-        plates=[],
+        belts=[],
+        trials=STUDY.described("empty"),
 
 
 rule write_standing_pages:
@@ -113,9 +106,7 @@ rule write_standing_pages:
         "../envs/tepsipe.yaml"
     params:
         title=TITLE,
-        task_of=STUDY.task_of(),
-        made=STUDY.made("standing"),
-        belts=STUDY.belts_of("standing"),
+        trials=STUDY.described("standing"),
         recommended=STANDING["recommended"],
     script:
         "../scripts/write_standing_pages.py"
@@ -138,8 +129,7 @@ rule write_position_manipulator_pages:
         "../envs/tepsipe.yaml"
     params:
         title=TITLE,
-        conditions=STUDY.conditions("position_manipulator"),
-        made=STUDY.made("position_manipulator"),
+        trials=STUDY.described("position_manipulator"),
     script:
         "../scripts/write_position_manipulator_pages.py"
 
@@ -158,8 +148,30 @@ rule write_belt_pages:
         "../envs/tepsipe.yaml"
     params:
         title=TITLE,
-        roles=STUDY.roles("belt"),
-        made=STUDY.made("belt"),
+        trials=STUDY.described("belt"),
         chosen=SETTINGS["belt"]["chosen"],
     script:
         "../scripts/write_belt_pages.py"
+
+
+rule write_index:
+    input:
+        data="<results>/report/report.json",
+        captions=[here(f"report/captions/{name}.rst") for name in outputs.captions(STUDY)],
+        outputs=outputs.pages(STUDY),
+        source=PAGE_SOURCE,
+        library=library_of("write_index"),
+    output:
+        html="<results>/report/index.html",
+    log:
+        "<logs>/write_index.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        pdf=f"{config['study']['name']}.pdf",
+        figures=outputs.figures_by_category(STUDY),
+        tables=outputs.tables(STUDY),
+        trials=STUDY.all_conditions(),
+        activity=STUDY.conditions("standing"),
+    script:
+        "../scripts/write_index.py"

@@ -11,14 +11,7 @@ from tepsipe.reporting.pages.trial_page import write_page
 
 params, files = snakemake.params, snakemake.input
 calibration = read_result(files.fit[0])
-for (condition, role), trial, page in zip(
-    params.roles.items(), files.trials, snakemake.output.pages, strict=True
-):
-    choices = {
-        "study": params.title,
-        "condition": condition,
-        "role": role,
-        "chosen": params.chosen,
-        "made": condition in params.made,
-    }
-    write_page(page, belt_page(read_trial(trial), calibration, choices))
+for k, (condition, about) in enumerate(params.trials.items()):
+    choices = {"study": params.title, "condition": condition, "chosen": params.chosen, **about}
+    page = belt_page(read_trial(files.trials[k]), calibration, choices)
+    write_page(snakemake.output.pages[k], page)

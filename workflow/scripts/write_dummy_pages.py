@@ -11,17 +11,11 @@ from tepsipe.reporting.pages.dummy import dummy_page
 from tepsipe.reporting.pages.trial_page import write_page
 
 params, files = snakemake.params, snakemake.input
-for k, condition in enumerate(params.conditions):
+for k, (condition, about) in enumerate(params.trials.items()):
     foot = read_result(files.foot[k]) if files.foot else None
     estimates = read_estimates(files.estimates[k])
     if files.foot_estimates:
         estimates += read_estimates(files.foot_estimates[k])
-    choices = {
-        "study": params.title,
-        "condition": condition,
-        "made": condition in params.made,
-        "belt": params.belts[condition],
-        "recommended": params.recommended,
-    }
+    choices = {"study": params.title, "condition": condition, "recommended": params.recommended, **about}
     page = dummy_page(read_trial(files.trials[k]), read_result(files.fits[k]), foot, estimates, choices)
     write_page(snakemake.output.pages[k], page)

@@ -1,4 +1,4 @@
-"""Pages of the trials of a joint in a position-controlled manipulator."""
+"""Pages of the trials in the position-controlled manipulator."""
 
 import job
 
@@ -11,11 +11,8 @@ from tepsipe.reporting.pages.manipulators import position_manipulator_page
 from tepsipe.reporting.pages.trial_page import write_page
 
 params, files = snakemake.params, snakemake.input
-for condition, trial, fit, estimates, page in zip(
-    params.conditions, files.trials, files.fits, files.estimates, snakemake.output.pages, strict=True
-):
-    choices = {"study": params.title, "condition": condition, "made": condition in params.made}
-    write_page(
-        page,
-        position_manipulator_page(read_trial(trial), read_result(fit), read_estimates(estimates), choices),
-    )
+for k, (condition, about) in enumerate(params.trials.items()):
+    trial, fit = read_trial(files.trials[k]), read_result(files.fits[k])
+    choices = {"study": params.title, "condition": condition, **about}
+    page = position_manipulator_page(trial, fit, read_estimates(files.estimates[k]), choices)
+    write_page(snakemake.output.pages[k], page)

@@ -17,6 +17,7 @@ from tepsipe.experiments.thesis_dummy.tables import read_cells
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.numbers import (
+    abstract,
     dummy,
     participants,
     position_manipulator,
@@ -128,6 +129,7 @@ if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
         fits["position_manipulator"], estimates
     )
+data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
 Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )

@@ -11,15 +11,9 @@ from tepsipe.reporting.pages.standing import standing_page
 from tepsipe.reporting.pages.trial_page import write_page
 
 params, files = snakemake.params, snakemake.input
-for k, (condition, task) in enumerate(params.task_of.items()):
-    choices = {
-        "study": params.title,
-        "condition": condition,
-        "task": task,
-        "made": condition in params.made,
-        "belt": params.belts[condition],
-        "recommended": list(params.recommended.values()),
-    }
+for k, (condition, about) in enumerate(params.trials.items()):
+    recommended = list(params.recommended.values())
+    choices = {"study": params.title, "condition": condition, "recommended": recommended, **about}
     fit, epochs = read_result(files.fits[k]), read_result(files.epochs[k])
     page = standing_page(
         read_trial(files.trials[k]), fit, epochs, read_estimates(files.estimates[k]), choices

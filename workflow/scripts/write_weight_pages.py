@@ -11,17 +11,10 @@ from tepsipe.reporting.pages.trial_page import write_page
 from tepsipe.reporting.pages.weight import weight_page
 
 params, files = snakemake.params, snakemake.input
-plates = dict(zip(params.plates, map(read_result, files.plates), strict=True))
-for k, (condition, role) in enumerate(params.roles.items()):
-    choices = {
-        "study": params.title,
-        "experiment": params.experiment,
-        "condition": condition,
-        "role": role,
-        "made": condition in params.made,
-        "belt": params.belts[condition],
-    }
+plates = dict(zip(params.belts, map(read_result, files.plates), strict=True))
+for k, (condition, about) in enumerate(params.trials.items()):
+    choices = {"study": params.title, "experiment": params.experiment, "condition": condition, **about}
+    plate = plates.get(about["belt"])
     estimates = read_estimates(files.estimates[k])
-    plate = plates.get(params.belts[condition])
     page = weight_page(read_trial(files.trials[k]), read_result(files.fits[k]), plate, estimates, choices)
     write_page(snakemake.output.pages[k], page)

@@ -57,6 +57,12 @@ def check_paths(config: dict, name: str) -> None:
         for key in (*INPUTS, "recordings_folder", "results", "logs"):
             if key in config[section]:
                 check_path(name, config[section][key], f"{section}.{key}")
+    for key, what in INPUTS.items():
+        path = config["study"][key]
+        if path is not None and Path(path).is_dir():
+            raise InputError(
+                f"{name}: expected study.{key} to name {what}, found the folder {quoted(path)}: name the file"
+            )
 
 
 def check_folders(

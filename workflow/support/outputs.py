@@ -72,6 +72,11 @@ def plate_models(study: Study, experiment: str, condition: str) -> list[str]:
     return [f"<results>/treadmill_models/{plate}_{load}.json" for load in loads]
 
 
+def plate_fits(study: Study) -> list[str]:
+    """Responses of every calibration of the force plate, one per belt."""
+    return [f"<results>/fits/{name}.h5" for name in study.plates()] if study.has("weight") else []
+
+
 def model_files(study: Study, experiment: str) -> list[str]:
     """Responses and scores of a calibration of treadmill models, for the report."""
     if not study.has(experiment):
@@ -151,6 +156,33 @@ def recovery(study: Study) -> list[str]:
 def claims(study: Study) -> list[str]:
     """The check of the claims of the thesis, if the study has trials to compare."""
     return [] if study.config["study"]["reported"] is None else ["<results>/tables/claims.csv"]
+
+
+def tables(study: Study) -> dict[str, str]:
+    """Name of a table of the run -> its caption."""
+    others = (models, forward, noise, specification, participants, recovery, claims)
+    found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
+    found["estimates"] = "estimates"
+    return found | {name: name for files in others for name in map(_stem, files(study))}
+
+
+def _stem(path: str) -> str:
+    return path.rpartition("/")[2].removesuffix(".csv")
+
+
+def figures_by_category(study: Study) -> dict[str, dict[str, str]]:
+    """Category -> figure -> its caption, in the order in which they are shown."""
+    found: dict[str, dict[str, str]] = {}
+    for name in shown(study):
+        if own := figures_of(study, name):
+            found.setdefault(category_of(name), {}).update(own)
+    return found
+
+
+def captions(study: Study) -> list[str]:
+    """Names of the captions of all figures and tables."""
+    figures = [caption for own in figures_by_category(study).values() for caption in own.values()]
+    return list(dict.fromkeys([*figures, *tables(study).values()]))
 
 
 def pages(study: Study) -> list[str]:

@@ -12,9 +12,14 @@ from workflow.support.names import check_distinct, check_name
 
 EMPTY = ("-", "")
 BELTS = ("left", "right")
-# numbers of `standing.person` that the table of the participants may hold
-NUMBERS = ("mass_kg", "stature_m", "com_height", "ankle_height_m", "foot_com_m")
-ANY_SIGN = ("foot_com_m",)
+# numbers of `standing.person` in the table of the participants; beyond its range a number has another unit
+RANGES = {
+    "mass_kg": (0.1, 500.0),
+    "stature_m": (0.1, 3.0),
+    "com_height": (0.1, 0.9),
+    "ankle_height_m": (0.001, 0.5),
+    "foot_com_m": (-0.5, 0.5),
+}
 
 
 def participant_of(cells: dict[str, str], here: str) -> str | None:
@@ -57,13 +62,19 @@ def belt_of(cells: dict[str, str], here: str) -> str | None:
 def read_participants(path: str | Path) -> dict[str, dict[str, float]]:
     """Read the table of the participants: name -> numbers that replace those of `standing.person`.
 
-    Tab-separated with one header line: the column ``participant``, and any of `NUMBERS`; ``-`` keeps the
+    Tab-separated with one header line: the column ``participant``, and any of `RANGES`; ``-`` keeps the
     number of the configuration.
     """
     text = read_text(Path(path), "the table of the participants", ended=True)
-    rows = [row for row in csv.reader(text.splitlines(), delimiter="\t") if any(cell.strip() for cell in row)]
+    reader = csv.reader(text.splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE)
+    rows = [row for row in reader if any(cell.strip() for cell in row)]
     header = [name.strip() for name in rows[0]] if rows else []
-    known = ("participant", *NUMBERS)
+    if len(header) == 1 and header != ["participant"]:
+        raise InputError(
+            f"{path}: expected columns separated by tabs, found the header {quoted(header[0])}: save it as a "
+            "tab-separated table"
+        )
+    known = ("participant", *RANGES)
     for name in header:
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
@@ -104,13 +115,12 @@ def _number(cell: str, key: str, here: str) -> float:
         number = float(cell)
     except ValueError:
         number = math.nan
-    least = -math.inf if key in ANY_SIGN else 0.0
-    most = 1.0 if key == "com_height" else math.inf
-    if not least < number < most:
-        kind = {"com_height": "a number between 0 and 1", "foot_com_m": "a number"}.get(
-            key, "a positive number"
+    low, high = RANGES[key]
+    if not low <= number <= high:
+        raise InputError(
+            f"{here}: expected a number from {low:g} to {high:g}, or '-', for {key}, found {quoted(cell)}: "
+            "correct it or its unit"
         )
-        raise InputError(f"{here}: expected {kind}, or '-', for {key}, found {quoted(cell)}: correct it")
     return number
 
 

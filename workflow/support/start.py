@@ -1,8 +1,10 @@
 """All checks of a study before its first job, for Snakemake and for ``tepsipe check``."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from tepsipe.errors import InputError
 from workflow.support.check import (
     check_against_schema,
     check_config,
@@ -20,6 +22,7 @@ from workflow.support.yaml_file import read_settings
 ROOT = Path(__file__).parents[2]
 SCHEMAS = ROOT / "workflow" / "schemas"
 DEFAULTS = "config/config.yaml"
+NAME = "configuration"  # where messages begin, until their file is known
 
 
 def merged_settings(configfiles: Iterable[str | Path]) -> dict:
@@ -38,7 +41,7 @@ def _override(config: dict, changes: dict) -> None:
             config[key] = value
 
 
-def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) -> Study:
+def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = NAME) -> Study:
     """Check the configuration, read the trial sheet, and check the folders that the study writes to."""
     own = [str(path) for path in configfiles if placeholders(read_settings(path))]
     refuse_placeholders(config, " and ".join(own) or name)
@@ -55,7 +58,7 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str) ->
     people = None if study["participants"] is None else read_participants(study["participants"])
     found = Study(config, trials, people)
     found.check(study["trial_sheet"])
-    check_one_treadmill(config, found.experiments, name)
+    check_one_treadmill(config, found.experiments, name, found.by_belt)
     for trial, row in trials.items():
         check_recordings(found.settings_of(*trial), {trial: row}, name)
     if found.has("standing") and not found.has("weight"):
@@ -71,3 +74,24 @@ def checked_sections(config: dict, key: str) -> dict | None:
     content = read_settings(path)
     check_against_schema(content, SCHEMAS / f"{key}.schema.yaml", path)
     return content
+
+
+def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | Path]) -> str:
+    """The message, with the file that holds the first key that it names instead of 'configuration'."""
+    text = str(error)
+    if not text.startswith(f"{NAME}: "):
+        return text
+    for key in re.findall(r"[a-z_]+(?:\.[\w-]+)+", text) + re.findall(r"unknown key '(\w+)'", text):
+        wanted = _value(config, key)
+        for path in reversed(list(configfiles)):
+            if wanted is not None and _value(read_settings(path), key) == wanted:
+                return f"{path}{text.removeprefix(NAME)}"
+    return text
+
+
+def _value(config: dict, key: str) -> object:
+    for name in key.split("."):
+        if not isinstance(config, dict) or name not in config:
+            return None
+        config = config[name]
+    return config

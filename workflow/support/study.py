@@ -201,6 +201,20 @@ class Study:
             if belt is None or self.belt_of(e, c) == belt
         ]
 
+    def described(self, experiment: str) -> dict[str, dict]:
+        """Condition -> what a trial's page says of it: simulated or not, belt, role, task, participant."""
+        made, found = self.made(experiment), {}
+        for condition in self.conditions(experiment):
+            row = self.trials[experiment, condition]
+            found[condition] = {
+                "made": condition in made,
+                "belt": self.belt_of(experiment, condition),
+                "role": row.role,
+                "task": row.task,
+                "participant": row.participant,
+            }
+        return found
+
     # ---- participants, belts and tasks ---------------------------------------------------------------
 
     @property
@@ -224,10 +238,6 @@ class Study:
         """Participant and belt of a trial, where its row names them: they stand in the trial's file."""
         row = self.trials[experiment, condition]
         return {key: getattr(row, key) for key in ("participant", "belt") if getattr(row, key)}
-
-    def belts_of(self, experiment: str) -> dict[str, str]:
-        """Condition -> belt."""
-        return {condition: self.belt_of(experiment, condition) for condition in self.conditions(experiment)}
 
     def belts(self) -> list[str]:
         """Belts with models of the force plate, in the order left, right."""

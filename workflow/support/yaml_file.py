@@ -1,6 +1,7 @@
 """YAML and JSON files of settings, read strictly: a mistake, a repeated key or code in them is refused."""
 
 import json
+import re
 from pathlib import Path
 
 import yaml
@@ -8,24 +9,54 @@ import yaml
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
 
+# sections within sections, and settings when every alias is written out: far beyond any configuration
+DEEPEST, MOST_SETTINGS = 100, 100_000
 CODE = "__use_yte__"  # the key by which Snakemake runs expressions in a configuration
 
 
 def read_settings(path: str | Path) -> dict:
     """Read a YAML or JSON file; refuse one that is missing, damaged, holds a key twice or holds code."""
     text = read_text(Path(path), "a configuration file")
+    _refuse_depth(text, path)
     content = _json(text, path) if text.lstrip().startswith("{") else None
     content = _yaml(text, path) if content is None else content
     if content is None:
         return {}
     if not isinstance(content, dict):
         raise InputError(f"{path}: expected keys and values, found {quoted(content)}: write 'key: value'")
+    if _settings_in(content, {}) > MOST_SETTINGS:
+        raise InputError(
+            f"{path}: expected at most {MOST_SETTINGS} settings, found more when aliases are written out: "
+            "write the settings without aliases"
+        )
     if CODE in content:
         raise InputError(
             f"{path}: expected settings only, found the key {CODE!r}, with which Snakemake runs code from a "
             "configuration: remove it and write the values out"
         )
     return content
+
+
+def _refuse_depth(text: str, path: str | Path) -> None:
+    """Refuse brackets within brackets without end, on which the parser crashes."""
+    depth = 0
+    for bracket in re.findall(r"[\[{\]}]", text):
+        depth += 1 if bracket in "[{" else -1
+        if depth > DEEPEST:
+            raise InputError(
+                f"{path}: expected at most {DEEPEST} brackets within each other, found more: check the file"
+            )
+
+
+def _settings_in(content: object, known: dict[int, int]) -> int:
+    """Number of settings; what several aliases name is counted once for each."""
+    if not isinstance(content, dict | list):
+        return 1
+    if id(content) not in known:
+        known[id(content)] = MOST_SETTINGS + 1  # what holds itself has no end
+        parts = content.values() if isinstance(content, dict) else content
+        known[id(content)] = 1 + sum(_settings_in(part, known) for part in parts)
+    return known[id(content)]
 
 
 def _json(text: str, path: str | Path) -> dict | None:

@@ -146,8 +146,8 @@ def analyse_foot(
             torque = foot_torque_as_printed(options.foot, dummy.leg, loads["Fy"], motion.y_dd)
         else:
             raise InputError(
-                f"expected a torque of {', '.join(FOOT_TORQUES)}, found {pathway.torque!r}: correct it "
-                "in the configuration"
+                f"expected a torque of {', '.join(FOOT_TORQUES)}, found {pathway.torque!r}: "
+                "correct its torque in dummy.foot.pathways"
             )
         windows = windows_from_onset(perturbations, pathway.window_s, rate, time.size, name)
         regressions[key] = estimate(
@@ -204,8 +204,8 @@ def foot_delay(
     for label in (options.ankle_label, *options.belt_fixed_labels):
         if label not in labels:
             raise InputError(
-                f"{name}: expected a marker named {label!r} on the foot, found {listed(labels)}: name "
-                "it in the configuration"
+                f"{name}: expected a marker named {label!r} on the foot, found {listed(labels)}: "
+                "correct dummy.foot.ankle_label and belt_fixed_labels"
             )
     velocity = zero_line(lowpass(trial.values("belt_velocity"), rate), time, at_rest)
     along = lowpass(trial.values("marker_position")[:, :, 1].astype(float), rate)

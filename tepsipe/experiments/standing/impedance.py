@@ -256,8 +256,8 @@ def fit_standing(
     """
     if estimator.active not in ACTIVE:
         raise InputError(
-            f"expected an active torque of {', '.join(ACTIVE)}, found {estimator.active!r}: correct it in "
-            "the configuration"
+            f"expected an active torque of {', '.join(ACTIVE)}, found {estimator.active!r}: "
+            "correct active in standing.estimators"
         )
     time = trials[0].time
     if estimator.window_s > time[-1] + 1e-9:

@@ -213,7 +213,8 @@ def _carried_mass(f_z: np.ndarray, unperturbed: np.ndarray, options: StandingOpt
     if abs(mass - person.mass_kg) > 0.15 * person.mass_kg:
         raise InputError(
             f"{name}: expected about {person.mass_kg:g} kg on the {options.belt} belt, found {mass:.3g} "
-            "kg: correct the person's mass in the configuration, or the belt, or the calibration matrix"
+            "kg: correct "
+            "standing.person.mass_kg, plate_treadmill.belt, or the calibration matrix"
         )
     return mass
 
@@ -224,8 +225,8 @@ def _labels(trial: Trial, person: Person, name: str) -> list[str]:
     for label in person.labels:
         if label not in labels:
             raise InputError(
-                f"{name}: expected a marker named {label!r}, found {listed(labels)}: name it in the "
-                "configuration"
+                f"{name}: expected a marker named {label!r}, found {listed(labels)}: "
+                "correct standing.files.marker_labels and the markers of standing.person"
             )
     return labels
 
@@ -247,7 +248,7 @@ def _torque(
         shank_dd, ankle_dd = acceleration("shank"), acceleration("ankle_point")
         return single_joint_torque(person.body, poses["shank"], shank_dd, ankle_dd)
     raise InputError(
-        f"expected a torque of {', '.join(TORQUES)}, found {kind!r}: correct it in the configuration"
+        f"expected a torque of {', '.join(TORQUES)}, found {kind!r}: correct torque in standing.pathways"
     )
 
 

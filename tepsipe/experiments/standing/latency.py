@@ -71,7 +71,8 @@ def lengthening_speed(responses: StandingEpochs, lengthening: dict[str, float]) 
     if unknown:
         raise InputError(
             f"expected muscles that are stretched by {' or '.join(responses.stretch)}, found "
-            f"{unknown[0]!r}: correct it in the configuration"
+            f"{unknown[0]!r}: "
+            "correct standing.muscles"
         )
     return sum(weight * responses.stretch[joint].mean(axis=0) for joint, weight in lengthening.items())
 

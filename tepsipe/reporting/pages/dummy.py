@@ -39,7 +39,7 @@ def dummy_page(
     estimates : sequence of Estimate
         Of the trial (units in them).
     choices : dict
-        ``study``, ``condition``, ``belt``, ``recommended`` (pathway), ``made``.
+        ``study``, ``condition``, ``belt``, ``recommended`` (pathway), ``made``, ``participant``.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def dummy_page(
     lengths = np.diff(windows, axis=1) / trial.rate_hz
     residual = leg.facts["marker_residual_rms_m"]
     facts = [
-        *header.trial_facts(trial, "dummy", choices["condition"], choices["made"]),
+        *header.trial_facts(trial, "dummy", choices),
         ("Perturbations", f"{len(windows)}, windows of {1e3 * lengths.mean():.3g} ms on average"),
         ("Markers", f"residual of the rigid leg {1e3 * residual:.2g} mm RMS"),
     ]

@@ -30,8 +30,10 @@ LABELS = {
     "VAF_trial": "VAF, trial",
     "VAF_held_out": "VAF, held out",
 }
+# attributes of a trial that the page shows elsewhere
+NAMED = ("experiment", "condition", "participant", "belt", "rate_hz", "sources", "options")
 TITLES = {
-    "wristalyzer": "Torque-controlled manipulator",
+    "wristalyzer": "Wristalyzer, a torque-controlled manipulator",
     "dummy": "Ankle dummy",
     "weight": "Weight on the belt",
     "empty": "Empty belt",
@@ -140,7 +142,7 @@ def sources_table(trial: Trial) -> str:
 
 
 def processing(trial: Trial) -> str:
-    """What was done to every signal before the analysis, and the options of that (units in their names)."""
+    """What was done to every signal before the analysis; options and facts of that (units in their names)."""
     rows = [
         [
             f"<code>{text(name)}</code>",
@@ -150,18 +152,21 @@ def processing(trial: Trial) -> str:
         ]
         for name, s in trial.signals.items()
     ]
-    options = json.loads(trial.attributes.get("options", "{}"))
-    listed = facts_list((name, json.dumps(value, ensure_ascii=False)) for name, value in options.items())
+    found = {name: value for name, value in trial.attributes.items() if name not in NAMED}
+    found |= json.loads(trial.attributes.get("options", "{}"))
+    listed = facts_list((name, json.dumps(value, ensure_ascii=False)) for name, value in found.items())
     shown = table(("Signal", "Unit", "Meaning", "Processing"), rows)
     return f"<details><summary>Signals and their processing</summary>\n{shown}{listed}</details>\n"
 
 
-def trial_facts(trial: Trial, experiment: str, condition: str, made: bool) -> list[tuple[str, str]]:
-    """Experiment, condition, origin, rate (Hz) and length (s) of a trial, for `facts_list`."""
+def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str, str]]:
+    """Experiment, condition, participant, belt, origin, rate (Hz) and length (s), for `facts_list`."""
     length = float(trial.time[-1] - trial.time[0]) if trial.time.size else 0.0
     return [
         ("Experiment", experiment),
-        ("Condition", condition),
-        ("Raw files", "simulated by the virtual laboratory" if made else "recorded"),
+        ("Condition", choices["condition"]),
+        ("Participant", choices.get("participant") or ""),
+        ("Perturbed belt", choices.get("belt") or ""),
+        ("Raw files", "simulated by the virtual laboratory" if choices["made"] else "recorded"),
         ("Rate and length", f"{trial.rate_hz:g} Hz, {length:.4g} s"),
     ]

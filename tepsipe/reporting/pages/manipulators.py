@@ -10,6 +10,8 @@ from tepsipe.io.trial import Trial
 from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, Section, Trace
 
+OTHERWISE = "No check of this trial failed."
+
 
 def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choices: dict) -> Page:
     """Torque of the manipulator, and angle of the joint, measured and predicted.
@@ -34,16 +36,16 @@ def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], c
     bands = _cut_bands(trial.time, start, stop)
     angle, predicted = fit.arrays["angle"], fit.arrays["predicted_angle"]
     facts = [
-        *header.trial_facts(trial, "wristalyzer", choices["condition"], choices["made"]),
+        *header.trial_facts(trial, "wristalyzer", choices),
         ("Used", f"{(stop - start) / trial.rate_hz:.4g} s from {trial.time[start]:.4g} s on"),
     ]
     failed = [name for name, done in fit.facts["converged"].items() if not done]
     failed = [f"The search of {name} ended before it converged." for name in failed]
     bounded = [f"{name}: a parameter is at its bound." for name, at in fit.facts["at_bound"].items() if at]
     return Page(
-        title=f"{header.TITLES['wristalyzer']}, {choices['condition']}",
+        title=f"Wristalyzer, {choices['condition']}",
         study=choices["study"],
-        header=_header(facts, estimates, [*failed, *bounded], "The record is complete."),
+        header=_header(facts, estimates, [*failed, *bounded], OTHERWISE),
         sections=(
             Section(
                 "Torque and angle",
@@ -115,7 +117,7 @@ def position_manipulator_page(
             predictions[label] = arrays[key]
     lines = dict(zip(predictions, CYCLE[1:], strict=False))
     facts = [
-        *header.trial_facts(trial, "position_manipulator", choices["condition"], choices["made"]),
+        *header.trial_facts(trial, "position_manipulator", choices),
         ("Fitted", f"first {fit.facts['training_s']:.4g} s; the rest is held out"),
         (
             "VAF of the held-out torque",
@@ -126,7 +128,7 @@ def position_manipulator_page(
     return Page(
         title=f"{header.TITLES['position_manipulator']}, {choices['condition']}",
         study=choices["study"],
-        header=_header(facts, estimates, [], "The record is complete."),
+        header=_header(facts, estimates, [], OTHERWISE),
         sections=(
             Section(
                 "Angle and torque",
@@ -198,7 +200,7 @@ def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
             f"middle of the trial, with the low-pass at {calibration.facts['cutoff_hz']:g} Hz."
         )
     facts = [
-        *header.trial_facts(trial, "belt", condition, choices["made"]),
+        *header.trial_facts(trial, "belt", choices),
         (
             "Role",
             {"calibrate": "calibrates the models", "validate": "validates the models"}.get(
@@ -209,7 +211,7 @@ def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
     return Page(
         title=f"{header.TITLES['belt']}, {condition}",
         study=choices["study"],
-        header=_header(facts, [], [], "The record is complete."),
+        header=_header(facts, [], [], OTHERWISE),
         sections=(Section("Velocity and load", tuple(panels), note),),
         footer=header.sources_table(trial) + header.processing(trial),
         axes={"time": "Time (s)", "part": "Time (s)"},

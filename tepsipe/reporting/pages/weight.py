@@ -54,7 +54,7 @@ def weight_page(
     bands = window_bands(trial.time, windows, [f"mass {mass:.2f} kg" for mass in masses])
     clock = Clock.of(trial.time, [(b.start_s - 0.1, b.stop_s + 0.3) for b in bands])
     facts = [
-        *header.trial_facts(trial, choices["experiment"], choices["condition"], choices["made"]),
+        *header.trial_facts(trial, choices["experiment"], choices),
         ("Mass on the belt", f"{fit.facts['carried_kg']:g} kg"),
         ("Perturbations", f"{len(windows)}, {1e3 * segments.shape[1] / rate:.0f} ms from the onset of each"),
         ("Role", ROLES.get(choices["role"], "")),

@@ -1,0 +1,244 @@
+"""First page of the report: where the raw files come from, and the findings of the run, as sentences.
+
+The PDF and the index for a browser print the same sentences. A sentence is a list of pieces [kind, text]:
+text, emph, strong, math (as Typst writes it), cite and ref (a reference, and a section of the PDF).
+"""
+
+import re
+
+from tepsipe.reporting.numbers.format import number
+
+MARKUP = re.compile(
+    r"\$(?P<math>[^$]+)\$|(?<!\w)_(?P<emph>[^_]+)_(?!\w)|\*(?P<strong>[^*]+)\*"
+    r"|\[@(?P<ref>[\w-]+)\]|\[cite (?P<cite>[\w-]+)\]"
+)
+
+Piece = list[str]
+Paragraph = list[Piece]
+
+
+def pieces(template: str, **values: object) -> Paragraph:
+    """A sentence as pieces (units in it).
+
+    Parameters
+    ----------
+    template : str
+        Text with ``$math$``, ``_emphasis_``, ``*strong*``, ``[@section]``, ``[cite reference]`` and names of
+        values in braces.
+    **values : object
+        Their texts, in which nothing is markup.
+
+    Returns
+    -------
+    list of [str, str]
+        Kind and text of every piece.
+    """
+    found, at = [], 0
+    for match in MARKUP.finditer(template):
+        if match.start() > at:
+            found.append(["text", template[at : match.start()].format(**values)])
+        text = match[match.lastgroup]
+        found.append([match.lastgroup, text if match.lastgroup == "math" else text.format(**values)])
+        at = match.end()
+    if at < len(template):
+        found.append(["text", template[at:].format(**values)])
+    return found
+
+
+def source_of(data: dict) -> Paragraph:
+    """Where the raw files come from (no unit), from the data of the report."""
+    if data["made"] > 0:
+        return pieces(
+            "*Source of the raw files.* The recordings of the thesis [cite thesis] were never published. "
+            "Of the {trials} trials in this report, {made} were simulated by a _virtual laboratory_, "
+            "which integrates the full mechanics of the rigs with its own constants and writes the files "
+            "that the instruments would have written. The analysis does not use these constants; only the "
+            "comparison in [@findings] does. This report therefore tests the _method_ of the thesis, not "
+            "its measurements.",
+            trials=data["trials"],
+            made=data["made"],
+        )
+    found = pieces(
+        "*Source of the raw files.* All {trials} trials in this report are recordings listed in the trial "
+        "sheet. Their checksums are on the last pages of the report.",
+        trials=data["trials"],
+    )
+    if data["recordings_source"] is not None:
+        found += pieces(" Source: {source}", source=data["recordings_source"])
+    return found
+
+
+def abstract_of(data: dict) -> list[Paragraph]:
+    """Findings of the run, one paragraph per experiment (units in them), from the data of the report."""
+    paragraphs: list[Paragraph] = []
+    for experiment, sentences in (
+        ("wristalyzer", _wristalyzer),
+        ("dummy", _dummy),
+        ("weight", _weight),
+        ("belt", _belt),
+        ("standing", _standing),
+        ("position_manipulator", _position_manipulator),
+    ):
+        if experiment in data["experiments"]:
+            paragraphs += sentences(data)
+    if "participants" in data:
+        paragraphs += _participants(data)
+    if data["claims"] is not None:
+        paragraphs.append(
+            pieces(
+                "Of the {total} claims of the thesis that were tested, {reproduced} are reproduced, "
+                "{explained} are not reproduced but explained by this run, and {not_reproduced} are not "
+                "reproduced ([@claims]).",
+                **data["claims"],
+            )
+        )
+    return paragraphs
+
+
+def _wristalyzer(data: dict) -> list[Paragraph]:
+    return [
+        pieces(
+            "In the torque-controlled manipulator (Wristalyzer) the fit to the admittance of the joint "
+            "yields $I$ = {inertia} N·m·s²/rad, $B$ = {damping} N·m·s/rad and $K$ = {stiffness} N·m/rad "
+            "over the scale factors. The fitted model predicts the measured angle with a VAF of {vaf} %. "
+            "With the complex logarithm as residual, the fit converges to the same parameters from every "
+            "starting value; with its modulus, as the criterion is printed, it may stop far from the "
+            "minimum.",
+            **data["wristalyzer"],
+        )
+    ]
+
+
+def _dummy(data: dict) -> list[Paragraph]:
+    d, reported = data["dummy"], data["reported"]
+    found = pieces(
+        "On the instrumented treadmill, the printed equation of motion of the leg yields $I$ = "
+        "{printed_mean_inertia} N·m·s²/rad and $K$ = {printed_mean_stiffness} N·m/rad, with a VAF of up "
+        "to {vaf_printed_largest} % in the fitted windows. ",
+        **d,
+    )
+    if reported is not None:
+        found += pieces(
+            "The thesis, which calls its parameters “not physically meaningful”, reports {inertia} "
+            "N·m·s²/rad and {stiffness} N·m/rad. ",
+            **reported,
+        )
+    found += pieces(
+        "The consistent equation, the same free body with consistent signs, yields $I$ = "
+        "{recommended_mean_inertia} N·m·s²/rad and $K$ = {recommended_mean_stiffness} N·m/rad from the "
+        "same recordings{amplitudes}. The signs explain the difference without any "
+        'effect of the treadmill: the printed signs add $2 I_"leg"$ = {two_leg_inertia} N·m·s²/rad to the '
+        "inertia and subtract $2 m g r$ = {two_mgr} N·m/rad from the stiffness. VAF cannot reveal this, "
+        "because with one degree of freedom _any_ linear combination of acceleration, velocity and angle "
+        "can be fitted.",
+        amplitudes=_amplitudes(d["clear_from"]),
+        **d,
+    )
+    if d["recovery"] is None:
+        return [found]
+    return [
+        found,
+        pieces(
+            "The largest error of the consistent equation, relative to the laboratory’s constants, is "
+            "{worst_stiffness} % in $K$ and {worst_damping} % in $B$ over all {count} "
+            "conditions{amplitudes}.",
+            amplitudes=_amplitudes(d["clear_from"], " of"),
+            **d["recovery"],
+        ),
+    ]
+
+
+def _amplitudes(clear_from: str, word: str = " at") -> str:
+    """The belt velocities (m/s) of which a sentence tells; nothing where the sheet has no amplitudes."""
+    return "" if clear_from == number(None) else f"{word} {clear_from} m/s and above"
+
+
+def _weight(data: dict) -> list[Paragraph]:
+    found = pieces(
+        "Under a weight of {mass} kg, the belt-induced force is {size_fine} times that of the empty belt, "
+        "so the force of the empty belt cannot be used as a correction. Linear models of the empty belt "
+        "predict the belt-induced force under the weight with $R^2$ = {linear_other}; a model of the "
+        "loaded frame, fitted to both, reaches $R^2$ = {frame_force}.",
+        **data["weight"],
+    )
+    if "foot" in data:
+        rows = ", ".join(f"{row['K']} N·m/rad ({row['pathway']})" for row in data["foot"]["rows"][1:])
+        found += pieces(
+            " With the torque from the foot and the force plate, $K${amplitudes} is {rows}.",
+            amplitudes=_amplitudes(data["foot"]["clear_from"]),
+            rows=rows,
+        )
+    return [found]
+
+
+def _belt(data: dict) -> list[Paragraph]:
+    t = data["belt"]
+    return [
+        pieces(
+            "The models predict the belt-induced load, filtered at {cutoff} Hz, of a held-out recording "
+            "with these $R^2$: {scores}. The upper limit for a linear model of the belt acceleration, "
+            "estimated from coherence, is about {limit}.",
+            cutoff=t["cutoff"],
+            scores=", ".join(f"{row['model']} {row['cells'][0]['r2']}" for row in t["rows"]),
+            limit=t["tests"][0]["limit"],
+        )
+    ]
+
+
+def _standing(data: dict) -> list[Paragraph]:
+    p = data["standing"]
+    found = pieces(
+        "Of the trials with a person standing on the treadmill, {stood} of {trials} were usable.",
+        stood=p["stood"],
+        trials=p["trials"],
+    )
+    wanted = p["recommended"]["estimator"]
+    # of several people the means tell more
+    for task in p["tasks"] if p.get("participants") is None else ():
+        rows = [r for r in p["estimators"] if r["task"] == task and r["name"] == wanted]
+        if rows:
+            found += pieces(
+                " With the instruction _{task}_ the intrinsic stiffness of both ankles is {stiffness} "
+                "N·m/rad, {over_mgh} times the critical stiffness $m g h$.",
+                **{**rows[0], "task": task},
+            )
+    if p["recovery"] is not None:
+        found += pieces(
+            " The largest error is {stiffness} % in stiffness and {latency} ms in the latency of a muscle.",
+            **p["recovery"],
+        )
+    return [found]
+
+
+def _position_manipulator(data: dict) -> list[Paragraph]:
+    return [
+        pieces(
+            "A human ankle under random position perturbations has a stiffness of {stiffness} N·m/rad "
+            "over the trials. Inertia, damping and stiffness, fitted to the first part of a trial, "
+            "predict the torque of the rest with a held-out VAF of {held_out} %. Adding a reflex pathway "
+            "raises the held-out VAF to {held_out_reflex} %; the intrinsic stiffness is then "
+            "{stiffness_intrinsic} N·m/rad.",
+            **data["position_manipulator"],
+        )
+    ]
+
+
+def _participants(data: dict) -> list[Paragraph]:
+    found = []
+    for block in data["participants"]["experiments"]:
+        means = [row for row in block["means"] if row["quantity"] == "K"]
+        if not means:
+            continue
+        found += pieces(
+            "{start}The stiffness $K$ of the experiment {experiment}, as mean over participants, is {means} "
+            "([@participants]).",
+            start=" " if found else "",
+            experiment=block["experiment"],
+            means="; ".join(map(_mean_over_people, means)),
+        )
+    return [found] if found else []
+
+
+def _mean_over_people(row: dict) -> str:
+    interval = f", 95 % interval {row['interval']}" if row["interval"] else ""
+    return f"{row['mean']} {row['unit']} ({row['condition']}, n = {row['n']}{interval})"

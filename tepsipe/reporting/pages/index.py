@@ -1,0 +1,220 @@
+"""The index of a run for a browser: findings, figures, tables, pages of the trials, provenance.
+
+Its sentences are those of the PDF's first page. All links are relative, so that the folder can be moved.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from urllib.parse import quote
+
+from tepsipe.reporting.numbers.abstract import Paragraph
+from tepsipe.reporting.pages.header import TITLES
+from tepsipe.reporting.pages.html import document, table, text
+
+# a value stays on the line of its sign and of its unit
+JOINED = re.compile(r" (?==)|(?<==) |(?<=\d) (?=%|(?:N·m(?:·s²?)?|N|kHz|Hz|m|ms|s|mm|kg)\b)")
+MATH = re.compile(
+    r'(?P<name>[A-Za-z])(?:_"(?P<sub>[^"]+)")?(?:\^(?P<sup>\w))?|(?P<number>\d+)|(?P<space>\s+)'
+)
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Files of a run (names, no unit), as seen from the folder of the index.
+
+    Attributes
+    ----------
+    pdf : str
+        Name of the report's PDF.
+    figures : mapping
+        Category -> name of a figure -> its caption.
+    tables : mapping
+        Name of a table -> its caption.
+    trials : mapping
+        Experiment -> its conditions.
+    activity : sequence of str
+        Conditions of the standing person with figures of their own.
+    """
+
+    pdf: str
+    figures: Mapping[str, Mapping[str, str]]
+    tables: Mapping[str, str]
+    trials: Mapping[str, Sequence[str]]
+    activity: Sequence[str] = field(default_factory=tuple)
+
+
+def render_index(report: dict, listing: Listing) -> str:
+    """The index as one file of HTML.
+
+    Parameters
+    ----------
+    report : dict
+        Data of the report, all numbers as text with their units.
+    listing : Listing
+        Files of the run.
+
+    Returns
+    -------
+    str
+        The page; its links are relative.
+    """
+    findings = "".join(f"<p>{sentence(p, listing.pdf)}</p>\n" for p in report["abstract"])
+    sections = {
+        "findings": ("Findings", findings + _flags(report) + _claims(report)),
+        "trials": ("Trials", _trials(listing)),
+        "figures": ("Figures", _figures(listing.figures)),
+        "tables": ("Tables", _tables(listing.tables)),
+        "provenance": ("Provenance", _provenance(report)),
+    }
+    contents = " ".join(f'<a href="#{key}">{name}</a>' for key, (name, _) in sections.items())
+    body = "".join(
+        f'<section id="{key}">\n<h2>{name}</h2>\n{content}</section>\n'
+        for key, (name, content) in sections.items()
+    )
+    pdf = _link(listing.pdf, "Report as PDF")
+    return document(
+        report["title"],
+        f"<header>\n<h1>{text(report['title'])}</h1>\n"
+        f'<nav class="contents" aria-label="Contents"><b>{pdf}</b> {contents}</nav>\n</header>\n'
+        f'<main>\n<p class="source">{sentence(report["source"], listing.pdf)}</p>\n{body}</main>\n',
+        policy=None,
+    )
+
+
+def sentence(paragraph: Paragraph, pdf: str) -> str:
+    """A paragraph of the first page as HTML (units in it); sections of the PDF become links to it."""
+    parts = []
+    for kind, words in paragraph:
+        if kind == "math":
+            parts.append(math_html(words))
+        elif kind in ("emph", "strong"):
+            tag = {"emph": "em", "strong": "b"}[kind]
+            parts.append(f"<{tag}>{text(words)}</{tag}>")
+        elif kind == "ref":
+            parts.append(_link(pdf, "the report"))
+        elif kind == "cite":  # the PDF has the references
+            parts[-1] = parts[-1].rstrip()
+        else:
+            parts.append(text(JOINED.sub("\N{NO-BREAK SPACE}", words)))
+    return "".join(parts)
+
+
+def math_html(formula: str) -> str:
+    """A formula as Typst writes it, of letters, indices, powers and whole numbers (no unit), as HTML."""
+    parts = []
+    for match in MATH.finditer(formula):
+        if match["name"] is None:
+            parts.append("\N{THIN SPACE}" if match["space"] else match["number"])
+            continue
+        parts.append(f"<i>{match['name']}</i>")
+        if match["sub"]:
+            parts.append(f"<sub>{text(match['sub'])}</sub>")
+        if match["sup"]:
+            parts.append(f"<sup>{text(match['sup'])}</sup>")
+    return f'<span class="nowrap">{"".join(parts)}</span>'
+
+
+def _link(path: str, words: str) -> str:
+    """A link to a file that is named relative to the index; ``words`` is plain text."""
+    # "./" so that a colon in the first part is not read as a scheme
+    return f'<a href="{text("./" + quote(path))}">{text(words)}</a>'
+
+
+def _flags(report: dict) -> str:
+    flags = report.get("flags") or {"count": 0}
+    if not flags["count"]:
+        return ""
+    items = "".join(
+        f"<li><code>{text(kind['name'])}</code> ({text(kind['count'])}): {text(kind['meaning'])}</li>\n"
+        for kind in flags["kinds"]
+    )
+    return (
+        f'<div class="warning"><b>Flagged estimates.</b> {text(flags["count"])} of {text(flags["total"])} '
+        f"estimates failed a check and are named in {_link('../tables/estimates.csv', 'estimates.csv')}:"
+        f"<ul>\n{items}</ul></div>\n"
+    )
+
+
+def _claims(report: dict) -> str:
+    if not report["claims"]:
+        return ""
+    rows = [
+        [
+            text(row["claim"] + (f" ({row['unit']})" if row["unit"] else "")),
+            text(row["where"]),
+            text(row["reported"]),
+            text(row["reproduced"]),
+            text(row["verdict"]),
+        ]
+        for row in report["claims"]["rows"]
+    ]
+    header = ("Claim", "Source", "Reported", "This run", "Verdict")
+    return f"<details><summary>All claims of the thesis</summary>\n{table(header, rows)}</details>\n"
+
+
+def _trials(listing: Listing) -> str:
+    """Links to the page of every trial, experiment by experiment."""
+    parts = ["<p>Each page shows the signals of one trial, to zoom into, with its estimates.</p>\n"]
+    for experiment, conditions in listing.trials.items():
+        items = []
+        for condition in conditions:
+            item = _link(f"trials/{experiment}/{condition}.html", condition)
+            if experiment == "standing" and condition in listing.activity:
+                own = (
+                    _link(f"../figures/standing/{condition}_{number}.png", number.replace("_", "-"))
+                    for number in ("4_13", "4_14")
+                )
+                item += f' <span class="small">{", ".join(own)}</span>'
+            items.append(f"<li>{item}</li>\n")
+        title = TITLES.get(experiment, experiment)
+        parts.append(f'<h3>{text(title)}</h3>\n<ul class="columns">\n{"".join(items)}</ul>\n')
+    return "".join(parts)
+
+
+def _figures(figures: Mapping[str, Mapping[str, str]]) -> str:
+    parts = []
+    for category, named in figures.items():
+        parts.append(f'<h3>{text(category)}</h3>\n<div class="gallery">\n')
+        for name, caption in named.items():
+            label = name.removeprefix("figure_").replace("_", "-")
+            source = text("./" + quote(f"../figures/{name}.svg"))
+            alternative = text(caption.replace("``", ""))
+            image = f'<img src="{source}" alt="{alternative}" loading="lazy">'
+            parts.append(
+                f'<figure id="{text(name)}"><a href="{source}">{image}</a>\n'
+                f"<figcaption><b>Figure {text(label)}.</b> {_caption(caption)} "
+                f"({_link(f'../figures/{name}.png', 'PNG')})</figcaption></figure>\n"
+            )
+        parts.append("</div>\n")
+    return "".join(parts)
+
+
+def _caption(caption: str) -> str:
+    """A caption, plain text with literals in double backquotes, as HTML."""
+    return re.sub("``([^`]+)``", r"<code>\1</code>", text(caption))
+
+
+def _tables(tables: Mapping[str, str]) -> str:
+    rows = [
+        [_link(f"../tables/{name}.csv", f"{name}.csv"), _caption(caption)] for name, caption in tables.items()
+    ]
+    return table(("Table", "Content"), rows)
+
+
+def _provenance(report: dict) -> str:
+    provenance = report["provenance"]
+    facts = "".join(f"<dt>{text(k)}</dt><dd>{text(v)}</dd>\n" for k, v in provenance["facts"])
+    packages = ", ".join(f"{text(name)} {text(version)}" for name, version in provenance["packages"])
+    files = [
+        [text(kind), f"<code>{text(f)}</code>", f"<code>{text(s)}</code>"]
+        for kind, f, s in provenance["files"]
+    ]
+    return (
+        f'<dl class="facts">\n{facts}</dl>\n'
+        f"<p>{_link('../provenance.json', 'provenance.json')}: versions and SHA-256 of every raw file; "
+        f"{_link('../config.yaml', 'config.yaml')}: configuration of the run; "
+        f"{_link('report.html', 'report.html')}: Snakemake's own report, with the code of every step.</p>\n"
+        f"{table(('Kind', 'File', 'SHA-256'), files)}"
+        f"<details><summary>Versions of packages</summary>\n<p>{packages}</p></details>\n"
+    )

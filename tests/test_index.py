@@ -1,0 +1,180 @@
+"""The index of a run, and the sentences that it shares with the PDF."""
+
+import json
+from urllib.parse import unquote
+
+import pytest
+from page_builders import NASTY, parsed
+
+from tepsipe.reporting.numbers.abstract import abstract_of, pieces, source_of
+from tepsipe.reporting.pages.index import Listing, math_html, render_index, sentence
+
+CLAIMS = {
+    "total": "2",
+    "reproduced": "1",
+    "explained": "1",
+    "not_reproduced": "0",
+    "rows": [
+        {
+            "claim": "K <",
+            "unit": "N·m/rad",
+            "where": "p. 3",
+            "reported": "10",
+            "reproduced": "9",
+            "verdict": "v",
+        }
+    ],
+}
+RECORDED = {
+    "title": "A study",
+    "made": 0,
+    "trials": 2,
+    "recordings_source": None,
+    "experiments": ["position_manipulator"],
+    "reported": None,
+    "claims": None,
+    "position_manipulator": {
+        "stiffness": "50 to 60",
+        "held_out": "80",
+        "held_out_reflex": "93",
+        "stiffness_intrinsic": "40",
+    },
+    "provenance": {
+        "facts": [["Seed", "1"]],
+        "packages": [["numpy", "2.0"]],
+        "files": [["sheet", "a.tsv", "ab"]],
+    },
+    "flags": {"count": 0, "total": 10, "kinds": []},
+}
+
+
+def report(**changed):
+    data = RECORDED | changed
+    return data | {"source": source_of(data), "abstract": abstract_of(data)}
+
+
+def listing(condition="trial1"):
+    return Listing(
+        pdf="my study.pdf",
+        figures={"Category": {"figure_4_4": "Boxes of I, B & K."}},
+        tables={"estimates": "All <estimates> of ``a<b.csv``."},
+        trials={"position_manipulator": [condition, "trial2"], "standing": ["relax"]},
+        activity=["relax"],
+    )
+
+
+def plain(paragraph):
+    return "".join(words for _, words in paragraph)
+
+
+def test_markup_of_a_template_is_not_sought_in_its_values():
+    found = pieces(
+        '_{task}_ has $2 I_"leg"$ = {a_b_c} *{x}* [@claims][cite thesis]', task="_$x$_", a_b_c="*1*", x="{y}"
+    )
+    assert found == [
+        ["emph", "_$x$_"],
+        ["text", " has "],
+        ["math", '2 I_"leg"'],
+        ["text", " = *1* "],
+        ["strong", "{y}"],
+        ["text", " "],
+        ["ref", "claims"],
+        ["cite", "thesis"],
+    ]
+
+
+def test_source_tells_simulated_trials_from_recordings():
+    assert "2 trials in this report are recordings" in plain(source_of(RECORDED))
+    told = plain(source_of(RECORDED | {"recordings_source": "REKLAB, _GPL_"}))
+    assert told.endswith("Source: REKLAB, _GPL_")
+    assert "Of the 2 trials in this report, 1 were simulated" in plain(source_of(RECORDED | {"made": 1}))
+
+
+def test_abstract_has_what_the_study_has():
+    (paragraph,) = abstract_of(RECORDED)
+    assert "held-out VAF of 80 %" in plain(paragraph)
+    *_, last = abstract_of(RECORDED | {"claims": CLAIMS})
+    assert "Of the 2 claims of the thesis that were tested, 1 are reproduced" in plain(last)
+
+
+def test_standing_person_is_told_task_by_task():
+    rows = [
+        {"task": task, "name": name, "stiffness": value, "over_mgh": "0.7"}
+        for task, name, value in (("a_b", "x", "1"), ("a_b", "y", "2"), ("c", "y", "3"))
+    ]
+    person = {"stood": "3", "trials": "4", "tasks": ["a_b", "c", "d"], "recommended": {"estimator": "y"}}
+    data = RECORDED | {
+        "experiments": ["standing"],
+        "standing": person | {"estimators": rows, "recovery": None},
+    }
+    (paragraph,) = abstract_of(data)
+    assert ["emph", "a_b"] in paragraph
+    assert "is 2 N·m/rad, 0.7 times" in plain(paragraph) and "is 3 N·m/rad" in plain(paragraph)
+    assert "is 1 " not in plain(paragraph) and ["emph", "d"] not in paragraph
+
+
+@pytest.mark.parametrize(
+    ("formula", "html"),
+    [
+        ("I", "<i>I</i>"),
+        ("R^2", "<i>R</i><sup>2</sup>"),
+        ('2 I_"leg"', "2\N{THIN SPACE}<i>I</i><sub>leg</sub>"),
+        ("m g h", "<i>m</i>\N{THIN SPACE}<i>g</i>\N{THIN SPACE}<i>h</i>"),
+    ],
+)
+def test_formulas_are_shown_as_html(formula, html):
+    assert math_html(formula) == f'<span class="nowrap">{html}</span>'
+
+
+def test_sections_of_the_pdf_become_links_and_references_are_left_to_it():
+    html = sentence(pieces("As [cite thesis] says <b> $K$ = 10 N·m/rad ([@claims])."), "a b.pdf")
+    assert html == (
+        'As says &lt;b&gt; <span class="nowrap"><i>K</i></span>\xa0=\xa010\xa0N·m/rad '
+        '(<a href="./a%20b.pdf">the report</a>).'
+    )
+
+
+def test_index_links_every_file_relatively_and_needs_no_script():
+    html = render_index(report(claims=CLAIMS), listing())
+    reader = parsed(html)
+    assert reader.scripts == []
+    files = {unquote(link).removeprefix("./") for link in reader.links if not link.startswith("#")}
+    assert files == {
+        "my study.pdf",
+        "report.html",
+        "trials/position_manipulator/trial1.html",
+        "trials/position_manipulator/trial2.html",
+        "trials/standing/relax.html",
+        "../figures/standing/relax_4_13.png",
+        "../figures/standing/relax_4_14.png",
+        "../figures/figure_4_4.svg",
+        "../figures/figure_4_4.png",
+        "../tables/estimates.csv",
+        "../provenance.json",
+        "../config.yaml",
+    }
+    assert {link[1:] for link in reader.links if link.startswith("#")} < set(reader.ids)
+    assert "All &lt;estimates&gt; of <code>a&lt;b.csv</code>." in html
+    assert "Boxes of I, B & K." in " ".join(reader.words)
+    for outside in ("http:", "https:", 'href="/', "url("):
+        assert outside not in html
+
+
+def test_index_names_flagged_estimates():
+    flags = {"count": 3, "total": 9, "kinds": [{"name": "at-bound", "count": "3", "meaning": "look <at> it"}]}
+    words = " ".join(parsed(render_index(report(flags=flags), listing())).words)
+    assert "3 of 9" in words and "look <at> it" in words
+    assert "Flagged" not in render_index(report(), listing())
+
+
+def test_no_name_of_a_user_breaks_the_index():
+    html = render_index(report(title=NASTY, recordings_source=NASTY), listing(condition="a:b #1?%<i>"))
+    reader = parsed(html)
+    assert reader.scripts == [] and "<b> " not in html
+    assert NASTY in "".join(reader.words)
+    assert "./trials/position_manipulator/a%3Ab%20%231%3F%25%3Ci%3E.html" in reader.links
+
+
+def test_same_content_gives_the_same_index():
+    assert json.dumps(report()) == json.dumps(report())
+    assert render_index(report(), listing()) == render_index(report(), listing())

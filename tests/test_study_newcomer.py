@@ -1,0 +1,48 @@
+"""The whole way of a newcomer: one C3D of their own, new-study, what MISSING.md asks for, results."""
+
+import hashlib
+import re
+import subprocess
+import sys
+
+import pytest
+import yaml
+from c3d_builders import single_c3d
+from study_builders import ROOT, copy_project, estimates, value
+
+from tepsipe.cli import main
+
+pytestmark = pytest.mark.study
+
+
+def test_from_a_c3d_to_estimates(dummy_files, tmp_path, monkeypatch, capsys):
+    project = copy_project(tmp_path / "project")
+    monkeypatch.chdir(project)
+    (project / "recordings/mine").mkdir(parents=True)
+    recording = single_c3d(dummy_files, project / "recordings/mine/dummy 1.c3d")
+    before = hashlib.sha256(recording.read_bytes()).hexdigest()
+    assert main(["new-study", "recordings/mine", "--output", "mine-study"]) == 0
+    assert "fill in what mine-study/MISSING.md lists (items: 7)" in capsys.readouterr().out
+
+    assert main(["check", "mine-study/config.yaml"]) == 2
+    said = capsys.readouterr().err
+    assert "mine-study/config.yaml: expected a value for 'dummy.ingest.marker_sampling_hz'" in said
+    assert said.count("\n") == 1
+
+    # the same dummy as that of the example in the documentation
+    page = (ROOT / "docs/recordings/plate-treadmill.md").read_text(encoding="utf-8")
+    measured = re.search(r"<<'END'\n(dummy:.*?)\nEND", page, re.DOTALL)[1]
+    asked = (project / "mine-study/MISSING.md").read_text().partition("## Assumed")[0]
+    for section in yaml.safe_load(measured)["dummy"].values():
+        assert all(f".{key}`" in asked for key in section)
+    (project / "mine-study/measured.yaml").write_text(measured)
+    files = ["mine-study/config.yaml", "mine-study/measured.yaml"]
+    assert main(["check", *files]) == 0
+
+    command = [sys.executable, "-m", "snakemake", "-c1", "results/mine/tables/estimates.csv"]
+    run = subprocess.run([*command, "--configfile", *files], capture_output=True, text=True)
+    assert run.returncode == 0, run.stdout + run.stderr
+    rows = estimates(project, "results/mine")
+    assert value(rows, condition="dummy-1", pathway="leg", quantity="K") == pytest.approx(10.0, rel=0.05)
+    assert hashlib.sha256(recording.read_bytes()).hexdigest() == before
+    assert [p.name for p in (project / "recordings/mine").iterdir()] == ["dummy 1.c3d"]
