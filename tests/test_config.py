@@ -17,7 +17,7 @@ from workflow.support.check import (
 )
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.reach import reached_by
-from workflow.support.renames import KEYS, MOVED, REMOVED, VALUES
+from workflow.support.renames import KEYS, MOVED, PATHWAYS, REMOVED, VALUES
 from workflow.support.settings import only, pick, settings_of, without
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
@@ -1084,6 +1084,7 @@ OLD_VALUES = [
     ({"weight": {"models": {"family": ["fir", "published"]}}}, "weight.models.family.1"),
     ({"dummy": {"as_printed": "leg-printed"}}, "dummy.as_printed"),
     ({"dummy": {"as_printed": "leg-printed-as-strobed"}}, "dummy.as_printed"),
+    ({"dummy": {"as_printed": "leg-thesis-as-sampled"}}, "dummy.as_printed"),
     ({"standing": {"as_printed": "ankle-printed"}}, "standing.as_printed"),
     ({"standing": {"recommended": {"estimator": "reflex-free"}}}, "standing.recommended.estimator"),
     ({"belt": {"chosen": "published"}}, "belt.chosen"),
@@ -1109,9 +1110,10 @@ def test_old_value_is_answered_with_its_new_name(changes, where, refused, config
     if "mine" in where:
         changes = {"dummy": {"pathways": {"mine": mine | changes["dummy"]["pathways"]["mine"]}}}
     text = refused(changes)
-    (old,) = [old for old in VALUES if f"found {old!r}" in text]
+    (old,) = [old for old in VALUES | PATHWAYS if f"found {old!r}" in text]
     assert where in text
-    assert text.endswith(f": renamed to {VALUES[old]!r}")
+    new = PATHWAYS.get(old, VALUES.get(old)) if where == "dummy.as_printed" else VALUES[old]
+    assert text.endswith(f": renamed to {new!r}")
 
 
 @pytest.mark.parametrize(
@@ -1122,7 +1124,7 @@ def test_old_value_is_answered_with_its_new_name(changes, where, refused, config
     ],
 )
 def test_change_of_a_pathway_under_its_old_name_is_answered_with_its_new_one(changes, old, refused):
-    assert f"{old} was renamed to {VALUES[old]!r}" in refused(changes)
+    assert f"{old} was renamed to {(VALUES | PATHWAYS)[old]!r}" in refused(changes)
 
 
 def test_pathway_of_ones_own_may_have_an_old_name(config, root):

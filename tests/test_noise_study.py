@@ -368,7 +368,7 @@ def test_rows_are_tidy(sine, others):
         ("condition", "noise_on", "snr_db", "estimator", "quantity", "unit", "mean", "sd", "bias", "n_draws")
     }
     by_quantity = {row["quantity"]: row for row in rows}
-    assert len(by_quantity) == len(rows) == 12
+    assert len(by_quantity) == len(rows) == 15
     assert by_quantity["K"]["bias"] == pytest.approx(by_quantity["K"]["mean"] - 10.0)
     assert all(np.isfinite(row["mean"]) and row["n_draws"] == 5 for row in rows)
 

@@ -64,7 +64,12 @@ def test_numbers_of_the_chapter_are_those_of_the_tables(tables):
 
 
 def test_first_page_tells_the_means_over_people(tables):
-    data = {"experiments": [], "claims": None, "participants": participants_data(*tables(PEOPLE), SHOWN)}
+    data = {
+        "experiments": [],
+        "claims": None,
+        "cells": None,
+        "participants": participants_data(*tables(PEOPLE), SHOWN),
+    }
     (paragraph,) = abstract_of(data)
     text = "".join(piece for _, piece in paragraph)
     assert (

@@ -112,7 +112,7 @@ def test_provenance_names_the_engine_that_ran(engine, shown):
     ("name", "shown"),
     [
         ("leg-thesis", "leg, thesis equation"),
-        ("leg-thesis-as-sampled", "leg, thesis equation, as sampled"),
+        ("leg-thesis-aligned", "leg, thesis equation, aligned markers"),
         ("foot-compensated", "foot compensated"),
         ("windowed-least-squares", "windowed least squares"),
         ("windowed-least-squares-thesis", "windowed least squares, thesis"),

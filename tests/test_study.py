@@ -31,6 +31,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "tables/specification.csv",
         "tables/recovery.csv",
         "tables/claims.csv",
+        "tables/cells.csv",
         "tables/treadmill_models.csv",
         *[f"figures/figure_{number}.{kind}" for number in FIGURES for kind in ("svg", "png")],
         *[

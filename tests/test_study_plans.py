@@ -9,6 +9,7 @@ pytestmark = pytest.mark.study
 RECORD = {"record_provenance": 1}
 REPORTS = {"write_report": 1, "write_html_report": 1, "write_index": 1, "all": 1}
 ESTIMATES = {"collect_estimates": 1, "compare_with_truth": 1, "check_claims": 1}
+CELLS = {"judge_cells": 1}
 # what follows from the dummy's trials, and from its estimates
 AFTER_DUMMY_ESTIMATES = {
     "cross_validate_dummy": 1,
@@ -19,6 +20,7 @@ AFTER_DUMMY_ESTIMATES = {
     "collect_forward": 1,
     "plot_simulation": 1,
     "lay_out_table": 2,
+    **CELLS,
     **ESTIMATES,
     **REPORTS,
 }
@@ -134,6 +136,7 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
                 "collect_forward": 1,
                 "plot_simulation": 1,
                 "lay_out_table": 2,
+                **CELLS,
                 "check_claims": 1,
                 **RECORD,
                 **REPORTS,
@@ -168,6 +171,7 @@ def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(own_study):
         "collect_forward": 1,
         "plot_simulation": 1,
         "lay_out_table": 1,
+        **CELLS,
         **ESTIMATES,
         **REPORTS,
     }
@@ -183,7 +187,7 @@ def test_an_edit_of_the_simulation_reruns_simulations_and_no_fit(own_study):
 
 def test_an_edit_of_a_reported_value_lays_its_own_table_out_again(own_study):
     planned = planned_after_an_edit(own_study, "config/reported.yaml", "sine-0.5: 5.341", "sine-0.5: 5.342")
-    assert planned == {"lay_out_table": 1, **RECORD, **REPORTS}
+    assert planned == {"lay_out_table": 1, **CELLS, **RECORD, **REPORTS}
     planned = planned_after_an_edit(own_study, "config/reported.yaml", "reported: 9.996", "reported: 9.995")
     assert planned == {"check_claims": 1, **RECORD, **REPORTS}
 

@@ -24,11 +24,14 @@ class BatchedFits:
         tau - X p (N·m).
     sem_as_printed : ndarray, shape (..., 3)
         Thesis eq (3-2) of every fit; its unit is that of the parameter over the square root of N·m.
+    standard_error : ndarray, shape (..., 3)
+        Ordinary standard error of every fit, for white residuals (units of ``parameters``).
     """
 
     parameters: np.ndarray
     residuals: np.ndarray
     sem_as_printed: np.ndarray
+    standard_error: np.ndarray
 
 
 def window_parameters(regressors: np.ndarray, torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -118,7 +121,8 @@ def regress_windows(regressors: np.ndarray, torque: np.ndarray) -> BatchedFits:
     parameters, inverse = window_parameters(regressors, torque)
     residuals = torque - (parameters[..., None, :] @ regressors)[..., 0, :]
     norm = np.linalg.norm(residuals, axis=-1)[..., None]
-    return BatchedFits(parameters, residuals, np.sqrt(norm * inverse))
+    freedom = max(residuals.shape[-1] - len(PARAMETERS), 1)
+    return BatchedFits(parameters, residuals, np.sqrt(norm * inverse), norm * np.sqrt(inverse / freedom))
 
 
 def instrumental_variables(
@@ -162,4 +166,5 @@ def instrumental_variables(
     spread = inverse @ np.sum(z @ np.swapaxes(z, -1, -2), axis=0) @ np.swapaxes(inverse, -1, -2)
     norm = np.sqrt(np.sum(residuals**2, axis=(-2, -1)))[..., None]
     sem = np.sqrt(norm * np.diagonal(spread, axis1=-2, axis2=-1)) / length
-    return BatchedFits(parameters, residuals, sem)
+    freedom = max(residuals.shape[-1] * residuals.shape[-2] - len(PARAMETERS), 1)
+    return BatchedFits(parameters, residuals, sem, sem * np.sqrt(norm / freedom))

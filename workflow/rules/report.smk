@@ -42,6 +42,7 @@ rule write_report:
         participants=outputs.participants(STUDY),
         recovery=outputs.recovery(STUDY),
         claims=outputs.claims(STUDY),
+        cells=outputs.cells(STUDY),
         provenance="<results>/provenance.json",
         library=library_of("write_report"),
     output:

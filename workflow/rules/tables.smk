@@ -94,6 +94,35 @@ rule compare_with_truth:
         "../scripts/compare_with_truth.py"
 
 
+rule judge_cells:
+    input:
+        tables=outputs.thesis_tables(STUDY),
+        fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
+        noise=outputs.noise(STUDY),
+        library=library_of("judge_cells"),
+    output:
+        table=report(
+            "<results>/tables/cells.csv",
+            caption="../../report/captions/cells.rst",
+            category="Tables",
+            labels={"table": "every printed cell"},
+        ),
+    log:
+        "<logs>/judge_cells.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        tables=list(STUDY.thesis_tables()),
+        conditions=STUDY.conditions("dummy"),
+        recorded=STUDY.recorded("wristalyzer") + STUDY.recorded("dummy"),
+        reported=reported_of("tables").get("tables", {}),
+        tolerances=reported_of("cells").get("cells", []),
+        slips=reported_of("slips").get("slips", []),
+        as_printed=as_it_is(SETTINGS["dummy"]["as_printed"]),
+    script:
+        "../scripts/judge_cells.py"
+
+
 rule check_claims:
     input:
         estimates="<results>/tables/estimates.csv",

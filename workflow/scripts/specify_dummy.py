@@ -28,7 +28,8 @@ found = specify_dummy(
         belt=snakemake.params.belt,
     ),
     SpecificationOptions(**snakemake.params.options),
-    Pathway(**snakemake.params.as_printed),
+    # every combination has its markers at common instants
+    Pathway(**(snakemake.params.as_printed | {"marker_instants": "aligned"})),
     Pathway(**snakemake.params.recommended),
 )
 write_specification(snakemake.output.table, found)

@@ -16,6 +16,7 @@ from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.experiments.thesis_dummy.tables import read_cells
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.ledger import read_ledger
 from tepsipe.reporting.numbers import (
     abstract,
     dummy,
@@ -28,6 +29,7 @@ from tepsipe.reporting.numbers import (
     treadmill,
     wristalyzer,
 )
+from tepsipe.reporting.numbers.ledger import cells_data
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import read_scores
 
@@ -63,6 +65,7 @@ data = {
     "slips": {},
     "reported": None if reported is None else study.reported_data(reported, snakemake.params.start_stiffness),
     "claims": None if claims is None else study.claims_data(claims),
+    "cells": cells_data(read_ledger(*snakemake.input.cells)) if snakemake.input.cells else None,
     "recovery": None if recovery is None else study.recovery_data(shown),
     "provenance": study.provenance_data(provenance),
     "flags": study.flags_data(estimates),

@@ -10,7 +10,7 @@ import jsonschema
 from tepsipe.errors import InputError, quoted
 from tepsipe.identification.estimators import ESTIMATORS
 from workflow.support.names import check_text
-from workflow.support.renames import VALUES, answer_for_key, moved_from, renamed
+from workflow.support.renames import PATHWAYS, VALUES, answer_for_key, moved_from, renamed
 from workflow.support.settings import ON_THE_PLATE, plate_key, settings_of
 from workflow.support.trial_sheet import TrialRow
 from workflow.support.yaml_file import read_settings
@@ -108,7 +108,8 @@ def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> st
 def _old_name(path, content: dict) -> str | None:
     """Hint for an incomplete entry under an old name, for example a pathway, or None."""
     for name in path:
-        answer = renamed(VALUES, name, content) if isinstance(content, dict) else None
+        known = content if isinstance(content, dict) else ()
+        answer = renamed(PATHWAYS, name, known) or renamed(VALUES, name, known)
         if answer:
             return f"{name} was {answer}, write that, or complete a pathway of your own"
         content = content[name]
@@ -138,7 +139,7 @@ def _refuse_unknown(name: str, key: str, found: str | None, section: str, known)
     hint = f"did you mean {close[0]!r}?" if close else "correct one of the two"
     raise InputError(
         f"{name}: expected {key} to name one of {section} ({', '.join(map(str, known))}), found "
-        f"{quoted(found)}: {renamed(VALUES, found, known) or hint}"
+        f"{quoted(found)}: {renamed(PATHWAYS, found, known) or renamed(VALUES, found, known) or hint}"
     )
 
 

@@ -158,9 +158,14 @@ def claims(study: Study) -> list[str]:
     return [] if study.config["study"]["reported"] is None else ["<results>/tables/claims.csv"]
 
 
+def cells(study: Study) -> list[str]:
+    """The verdict of every printed cell, if the study has trials to compare."""
+    return [] if study.config["study"]["reported"] is None else ["<results>/tables/cells.csv"]
+
+
 def tables(study: Study) -> dict[str, str]:
     """Name of a table of the run -> its caption."""
-    others = (models, forward, noise, specification, participants, recovery, claims)
+    others = (models, forward, noise, specification, participants, recovery, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
     found["estimates"] = "estimates"
     return found | {name: name for files in others for name in map(_stem, files(study))}
@@ -205,6 +210,7 @@ def everything(study: Study) -> list[str]:
         *participants(study),
         *recovery(study),
         *claims(study),
+        *cells(study),
         *figures(study),
         *standing_figures(study),
     ]

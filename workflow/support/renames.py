@@ -18,12 +18,17 @@ KEYS = {
     "published_evaluations": "hnat2014_evaluations",
     "intrinsic_reflex": "parallel_cascade",
 }
-# pathways, estimators, torques, models and other values
+# names of the dummy's pathways whose meaning changed: markers as sampled are the thesis's own
+PATHWAYS = {
+    "leg-printed": "leg-thesis-aligned",
+    "leg-printed-as-strobed": "leg-thesis",
+    "leg-thesis-as-sampled": "leg-thesis",
+}
+# estimators, torques, models, other pathways and other values
 VALUES = {
     "leg-printed": "leg-thesis",
     "foot-printed": "foot-thesis",
     "ankle-printed": "ankle-thesis",
-    "leg-printed-as-strobed": "leg-thesis-as-sampled",
     "as-strobed": "as-sampled",
     "segment-regression": "windowed-least-squares",
     "segment-regression-printed": "windowed-least-squares-thesis",

@@ -117,6 +117,11 @@ class Study:
         names = self.conditions(experiment)
         return [c for c in names if self.trials[experiment, c].source == "virtual_lab"]
 
+    def recorded(self, experiment: str) -> list[str]:
+        """Conditions of an experiment that are not simulated."""
+        made = self.made(experiment)
+        return [c for c in self.conditions(experiment) if c not in made]
+
     def all_conditions(self, fitted: bool = False) -> dict[str, list[str]]:
         """Experiment -> its conditions; if ``fitted``, of those whose trials have fits of their own."""
         return {e: self.conditions(e) for e in self.experiments if EXPERIMENTS[e].fitted or not fitted}

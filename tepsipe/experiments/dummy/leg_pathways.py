@@ -323,6 +323,7 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
             ("parameters", regression.parameters, "Nms2/rad, Nms/rad, Nm/rad"),
             ("mean_and_interval", _mean_and_interval(regression, intervals[name]), "as parameters"),
             ("vaf_per_perturbation", regression.vaf_per_perturbation, "%"),
+            ("standard_errors", _standard_errors(regression), "Nms2/rad, Nms/rad, Nm/rad"),
         ):
             arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
     for name, found in analysis.output_errors.items():
@@ -347,6 +348,11 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
         },
     }
     return Result(arrays, units, facts)
+
+
+def _standard_errors(regression: WindowedFits) -> np.ndarray:
+    """Ordinary standard errors of I, B, K of every perturbation, for white residuals (units of I, B, K)."""
+    return np.array([fit.standard_error for fit in regression.fits])
 
 
 def _mean_and_interval(regression: WindowedFits, interval: Interval) -> np.ndarray:

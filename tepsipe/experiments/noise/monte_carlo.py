@@ -72,6 +72,8 @@ class NoiseCell:
         Mean over the perturbations of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     sem_as_printed : ndarray, shape (d, 3)
         Thesis eq (3-2), mean over the perturbations (parameter's unit over the square root of N·m).
+    standard_error : ndarray, shape (d, 3)
+        Ordinary standard error of one perturbation, mean over the perturbations (units as ``parameters``).
     vaf_perturbation : ndarray, shape (d,)
         VAF of the noise-free torque, predicted from the parameters and noisy motion of every perturbation,
         mean (%).
@@ -95,6 +97,7 @@ class NoiseCell:
     snr_db: float
     parameters: np.ndarray
     sem_as_printed: np.ndarray
+    standard_error: np.ndarray
     vaf_perturbation: np.ndarray
     vaf_trial: np.ndarray
     vaf_cross_validated: np.ndarray | None
@@ -138,6 +141,7 @@ class NoiseCell:
         }
         found = [(q, UNITS[q], self.parameters[:, k], float(self.bias[k])) for k, q in enumerate(PARAMETERS)]
         found += [(f"SEM_{q}", "-", self.sem_as_printed[:, k], None) for k, q in enumerate(PARAMETERS)]
+        found += [(f"SE_{q}", UNITS[q], self.standard_error[:, k], None) for k, q in enumerate(PARAMETERS)]
         found += [
             ("VAF_perturbation", "%", self.vaf_perturbation, None),
             ("VAF_trial", "%", self.vaf_trial, None),
@@ -163,7 +167,7 @@ class NoiseCell:
 
 def estimate_draws(
     windowed: Sequence[WindowedTrial], chunks: Iterable[dict[str, np.ndarray]]
-) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+) -> list[tuple[np.ndarray, ...]]:
     """Estimate the parameters of every draw of the noise, by every processing of a trial.
 
     Parameters
@@ -177,16 +181,15 @@ def estimate_draws(
     -------
     list of tuple
         For every processing: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) and thesis eq (3-2), means over the
-        perturbations, shape (draws, 3), and the VAF of the torque without noise, mean over the perturbations
-        (%), shape (draws,).
+        perturbations, shape (draws, 3); the VAF of the torque without noise, mean over the perturbations
+        (%), shape (draws,); the ordinary standard error of a perturbation (units of the parameters), mean
+        over the perturbations, shape (draws, 3).
     """
     by_chunk = [[_estimate_chunk(one, chunk) for one in windowed] for chunk in chunks]
     return [tuple(map(np.concatenate, zip(*fits, strict=True))) for fits in zip(*by_chunk, strict=True)]
 
 
-def _estimate_chunk(
-    windowed: WindowedTrial, chunk: dict[str, np.ndarray]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _estimate_chunk(windowed: WindowedTrial, chunk: dict[str, np.ndarray]) -> tuple[np.ndarray, ...]:
     noise, regressors = np.zeros((1, 1, 1)), windowed.regressors
     if "tau" in chunk:
         noise = windowed.torque_noise(chunk["tau"])
@@ -194,13 +197,15 @@ def _estimate_chunk(
         regressors = regressors + windowed.regressor_noise(chunk["theta"])
     if windowed.estimator == "instrumental-variables":
         fits = instrumental_variables(windowed.instruments, regressors, windowed.torque + noise)
-        parameters, sem = fits.parameters, fits.sem_as_printed
+        found = fits.parameters, fits.sem_as_printed, fits.standard_error
     else:
         fits = regress_windows(regressors, windowed.torque + noise)
-        parameters, sem = fits.parameters.mean(axis=1), fits.sem_as_printed.mean(axis=1)
+        by_window = fits.parameters, fits.sem_as_printed, fits.standard_error
+        found = tuple(values.mean(axis=1) for values in by_window)
     missed = fits.residuals - noise  # of the torque without noise
     unexplained = np.sum(missed**2, axis=-1) / np.sum(windowed.torque**2, axis=-1)
-    return parameters, sem, 100.0 * (1.0 - unexplained).mean(axis=1)
+    parameters, sem, error = found
+    return parameters, sem, 100.0 * (1.0 - unexplained).mean(axis=1), error
 
 
 def sweep(
@@ -261,7 +266,7 @@ def sweep(
     silent = estimate_draws(windowed, [{}])
     cells = []
     for k, name in enumerate(estimators):
-        parameters, sem, vaf_perturbation = drawn[k]
+        parameters, sem, vaf_perturbation, error = drawn[k]
         in_windows, in_trial = angle_vafs(simulated, parameters[:predicted_draws])
         validated = None
         if others:
@@ -275,6 +280,7 @@ def sweep(
                 snr_db=float(snr_db),
                 parameters=parameters,
                 sem_as_printed=sem,
+                standard_error=error,
                 vaf_perturbation=vaf_perturbation,
                 vaf_trial=torque_vaf(parameters, windowed[k].gram, windowed[k].noise_gram, False),
                 vaf_cross_validated=validated,

@@ -19,7 +19,7 @@ UNIT_SYMBOLS = {
 }
 # names in configurations and files -> words in figures, where hyphens do not simply become spaces
 WORDS = {
-    "leg-thesis-as-sampled": "leg, thesis equation, as sampled",
+    "leg-thesis-aligned": "leg, thesis equation, aligned markers",
     "leg-output-error": "leg, output error",
     "windowed-least-squares-thesis": "windowed least squares, thesis",
     "per segment": "per perturbation",

@@ -86,10 +86,20 @@ def abstract_of(data: dict) -> list[Paragraph]:
     if data["claims"] is not None:
         paragraphs.append(
             pieces(
-                "Of the {total} claims of the thesis that were tested, {reproduced} are reproduced, "
-                "{explained} are not reproduced but explained by this run, and {not_reproduced} are not "
-                "reproduced ([@claims]).",
+                "Of the {total} claims of the thesis, {reproduced} are reproduced, {fitted} were used to "
+                "choose constants of the virtual laboratory and return, {predicted} are predicted by them, "
+                "{explained} are explained by a number, {not_reproduced} are not reproduced, and "
+                "{not_computed} are not tested by this study ([@claims]).",
                 **data["claims"],
+            )
+        )
+    if data["cells"] is not None:
+        paragraphs.append(
+            pieces(
+                "Of the {total} printed cells of Tables 4-1 to 4-4, {within} lie within their tolerance or "
+                "are explained by a number: {reproduced} reproduced, {fitted} fitted, {predicted} predicted, "
+                "{explained} explained ([@cells]).",
+                **data["cells"],
             )
         )
     return paragraphs

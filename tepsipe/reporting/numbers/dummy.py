@@ -92,7 +92,6 @@ def dummy_data(
         ),
         "perturbations": span([len(fit.arrays["windows"]) for fit in fits.values()], 2),
         "damping_per_ms": number(slope, 2),
-        "skew_ms": number(abs(values("B", printed).mean() / slope), 2),
         "strober": None,
         "recovery": None,
         "output_error": None,
@@ -101,20 +100,20 @@ def dummy_data(
     if by_simulation:
         data["output_error"] = _output_error_data(by_simulation[0], fits, own, recovery)
     strober = choices["ingest"]["marker_sampling_hz"]
-    strobed = [
-        name
+    alike = {
+        pathway["marker_instants"]: name
         for name, pathway in choices["pathways"].items()
-        if pathway["marker_instants"] == "as-sampled"
-        and pathway["torque"] == choices["pathways"][printed]["torque"]
-    ]
-    if strobed and strober:
+        if all(pathway[key] == choices["pathways"][printed][key] for key in ("torque", "estimator"))
+    }
+    if len(alike) == 2 and strober:
         markers = len(choices["files"]["marker_labels"])
         data["strober"] = {
-            "pathway": strobed[0],
+            "pathway": alike["as-sampled"],
+            "aligned": alike["aligned"],
             "frequency": number(strober, 4),
             "spread_ms": number(1e3 * (markers - 1) / strober, 2),
-            "damping": number(values("B", strobed[0])[clear].mean()),
-            "damping_aligned": number(values("B", printed)[clear].mean()),
+            "damping": number(values("B", alike["as-sampled"])[clear].mean(), 2),
+            "damping_aligned": number(values("B", alike["aligned"])[clear].mean(), 2),
         }
     if recovery is not None:
         rows = recovery[

@@ -7,6 +7,7 @@ import pandas as pd
 
 from tepsipe.io.estimates import FLAGS
 from tepsipe.reporting.figures.names import unit_symbol
+from tepsipe.reporting.ledger import VERDICTS
 from tepsipe.reporting.numbers.format import MINUS, _cell, _printed, number, percent, span
 from tepsipe.reporting.thesis_tables import TableRow
 
@@ -163,7 +164,7 @@ def claims_data(claims: pd.DataFrame) -> dict:
             "unit": "" if row.unit == "1" else unit_symbol(row.unit),
             "reported": {"below": "< ", "above": "> "}.get(row.tolerance, "")
             + f"{row.reported:g}".replace("-", MINUS),
-            "reproduced": number(float(row.reproduced), 4),
+            "reproduced": number(None if pd.isna(row.reproduced) else float(row.reproduced), 4),
             "verdict": row.verdict,
             "section": row.section,
         }
@@ -173,10 +174,7 @@ def claims_data(claims: pd.DataFrame) -> dict:
     return {
         "rows": rows,
         "total": str(len(rows)),
-        **{
-            key.replace(" ", "_"): str(int(counts.get(key, 0)))
-            for key in ("reproduced", "explained", "not reproduced")
-        },
+        **{key.replace(" ", "_"): str(int(counts.get(key, 0))) for key in VERDICTS},
     }
 
 

@@ -61,7 +61,7 @@ def render_index(report: dict, listing: Listing) -> str:
     """
     findings = "".join(f"<p>{sentence(p, listing.pdf)}</p>\n" for p in report["abstract"])
     sections = {
-        "findings": ("Findings", findings + _flags(report) + _claims(report)),
+        "findings": ("Findings", findings + _flags(report) + _cells(report) + _claims(report)),
         "trials": ("Trials", _trials(listing)),
         "figures": ("Figures", _figures(listing.figures)),
         "tables": ("Tables", _tables(listing.tables)),
@@ -134,6 +134,20 @@ def _flags(report: dict) -> str:
         f"estimates failed a check and are named in {_link('../tables/estimates.csv', 'estimates.csv')}:"
         f"<ul>\n{items}</ul></div>\n"
     )
+
+
+def _cells(report: dict) -> str:
+    cells = report["cells"]
+    if not cells:
+        return ""
+    rows = [[text(row["table"]), *map(text, row["counts"])] for row in cells["tables"]]
+    outside = [
+        [text(row["table"]), text(row["row"]), text(row["cells"]), text(row["reason"])]
+        for row in cells["outside"]
+    ]
+    counts = table(("Table", *cells["verdicts"]), rows)
+    named = table(("Table", "Row", "Not reproduced (printed, this run)", "Reason"), outside)
+    return f"<details><summary>Every printed cell by verdict</summary>\n{counts}{named}</details>\n"
 
 
 def _claims(report: dict) -> str:
