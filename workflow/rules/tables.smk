@@ -145,6 +145,7 @@ rule check_claims:
     params:
         claims=reported_of("claims").get("claims", []),
         experiments=STUDY.all_conditions(fitted=True),
+        recorded=not (STUDY.made("wristalyzer") or STUDY.made("dummy")),
         as_printed=as_it_is(SETTINGS["dummy"]["as_printed"]),
     script:
         "../scripts/check_claims.py"

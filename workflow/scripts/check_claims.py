@@ -5,6 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.forward.scores import read_forward
+from tepsipe.experiments.noise.rows import read_noise
 from tepsipe.io.estimates import read_estimates
 from tepsipe.io.result import read_result
 from tepsipe.reporting.claims import Findings, check_claims, write_claims
@@ -18,6 +19,15 @@ for experiment, conditions in snakemake.params.experiments.items():
 scores = [row for path in snakemake.input.scores for row in read_scores(path)]
 estimates = read_estimates(snakemake.input.estimates)
 forward = [row for path in snakemake.input.forward for row in read_forward(path)]
-noise = read_table(snakemake.input.noise[1])[1] if snakemake.input.noise else []
-findings = Findings(estimates, fits, snakemake.params.as_printed, scores, forward, noise)
+table_4_4 = read_table(snakemake.input.noise[1])[1] if snakemake.input.noise else []
+findings = Findings(
+    estimates,
+    fits,
+    snakemake.params.as_printed,
+    scores,
+    forward,
+    table_4_4,
+    noise=read_noise(snakemake.input.noise[0]) if snakemake.input.noise else [],
+    recorded=snakemake.params.recorded,
+)
 write_claims(snakemake.output.table, check_claims(snakemake.params.claims, findings))
