@@ -3,7 +3,6 @@
 import csv
 import difflib
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,104 +10,10 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.forward.scores import ForwardScore
-from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.experiments.weight import shapes, speed_at_peak
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.result import Result
 from tepsipe.reporting import further_measures
+from tepsipe.reporting.findings import Findings
 from tepsipe.reporting.ledger import EXPLAINED, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED
-from tepsipe.reporting.noise_table import TABLE_COLUMNS
-from tepsipe.reporting.thesis_tables import TableRow
-from tepsipe.treadmill.calibration import ModelScore
-
-
-@dataclass(frozen=True)
-class Findings:
-    """Results of this run against which claims are tested.
-
-    Attributes
-    ----------
-    estimates : list of Estimate
-        All estimates (units in them).
-    fits : dict of str to dict of str to Result
-        Experiment -> condition -> fit.
-    as_printed : str
-        Pathway that reproduces the thesis.
-    scores : list of ModelScore
-        Scores of the treadmill models (units in them).
-    forward : list of ForwardScore
-        Scores of the forward simulations (%).
-    table_4_4 : list of TableRow
-        Rows of Table 4-4 (units in them).
-    noise : list of NoiseRow
-        Rows of the noise study (units in them).
-    recorded : bool
-        Whether no trial of manipulator and dummy was simulated: nothing was fitted or predicted.
-    """
-
-    estimates: list[Estimate]
-    fits: dict[str, dict[str, Result]]
-    as_printed: str
-    scores: list[ModelScore] = field(default_factory=list)
-    forward: list[ForwardScore] = field(default_factory=list)
-    table_4_4: list[TableRow] = field(default_factory=list)
-    noise: list[NoiseRow] = field(default_factory=list)
-    recorded: bool = False
-
-    def score(self, model: str, train: str, test: str, load: str, cutoff_hz: float) -> float:
-        """R2 (-) of a treadmill model.
-
-        Raises
-        ------
-        KeyError
-            If the study does not have it.
-        """
-        wanted = (model, train, test, load, cutoff_hz)
-        for s in self.scores:
-            if (s.model, s.train, s.test, s.load, s.cutoff_hz) == wanted:
-                return s.r2
-        raise KeyError(wanted)
-
-    def followed(self, parameter_set: str, quantity: str) -> list[float]:
-        """VAF over the trial (%) of a simulated quantity, condition by condition."""
-        wanted = (parameter_set, quantity)
-        return [s.vaf_trial for s in self.forward if (s.parameter_set, s.quantity) == wanted]
-
-    def noisy(self, estimator: str, quantity: str, noise_on: str) -> float:
-        """Cell of Table 4-4 for the first simulated stiffness (unit of the quantity).
-
-        Raises
-        ------
-        KeyError
-            If the study does not have it.
-        """
-        for row in self.table_4_4:
-            if (row.pathway, row.quantity) == (estimator, quantity):
-                value = row.values[TABLE_COLUMNS.index(noise_on)]
-                if value is not None:
-                    return value
-        raise KeyError(quantity)
-
-    def by_condition(self, experiment: str, quantity: str, pathway: str | None = None) -> dict:
-        """Condition -> value of a quantity (unit of the quantity), as printed.
-
-        Raises
-        ------
-        KeyError
-            If the study does not have the experiment.
-        """
-        if experiment not in self.fits:
-            raise KeyError(experiment)
-        wanted = {"wristalyzer": "admittance", "dummy": pathway or self.as_printed}.get(experiment, "force")
-        return {
-            e.condition: e.value
-            for e in self.estimates
-            if e.experiment == experiment
-            and e.quantity == quantity
-            and e.pathway == wanted
-            and e.estimator
-            in ("spectral-fit", "windowed-least-squares-thesis", "windowed-least-squares", "least-squares")
-        }
 
 
 def _mean(values: dict) -> float:

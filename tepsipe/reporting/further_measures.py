@@ -1,15 +1,11 @@
 """Further statements of the thesis that a run can test: quality, spread, rests, noise (chapters 4 and 5)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from tepsipe.experiments.noise.rows import NoiseRow
-    from tepsipe.reporting.claims import Findings
+from tepsipe.experiments.noise.rows import NoiseRow
+from tepsipe.reporting.findings import Findings
 
 NOISY = ("tau", "theta", "both")
 READING, TRUE_TORQUE = "as-tabulated", "recommended-regression"  # of Table 4-4

@@ -168,6 +168,7 @@ def tables(study: Study) -> dict[str, str]:
     others = (models, forward, noise, specification, participants, recovery, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
     found["estimates"] = "estimates"
+    found |= {name: name for name in map(_stem, thesis_dummy(study)[1:])}
     return found | {name: name for files in others for name in map(_stem, files(study))}
 
 
