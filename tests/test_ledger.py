@@ -148,8 +148,10 @@ def test_misprint_and_column_without_noise_are_explained_by_numbers():
 def test_numbers_come_from_the_block_as_printed_and_from_the_fits():
     rows = [
         TableRow("leg-thesis", "e", "K", "Nm/rad", [6.0, None], [None, None]),
+        TableRow("leg-thesis", "e", "SEM_K", "as printed", [9.0, 9.0], [None, None]),
         TableRow("leg", "e", "K", "Nm/rad", [10.0, 10.0], [None, None]),
     ]
+    assert ("table_4_1", "SEM_K", "b") in cells_of_table("table_4_1", rows, ["a", "b"])
     assert cells_of_table("table_4_2", rows, ["a", "b"]) == {("table_4_2", "K", "a"): 6.0}
     errors = np.array([[1e-4, 4e-3, 0.2], [3e-4, 6e-3, 0.4]])
     fits = {"a": Result({"leg-thesis/standard_errors": errors}, {}, {}), "b": Result({}, {}, {})}

@@ -16,7 +16,7 @@ from tepsipe.reporting.thesis_tables import TableRow
 REPRODUCED, FITTED, PREDICTED = "reproduced", "fitted", "predicted"
 EXPLAINED, NOT_REPRODUCED, NOT_COMPUTED = "explained", "not reproduced", "not computed"
 VERDICTS = (REPRODUCED, FITTED, PREDICTED, EXPLAINED, NOT_REPRODUCED, NOT_COMPUTED)
-NOISE_TABLE = "table_4_4"
+MANIPULATOR_TABLE, NOISE_TABLE = "table_4_1", "table_4_4"
 # readings of Table 4-4: of its columns with noise, and of the torque that returns the column without
 TABULATED, CONSISTENT = "as-tabulated", "recommended-regression"
 MISPLACED_POINT = 10.0  # a decimal point one place too far to the right
@@ -173,8 +173,12 @@ def tolerances_of(entries: list[dict]) -> dict[tuple[str, str], Tolerance]:
 
 
 def cells_of_table(table: str, rows: list[TableRow], columns: list[str]) -> Cells:
-    """Numbers of a table's first block, which is the one as printed (unit of each row)."""
+    """Numbers of a table's first block, which is the one as printed (unit of each row).
+
+    SEMs by eq (3-2) are those of Table 4-1 only: for the others see `ordinary_errors`.
+    """
     first = [row for row in rows if (row.pathway, row.estimator) == (rows[0].pathway, rows[0].estimator)]
+    first = [row for row in first if table == MANIPULATOR_TABLE or not row.quantity.startswith("SEM_")]
     return {
         (table, row.quantity, column): float(value)
         for row in first
