@@ -148,7 +148,15 @@ def pooled_data(pooled: Result, estimates: pd.DataFrame, recovery: pd.DataFrame 
     ]
     friction = own[own.quantity == "friction"].iloc[0]
     facts = pooled.facts
+    order = np.argsort(pooled.arrays["rms_angle"])
+    of_friction = pooled.arrays["shares/friction"][order, 1]
+    rubber = pooled.arrays["shares/small"][order]
+    if "shares/softening" in pooled.arrays:
+        rubber = rubber + pooled.arrays["shares/softening"][order]
     return {
+        "stiffness": [number(float(rubber[k, 2])) for k in (0, -1)],
+        "damping": [number(float(rubber[k, 1])) for k in (0, -1)],
+        "of_friction": [number(float(of_friction[k])) for k in (0, -1)],
         "terms": terms,
         "rows": _amplitude_rows(pooled, estimates, linear),
         "has_truth": bool(truth),
