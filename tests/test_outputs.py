@@ -98,7 +98,7 @@ def test_outputs_of_the_shipped_study(shipped):
     everything = outputs.everything(shipped)
     assert len(everything) == len(set(everything))
     figures = outputs.figures(shipped)
-    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 19 + 2 + 8
+    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8
     assert "<results>/figures/figure_b_12.svg" in figures
     assert len(outputs.standing_figures(shipped)) == 32
     assert len(outputs.pages(shipped)) == 53
@@ -108,8 +108,8 @@ def test_outputs_of_the_shipped_study(shipped):
     tables = [name.removesuffix(".csv").rpartition("/")[2] for name in everything if name.endswith(".csv")]
     assert set(outputs.tables(shipped)) == set(tables)
     assert len(outputs.fits(shipped)) == len(outputs.trials(shipped)) == 53
-    # every trial, the foot's side, two tasks, two cross-validations
-    assert len(outputs.estimates(shipped)) == 53 + 12 + 2 + 2
+    # every trial, the foot's side, two tasks, the manipulator's trials together, two cross-validations
+    assert len(outputs.estimates(shipped)) == 53 + 12 + 2 + 1 + 2
     assert outputs.thesis_tables(shipped) == [f"<results>/tables/table_4_{n}.csv" for n in (1, 2, 3)]
     assert outputs.model_scores(shipped) == ["<results>/treadmill_models/plate.csv"]
     assert outputs.model_files(shipped, "belt") == []

@@ -189,6 +189,7 @@ def test_dflow_log_and_torque_command_come_back_as_they_were_written(tmp_path, r
         trigger_time=813.5,
         command=rng.standard_normal(500),
         command_rate_hz=2048.0,
+        motion=None,
     )
     write_dflow_log(tmp_path / "log.txt", recording)
     write_torque_command(tmp_path / "command.txt", recording)

@@ -89,10 +89,14 @@ def test_intervals_have_the_freedom_of_the_frequencies_that_were_fitted(estimato
     assert (row.ci_high - row.ci_low) / 2.0 == pytest.approx(quantile * row.standard_error, rel=1e-6)
 
 
-def test_interval_of_stiffness_over_periods_is_that_of_its_profile(noisy):
+def test_interval_of_stiffness_over_periods_holds_the_joint_and_the_modulus_has_none(noisy):
     row = rows_of(noisy, "spectral-fit-periods")["K"]
-    assert (row.ci_low, row.ci_high) == noisy.profile.interval
+    assert row.standard_error == noisy.periods_error[2]
     assert row.ci_low < JOINT[2] < row.ci_high
+    for quantity in ("I", "B", "K"):
+        none = rows_of(noisy, "spectral-fit-modulus")[quantity]
+        assert none.sem_as_printed is not None
+        assert (none.standard_error, none.ci_low, none.ci_high) == (None, None, None)
 
 
 def test_error_is_the_sum_of_squares_that_the_fit_left(noisy):

@@ -14,13 +14,14 @@ from tepsipe.identification.admittance_fit import (
     fit_from_many_starts,
     fit_scaled,
     profile_stiffness,
+    standard_error_of_misfit,
 )
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged
+from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged, power_at_lines
 from tepsipe.statistics.goodness_of_fit import vaf
 
 PATHWAY = "admittance"
@@ -142,6 +143,8 @@ class WristalyzerAnalysis:
         Fits from random starting values.
     tried : list of (float, AdmittanceFit, AdmittanceFit)
         Starting K (N·m/rad), fit with complex residuals, fit with the modulus.
+    periods_error : ndarray, shape (3,), or None
+        Standard error of the leakage-free fit (N·m·s²/rad, N·m·s/rad, N·m/rad); None without a period.
     """
 
     prepared: PreparedTrial
@@ -151,6 +154,7 @@ class WristalyzerAnalysis:
     profile: StiffnessProfile
     many_starts: list[AdmittanceFit]
     tried: list[tuple[float, AdmittanceFit, AdmittanceFit]]
+    periods_error: np.ndarray | None = None
 
 
 def analyse_wristalyzer(
@@ -195,7 +199,7 @@ def analyse_wristalyzer(
         "spectral-fit": fit_scaled(band, bounds),
         "spectral-fit-modulus": fit_as_printed(band, bounds),
     }
-    best_band, best = band, fits["spectral-fit"]
+    best_band, best, periods_error = band, fits["spectral-fit"], None
     if options.perturbation_period_s is not None:
         periodic = period_averaged(
             torque,
@@ -208,6 +212,10 @@ def analyse_wristalyzer(
         best = fit_scaled(best_band, bounds)
         spectra["spectral-fit-periods"] = periodic
         fits["spectral-fit-periods"] = best
+        power = power_at_lines(
+            torque, prepared.rate_hz, options.perturbation_period_s, best_band.frequency_hz
+        )
+        periods_error = standard_error_of_misfit(best, best_band, power)
     tried = []
     for stiffness in options.tried_stiffness_Nm_per_rad:
         start = Bounds(np.array([*bounds.start[:2], stiffness]), bounds.lower, bounds.upper)
@@ -221,33 +229,30 @@ def analyse_wristalyzer(
         profile=profile_stiffness(best_band, bounds, best, np.linspace(low, high, points)),
         many_starts=fit_from_many_starts(band, bounds, options.random_starts, rng),
         tried=tried,
+        periods_error=periods_error,
     )
 
 
 def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list[Estimate]:
-    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the fit's error (-), and its flags."""
+    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the fit's error (-), and its flags.
+
+    The modulus as residual gives no interval: its sum of squares says nothing of the spread of a fit that
+    ends where it began.
+    """
     rows = []
     for estimator, fit in analysis.fits.items():
         flags = ["at-bound"] * fit.at_bound + ["not-converged"] * (not fit.converged)
         own: list[Estimate] = []
         names = ("wristalyzer", condition, PATHWAY, estimator)
-        half = scipy.stats.t.ppf(0.975, fit.degrees_of_freedom) * fit.standard_error
+        error = analysis.periods_error if estimator == "spectral-fit-periods" else fit.standard_error
+        quantile = scipy.stats.t.ppf(0.975, fit.degrees_of_freedom)
         for k, quantity in enumerate(PARAMETERS):
-            low, high = fit.parameters[k] - half[k], fit.parameters[k] + half[k]
-            if quantity == "K" and estimator == "spectral-fit-periods":
-                low, high = analysis.profile.interval
-            own.append(
-                Estimate(
-                    *names,
-                    quantity,
-                    UNITS[quantity],
-                    float(fit.parameters[k]),
-                    float(fit.standard_error[k]),
-                    float(low),
-                    float(high),
-                    float(fit.sem_as_printed[k]),
-                )
-            )
+            value, printed = float(fit.parameters[k]), float(fit.sem_as_printed[k])
+            half = quantile * error[k]
+            spread = (float(error[k]), float(value - half), float(value + half))
+            if estimator == "spectral-fit-modulus":
+                spread = (None, None, None)
+            own.append(Estimate(*names, quantity, UNITS[quantity], value, *spread, printed))
         own.append(Estimate(*names, "error", "1", fit.cost))
         own.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters)))
         rows += flagged(own, *flags)

@@ -232,6 +232,29 @@ def period_averaged(
     return _estimate(frequency[lines], s_uu, s_yy, s_uy, periods)
 
 
+def power_at_lines(u: np.ndarray, rate_hz: float, period_s: float, frequency_hz: np.ndarray) -> np.ndarray:
+    """Mean power of a periodic signal over its last whole periods.
+
+    Parameters
+    ----------
+    u : ndarray, shape (n,)
+        Signal (any unit).
+    rate_hz, period_s : float
+        Sampling rate (Hz), and period, a whole number of samples (s).
+    frequency_hz : ndarray, shape (lines,)
+        Multiples of 1 / period (Hz).
+
+    Returns
+    -------
+    ndarray, shape (lines,)
+        |U|^2 of the discrete Fourier transform (unit of u, squared).
+    """
+    length = round(period_s * rate_hz)
+    periods = u[-(u.size // length) * length :].reshape(-1, length)
+    lines = np.round(np.asarray(frequency_hz) * period_s).astype(int)
+    return np.mean(np.abs(np.fft.rfft(periods, axis=1)[:, lines]) ** 2, axis=0)
+
+
 def _estimate(frequency, s_uu, s_yy, s_uy, averages) -> FrequencyResponse:
     if not (s_uu > 0.0).all() or not (s_yy > 0.0).all():
         raise InputError(

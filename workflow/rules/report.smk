@@ -34,6 +34,7 @@ rule write_report:
         noise=outputs.noise(STUDY),
         specification=outputs.specification(STUDY),
         thesis_dummy=outputs.thesis_dummy(STUDY),
+        pooled=outputs.pooled_wristalyzer(STUDY),
         tasks=outputs.task_fits(STUDY),
         plate=outputs.model_files(STUDY, "weight"),
         belt=outputs.model_files(STUDY, "belt"),

@@ -36,6 +36,40 @@ rule cross_validate_wristalyzer:
         "../scripts/cross_validate_wristalyzer.py"
 
 
+rule pool_wristalyzer:
+    input:
+        trials=STUDY.of_trials("<results>/trials/wristalyzer/{condition}.h5", "wristalyzer"),
+        library=library_of("pool_wristalyzer"),
+    output:
+        fit="<results>/fits/wristalyzer_pooled.h5",
+        estimates="<results>/estimates/wristalyzer_pooled.csv",
+    log:
+        "<logs>/pool_wristalyzer.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        conditions=STUDY.conditions("wristalyzer"),
+        analysis=STUDY.pooled_wristalyzer(),
+    script:
+        "../scripts/pool_wristalyzer.py"
+
+
+rule plot_wristalyzer_pooled:
+    input:
+        pooled="<results>/fits/wristalyzer_pooled.h5",
+        estimates=STUDY.of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
+        recovery=outputs.recovery(STUDY),
+        library=library_of("plot_wristalyzer_pooled"),
+    output:
+        **figure_files("wristalyzer_pooled"),
+    log:
+        "<logs>/plot_wristalyzer_pooled.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/plot_wristalyzer_pooled.py"
+
+
 rule plot_wristalyzer:
     input:
         fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),

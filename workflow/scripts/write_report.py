@@ -83,6 +83,10 @@ if "wristalyzer" in experiments:
     data["wristalyzer"] = wristalyzer.wristalyzer_data(
         fits["wristalyzer"], estimates, choices["wristalyzer"], snakemake.params.best
     )
+    if snakemake.input.pooled:
+        data["wristalyzer"]["pooled"] = wristalyzer.pooled_data(
+            read_result(snakemake.input.pooled[0]), estimates, recovery
+        )
 if "dummy" in experiments:
     data["dummy"] = dummy.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
     specifications = read_specification(snakemake.input.specification[0])

@@ -118,6 +118,8 @@ EXPERIMENTS = {
         true=(
             "wristalyzer.manipulator.inertia_kgm2",
             "wristalyzer.manipulator.damping_Nms_per_rad",
+            "wristalyzer.manipulator.contact_Nm_per_rad3",
+            "wristalyzer.manipulator.friction_Nm",
             "dummy.rubber",
         ),
     ),
@@ -279,6 +281,8 @@ PARTS = {
             "figure_b_13",
         ),
     ),
+    # all trials of the manipulator together, if they hold enough periods of the perturbation
+    "wristalyzer_pooled": Part(("wristalyzer",), "Wristalyzer", ("figure_wristalyzer_amplitudes",)),
     # any experiment whose trials name participants
     "participants": Part((), "Participants", ("figure_participants",)),
     "noise": Part(

@@ -57,7 +57,15 @@ def estimates(study: Study) -> list[str]:
     files += study.of_foot("<results>/estimates/foot/{condition}.csv")
     files += [f"<results>/estimates/standing_tasks/{task}.csv" for task in study.tasks()]
     crossed = [e for e in study.experiments if EXPERIMENTS[e].cross_validated]
+    files += pooled_wristalyzer(study)[1:]
     return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
+
+
+def pooled_wristalyzer(study: Study) -> list[str]:
+    """The fit to all trials of the manipulator together, and its rows of estimates, if there is one."""
+    if not study.has("wristalyzer_pooled"):
+        return []
+    return ["<results>/fits/wristalyzer_pooled.h5", "<results>/estimates/wristalyzer_pooled.csv"]
 
 
 def task_fits(study: Study) -> list[str]:
@@ -168,8 +176,8 @@ def tables(study: Study) -> dict[str, str]:
     others = (models, forward, noise, specification, participants, recovery, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
     found["estimates"] = "estimates"
-    found |= {name: name for name in map(_stem, thesis_dummy(study)[1:])}
-    return found | {name: name for files in others for name in map(_stem, files(study))}
+    found |= {name: name for files in others for name in map(_stem, files(study))}
+    return found | {name: name for name in map(_stem, thesis_dummy(study)[1:])}
 
 
 def _stem(path: str) -> str:

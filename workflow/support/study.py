@@ -12,6 +12,7 @@ from workflow.support.row_names import check_names, named_by, with_names
 from workflow.support.settings import pick, plate_treadmill, settings_of
 from workflow.support.trial_sheet import TrialRow, check_roles
 
+LEAST_PERIODS = 12  # of the perturbation in all trials of the manipulator, to fit them together
 LEAST_COLUMNS = 3  # of a thesis's table, for a part of the study that needs it
 
 
@@ -102,11 +103,33 @@ class Study:
         if name not in PARTS:
             return name in self.experiments
         part = PARTS[name]
+        if name == "wristalyzer_pooled" and not self._periods_suffice():
+            return False
         if part.tables and self.config["study"]["reported"] is None:
             return False
         # fewer printed numbers than constants determine nothing
         told = all(len(self.table_conditions(table)) >= LEAST_COLUMNS for table in part.tables)
         return set(part.needs) <= set(self.experiments) and told
+
+    def _periods_suffice(self) -> bool:
+        """Whether the manipulator's trials, of at least two amplitudes, can be fitted together."""
+        rows = [self.trials["wristalyzer", c] for c in self.conditions("wristalyzer")]
+        if len(rows) < 2:
+            return False
+        analysis = self.settings["wristalyzer"]["analysis"]
+        period, cut = analysis["perturbation_period_s"], analysis["cut_s"]
+        if period is None:
+            return False
+        periods = [int((row.duration_s - 2.0 * cut) / period + 1e-9) for row in rows]
+        return min(periods) >= 2 and sum(periods) >= LEAST_PERIODS
+
+    def pooled_wristalyzer(self) -> dict:
+        """Choices of the manipulator's trials that hold for the fit to all of them together."""
+        analysis = self.settings.get("wristalyzer", {}).get("analysis", {})
+        names = ("lowpass_cutoff_hz", "lowpass_order", "cut_s")
+        return {name: analysis.get(name) for name in names} | {
+            "period_s": analysis.get("perturbation_period_s")
+        }
 
     def conditions(self, experiment: str) -> list[str]:
         """Conditions of an experiment in the order of the trial sheet."""

@@ -13,6 +13,7 @@ UNIT_SYMBOLS = {
     "Nms/rad": "N·m·s/rad",
     "Nm/rad": "N·m/rad",
     "Nm/rad2": "N·m/rad²",
+    "Nm/rad3": "N·m/rad³",
     "Nm": "N·m",
     "Nm/rad/kg": "N·m/rad/kg",
     "Nms/rad/kg": "N·m·s/rad/kg",

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.io.result import Result
+from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.numbers.format import _cell, number, percent, span
 
 
@@ -77,6 +78,7 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
         "bins": str(choices["analysis"]["averaged_bins"]),
         "cross_validated": span(values("VAF_cross_validated"), 3) if len(fits) > 1 else number(None),
         "periodic": None,
+        "pooled": None,
     }
     periodic = own[own.estimator == "spectral-fit-periods"]
     if len(periodic):
@@ -94,3 +96,96 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
             ],
         }
     return data
+
+
+TERMS = {
+    "I": "inertia $I$",
+    "B": "damping $B$, small movements",
+    "K": "stiffness $K$, small movements",
+    "friction": "Coulomb friction",
+    "K_cubic": "hardening, with the angle cubed",
+    "K_softened": "stiffness lost at large angles",
+    "B_softened": "damping gained at large angles",
+    "softening_angle": "angle of half the softening",
+}
+
+
+def pooled_data(pooled: Result, estimates: pd.DataFrame, recovery: pd.DataFrame | None) -> dict:
+    """Numbers of the fit to all trials of the Wristalyzer together, as text.
+
+    Parameters
+    ----------
+    pooled : Result
+        Shares of the groups of terms in each trial.
+    estimates : DataFrame
+        Rows of estimates (units in the column ``unit``).
+    recovery : DataFrame or None
+        Comparison with the truth, if there is one.
+
+    Returns
+    -------
+    dict
+        Text.
+    """
+    own = estimates[(estimates.experiment == "wristalyzer") & (estimates.condition == "pooled")]
+    truth, linear = {}, {}
+    if recovery is not None:
+        true = recovery[recovery.experiment == "wristalyzer"]
+        together = true[true.condition == "pooled"]
+        truth = dict(zip(together.quantity, together.truth, strict=True))
+        each = true[(true.estimator == "spectral-fit-periods") & (true.condition != "pooled")]
+        linear = dict(zip(zip(each.condition, each.quantity, strict=True), each.truth, strict=True))
+    terms = [
+        {
+            "quantity": TERMS[r.quantity],
+            "unit": unit_symbol(r.unit),
+            "value": number(r.value),
+            "low": number(r.ci_low),
+            "high": number(r.ci_high),
+            "truth": number(truth.get(r.quantity)),
+        }
+        for r in own.itertuples()
+    ]
+    friction = own[own.quantity == "friction"].iloc[0]
+    facts = pooled.facts
+    order = np.argsort(pooled.arrays["rms_angle"])
+    of_friction = pooled.arrays["shares/friction"][order, 1]
+    rubber = pooled.arrays["shares/small"][order]
+    if "shares/softening" in pooled.arrays:
+        rubber = rubber + pooled.arrays["shares/softening"][order]
+    return {
+        "stiffness": [number(float(rubber[k, 2])) for k in (0, -1)],
+        "damping": [number(float(rubber[k, 1])) for k in (0, -1)],
+        "of_friction": [number(float(of_friction[k])) for k in (0, -1)],
+        "terms": terms,
+        "rows": _amplitude_rows(pooled, estimates, linear),
+        "has_truth": bool(truth),
+        "softens": "K_softened" in set(own.quantity),
+        "friction_found": bool(friction.ci_low > 0.0),
+        "systematic": number(1e3 * facts["systematic_torque_Nm"], 2),
+        "without_softening": number(1e3 * facts["without_softening_Nm"], 2),
+        "delay": number(1e3 * facts["delay_s"], 2),
+    }
+
+
+def _amplitude_rows(pooled: Result, estimates: pd.DataFrame, linear: dict) -> list[dict]:
+    """K (N·m/rad) and B (N·m·s/rad) of each trial: rubber, manipulator, linear fits."""
+    shares = {n.removeprefix("shares/"): a for n, a in pooled.arrays.items() if n.startswith("shares/")}
+    found = estimates[
+        (estimates.experiment == "wristalyzer") & (estimates.estimator == "spectral-fit-periods")
+    ].set_index(["condition", "quantity"])
+    rows = []
+    for k, condition in enumerate(pooled.facts["conditions"]):
+        row = {"condition": condition, "angle": number(float(pooled.arrays["rms_angle"][k]))}
+        for quantity, column in (("K", 2), ("B", 1)):
+            rubber = sum(float(shares[n][k, column]) for n in ("small", "softening") if n in shares)
+            added = sum(float(shares[n][k, column]) for n in ("hardening", "friction"))
+            row[quantity] = [
+                number(rubber),
+                number(added),
+                number(rubber + added),
+                number(float(found.value[condition, quantity])),
+                number(linear.get((condition, quantity))),
+            ]
+        rows.append(row)
+    return rows

@@ -1,0 +1,48 @@
+"""Figure of stiffness and damping in the manipulator against amplitude."""
+
+import job
+
+job.start(snakemake)
+
+import csv
+
+import numpy as np
+
+from tepsipe.io.estimates import read_estimates
+from tepsipe.io.result import read_result
+from tepsipe.reporting.figures.style import save_figure
+from tepsipe.reporting.figures.wristalyzer_amplitudes import plot_amplitudes
+
+ESTIMATOR = "spectral-fit-periods"
+pooled = read_result(snakemake.input.pooled)
+names = list(pooled.facts["conditions"])
+rows = {
+    (row.condition, row.quantity): row
+    for path in snakemake.input.estimates
+    for row in read_estimates(path)
+    if row.estimator == ESTIMATOR
+}
+fitted = {
+    quantity: np.array([[row.value, row.ci_low, row.ci_high] for row in (rows[c, quantity] for c in names)]).T
+    for quantity in ("B", "K")
+}
+truth = None
+if snakemake.input.recovery:
+    with open(snakemake.input.recovery[0], newline="", encoding="utf-8") as file:
+        true = {
+            (row["condition"], row["quantity"]): float(row["truth"])
+            for row in csv.DictReader(file)
+            if row["experiment"] == "wristalyzer" and row["estimator"] == ESTIMATOR
+        }
+    if all((c, "K") in true for c in names):
+        truth = {quantity: np.array([true[c, quantity] for c in names]) for quantity in ("B", "K")}
+shares = {
+    name.removeprefix("shares/"): values
+    for name, values in pooled.arrays.items()
+    if name.startswith("shares/")
+}
+drawn = {
+    "figure_wristalyzer_amplitudes": plot_amplitudes(pooled.arrays["rms_angle"], shares, fitted, truth),
+}
+for name, figure in drawn.items():
+    save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])

@@ -1,0 +1,15 @@
+"""Fit one joint with friction and a nonlinear stiffness to all Wristalyzer trials."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.experiments.wristalyzer_pooled import fit_wristalyzer_together, pooled_estimates, pooled_result
+from tepsipe.io.estimates import write_estimates
+from tepsipe.io.result import write_result
+from tepsipe.io.trial import read_trial
+
+params = snakemake.params
+found = fit_wristalyzer_together([read_trial(path) for path in snakemake.input.trials], **params.analysis)
+write_result(snakemake.output.fit, pooled_result(list(params.conditions), found))
+write_estimates(snakemake.output.estimates, pooled_estimates(found))
