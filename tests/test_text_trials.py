@@ -203,6 +203,16 @@ def test_electromyograms_at_an_odd_rate_are_resampled_to_a_multiple():
     assert "resampled from 1851.85 to 1750 Hz" in trial.signals["emg"].processing
 
 
+def test_recorder_that_the_trigger_started_needs_no_trigger_channel():
+    samples = np.arange(4500.0)[:, None]
+    recording = EmgRecording(1000.0, ("TA",), samples, None, np.array([[0.0, 4499.0]]), ())
+    trial = with_emg(trial_of(250.0, angle=(np.zeros(1000), "rad")), recording, 2.5, 4.0, "emg.csv")
+    assert trial.axes["emg_time"] == pytest.approx(np.arange(4500) / 1000.0)
+    assert trial.values("emg").tolist() == samples.tolist()
+    with pytest.raises(InputError, match="expected 5 s of trial"):
+        with_emg(trial, recording, 2.5, 5.0, "emg.csv")
+
+
 def test_compressed_c3d_is_the_same(dummy_files, raw, tmp_path):
     packed = tmp_path / "markers.c3d.gz"
     packed.write_bytes(gzip.compress(dummy_files["markers"].read_bytes(), compresslevel=1))
