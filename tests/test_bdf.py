@@ -53,6 +53,9 @@ def test_bdf_equals_edf_within_their_resolution(bdf, tmp_path, muscles, trigger)
     assert fine.signals == pytest.approx(coarse.signals, abs=LIMIT_UV / 2**15)
     assert fine.trigger == pytest.approx(coarse.trigger, abs=1e-3)
     assert np.array_equal(fine.limits, coarse.limits)
+    started = read_emg(bdf, CHANNELS, None)
+    assert started.trigger is None
+    assert np.array_equal(started.signals, fine.signals)
 
 
 def test_status_channel_gives_the_number_of_its_trigger_lines(tmp_path, muscles, trigger):

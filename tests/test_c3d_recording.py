@@ -246,3 +246,32 @@ def test_limits_of_a_converter(real_data):
     low, high = channel.limits
     assert (low, high) == pytest.approx((-2048 * 0.001221, 2047 * 0.001221), rel=1e-4)
     assert low <= channel.values.min() < channel.values.max() <= high
+
+
+@pytest.mark.parametrize("name", ["Gait", "HC002D02", "Qualisys"])
+def test_plates_of_types_2_and_4_are_those_of_ezc3d(name, real_data):
+    path = real_data(f"c3d/{name}.c3d")
+    others = ezc3d.c3d(str(path), extract_forceplat_data=True)["data"]["platform"]
+    for plate, other in zip(read_recording(path).plates, others, strict=True):
+        force, centre = other["force"].T, 1e-3 * other["corners"].mean(axis=1)
+        np.testing.assert_allclose(plate.force, force, atol=1e-9)
+        moment = 1e-3 * other["moment"].T + np.cross(centre, force)
+        np.testing.assert_allclose(plate.moment, moment, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "origin"),
+    [
+        (1, [*TYPE_2[:3], 100.0, -50.0, -3000.0], (0.0, 0.0, -0.04)),
+        (3, [4.0, 6.0, 8.0, 12.0, -39.0, -1.0, -11.0, -49.0], (0.2, 0.15, 0.04)),
+    ],
+)
+def test_ezc3d_turns_the_moment_of_other_types(kind, values, origin, tmp_path):
+    """If this fails, ezc3d has changed: decision 43 gives its error as the reason for our own computation."""
+    units = ["N"] * 8 if kind == 3 else ["N", "N", "N", "mm", "mm", "Nmm"]
+    path = written(tmp_path, values, units, kind, origin)
+    (other,) = ezc3d.c3d(str(path), extract_forceplat_data=True)["data"]["platform"]
+    (plate,) = read_recording(path).plates
+    about_centre = plate.moment[0] - np.cross(CORNERS.mean(axis=0), plate.force[0])
+    assert 1e-3 * other["moment"][2, 0] == pytest.approx(-about_centre[2], rel=1e-5)
+    assert abs(about_centre[2]) > 0.1

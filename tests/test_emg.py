@@ -105,7 +105,7 @@ def test_missing_samples_are_refused():
 
 
 def test_recorder_that_is_too_slow_for_the_band_is_refused(rng):
-    with pytest.raises(InputError, match="edges of a band-pass"):
+    with pytest.raises(InputError, match="band-pass: expected edges"):
         process_emg(rng.standard_normal(5000), 500.0, PRINTED)
 
 

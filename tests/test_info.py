@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from dflow_builders import write_mocap
 
 from tepsipe.cli import main
 from tepsipe.io.contents import contents_of
@@ -45,6 +46,26 @@ def test_picture_of_markers_without_a_screen(dummy_files, tmp_path, capsys):
     figure = draw_contents(contents_of(dummy_files["markers"]), "markers")
     assert [ax.get_ylabel().split()[0] for ax in figure.axes] == ["vertical", "forward"]
     assert len(figure.axes[0].lines) == 8
+
+
+def test_picture_of_dflow_text_has_y_upward(tmp_path, rng):
+    n = 500
+    points = {
+        m: np.array([0.1, h, 0.2]) + 0.01 * rng.standard_normal((n, 3)) for m, h in (("A", 0.1), ("B", 0.9))
+    }
+    points["A"][:, 2] += np.linspace(0.0, 0.5, n)
+    points["B"][:, 2] += np.linspace(0.0, 0.5, n)
+    loads = np.zeros((n, 6))
+    loads[:, 1] = 600.0 + rng.standard_normal(n)
+    contents = contents_of(write_mocap(tmp_path / "Mocap0001.txt", 100.0, points, {1: loads, 2: 0.0 * loads}))
+    assert contents.markers == ("A", "B")
+    assert contents.plates[0].low > 590.0
+    figure = draw_contents(contents, "mocap")
+    assert [ax.get_ylabel().split("\n")[0] for ax in figure.axes[:3]] == [
+        "vertical (y)",
+        "forward (z)",
+        "vertical force",
+    ]
 
 
 def test_picture_of_a_log_has_an_axis_per_transducer(dummy_files):

@@ -1,12 +1,14 @@
 """MATLAB files of version 7.3 are read as those of version 5."""
 
 import gzip
+import shutil
 
+import h5py
 import numpy as np
 import pytest
 from builders import assert_one_sentence
 from mat73_builders import write_mat73
-from scipy.io import loadmat
+from scipy.io import loadmat, savemat
 
 from tepsipe.errors import InputError
 from tepsipe.io.contents import contents_of
@@ -73,6 +75,46 @@ def test_info_knows_both_versions(dummy_files, same_log):
     assert shown == {
         c.name: (c.shape, c.rate_hz, c.low, c.high) for c in old.channels if "names" not in c.name
     }
+
+
+def test_log_in_a_structure(dummy_files, same_log, tmp_path):
+    content = {k: v for k, v in loadmat(dummy_files["log"]).items() if not k.startswith("__")}
+    names = [str(np.squeeze(name)) for name in np.ravel(content["channel_names"])]
+    savemat(tmp_path / "old.mat", {"run": content})
+    write_mat73(tmp_path / "new.mat", {"run": content | {"channel_names": names}})
+    expected = read_treadmill_log(same_log)
+    for name in ("old.mat", "new.mat"):
+        found = read_treadmill_log(tmp_path / name)
+        assert found.channels == expected.channels
+        assert np.array_equal(found.voltages, expected.voltages)
+        assert found.rate_hz == expected.rate_hz
+
+
+def test_files_of_other_programs_without_matlabs_attributes(same_log, tmp_path):
+    path = tmp_path / "plain.mat"
+    with h5py.File(same_log, "r") as old, h5py.File(path, "w") as new:
+        for name in old:
+            old.copy(name, new, expand_refs=True)
+        cells = new["channel_names"]
+        for row in range(cells.shape[0]):
+            cells[row, 0] = new[f"#refs#/channel_names_{row}"].ref
+        new.visititems(lambda _, item: [item.attrs.__delitem__(key) for key in list(item.attrs)] and None)
+    found = read_treadmill_log(path)
+    assert found.channels == read_treadmill_log(same_log).channels
+    assert contents_of(path).kind == "MATLAB"
+
+
+def test_string_array_is_refused_with_what_to_do(same_log, tmp_path):
+    path = tmp_path / "log.mat"
+    shutil.copy(same_log, path)
+    with h5py.File(path, "r+") as file:
+        del file["channel_names"]
+        strings = file.create_dataset("channel_names", data=np.zeros((6, 1), dtype="u4"))
+        strings.attrs["MATLAB_class"] = np.bytes_("string")
+        strings.attrs["MATLAB_object_decode"] = np.int32(3)
+    with pytest.raises(InputError, match="save cellstr") as caught:
+        read_treadmill_log(path)
+    assert_one_sentence(caught.value, path)
 
 
 @pytest.mark.parametrize("keep", [400, 600, 5000, -200])

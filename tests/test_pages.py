@@ -24,6 +24,7 @@ from page_builders import (
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.reporting.numbers.format import by_uncertainty
+from tepsipe.reporting.pages import trial_page
 from tepsipe.reporting.pages.dummy import dummy_page
 from tepsipe.reporting.pages.html import asset, json_script
 from tepsipe.reporting.pages.manipulators import belt_page, position_manipulator_page, wristalyzer_page
@@ -165,6 +166,14 @@ def test_page_of_a_long_recording_with_many_traces_stays_below_a_megabyte(rng):
     assert len(html) < 1_000_000
     for trace in page_data(html)["panels"][0]["traces"]:
         assert trace["offset"] + 32767 * trace["scale"] == pytest.approx(99.0)
+
+
+def test_short_traces_leave_their_points_to_long_ones(monkeypatch):
+    monkeypatch.setattr(trial_page, "MOST_POINTS", 1_000)
+    assert trial_page._points([100, 100, 5_000, 9_000]) == 400
+    assert trial_page._points([100, 100]) == 900
+    assert trial_page._points([]) == 0
+    assert trial_page._points([5_000] * 10) == 100
 
 
 def test_dummy_shows_belt_markers_forces_angle_and_torque_of_every_pathway():

@@ -8,6 +8,7 @@ import pytest
 
 from tepsipe.reporting.figures.participants import plot_participants
 from tepsipe.reporting.figures.style import save_figure
+from tepsipe.reporting.numbers.abstract import abstract_of
 from tepsipe.reporting.numbers.participants import participants_data
 from tepsipe.reporting.participants import PersonEstimate, group_estimates, write_group, write_people
 
@@ -60,6 +61,18 @@ def test_numbers_of_the_chapter_are_those_of_the_tables(tables):
     assert standing["persons"][0]["cells"][0] == "300 ± 15"
     assert standing["persons"][0]["cells"][2] == "5.00 ± 0.25"
     assert manipulator["persons"][0]["mass"] == "\N{EN DASH}"
+
+
+def test_first_page_tells_the_means_over_people(tables):
+    data = {"experiments": [], "claims": None, "participants": participants_data(*tables(PEOPLE), SHOWN)}
+    (paragraph,) = abstract_of(data)
+    text = "".join(piece for _, piece in paragraph)
+    assert (
+        "standing, as mean over participants, is 320 N·m/rad (relax, n = 2, 95 % interval 65.9 to 574)"
+        in text
+    )
+    assert "200 N·m/rad (stiff minus relax, n = 1)" in text
+    assert ["ref", "participants"] in paragraph
 
 
 def test_figure_has_a_dot_for_every_person_and_the_mean_beside_them(tables):

@@ -6,7 +6,7 @@ import pytest
 
 from tepsipe.errors import InputError
 from workflow.support import groups, outputs
-from workflow.support.check import check_against_schema, check_config
+from workflow.support.check import check_against_schema, check_config, check_one_treadmill
 from workflow.support.people import read_participants
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, read_trial_sheet
@@ -247,6 +247,16 @@ def test_models_are_those_of_the_belt_of_a_trial(study_of):
     assert study.tasks() == ["P1-left-relax", "P1-right-relax"]
     assert [m["belt"] for m in groups.members(study)] == ["left", "right"]
     assert groups.labels(study)["belt"]["standing"]["P1-left-relax"] == "left"
+
+
+def test_exception_for_a_belt_is_possible_where_belts_have_models_of_their_own(config):
+    config["plate_treadmill"]["exceptions"] = {"standing": {"belt": "left"}}
+    experiments = ["standing", "weight", "empty"]
+    text = refused(check_one_treadmill, config, experiments, "mine")
+    assert "name the belt of every trial in the trial sheet" in text
+    check_one_treadmill(config, experiments, "mine", by_belt=True)
+    config["plate_treadmill"]["exceptions"]["standing"]["lowpass_order"] = 2
+    assert "lowpass_order" in refused(check_one_treadmill, config, experiments, "mine", by_belt=True)
 
 
 def test_without_the_column_the_models_have_their_own_name(study_of):

@@ -232,6 +232,7 @@ def test_export_of_delsys(delsys, layout):
     assert (found.muscles, found.missing) == (("TA", "SOL"), ("GAS",))
     assert found.signals == pytest.approx(1e6 * emg.T, abs=1e-3)
     assert np.flatnonzero(found.trigger > 2.5).tolist() == list(range(100, 400))
+    assert read_emg(path, CHANNELS, None).trigger is None
     shown = {c.name: c for c in contents_of(path).channels}
     assert shown["Avanti sensor 1: ACC.X 1"].shape == (32,)
     assert shown["Avanti sensor 1: ACC.X 1"].rate_hz == pytest.approx(ACC_RATE_HZ, rel=1e-4)

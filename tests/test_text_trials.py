@@ -203,6 +203,16 @@ def test_electromyograms_at_an_odd_rate_are_resampled_to_a_multiple():
     assert "resampled from 1851.85 to 1750 Hz" in trial.signals["emg"].processing
 
 
+def test_recorder_that_the_trigger_started_needs_no_trigger_channel():
+    samples = np.arange(4500.0)[:, None]
+    recording = EmgRecording(1000.0, ("TA",), samples, None, np.array([[0.0, 4499.0]]), ())
+    trial = with_emg(trial_of(250.0, angle=(np.zeros(1000), "rad")), recording, 2.5, 4.0, "emg.csv")
+    assert trial.axes["emg_time"] == pytest.approx(np.arange(4500) / 1000.0)
+    assert trial.values("emg").tolist() == samples.tolist()
+    with pytest.raises(InputError, match="expected 5 s of trial"):
+        with_emg(trial, recording, 2.5, 5.0, "emg.csv")
+
+
 def test_compressed_c3d_is_the_same(dummy_files, raw, tmp_path):
     packed = tmp_path / "markers.c3d.gz"
     packed.write_bytes(gzip.compress(dummy_files["markers"].read_bytes(), compresslevel=1))
@@ -230,17 +240,25 @@ def test_info_shows_both_files_of_dflow(dflow_files):
     assert record.facts["belt speeds"] == "LeftBelt.Speed, RightBelt.Speed"
 
 
+def write_sheet(path, header, rows):
+    path.write_text("".join("\t".join(cells) + "\n" for cells in (header, *rows)))
+
+
 def test_trial_sheet_takes_a_pair_of_text_files_and_no_calibration(tmp_path):
     header = (
         "experiment condition source profile amplitude interval_s duration_s log command calibration markers"
     )
     cells = ["dummy", "a", "recorded", "-", "-", "-", "12", "Record0001.txt", "-", "-", "Mocap0001.txt"]
     path = tmp_path / "trials.tsv"
-    path.write_text("\t".join(header.split()) + "\n" + "\t".join(cells) + "\n")
+    write_sheet(path, header.split(), [cells])
     row = read_trial_sheet(path, "folder")["dummy", "a"]
     assert row.files == {"log": "folder/Record0001.txt", "markers": "folder/Mocap0001.txt"}
-    cells[9] = "plate.csv"
-    path.write_text("\t".join(header.split()) + "\n" + "\t".join(cells) + "\n")
+    cells[0] = "empty"  # its forces are in the mocap file
+    other = ["empty", "b", *cells[2:7], "Record0002.txt", "-", "-", "Mocap0002.txt", "validate"]
+    write_sheet(path, [*header.split(), "role"], [[*cells, "calibrate"], other])
+    assert read_trial_sheet(path, "folder")["empty", "a"].files == row.files
+    cells[0], cells[9] = "dummy", "plate.csv"
+    write_sheet(path, header.split(), [cells])
     with pytest.raises(InputError, match="for the calibration of dummy/a"):
         read_trial_sheet(path, "folder")
 

@@ -126,7 +126,7 @@ def report(folder: Path, k: int, wrong: str) -> None:
         file.write(f"mutation {k}: {' '.join(wrong.split())[:400]}\n")
 
 
-def run(reader: str, mutations: int, seed: int = 1, cores: int = 2) -> Outcome:
+def run(reader: str, mutations: int, seed: int = 1, cores: int = 2, first: int = 0) -> Outcome:
     """Damage the good files of a reader so many times, and read them.
 
     Parameters
@@ -139,6 +139,8 @@ def run(reader: str, mutations: int, seed: int = 1, cores: int = 2) -> Outcome:
         Of all chance.
     cores : int
         Number of workers.
+    first : int
+        Number of the first mutation (-).
     """
     outcome = Outcome(reader, mutations)
     context = multiprocessing.get_context("fork")
@@ -156,7 +158,7 @@ def run(reader: str, mutations: int, seed: int = 1, cores: int = 2) -> Outcome:
             folder.mkdir()
             notes = RawArray("d", 7)
             notes[STARTED] = time.monotonic()
-            arguments = (reader, files, seed, range(core, mutations, cores), folder, notes)
+            arguments = (reader, files, seed, range(first + core, first + mutations, cores), folder, notes)
             workers.append([context.Process(target=work, args=arguments), arguments])
             workers[-1][0].start()
         while workers:
@@ -226,6 +228,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--reader", choices=list(READERS), action="append", help="only this one")
     parser.add_argument("--cores", type=int, default=2, help="number of workers (default 2)")
+    parser.add_argument("--first", type=int, default=0, help="number of the first mutation (default 0)")
     parser.add_argument("--only", type=int, help="number of the one mutation of --reader to be repeated")
     parser.add_argument("--show", type=int, default=10, help="most violations to be shown per reader")
     given = parser.parse_args()
@@ -234,7 +237,7 @@ def main() -> int:
         return 0
     outcomes = []
     for reader in given.reader or READERS:
-        outcome = run(reader, given.mutations, given.seed, given.cores)
+        outcome = run(reader, given.mutations, given.seed, given.cores, given.first)
         outcomes.append(outcome)
         print(table(outcomes).splitlines()[-1], flush=True)
         for violation in outcome.violations[: given.show]:

@@ -42,6 +42,7 @@ from tepsipe.virtual_lab.treadmill_files import (  # noqa: E402
     write_treadmill_log,
 )
 from workflow.support.check import check_against_schema, check_config  # noqa: E402
+from workflow.support.people import read_participants  # noqa: E402
 from workflow.support.trial_sheet import read_trial_sheet  # noqa: E402
 from workflow.support.yaml_file import read_settings  # noqa: E402
 
@@ -226,15 +227,16 @@ def bdf(folder: Path) -> list[Path]:
 def delsys(folder: Path) -> list[Path]:
     """An export of Delsys, also with semicolons and decimal commas."""
     path, other = folder / "delsys.csv", folder / "decimal.csv"
-    names, rates = [*MUSCLES.values(), "Trigger"], (2000.0, 2000.0, 2000.0)
-    values = [1e-4 * rng().standard_normal(60), 1e-4 * rng().standard_normal(60), np.repeat([0.0, 5.0], 30)]
+    names, rates, counts = [*MUSCLES.values(), "Trigger"], (2000.0, 2000.0, 1000.0), (60, 60, 30)
+    values = [1e-4 * rng().standard_normal(60), 1e-4 * rng().standard_normal(60), np.repeat([0.0, 5.0], 15)]
     lines = [
-        f"Label: {name} Sampling frequency: {rate:g} Number of points: 60 start: 0 Unit: V Domain Unit: s"
-        for name, rate in zip(names, rates, strict=True)
+        f"Label: {name} Sampling frequency: {rate:g} Number of points: {n} start: 0 Unit: V Domain Unit: s"
+        for name, rate, n in zip(names, rates, counts, strict=True)
     ]
     lines.append(",".join(f'X[s],"{name}"' for name in names))
     for k in range(60):
-        lines.append(",".join(f"{k / rate:.7f},{x[k]:.9f}" for rate, x in zip(rates, values, strict=True)))
+        cells = zip(rates, counts, values, strict=True)
+        lines.append(",".join(f"{k / rate:.7f},{x[k]:.9f}" if k < n else "," for rate, n, x in cells))
     path.write_text("\n".join(lines) + "\n")
     lines[3:] = [line.replace(",", ";").replace(".", ",").replace('"', "") for line in lines[3:]]
     other.write_text("\n".join(lines) + "\n")
@@ -341,6 +343,18 @@ def check_sheet(trials: dict) -> None:
     for row in trials.values():
         numbers = (row.duration_s, row.amplitude, row.interval_s, row.longest_interval_s)
         assert all(x is None or (finite(x) and x > 0.0) for x in numbers), f"numbers of {row.condition}"
+
+
+def participants(folder: Path) -> list[Path]:
+    """A table of two people."""
+    path = folder / "participants.tsv"
+    path.write_text("participant\tmass_kg\tstature_m\nA\t70.5\t1.81\nB\t62.25\t-\n")
+    return [path]
+
+
+def check_participants(people: dict) -> None:
+    """Positive numbers."""
+    assert all(finite(x) and x > 0.0 for person in people.values() for x in person.values()), "numbers"
 
 
 def configuration(folder: Path) -> list[Path]:
@@ -485,6 +499,7 @@ READERS = {
     "trial-sheet": Reader(
         trial_sheet, lambda path: read_trial_sheet(path, "recordings"), check_sheet, text=True
     ),
+    "participants": Reader(participants, read_participants, check_participants, text=True),
     "configuration": Reader(configuration, read_configuration, check_configuration, text=True),
     "trial": Reader(trial, read_trial, check_trial),
     "result": Reader(result, read_result, check_result),

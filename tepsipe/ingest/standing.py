@@ -25,7 +25,7 @@ def ingest_standing_files(
     files: dict[str, str],
     marker_labels: list[str],
     emg_channels: dict[str, str],
-    emg_trigger: str,
+    emg_trigger: str | None,
     emg_trigger_threshold: float,
     options: TreadmillOptions,
     duration_s: float,
@@ -42,8 +42,8 @@ def ingest_standing_files(
         Markers in the order of sequential sampling.
     emg_channels : dict of str to str
         Muscle -> label of its channel. A muscle without channel is named in ``emg_missing``.
-    emg_trigger : str
-        Label of the trigger in the electromyograms' file.
+    emg_trigger : str or None
+        Label of the trigger in the electromyograms' file; None if it started their recorder.
     emg_trigger_threshold : float
         Value above which it is high (V, or the unit of that channel).
     options : TreadmillOptions
@@ -152,7 +152,7 @@ def with_emg(
     trial : Trial
         Other signals of the same trial.
     recording : EmgRecording
-        Raw electromyograms (uV) and their trigger (V).
+        Raw electromyograms (uV) and their trigger (V), or none: they start with the trial.
     trigger_threshold : float
         Value above which the trigger line is high (V, or the unit of that channel).
     duration_s : float
@@ -171,7 +171,10 @@ def with_emg(
     InputError
         If the trigger does not rise, or the recording ends early.
     """
-    rate = recording.rate_hz
+    rate, samples = recording.rate_hz, recording.signals.shape[0]
+    if recording.trigger is None:
+        refuse_short(samples / rate, duration_s, name)
+        return _with_emg(trial, recording, np.arange(samples) / rate, ("started by the trigger",))
     edge = rising_edge(recording.trigger, trigger_threshold, name)
     refuse_short(float((recording.trigger >= trigger_threshold).sum()) / rate, duration_s, name)
     refuse_short((recording.trigger.size - edge) / rate, duration_s, name)

@@ -404,8 +404,7 @@ def _refuse_wrong_sign(force: np.ndarray, name: str) -> None:
         raise InputError(
             f"{name}: expected vertical forces that point up under load, found {load:.4g} N: set "
             "plate_treadmill.recording.force_sign to -1 if the plates give the force on the plate, or "
-            "correct the "
-            "axes there"
+            "correct the axes there, or the order of the corners in the file (+x +y, -x +y, -x -y, +x -y)"
         )
 
 

@@ -1,13 +1,12 @@
 """Contents of a file of any readable kind: channels, rates, units and gaps."""
 
-import csv
 import re
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted
 from tepsipe.io.described import Channel, Contents
 from tepsipe.io.readers import file_kind
 from tepsipe.io.readers.file_kind import ending_of, kind_of
@@ -62,7 +61,10 @@ def contents_of(path: str | Path) -> Contents:
         ".trc": _of_trc,
         **dict.fromkeys(TABLES, _of_table),
     }
-    ending = READ_AS.get(kind_of(path)) or ending_of(path)
+    kind, ending = kind_of(path), ending_of(path)
+    # MATLAB 7.3 as other programs write it is plain HDF5
+    if not (kind == file_kind.HDF5_FILE and ending == ".mat"):
+        ending = READ_AS.get(kind) or ending
     if ending not in readers:
         raise InputError(
             f"{path}: expected a file that ends in {', '.join(readers)}, found {ending or 'no ending'!r}: "
@@ -93,16 +95,17 @@ def table_columns(path: Path) -> tuple[list[str], str]:
     InputError
         If the file is no text table with a header.
     """
+    from tepsipe.io.readers.plain_table import fields_of
     from tepsipe.io.readers.text_file import read_text
 
     text = read_text(path, "a table of samples")
     header = text.partition("\n")[0].rstrip("\r")
     delimiter = delimiter_of(header)
-    names = [name.strip() for name in next(csv.reader([header], delimiter=delimiter), [])]
+    names = fields_of(header, delimiter)
     numbers = sum(bool(re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?", name, re.IGNORECASE)) for name in names)
     if len(names) < 2 or numbers > len(names) // 2:
         raise InputError(
-            f"{path}: expected a header that names at least two columns, found {header[:60]!r}: add a "
+            f"{path}: expected a header that names at least two columns, found {quoted(header)}: add a "
             f"first line "
             "with a name for every column"
         )

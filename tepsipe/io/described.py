@@ -80,6 +80,8 @@ class Contents:
         Vertical force on each force plate (N).
     events : tuple of (str, float)
         Label and time (s) of each event, in the order of time.
+    vertical : int
+        Vertical axis of the positions (-): 2 for z.
     """
 
     kind: str
@@ -88,6 +90,7 @@ class Contents:
     markers: tuple[str, ...] = ()
     plates: tuple[Channel, ...] = ()
     events: tuple[tuple[str, float], ...] = ()
+    vertical: int = 2
 
     def summary(self) -> str:
         """The contents as text, one line per channel (units there)."""

@@ -39,7 +39,8 @@ def dflow_contents(path: Path) -> Contents:
         if marker is None or marker[1] not in markers:
             channels.append(Channel.of(name, unit_of(name), rate, values))
     kind = "mocap" if table.is_mocap else "record"
-    return Contents(f"D-Flow text, {kind} module", facts, channels)
+    loads = tuple(Channel.of(name, "N", rate, force[:, 1]) for name, (force, _) in plates.items())
+    return Contents(f"D-Flow text, {kind} module", facts, channels, tuple(markers), loads, vertical=1)
 
 
 def emg_table_contents(path: Path) -> Contents:
@@ -75,4 +76,8 @@ def trc_contents(path: Path) -> Contents:
         Channel.of(label, "m", markers.rate_hz, markers.positions[:, k])
         for k, label in enumerate(markers.labels)
     ]
-    return Contents("TRC", facts, channels)
+    visible = markers.positions[:, np.isfinite(markers.positions).any(axis=(0, 2))]
+    upright = 2
+    if visible.size:  # markers differ most in height
+        upright = int(np.argmax(np.std(np.nanmedian(visible, axis=0), axis=0)))
+    return Contents("TRC", facts, channels, tuple(markers.labels), vertical=upright)

@@ -1,12 +1,14 @@
 """The thesis's tables of estimates, each value beside the reported one (Tables 4-1 to 4-3)."""
 
 import csv
+import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from tepsipe.errors import InputError
+from tepsipe.errors import InputError, quoted
 from tepsipe.io.estimates import Estimate
+from tepsipe.io.readers.text_file import read_text
 
 # SEM_x is the thesis's "standard error of the mean" as printed, SE_x the standard error
 PARAMETER_ROWS = ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "SE_I", "SE_B", "SE_K"]
@@ -127,12 +129,24 @@ def write_table(path: str | Path, rows: list[TableRow], conditions: list[str]) -
 
 
 def read_table(path: str | Path) -> tuple[list[str], list[TableRow]]:
-    """Conditions and rows of a table written by `write_table` (units in the rows)."""
-    with open(path, newline="", encoding="utf-8") as file:
-        header, *lines = list(csv.reader(file))
-    conditions = header[4::2]
-    rows = []
-    for line in lines:
-        numbers = [float(x) if x else None for x in line[4:]]
-        rows.append(TableRow(*line[:4], numbers[::2], numbers[1::2]))
-    return conditions, rows
+    """Conditions and rows of a table written by `write_table` (units in the rows).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or damaged.
+    """
+    text = read_text(path, "a table of the thesis", ended=True)
+    try:
+        header, *lines = list(csv.reader(io.StringIO(text), strict=True))
+        rows = []
+        for line in lines:
+            numbers = [float(x) if x else None for x in line[4:]]
+            if len(line) != len(header):
+                raise ValueError(f"{len(line)} cells below {len(header)} names")
+            rows.append(TableRow(*line[:4], numbers[::2], numbers[1::2]))
+    except (ValueError, csv.Error) as error:
+        raise InputError(
+            f"{path}: expected a table of the thesis, found a damaged row ({quoted(error)}): make it again"
+        ) from error
+    return header[4::2], rows

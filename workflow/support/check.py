@@ -385,18 +385,23 @@ def _check_models_of_pathways(section: str, pathways: dict, family: list[str], n
             _refuse_unknown(name, key, choice["treadmill_model"], "weight.models.family", family)
 
 
-def check_one_treadmill(config: dict, experiments, name: str) -> None:
-    """Models of the treadmill hold for one belt, rate and filter; exceptions are refused with the weight."""
+def check_one_treadmill(config: dict, experiments, name: str, by_belt: bool = False) -> None:
+    """Models of the treadmill hold for one belt, rate and filter; exceptions are refused with the weight.
+
+    If the trial sheet names belts, each has models of its own (``by_belt``).
+    """
     shared = config["plate_treadmill"]
     for experiment, own in shared["exceptions"].items():
         if not {experiment, "weight"} <= set(experiments):
             continue
         for key, value in own.items():
-            if key != "recording" and value != shared[key]:
+            if key != "recording" and value != shared[key] and not (by_belt and key == "belt"):
+                column = ", or name the belt of every trial in the trial sheet" if key == "belt" else ""
                 raise InputError(
                     f"{name}: expected plate_treadmill.{key} ({shared[key]}) for {experiment}, too, because "
                     "models of the treadmill, fitted to trials of weight and empty, hold for one belt, rate "
-                    f"and filter, found {value} in plate_treadmill.exceptions.{experiment}: take it out"
+                    f"and filter, found {value} in plate_treadmill.exceptions.{experiment}: take "
+                    f"it out{column}"
                 )
 
 

@@ -58,7 +58,7 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = N
     people = None if study["participants"] is None else read_participants(study["participants"])
     found = Study(config, trials, people)
     found.check(study["trial_sheet"])
-    check_one_treadmill(config, found.experiments, name)
+    check_one_treadmill(config, found.experiments, name, found.by_belt)
     for trial, row in trials.items():
         check_recordings(found.settings_of(*trial), {trial: row}, name)
     if found.has("standing") and not found.has("weight"):

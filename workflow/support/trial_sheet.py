@@ -66,7 +66,10 @@ class TrialRow:
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
     """Read and check the sheet; keys are (experiment, condition), in the sheet's order."""
     text = read_text(path, "the trial sheet", ended=True)
-    rows = list(csv.reader(text.splitlines(), delimiter="\t"))
+    try:
+        rows = list(csv.reader(text.splitlines(), delimiter="\t"))
+    except csv.Error as error:
+        raise InputError(f"{path}: expected cells separated by tabs, found {error}: correct it") from None
     header = [name.strip() for name in rows[0]] if rows else []
     for name in header:
         known = COLUMNS + OPTIONAL_COLUMNS
@@ -184,6 +187,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     needed = known.raw_files
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
     whole = "calibration" in needed and holds_whole_trial(files.get("log", ""))
+    if whole and ending_of(files["log"]) in TEXT_ENDINGS and cells.get("markers", "") not in (EMPTY, ""):
+        files["markers"] = cells["markers"]  # of the empty belt, too: D-Flow's forces are among the markers
     if source == "recorded":
         if whole:
             _refuse_beside_whole_trial(files, f"{experiment}/{condition}", here)

@@ -44,8 +44,8 @@ class EmgRecording:
         Muscles whose channel is in the file, in the wanted order.
     signals : ndarray, shape (n, muscles)
         Raw electromyograms (uV).
-    trigger : ndarray, shape (n,)
-        Trigger line (V if its unit is a voltage, otherwise as recorded).
+    trigger : ndarray, shape (n,), or None
+        Trigger line (V if its unit is a voltage, otherwise as recorded); None if it started the recorder.
     limits : ndarray, shape (muscles, 2)
         Lowest and highest value that each channel can hold (uV).
     missing : tuple of str
@@ -55,12 +55,12 @@ class EmgRecording:
     rate_hz: float
     muscles: tuple[str, ...]
     signals: np.ndarray
-    trigger: np.ndarray
+    trigger: np.ndarray | None
     limits: np.ndarray
     missing: tuple[str, ...]
 
 
-def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> EmgRecording:
+def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | None) -> EmgRecording:
     """Read the wanted muscles and the trigger of an EDF, EDF+ or BDF file.
 
     Parameters
@@ -69,8 +69,8 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
         EDF, EDF+ or BDF file, plain or compressed with gzip, under any name.
     channels : dict of str to str
         Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
-    trigger_label : str
-        Label of the trigger's channel.
+    trigger_label : str or None
+        Label of the trigger's channel; None if the recorder was started by the trigger.
 
     Returns
     -------
@@ -86,7 +86,8 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
     """
     path = Path(path)
     found = open_edf(path)
-    if trigger_label not in found:
+    triggers = [] if trigger_label is None else [trigger_label]
+    if triggers and trigger_label not in found:
         raise InputError(
             f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: "
             "correct standing.files.emg_trigger"
@@ -99,33 +100,36 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
             "correct the channels in standing.muscles"
         )
     labels = [channels[muscle] for muscle in muscles]
-    for label in (*labels, trigger_label):
+    for label in (*labels, *triggers):
         if len(found[label]) > 1:
             raise InputError(
                 f"{path}: expected one channel named {label!r}, found {len(found[label])}: rename them when "
                 "exporting"
             )
-    rates = {label: found[label][0].sampling_frequency for label in (*labels, trigger_label)}
+    rates = {label: found[label][0].sampling_frequency for label in (*labels, *triggers)}
     if len(set(rates.values())) > 1:
         shown = ", ".join(f"{label!r} at {rate:g} Hz" for label, rate in rates.items())
         raise InputError(
             f"{path}: expected one sampling rate for all channels, found {shown}: export them at one rate"
         )
-    scaled = [_physical(path, label, found[label][0]) for label in (*labels, trigger_label)]
-    for label, (unit, _, _) in zip(labels, scaled[:-1], strict=True):
+    scaled = [_physical(path, label, found[label][0]) for label in labels]
+    for label, (unit, _, _) in zip(labels, scaled, strict=True):
         if unit not in UV_PER_UNIT:
             raise InputError(
                 f"{path}: expected the channel {label!r} in uV, mV or V, found the unit {quoted(unit)}: set "
                 "its physical dimension when exporting"
             )
-    in_uv = [UV_PER_UNIT[unit] for unit, _, _ in scaled[:-1]]
-    unit, trigger, _ = scaled[-1]
+    in_uv = [UV_PER_UNIT[unit] for unit, _, _ in scaled]
+    trigger = None
+    if triggers:
+        unit, trigger, _ = _physical(path, trigger_label, found[trigger_label][0])
+        trigger = 1e-6 * UV_PER_UNIT[unit] * trigger if unit in UV_PER_UNIT else trigger
     return EmgRecording(
-        rate_hz=float(rates[trigger_label]),
+        rate_hz=float(rates[labels[0]]),
         muscles=muscles,
-        signals=np.column_stack([s * x for s, (_, x, _) in zip(in_uv, scaled[:-1], strict=True)]),
-        trigger=1e-6 * UV_PER_UNIT[unit] * trigger if unit in UV_PER_UNIT else trigger,
-        limits=np.array([np.sort(s * ends) for s, (_, _, ends) in zip(in_uv, scaled[:-1], strict=True)]),
+        signals=np.column_stack([s * x for s, (_, x, _) in zip(in_uv, scaled, strict=True)]),
+        trigger=trigger,
+        limits=np.array([np.sort(s * ends) for s, (_, _, ends) in zip(in_uv, scaled, strict=True)]),
         missing=tuple(muscle for muscle in channels if muscle not in muscles),
     )
 

@@ -7,7 +7,7 @@ from tepsipe.io.readers.edf import EmgRecording
 from tepsipe.io.readers.file_kind import TEXTS, kind_of
 
 
-def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> EmgRecording:
+def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | None) -> EmgRecording:
     """Read the wanted muscles and the trigger of an EDF, EDF+ or BDF file, an export of Delsys, or a table.
 
     Parameters
@@ -16,8 +16,8 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str) -> 
         The file, plain or compressed with gzip; its content says what it is.
     channels : dict of str to str
         Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
-    trigger_label : str
-        Label of the trigger's channel.
+    trigger_label : str or None
+        Label of the trigger's channel; None if the recorder was started by the trigger.
 
     Returns
     -------

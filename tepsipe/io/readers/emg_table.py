@@ -101,7 +101,7 @@ def read_emg_channels(path: str | Path) -> dict[str, EmgChannel]:
     return channels
 
 
-def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str) -> EmgRecording:
+def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str | None) -> EmgRecording:
     """Read the wanted muscles and the trigger of a text file of electromyograms.
 
     A trigger of another rate is held from sample to sample at the instants of the electromyograms.
@@ -112,8 +112,8 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str)
         The file, plain or compressed with gzip.
     wanted : dict of str to str
         Label of the channel of each muscle. A muscle whose channel is missing is omitted and listed.
-    trigger_label : str
-        Label of the trigger's channel.
+    trigger_label : str or None
+        Label of the trigger's channel; None if the recorder was started by the trigger.
 
     Returns
     -------
@@ -128,8 +128,8 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str)
     """
     found = read_emg_channels(path)
     wanted = {muscle: split_unit(label)[0] for muscle, label in wanted.items()}
-    trigger_label = split_unit(trigger_label)[0]
-    if trigger_label not in found:
+    trigger_label = None if trigger_label is None else split_unit(trigger_label)[0]
+    if trigger_label is not None and trigger_label not in found:
         raise InputError(
             f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: "
             "correct standing.files.emg_trigger"
@@ -157,19 +157,22 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str)
             f"{path}: expected one sampling rate for all muscles, found {shown}: export them at one rate"
         )
     rate, n = channels[0].rate_hz, min(channel.values.size for channel in channels)
-    trigger = found[trigger_label]
-    volts = 1e-6 * UV_PER_UNIT.get(trigger.unit, 1e6)
-    at = channels[0].start_s + np.arange(n) / rate - trigger.start_s
-    held = np.clip(np.floor(at * trigger.rate_hz + 1e-6).astype(np.int64), 0, trigger.values.size - 1)
     return EmgRecording(
         rate_hz=rate,
         muscles=muscles,
         signals=np.column_stack([UV_PER_UNIT[c.unit] * c.values[:n] for c in channels]),
-        trigger=volts * trigger.values[held],
+        trigger=None if trigger_label is None else _held(found[trigger_label], channels[0], n),
         # without the converter's limits, the extremes of the samples show where they were clipped
         limits=np.array([UV_PER_UNIT[c.unit] * np.array([c.values.min(), c.values.max()]) for c in channels]),
         missing=tuple(muscle for muscle in wanted if muscle not in muscles),
     )
+
+
+def _held(trigger: EmgChannel, muscle: EmgChannel, n: int) -> np.ndarray:
+    """Trigger (V, or as recorded) at the first n instants of a muscle, held from sample to sample."""
+    at = muscle.start_s + np.arange(n) / muscle.rate_hz - trigger.start_s
+    held = np.clip(np.floor(at * trigger.rate_hz + 1e-6).astype(np.int64), 0, trigger.values.size - 1)
+    return 1e-6 * UV_PER_UNIT.get(trigger.unit, 1e6) * trigger.values[held]
 
 
 def _is_delsys_header(line: str) -> bool:

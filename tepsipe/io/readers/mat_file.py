@@ -34,7 +34,7 @@ def read_mat(path: str | Path, what: str, squeeze: bool = False) -> dict[str, ob
     -------
     dict of str to object
         Variable -> ndarray (units in the names, if at all); text is a str, a cell an array of objects, a
-        structure a dict.
+        structure a dict in version 7.3, an object of a class (a string array) None.
 
     Raises
     ------
@@ -86,13 +86,16 @@ def _value(file, item, depth: int):
     if item.attrs.get("MATLAB_empty", 0):
         shape = tuple(int(n) for n in np.ravel(item[()]))
         return "" if kind == "char" else np.empty(shape if 0 in shape else (0, 0))
+    if item.attrs.get("MATLAB_object_decode", 0):
+        return None  # an object of a class, such as a string array, which only MATLAB can read
     content = item[()]
     if h5py.check_ref_dtype(item.dtype) is not None:
         cells = np.empty(content.shape, dtype=object)
         for index, reference in np.ndenumerate(content):
             cells[index] = _value(file, file[reference], depth + 1)
         return cells.T
-    if kind == "char":
+    # other programs leave the class out; 16-bit characters in a cell are text nevertheless
+    if kind == "char" or (not kind and depth and content.dtype == np.uint16 and content.size):
         lines = ["".join(map(chr, row)) for row in np.atleast_2d(np.asarray(content).T)]
         return lines[0] if len(lines) == 1 else np.array(lines, dtype=object)
     values = np.asarray(content).T

@@ -74,7 +74,10 @@ def delimiter_in(header: str) -> str:
 
 def fields_of(header: str, delimiter: str) -> list[str]:
     """Names in a header line, without quotes and surrounding spaces (no unit)."""
-    return [name.strip() for name in next(csv.reader([header], delimiter=delimiter), [])]
+    try:
+        return [name.strip() for name in next(csv.reader([header], delimiter=delimiter), [])]
+    except csv.Error:  # a name that is longer than any
+        return [name.strip() for name in header.split(delimiter)]
 
 
 def read_plain_table(

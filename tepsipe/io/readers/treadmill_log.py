@@ -75,7 +75,7 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
     ----------
     path : str or Path
         MATLAB file of any version, plain or compressed with gzip, with the variables listed in `VARIABLES`
-        (units in their names).
+        (units in their names), or with one structure that has them as fields.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
         If the file is missing, truncated or not MATLAB's, a variable is missing, or lengths differ.
     """
     path = Path(path)
-    content = read_mat(path, "a treadmill log")
+    content = _variables(read_mat(path, "a treadmill log"))
     for name, meaning in VARIABLES.items():
         if name not in content:
             raise InputError(
@@ -102,7 +102,12 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
             f"{path}: expected one positive number in 'sample_rate_hz', found {quoted(rate.tolist())}: "
             "export the log again"
         )
-    channels = tuple(str(np.squeeze(name)) for name in np.ravel(content["channel_names"]))
+    if content["channel_names"] is None:
+        raise InputError(
+            f"{path}: expected a cell array of text in 'channel_names', found a string array: save "
+            "cellstr(channel_names)"
+        )
+    channels = tuple(str(np.squeeze(name)).strip() for name in np.ravel(content["channel_names"]))
     lines = {
         name: np.ravel(_numbers(path, name, content))
         for name in ("belt_velocity_m_per_s", "command_m_per_s", "trigger_V")
@@ -126,6 +131,18 @@ def read_treadmill_log(path: str | Path) -> TreadmillLog:
         command=lines["command_m_per_s"],
         trigger=lines["trigger_V"],
     )
+
+
+def _variables(content: dict) -> dict:
+    """The variables of a log, also if they are the fields of a structure."""
+    if not VARIABLES.keys() & content.keys():
+        for value in content.values():
+            names = value.dtype.names if isinstance(value, np.ndarray) else None
+            if names is not None and value.size == 1:  # a structure of version 5
+                value = {name: value[name].item() for name in names}
+            if isinstance(value, dict) and VARIABLES.keys() <= value.keys():
+                return value
+    return content
 
 
 def _numbers(path: Path, name: str, content: dict) -> np.ndarray:

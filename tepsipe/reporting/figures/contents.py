@@ -81,8 +81,8 @@ def draw_contents(contents: Contents, title: str) -> Figure:
     grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
     wide = [figure.add_subplot(grid[row, :]) for row in range(len(top))]
     if markers:
-        _draw_markers(wide[0], markers, 2, "vertical")
-        _draw_markers(wide[1], markers, _forward(markers), "forward")
+        _draw_markers(wide[0], markers, contents.vertical, "vertical")
+        _draw_markers(wide[1], markers, _forward(markers, contents.vertical), "forward")
     if contents.plates:
         for plate in contents.plates:
             _curve(wide[-1], plate, plate.values, label=plate.name)
@@ -128,12 +128,16 @@ def _columns(channel: Channel) -> list[Channel]:
     ]
 
 
-def _forward(markers: list[Channel]) -> int:
-    """Horizontal axis (0 or 1) along which the markers move more."""
-    ranges = [
-        np.nanmedian([np.nanmax(c.values[:, k]) - np.nanmin(c.values[:, k]) for c in markers]) for k in (0, 1)
-    ]
-    return int(ranges[1] >= ranges[0])
+def _forward(markers: list[Channel], vertical: int) -> int:
+    """Horizontal axis along which the markers move most (-)."""
+    ranges = np.array(
+        [
+            np.nanmedian([np.nanmax(c.values[:, k]) - np.nanmin(c.values[:, k]) for c in markers])
+            for k in range(3)
+        ]
+    )
+    ranges[vertical] = -1.0
+    return int(np.argmax(ranges))
 
 
 def _draw_markers(ax, markers: list[Channel], axis: int, what: str) -> None:

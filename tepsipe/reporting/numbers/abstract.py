@@ -81,6 +81,8 @@ def abstract_of(data: dict) -> list[Paragraph]:
     ):
         if experiment in data["experiments"]:
             paragraphs += sentences(data)
+    if "participants" in data:
+        paragraphs += _participants(data)
     if data["claims"] is not None:
         paragraphs.append(
             pieces(
@@ -191,7 +193,8 @@ def _standing(data: dict) -> list[Paragraph]:
         trials=p["trials"],
     )
     wanted = p["recommended"]["estimator"]
-    for task in p["tasks"]:
+    # of several people the means tell more
+    for task in p["tasks"] if p.get("participants") is None else ():
         rows = [r for r in p["estimators"] if r["task"] == task and r["name"] == wanted]
         if rows:
             found += pieces(
@@ -218,3 +221,24 @@ def _position_manipulator(data: dict) -> list[Paragraph]:
             **data["position_manipulator"],
         )
     ]
+
+
+def _participants(data: dict) -> list[Paragraph]:
+    found = []
+    for block in data["participants"]["experiments"]:
+        means = [row for row in block["means"] if row["quantity"] == "K"]
+        if not means:
+            continue
+        found += pieces(
+            "{start}The stiffness $K$ of the experiment {experiment}, as mean over participants, is {means} "
+            "([@participants]).",
+            start=" " if found else "",
+            experiment=block["experiment"],
+            means="; ".join(map(_mean_over_people, means)),
+        )
+    return [found] if found else []
+
+
+def _mean_over_people(row: dict) -> str:
+    interval = f", 95 % interval {row['interval']}" if row["interval"] else ""
+    return f"{row['mean']} {row['unit']} ({row['condition']}, n = {row['n']}{interval})"

@@ -30,6 +30,8 @@ LABELS = {
     "VAF_trial": "VAF, trial",
     "VAF_held_out": "VAF, held out",
 }
+# attributes of a trial that the page shows elsewhere
+NAMED = ("experiment", "condition", "participant", "belt", "rate_hz", "sources", "options")
 TITLES = {
     "wristalyzer": "Wristalyzer, a torque-controlled manipulator",
     "dummy": "Ankle dummy",
@@ -140,7 +142,7 @@ def sources_table(trial: Trial) -> str:
 
 
 def processing(trial: Trial) -> str:
-    """What was done to every signal before the analysis, and the options of that (units in their names)."""
+    """What was done to every signal before the analysis; options and facts of that (units in their names)."""
     rows = [
         [
             f"<code>{text(name)}</code>",
@@ -150,8 +152,9 @@ def processing(trial: Trial) -> str:
         ]
         for name, s in trial.signals.items()
     ]
-    options = json.loads(trial.attributes.get("options", "{}"))
-    listed = facts_list((name, json.dumps(value, ensure_ascii=False)) for name, value in options.items())
+    found = {name: value for name, value in trial.attributes.items() if name not in NAMED}
+    found |= json.loads(trial.attributes.get("options", "{}"))
+    listed = facts_list((name, json.dumps(value, ensure_ascii=False)) for name, value in found.items())
     shown = table(("Signal", "Unit", "Meaning", "Processing"), rows)
     return f"<details><summary>Signals and their processing</summary>\n{shown}{listed}</details>\n"
 

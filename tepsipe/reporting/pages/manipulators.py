@@ -10,6 +10,8 @@ from tepsipe.io.trial import Trial
 from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, Section, Trace
 
+OTHERWISE = "No check of this trial failed."
+
 
 def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choices: dict) -> Page:
     """Torque of the manipulator, and angle of the joint, measured and predicted.
@@ -43,7 +45,7 @@ def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], c
     return Page(
         title=f"Wristalyzer, {choices['condition']}",
         study=choices["study"],
-        header=_header(facts, estimates, [*failed, *bounded], "The record is complete."),
+        header=_header(facts, estimates, [*failed, *bounded], OTHERWISE),
         sections=(
             Section(
                 "Torque and angle",
@@ -126,7 +128,7 @@ def position_manipulator_page(
     return Page(
         title=f"{header.TITLES['position_manipulator']}, {choices['condition']}",
         study=choices["study"],
-        header=_header(facts, estimates, [], "The record is complete."),
+        header=_header(facts, estimates, [], OTHERWISE),
         sections=(
             Section(
                 "Angle and torque",
@@ -209,7 +211,7 @@ def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
     return Page(
         title=f"{header.TITLES['belt']}, {condition}",
         study=choices["study"],
-        header=_header(facts, [], [], "The record is complete."),
+        header=_header(facts, [], [], OTHERWISE),
         sections=(Section("Velocity and load", tuple(panels), note),),
         footer=header.sources_table(trial) + header.processing(trial),
         axes={"time": "Time (s)", "part": "Time (s)"},

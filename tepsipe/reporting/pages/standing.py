@@ -112,7 +112,8 @@ def _emg_panels(trial: Trial, bands: list[Band], focus: list[tuple[float, float]
     if "emg" not in trial.signals:
         return []
     signal = trial.signals["emg"]
-    clock = Clock.of(trial.axes[signal.axes[0]], focus)
+    # reflexes and the beginning of the balance; more would not fit
+    clock = Clock.of(trial.axes[signal.axes[0]], [(a, min(b, a + 0.7)) for a, b in focus])
     names = trial.axes[signal.axes[1]].tolist()
     return [
         Panel(

@@ -15,7 +15,7 @@ from tepsipe.reporting.pages.html import asset, document, json_script, text
 
 # points of all traces together: two bytes each, 4/3 of that as text
 MOST_POINTS = 240_000
-MOST_PER_TRACE = 9_000
+MOST_PER_TRACE = 12_000
 # Okabe and Ito (2008), without their yellow, which is too light for a line
 COLOURS = {
     "black": "#1b1b1b",
@@ -189,7 +189,7 @@ def render(page: Page) -> str:
         if any(p.traces for p in s.panels)
     ]
     panels = [panel for section in sections for panel in section.panels]
-    data, coarsest = _data(page, panels)
+    data, resolution = _data(page, panels)
     number, body = 0, []
     for section in sections:
         body.append(f"<section>\n<h2>{text(section.heading)}</h2>\n")
@@ -203,7 +203,7 @@ def render(page: Page) -> str:
         f'<header>\n<p class="study">{text(page.study)}</p>\n<h1>{text(page.title)}</h1>\n</header>\n'
         f"<main>\n{page.header}{_tools(bool(page.windows))}"
         '<noscript><p class="warning">The curves need JavaScript; the tables do not.</p></noscript>\n'
-        f'{"".join(body)}{page.footer}<p class="small">{text(_resolution(coarsest))}</p>\n</main>\n'
+        f'{"".join(body)}{page.footer}<p class="small">{text(resolution)}</p>\n</main>\n'
         f"{json_script('data', data)}\n<script>\n{asset('plot.js')}</script>\n"
     )
     return document(f"{page.title} \N{EN DASH} {page.study}", content)
@@ -240,27 +240,26 @@ def _tools(windows: bool) -> str:
     )
 
 
-def _resolution(coarsest_s: float) -> str:
+def _resolution(coarsest_s: float, focused: bool) -> str:
     if coarsest_s == 0.0:
         return "Every sample is drawn."
-    return (
-        "Around perturbations every sample is drawn, elsewhere the lowest and the highest sample of every "
-        f"{1e3 * coarsest_s:.3g} ms or less, so that no peak is lost."
-    )
+    begin = "Around perturbations every sample is drawn, elsewhere" if focused else "Drawn are"
+    length = f"{1e3 * coarsest_s:.3g} ms"
+    return f"{begin} the lowest and the highest sample of every {length} or less, so that no peak is lost."
 
 
 # ---- data for the script -------------------------------------------------------------------------
 
 
-def _data(page: Page, panels: list[Panel]) -> tuple[dict, float]:
-    """Content of the script's data, and the longest bucket (s)."""
-    count = sum(len(panel.traces) for panel in panels)
-    points = min(MOST_PER_TRACE, MOST_POINTS // max(1, count))
+def _data(page: Page, panels: list[Panel]) -> tuple[dict, str]:
+    """Content of the script's data, and a sentence about the length of the buckets (s)."""
+    points = _points([trace.clock.size for panel in panels for trace in panel.traces])
     clocks: dict[Clock, tuple[int, tuple[Run, ...]]] = {}
     drawn = [_panel(panel, clocks, points) for panel in panels]
     longest = [
         run.step / clock.rate_hz for clock, (_, runs) in clocks.items() for run in runs if run.step > 1
     ]
+    focused = any(len(runs) > 1 for _, runs in clocks.values())
     return {
         "axes": {
             name: {"label": label, "windows": [_band(b) for b in page.windows] if name == "time" else []}
@@ -273,7 +272,18 @@ def _data(page: Page, panels: list[Panel]) -> tuple[dict, float]:
             for c, (_, runs) in clocks.items()
         ],
         "panels": drawn,
-    }, max(longest, default=0.0)
+    }, _resolution(max(longest, default=0.0), focused)
+
+
+def _points(sizes: list[int]) -> int:
+    """Points for each trace (-): short ones need all of theirs, long ones share the rest equally."""
+    left, points = MOST_POINTS, 0
+    for k, size in enumerate(sorted(sizes)):
+        points = left // (len(sizes) - k)
+        if size > points:
+            break
+        left -= size
+    return min(MOST_PER_TRACE, points)
 
 
 def _panel(panel: Panel, clocks: dict, points: int) -> dict:
