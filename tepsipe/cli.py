@@ -320,12 +320,14 @@ def _new_study(chosen: argparse.Namespace) -> None:
     for experiment, count in made.trials.items():
         print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
     if made.left:
-        print(f"not used: {len(made.left)} files, see {FILES[2]}")
+        print(f"files that are not used: {len(made.left)}, see {FILES[2]}")
     print(f"written to {made.folder}: {', '.join(FILES)}")
+    print(f"assumed, to be checked: {made.assumed}, see {FILES[2]}")
     config = made.folder / FILES[1]
     if made.missing:
-        print(f"next: fill in what {made.folder / FILES[2]} lists ({made.missing} items), then")
-    print(f"  snakemake -n --configfile {config}\n  snakemake -c2 --configfile {config}")
+        print(f"next: fill in what {made.folder / FILES[2]} lists (items: {made.missing}), then")
+    for command in ("tepsipe check", "snakemake -n --configfile", "snakemake -c2 --configfile"):
+        print(f"  {command} {config}")
 
 
 def _picture(file: Path, wanted: Path) -> Path:

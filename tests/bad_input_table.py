@@ -1283,7 +1283,7 @@ SETTINGS = [
         (
             "a name with spaces",
             ("study.name", "my study"),
-            "configuration: expected a value of the pattern ^[a-z0-9-]+$ for 'study.name'",
+            "configuration: expected a value of the pattern",
         ),
         ("no trial sheet", ("study.trial_sheet", "nowhere.tsv"), "nowhere.tsv: expected the trial sheet"),
         (

@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 import yaml
-from c3d_builders import single_c3d
+from c3d_builders import Plate, plate_of, single_c3d, write_c3d
 from dflow_builders import write_mocap, write_record
 
 from tepsipe.cli import main
@@ -253,6 +253,31 @@ def test_nothing_is_overwritten(tmp_path, capsys):
     assert main(["new-study", "lab"]) == 0
     assert "snakemake -n --configfile lab-study/config.yaml" in capsys.readouterr().out
     assert sorted(p.name for p in (tmp_path / "lab-study").iterdir()) == sorted(FILES)
+
+
+def test_unusable_files_are_listed_and_do_not_stop_it(dummy_files, tmp_path, recwarn):
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    whole = single_c3d(dummy_files, tmp_path / "whole.c3d")
+    (folder / "cut.c3d").write_bytes(whole.read_bytes()[:40_000])
+    (folder / "log.mat").write_bytes(dummy_files["log"].read_bytes()[:5000])
+    (folder / "short.csv").write_text("time_s,angle_rad,torque_Nm\n0,1,2\n1,2,3\n")
+    (folder / "empty.csv").write_text("")
+    (folder / "noise.edf").write_bytes(bytes(range(256)) * 20)
+    hidden = {"foot": np.full((100, 3), np.nan), "leg": np.full((100, 3), np.nan)}
+    hidden["leg"][40] = [0.1, 0.2, 0.9]
+    loads = {f"F{k}": (np.full(400, 10.0), "N" if k < 3 else "Nmm") for k in range(6)}
+    write_c3d(
+        folder / "hidden.c3d", 100.0, hidden, loads, [Plate(plate_of("left").corners_m, tuple(loads))], 400.0
+    )
+    joint(folder / "joint.tsv", 1)
+    made = new_study("lab", output="s")
+    assert made.trials["position_manipulator"] == 1
+    assert {f.name for f in made.left} == {"cut.c3d", "log.mat", "short.csv", "empty.csv", "noise.edf"}
+    missing = (tmp_path / "s" / "MISSING.md").read_text()
+    assert "`cut.c3d`: expected" in missing
+    assert "`short.csv`: a recording has at least 20 samples" in missing
+    assert not [w for w in recwarn if "tepsipe" in str(w.filename)]
 
 
 def test_placeholders_and_comments_of_the_sheet(tmp_path):

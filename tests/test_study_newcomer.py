@@ -22,7 +22,7 @@ def test_from_a_c3d_to_estimates(dummy_files, tmp_path, monkeypatch, capsys):
     recording = single_c3d(dummy_files, project / "recordings/mine/dummy 1.c3d")
     before = hashlib.sha256(recording.read_bytes()).hexdigest()
     assert main(["new-study", "recordings/mine", "--output", "mine-study"]) == 0
-    assert "fill in what mine-study/MISSING.md lists (7 items)" in capsys.readouterr().out
+    assert "fill in what mine-study/MISSING.md lists (items: 7)" in capsys.readouterr().out
 
     assert main(["check", "mine-study/config.yaml"]) == 2
     said = capsys.readouterr().err

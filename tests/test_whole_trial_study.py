@@ -1,15 +1,23 @@
 """Trials of one file in the trial sheet, in the configuration and through Snakemake."""
 
 import copy
+import re
 
 import h5py
 import pytest
+import yaml
 from builders import assert_one_sentence
 from c3d_builders import single_c3d, single_c3d_settings
 from study_builders import OVERRIDES, snakemake, write_config, write_sheet
 
 from tepsipe.errors import InputError
-from workflow.support.check import check_against_schema, check_one_treadmill, check_recordings
+from workflow.scripts.recording_choices import recording_options
+from workflow.support.check import (
+    check_against_schema,
+    check_config,
+    check_one_treadmill,
+    check_recordings,
+)
 from workflow.support.settings import settings_of
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, read_trial_sheet
@@ -135,6 +143,26 @@ def test_schema_of_recordings(recording, words, config, root):
         configured(config, root, **recording)
     for word in words:
         assert word in str(caught.value)
+
+
+def test_examples_of_the_documentation_are_valid(config, root):
+    text = (root / "docs/recordings/c3d.md").read_text(encoding="utf-8")
+    examples = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    assert len(examples) >= 4
+    for example in examples:
+        both = merged(config, yaml.safe_load(example))
+        check_against_schema(both, root / "workflow/schemas/config.schema.yaml", "c3d.md")
+        check_config(both, "c3d.md")
+        recording_options(settings_of(both)["standing"]["recording"])
+
+
+def merged(base, changes):
+    """A copy of nested mappings, overridden as Snakemake does it: key by key."""
+    both = dict(base)
+    for key, value in changes.items():
+        inner = isinstance(value, dict) and isinstance(base.get(key), dict)
+        both[key] = merged(base[key], value) if inner else value
+    return both
 
 
 # ---- through Snakemake -----------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from tepsipe.io.contents import contents_of
 from tepsipe.io.described import Channel, Contents
 
 MOST_FILES = 2000
+FEWEST_SAMPLES = 20
 # role of a column -> how its name looks; the first role that fits is taken
 COLUMNS = {
     "trigger": r"trig",
@@ -129,6 +130,9 @@ def _duration(contents: Contents) -> float | None:
 def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, str]:
     """Kind of a file, and for ``other`` why it is not used."""
     names = {c.name for c in contents.channels}
+    longest = max((c.shape[0] for c in contents.channels if c.shape), default=0)
+    if longest < FEWEST_SAMPLES and not _is_calibration(contents):
+        return "other", f"a recording has at least {FEWEST_SAMPLES} samples, this has {longest}"
     if contents.kind == "C3D":
         if contents.plates:
             return "whole trial", ""
@@ -154,9 +158,13 @@ def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, 
     return "other", f"{contents.kind} is no recording of an instrument"
 
 
+def _is_calibration(contents: Contents) -> bool:
+    """Whether a table is the calibration matrix of a treadmill, by its header."""
+    return contents.facts.get("columns of text", "").replace(" ", "") == "component,unit"
+
+
 def _kind_of_table(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, str]:
-    texts = contents.facts.get("columns of text", "")
-    if texts.replace(" ", "") == "component,unit":
+    if _is_calibration(contents):
         return "calibration", ""
     loads = {c.name for c in contents.channels if LOAD.search(c.name)}
     if len(loads) >= 6 and "time" in columns:

@@ -42,8 +42,8 @@ class NewStudy:
         Folder of the three files.
     trials : dict of str to int
         Experiment -> number of trials (-).
-    missing : int
-        Number of things to be filled in (-).
+    missing, assumed : int
+        Number of things to be filled in, and of assumptions to be checked (-).
     left : list of Found
         Files that were not used (units of the files).
     """
@@ -51,6 +51,7 @@ class NewStudy:
     folder: Path
     trials: dict[str, int]
     missing: int
+    assumed: int
     left: list[Found]
 
 
@@ -98,7 +99,7 @@ def new_study(folder: str | Path, name: str | None = None, output: str | Path | 
     texts = (sheet_text(rows, groups), _config_text(plan, name, output), _missing_text(plan, groups, left))
     _write(output, texts)
     counts = {e: sum(g.experiment == e for g in groups) for e in ORDER}
-    return NewStudy(output, {e: n for e, n in counts.items() if n}, len(plan.missing), left)
+    return NewStudy(output, {e: n for e, n in counts.items() if n}, len(plan.missing), len(plan.check), left)
 
 
 def _name(folder: Path, name: str | None) -> str:

@@ -82,9 +82,7 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
     key, group, seen = "plate_treadmill.recording", *whole[0]
     name = group.first.name
     forward, how = _forward(seen)
-    plan.assume(
-        f"{key}.axes.forward", forward, how, "direction of the belt to which the person or dummy faces"
-    )
+    plan.assume(f"{key}.axes.forward", forward, how, "direction to which the person or dummy faces")
     plan.put(f"{key}.axes.up", f"+{'xyz'[seen.up]}", "vertical axis of the file")
     loads: dict[str, float] = {}
     for _, other in whole:
@@ -123,7 +121,7 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
         if "record" in group.partners and seen.belt_fixed:
             plan.assume(f"{key}.belt_velocity.markers", seen.belt_fixed[:3], LOW, "belt-fixed markers")
     else:
-        labels = [s.belt_fixed for _, s in whole if s.belt_fixed and _pulses(s) is not None]
+        labels = [s.belt_fixed for _, s in whole if s.belt_fixed]
         plan.put(f"{key}.belt_velocity.channel", None, f"no channel of {name} follows the belt")
         if labels:
             plan.assume(
@@ -177,8 +175,9 @@ def _median(seen: Seen, labels: list[str]) -> np.ndarray | None:
     if not labels or seen.positions is None:
         return None
     columns = [seen.markers.index(label) for label in labels]
-    place = np.nanmedian(seen.positions[:, columns].reshape(-1, 3), axis=0)
-    return place if np.isfinite(place).all() else None
+    places = seen.positions[:, columns].reshape(-1, 3)
+    places = places[np.isfinite(places).all(axis=1)]
+    return np.median(places, axis=0) if len(places) else None
 
 
 # ---- experiments ---------------------------------------------------------------------------------
@@ -375,15 +374,21 @@ def _place(label: str, ankle: str | None, trials) -> str:
     seen = trials[0][1]
     pulses = _pulses(seen)
     stop = None if pulses is None else max(1, int(pulses.first_s * seen.frame_rate_hz))
+    when = "on average" if pulses is None else "at rest"
 
-    def place(name: str) -> np.ndarray:
-        return np.nanmedian(seen.positions[:stop, seen.markers.index(name)], axis=0)
+    def place(name: str) -> np.ndarray | None:
+        places = seen.positions[:stop, seen.markers.index(name)]
+        places = places[np.isfinite(places).all(axis=1)]
+        return np.median(places, axis=0) if len(places) else None
 
     at = place(label)
-    if ankle is None:
-        return f"at rest {at[seen.up]:.3f} m high"
-    along, up = (at - place(ankle))[[seen.forward, seen.up]]
-    return f"at rest {along:+.3f} m along {'xyz'[seen.forward]} and {up:+.3f} m up from {ankle}"
+    if at is None:
+        return "hidden at rest"
+    joint = None if ankle is None else place(ankle)
+    if joint is None:
+        return f"{when} {at[seen.up]:.3f} m high"
+    along, up = (at - joint)[[seen.forward, seen.up]]
+    return f"{when} {along:+.3f} m along {'xyz'[seen.forward]} and {up:+.3f} m up from {ankle}"
 
 
 def _pulses(seen: Seen) -> Pulses | None:

@@ -15,6 +15,7 @@ from tepsipe.new_study.measures import (
     at_frames,
     follows,
     is_two_levels,
+    pulses_of,
     scale_of,
     smooth_velocity,
 )
@@ -89,7 +90,7 @@ class Seen:
     emg_trigger : tuple of (str, float), or None
         Label and threshold (its unit) of the trigger in the file of electromyograms.
     belt_fixed : list of str
-        Markers that follow the belt.
+        Markers that follow the pulses of the belt.
     forward, up : int
         Axes of the file along which the belt moves, and of the vertical (-): 0 for x.
     """
@@ -140,7 +141,8 @@ def seen_in(group: Group) -> Seen:
     emg = group.partners.get("emg")
     if emg is not None:
         _see_emg(seen, emg)
-    if seen.positions is not None and seen.velocity is not None:
+    moves = seen.velocity is not None and pulses_of(seen.velocity, seen.velocity_rate_hz) is not None
+    if seen.positions is not None and moves:
         seen.belt_fixed = _followers(seen)
     return seen
 
@@ -150,6 +152,8 @@ def _see_markers(seen: Seen, markers: Markers | None, maker: str) -> None:
     if markers is None:
         return
     there = np.isfinite(markers.positions).any(axis=(0, 2))
+    if not there.any():
+        return
     seen.markers = tuple(m for m, visible in zip(markers.labels, there, strict=True) if visible)
     seen.positions, seen.frame_rate_hz, seen.maker = markers.positions[:, there], markers.rate_hz, maker
     for k, label in enumerate(seen.markers):
@@ -278,7 +282,8 @@ def _plate_channels(recording: Recording) -> list[str]:
 def _moving_axis(seen: Seen) -> int:
     """Horizontal axis of the file along which the lowest markers move most (-)."""
     low = seen.positions[:, _lowest(seen)[:3]]
-    spread = np.nanmedian(np.nanmax(low, axis=0) - np.nanmin(low, axis=0), axis=0)
+    low = low[:, np.isfinite(low).any(axis=(0, 2))]
+    spread = np.median(np.nanmax(low, axis=0) - np.nanmin(low, axis=0), axis=0)
     spread[seen.up] = -1.0
     return int(np.argmax(spread))
 
