@@ -248,8 +248,8 @@ def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> 
         if kind in files:
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
-                f"{quoted(files['log'])} "
-                f"holds the whole trial, found {quoted(files[kind])}: correct one of the two"
+                f"{quoted(files['log'])} holds the whole trial, found {quoted(files[kind])}: correct one "
+                "of the two"
             )
 
 
