@@ -240,17 +240,25 @@ def test_info_shows_both_files_of_dflow(dflow_files):
     assert record.facts["belt speeds"] == "LeftBelt.Speed, RightBelt.Speed"
 
 
+def write_sheet(path, header, rows):
+    path.write_text("".join("\t".join(cells) + "\n" for cells in (header, *rows)))
+
+
 def test_trial_sheet_takes_a_pair_of_text_files_and_no_calibration(tmp_path):
     header = (
         "experiment condition source profile amplitude interval_s duration_s log command calibration markers"
     )
     cells = ["dummy", "a", "recorded", "-", "-", "-", "12", "Record0001.txt", "-", "-", "Mocap0001.txt"]
     path = tmp_path / "trials.tsv"
-    path.write_text("\t".join(header.split()) + "\n" + "\t".join(cells) + "\n")
+    write_sheet(path, header.split(), [cells])
     row = read_trial_sheet(path, "folder")["dummy", "a"]
     assert row.files == {"log": "folder/Record0001.txt", "markers": "folder/Mocap0001.txt"}
-    cells[9] = "plate.csv"
-    path.write_text("\t".join(header.split()) + "\n" + "\t".join(cells) + "\n")
+    cells[0] = "empty"  # its forces are in the mocap file
+    other = ["empty", "b", *cells[2:7], "Record0002.txt", "-", "-", "Mocap0002.txt", "validate"]
+    write_sheet(path, [*header.split(), "role"], [[*cells, "calibrate"], other])
+    assert read_trial_sheet(path, "folder")["empty", "a"].files == row.files
+    cells[0], cells[9] = "dummy", "plate.csv"
+    write_sheet(path, header.split(), [cells])
     with pytest.raises(InputError, match="for the calibration of dummy/a"):
         read_trial_sheet(path, "folder")
 

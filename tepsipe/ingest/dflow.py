@@ -200,12 +200,13 @@ def _late(
     """Samples by which the record file is late after alignment by stamps (-), from a common signal."""
     common = [name for name in signals if name in recording.channels]
     pairs = [(name, recording.channels[name].values, signals[name], False) for name in common]
+    pairs = [pair for pair in pairs if np.nanstd(pair[1]) > 0.0 and np.nanstd(pair[2]) > 0.0]
     speeds = [name for name in record.speeds if name in signals]
     moving = [name for name in speeds if np.nanstd(signals[name]) > STEADY_M_PER_S]
-    velocity = _belt_fixed_velocity(recording, options.belt_fixed_labels)
+    # an empty belt has no such markers: a common channel does without them
+    velocity = None if pairs else _belt_fixed_velocity(recording, options.belt_fixed_labels)
     if velocity is not None:
         pairs += [(name, velocity, _over_two_frames(signals[name]), True) for name in moving]
-    pairs = [pair for pair in pairs if np.nanstd(pair[1]) > 0.0 and np.nanstd(pair[2]) > 0.0]
     if not pairs:
         if speeds and not moving:
             return 0.0  # at constant speed there is nothing to align, and no need to

@@ -105,15 +105,13 @@ def channel_of(recording: Recording, label: str, key: str) -> Channel:
     if label not in recording.channels:
         raise InputError(
             f"{recording.name}: expected a channel named {label!r}, found {listed(recording.channels)}: "
-            "name the "
-            f"file's channel in {key} of the configuration"
+            f"name the file's channel in {key} of the configuration"
         )
     channel = recording.channels[label]
     bad = int(np.count_nonzero(~np.isfinite(channel.values)))
     if bad:
         raise InputError(
             f"{recording.name}: expected a number in every sample of the channel {label!r}, found none in "
-            f"{bad}: "
-            "export the file again"
+            f"{bad}: export the file again"
         )
     return channel

@@ -195,16 +195,14 @@ def _plates_of(recording: Recording, use: RecordingOptions) -> dict[int, ForcePl
     if not any(_has(use, belt) for belt in ("left", "right")):
         raise InputError(
             f"{recording.name}: expected the number of a force plate for a belt, found none, and no load "
-            "cells: "
-            f"set {key} in the configuration (the file has {len(recording.plates)} force plates)"
+            f"cells: set {key} in the configuration (the file has {len(recording.plates)} force plates)"
         )
     found = {}
     for number in dict.fromkeys(n for numbers in use.plates.values() for n in numbers):
         if not 1 <= number <= len(recording.plates):
             raise InputError(
                 f"{recording.name}: expected a force plate {number}, found {len(recording.plates)} force "
-                "plates: "
-                f"correct {key} in the configuration"
+                f"plates: correct {key} in the configuration"
             )
         plate = recording.plates[number - 1]
         if plate.fault is not None:
@@ -218,8 +216,7 @@ def _plates_of(recording: Recording, use: RecordingOptions) -> dict[int, ForcePl
         if not plate.force.any():
             raise InputError(
                 f"{recording.name}, force plate {number}: expected a load, found zeros only: it was not "
-                "recorded, "
-                f"or {key} in the configuration names another plate than that of the belt"
+                f"recorded, or {key} in the configuration names another plate than that of the belt"
             )
         if use.reverse_origin and plate.origin is not None:
             plate = replace(plate, moment=plate.moment + 2.0 * np.cross(plate.origin, plate.force))
@@ -233,8 +230,7 @@ def _axes(use: RecordingOptions, name: str) -> np.ndarray:
     if forward @ up:
         raise InputError(
             f"{name}: expected two different axes in plate_treadmill.recording.axes, found {use.forward!r} "
-            "and "
-            f"{use.up!r}: correct one of the two in the configuration"
+            f"and {use.up!r}: correct one of the two in the configuration"
         )
     return np.array([np.cross(forward, up), forward, up])
 
@@ -257,9 +253,8 @@ def _sources(
     if use.belt_velocity is None and not use.velocity_markers:
         raise InputError(
             f"{recording.name}: expected a channel of the belt velocity, or belt-fixed markers, found none "
-            "of "
-            f"both among {listed(recording.channels)}: set plate_treadmill.recording.belt_velocity in the "
-            "configuration"
+            f"of both among {listed(recording.channels)}: set plate_treadmill.recording.belt_velocity in "
+            "the configuration"
         )
     channels = [
         channel_of(recording, label, f"plate_treadmill.recording.{key}") for label, key in labels.items()
@@ -303,15 +298,13 @@ def _markers(recording: Recording, labels: list[str], options: TreadmillOptions)
     if recording.markers is None:
         raise InputError(
             f"{name}: expected markers, found none: export the file with its points, or take the belt "
-            "velocity "
-            "from a channel"
+            "velocity from a channel"
         )
     markers = select_markers(recording.markers, labels, name)
     if abs(markers.rate_hz - options.resample_rate_hz) > 1e-6 * markers.rate_hz:
         raise InputError(
             f"{name}: expected markers at {options.resample_rate_hz:g} Hz, found {markers.rate_hz:g} Hz: "
-            "correct "
-            "plate_treadmill.resample_rate_hz in the configuration"
+            "correct plate_treadmill.resample_rate_hz in the configuration"
         )
     return markers
 
@@ -336,9 +329,8 @@ def _refuse_far_markers(
     if beyond > FARTHEST_M:
         raise InputError(
             f"{name}: expected the markers above the force plate {' or '.join(map(str, plates))}, found "
-            "their "
-            f"centre {beyond:.2g} m outside its corners: correct plate_treadmill.recording.plates in the "
-            "configuration, or FORCE_PLATFORM:CORNERS of the file"
+            f"their centre {beyond:.2g} m outside its corners: correct plate_treadmill.recording.plates in "
+            "the configuration, or FORCE_PLATFORM:CORNERS of the file"
         )
 
 
@@ -417,8 +409,7 @@ def _velocity(recording: Recording, scaled: ScaledChannel) -> tuple[np.ndarray, 
     if per_unit is None:
         raise InputError(
             f"{recording.name}: expected the channel {scaled.channel!r} in {', '.join(M_PER_S)}, found the "
-            "unit "
-            f"{quoted(channel.unit)}: set m_per_s_per_unit beside its name in the configuration"
+            f"unit {quoted(channel.unit)}: set m_per_s_per_unit beside its name in the configuration"
         )
     return per_unit * (channel.values - scaled.offset), channel.rate_hz
 

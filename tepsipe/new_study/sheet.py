@@ -57,7 +57,7 @@ def rows_of(groups: list[Group], seen: dict[str, Seen]) -> tuple[list[dict[str, 
             row["task"] = _task(group)
         else:
             row["emg"] = EMPTY
-        if group.experiment == "empty":
+        if group.experiment == "empty" and "record" not in group.partners:
             row["markers"] = EMPTY
         if group.experiment == "belt":
             names = group.first.columns

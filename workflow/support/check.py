@@ -419,15 +419,13 @@ def check_recordings(settings: dict, trials: dict[tuple, TrialRow], name: str) -
         if both:
             raise InputError(
                 f"{here}.plates to give every force plate to one belt, found {both[0]} for both: correct "
-                "one of "
-                "the two"
+                "one of the two"
             )
         belt = settings[experiment].get("belt", settings["plate_treadmill"]["belt"])
         if not belts[belt] and not section["load_cells"][belt]:
             raise InputError(
                 f"{here}.plates to number a force plate of the {belt} belt, which is perturbed in the "
-                "trials of "
-                f"{experiment}, found none: add its number, or correct plate_treadmill.belt"
+                f"trials of {experiment}, found none: add its number, or correct plate_treadmill.belt"
             )
         if section["axes"]["forward"][1] == section["axes"]["up"][1]:
             raise InputError(
@@ -438,8 +436,7 @@ def check_recordings(settings: dict, trials: dict[tuple, TrialRow], name: str) -
         if velocity["channel"] is None and not velocity["markers"]:
             raise InputError(
                 f"{here}.belt_velocity to name a channel or belt-fixed markers for the trials of "
-                f"{experiment}, "
-                "found none of both: name one of them"
+                f"{experiment}, found none of both: name one of them"
             )
 
 

@@ -187,6 +187,8 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
     needed = known.raw_files
     files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
     whole = "calibration" in needed and holds_whole_trial(files.get("log", ""))
+    if whole and ending_of(files["log"]) in TEXT_ENDINGS and cells.get("markers", "") not in (EMPTY, ""):
+        files["markers"] = cells["markers"]  # of the empty belt, too: D-Flow's forces are among the markers
     if source == "recorded":
         if whole:
             _refuse_beside_whole_trial(files, f"{experiment}/{condition}", here)
@@ -246,8 +248,8 @@ def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> 
         if kind in files:
             raise InputError(
                 f"{here}: expected {EMPTY!r} for the {kind} of {trial}, because its log "
-                f"{quoted(files['log'])} "
-                f"holds the whole trial, found {quoted(files[kind])}: correct one of the two"
+                f"{quoted(files['log'])} holds the whole trial, found {quoted(files[kind])}: correct one "
+                "of the two"
             )
 
 

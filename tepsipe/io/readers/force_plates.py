@@ -69,8 +69,7 @@ def force_plates(file, channels: list[Channel], labels: list[str], path: Path, s
     if used > MOST_PLATES:
         raise InputError(
             f"{path}: expected at most {MOST_PLATES} force plates, found {used} in FORCE_PLATFORM:USED: "
-            "the file "
-            "is damaged, export it again"
+            "the file is damaged, export it again"
         )
     frame_rate = float(file["parameters"]["POINT"]["RATE"]["value"][0])
     nothing = np.full((channels[0].values.size if channels else 0, 3), np.nan)
