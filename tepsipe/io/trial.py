@@ -192,7 +192,7 @@ def _read(path: str | Path) -> Trial:
                 continue
             words = [dataset.attrs[word] for word in ("units", "long_name", "processing")]
             labels = tuple(dimension.label for dimension in dataset.dims)
-            if not all(isinstance(word, str) for word in (*words, *labels)):
+            if not all(isinstance(word, str) for word in (name, *words, *labels)):
                 raise ValueError(f"attributes of {name!r} that are no text")
             unit, meaning, processing = words
             signals[name] = Signal(
@@ -203,6 +203,8 @@ def _read(path: str | Path) -> Trial:
                 tuple(filter(None, processing.split("; "))),
             )
         attributes = {key: getattr(value, "tolist", lambda v=value: v)() for key, value in file.attrs.items()}
+        if not all(isinstance(name, str) for name in (*axes, *attributes)):
+            raise ValueError("names that are no text")
         rate = float(file.attrs["rate_hz"])
         for name in ("sources", "options"):
             json.loads(attributes.get(name, "{}"))
