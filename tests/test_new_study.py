@@ -230,7 +230,7 @@ def test_belt_tables_and_other_files(tmp_path):
 
 
 def test_people_get_a_table_of_their_own(tmp_path):
-    people = {f"{name}/relax 1.c3d": None for name in ("P01", "P-02")}
+    people = {f"{name}/relax.c3d": None for name in ("P01", "P-02")}
     rng = np.random.default_rng(3)
     n, plate = 1000, plate_of("right")
     for file in people:
@@ -250,7 +250,7 @@ def test_people_get_a_table_of_their_own(tmp_path):
     assert read_settings(tmp_path / "s" / "config.yaml")["study"]["participants"] == "s/participants.tsv"
     rows = read_trial_sheet(tmp_path / "s" / "trials.tsv", "lab")
     assert [(row.condition, row.participant, row.task) for row in rows.values()] == [
-        ("P-02-relax-1", "P02", "relax"),
+        ("P-02-relax", "P02", "relax"),
         ("P01-relax-1", "P01", "relax"),
     ]
     with pytest.raises(

@@ -42,6 +42,7 @@ def rows_of(
         Cells with the placeholder.
     """
     roles = _roles(groups)
+    _name_unlike_tasks(groups, people)
     rows, missing = [], []
     for group in groups:
         row = dict.fromkeys((*COLUMNS, *OPTIONAL), EMPTY)
@@ -78,6 +79,16 @@ def rows_of(
         ]
         rows.append(row)
     return rows, missing
+
+
+def _name_unlike_tasks(groups: list[Group], people: dict[str, str]) -> None:
+    """Trials and tasks head rows of the same table, so no trial may have the name of a task."""
+    standing = [g for g in groups if g.experiment == "standing"]
+    tasks = {_task(g) for g in standing}
+    tasks |= {f"{people[g.first.name]}-{_task(g)}" for g in standing if g.first.name in people}
+    for group in standing:
+        if group.condition in tasks:
+            group.condition += "-1"
 
 
 ABOUT = {
