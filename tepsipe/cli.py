@@ -321,7 +321,7 @@ def _new_study(chosen: argparse.Namespace) -> None:
         print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
     if made.left:
         print(f"files that are not used: {len(made.left)}, see {FILES[2]}")
-    print(f"written to {made.folder}: {', '.join(FILES)}")
+    print(f"written to {made.folder}: {', '.join(made.files)}")
     print(f"assumed, to be checked: {made.assumed}, see {FILES[2]}")
     config = made.folder / FILES[1]
     if made.missing:
