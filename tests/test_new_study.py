@@ -263,6 +263,25 @@ def test_people_get_a_table_of_their_own(tmp_path):
     assert "mass_kg" not in (tmp_path / "s" / "config.yaml").read_text()
 
 
+def test_recordings_made_by_others(real_data, tmp_path):
+    (tmp_path / "ankle").mkdir()
+    shutil.copy(real_data("human-ankle/ankle_trial1.csv.gz"), tmp_path / "ankle")
+    assert new_study("ankle", output="a").missing == 0
+    files = read_settings(tmp_path / "a" / "config.yaml")["position_manipulator"]["files"]
+    assert (files["torque_sign"], files["angle_unit"]) == (-1, "rad")
+    (row,) = read_trial_sheet(tmp_path / "a" / "trials.tsv", "ankle").values()
+    assert row.duration_s == 60.0
+    (tmp_path / "walk").mkdir()
+    shutil.copy(real_data("c3d/HC002D06.c3d"), tmp_path / "walk")
+    assert new_study("walk", output="w").trials == {"standing": 1}
+    missing = (tmp_path / "w" / "MISSING.md").read_text()
+    assert "no separate pulses of the belt were found in it" in missing
+    standing = read_settings(tmp_path / "w" / "config.yaml")["standing"]
+    assert standing["muscles"]["TA"]["channel"] == "Voltage.R Tib Ant"
+    assert [m["label"] for m in standing["person"]["foot_markers"]] == ["RANK", "RHEE", "RTOE"]
+    assert standing["ingest"]["marker_sampling_hz"] is None  # cameras, by the maker that the file names
+
+
 # ---- nothing is overwritten ----------------------------------------------------------------------
 
 
