@@ -160,9 +160,10 @@ def hide_marker(path, label, instant_s):
 
 
 def step(path, instant_s):
-    """The leg goes on 8 cm further forward."""
+    """Within 0.2 s the leg goes on 8 cm further forward."""
     file = ezc3d.c3d(str(path))
-    file["data"]["points"][1, :, round(250.0 * instant_s) :] += 80.0
+    points = file["data"]["points"]
+    points[1] += 80.0 * np.clip((np.arange(points.shape[2]) / 250.0 - instant_s) / 0.2, 0.0, 1.0)
     rewrite(file, path)
 
 
