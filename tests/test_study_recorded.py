@@ -96,7 +96,7 @@ def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(
         "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
     }
     write_config(own_study, people, "people")
-    run = snakemake(own_study, config="people")
+    run = snakemake(own_study, "results/people/report/report.json", config="people")
     assert run.returncode == 0, run.stdout + run.stderr
     report = json.loads((own_study / "results/people/report/report.json").read_text())["standing"]
     told = "\n".join(report["left_out"])
@@ -138,7 +138,7 @@ def test_a_person_without_electromyograms_still_has_ankles(own_study):
         "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
     }
     write_config(own_study, silent, "silent")
-    run = snakemake(own_study, config="silent")
+    run = snakemake(own_study, "results/silent/report/report.json", config="silent")
     assert run.returncode == 0, run.stdout + run.stderr
     wanted = {"condition": PEOPLE[0], "pathway": "ankle", "estimator": "pre-reflex-window", "quantity": "K"}
     found = estimates(own_study, "results/silent")
