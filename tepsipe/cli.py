@@ -148,18 +148,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     info.set_defaults(command=_info)
 
-    study = commands.add_parser(
-        "new-study",
-        help="write trial sheet and configuration for a folder of recordings",
-        description="Look into the recordings of a folder and write trials.tsv, config.yaml and MISSING.md, "
-        "the list of what no file shows. Nothing is overwritten, and the recordings are only read.",
-    )
-    study.add_argument("folder", type=Path)
-    study.add_argument("--name", metavar="N", help="name of the study; default: that of the folder")
-    study.add_argument(
-        "--output", type=Path, metavar="DIR", help="folder to write to; default: one with the study's name"
-    )
-    study.set_defaults(command=_new_study)
+    _add_new_study(commands)
 
     check = commands.add_parser(
         "check",
@@ -226,6 +215,22 @@ def _export(chosen: argparse.Namespace) -> None:
         make = motion_of if chosen.to == "mot" else torque_of
         write_storage(make(content, str(chosen.file), trial, chosen.pathway, chosen.coordinate), output)
     print(f"written: {output}")
+
+
+def _add_new_study(commands) -> None:
+    """Arguments of ``tepsipe new-study``."""
+    study = commands.add_parser(
+        "new-study",
+        help="write trial sheet and configuration for a folder of recordings",
+        description="Look into the recordings of a folder and write trials.tsv, config.yaml and MISSING.md, "
+        "the list of what no file shows. Nothing is overwritten, and the recordings are only read.",
+    )
+    study.add_argument("folder", type=Path)
+    study.add_argument("--name", metavar="N", help="name of the study; default: that of the folder")
+    study.add_argument(
+        "--output", type=Path, metavar="DIR", help="folder to write to; default: one with the study's name"
+    )
+    study.set_defaults(command=_new_study)
 
 
 def _fit(chosen: argparse.Namespace) -> None:
@@ -321,7 +326,7 @@ def _new_study(chosen: argparse.Namespace) -> None:
         print(f"{experiment}: {count} {'trial' if count == 1 else 'trials'}")
     if made.left:
         print(f"files that are not used: {len(made.left)}, see {FILES[2]}")
-    print(f"written to {made.folder}: {', '.join(FILES)}")
+    print(f"written to {made.folder}: {', '.join(made.files)}")
     print(f"assumed, to be checked: {made.assumed}, see {FILES[2]}")
     config = made.folder / FILES[1]
     if made.missing:

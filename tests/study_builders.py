@@ -94,9 +94,10 @@ def value(rows, **wanted):
 
 
 def digests(folder):
+    """Path below the results -> SHA-256, of everything that must be the same again."""
+    folders = ("tables", "figures", "estimates", "trials", "raw", "report/trials")
+    files = [path for name in folders for path in sorted((folder / name).rglob("*")) if path.is_file()]
+    files += [path for path in (folder / "report/thesis.pdf",) if path.is_file()]
     return {
-        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-        for name in ("tables", "figures", "estimates", "trials", "raw", "report/trials")
-        for path in sorted((folder / name).rglob("*"))
-        if path.is_file()
-    } | {"pdf": hashlib.sha256((folder / "report/thesis.pdf").read_bytes()).hexdigest()}
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest() for path in files
+    }

@@ -242,7 +242,7 @@ def test_scores_come_back_from_their_file(tmp_path):
         ("-1234.5", "much", "much"),
         ("99.9,0,falls", "", "damaged"),
         ("condition,parameter_set", "condition;parameter_set", "columns"),
-        (None, "", "none"),
+        (None, "", "found nothing"),
     ],
 )
 def test_damaged_scores_are_refused(old, new, words, tmp_path):

@@ -38,11 +38,15 @@ def test_decimation_keeps_extremes_and_breaks(rng):
     assert decimated(values[:100])[1].size == 100
 
 
-def test_picture_of_markers_without_a_screen(dummy_files, tmp_path, capsys):
-    assert main(["info", str(dummy_files["markers"]), "--plot"]) == 0
-    assert "written: markers.c3d.png" in capsys.readouterr().out
-    assert (tmp_path / "markers.c3d.png").read_bytes().startswith(b"\x89PNG")
-    assert main(["info", str(dummy_files["markers"]), "--plot"]) == 0  # an earlier picture is replaced
+def test_picture_without_a_screen(tmp_path, capsys):
+    (tmp_path / "own.csv").write_text("time_s,x_m\n0,1\n1,2\n2,0\n")
+    for _ in range(2):  # an earlier picture is replaced
+        assert main(["info", "own.csv", "--plot"]) == 0
+        assert "written: own.csv.png" in capsys.readouterr().out
+    assert (tmp_path / "own.csv.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_picture_of_markers(dummy_files):
     figure = draw_contents(contents_of(dummy_files["markers"]), "markers")
     assert [ax.get_ylabel().split()[0] for ax in figure.axes] == ["vertical", "forward"]
     assert len(figure.axes[0].lines) == 8

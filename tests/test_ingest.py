@@ -29,7 +29,7 @@ from tepsipe.io.readers.treadmill_log import (
     read_calibration_matrix,
     read_treadmill_log,
 )
-from tepsipe.io.trial import checksum, read_trial, write_trial
+from tepsipe.io.trial import checksum, read_sources, read_trial, write_trial
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
 from tepsipe.virtual_lab.belt import DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
@@ -666,6 +666,13 @@ def test_missing_or_foreign_trial_file_is_refused(tmp_path):
     assert_one_sentence(caught.value, tmp_path / "none.h5")
     with h5py.File(tmp_path / "foreign.h5", "w") as file:
         file["x"] = np.zeros(3)
-    with pytest.raises(InputError) as caught:
-        read_trial(tmp_path / "foreign.h5")
-    assert_one_sentence(caught.value, tmp_path / "foreign.h5")
+    for read in (read_trial, read_sources):
+        with pytest.raises(InputError) as caught:
+            read(tmp_path / "foreign.h5")
+        assert_one_sentence(caught.value, tmp_path / "foreign.h5")
+
+
+def test_sources_of_a_trial_are_read_alone(trial_file):
+    name, sources = read_sources(trial_file[0])
+    assert name == "{experiment}/{condition}".format(**read_trial(trial_file[0]).attributes)
+    assert sources == json.loads(read_trial(trial_file[0]).attributes["sources"])

@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 import yaml
-from c3d_builders import Plate, plate_of, single_c3d, write_c3d
+from c3d_builders import Plate, plate_channels, plate_of, single_c3d, write_c3d
 from dflow_builders import write_mocap, write_record
 
 from tepsipe.cli import main
@@ -27,6 +27,7 @@ from tepsipe.new_study.settings import Plan, flow, yaml_text
 from tepsipe.new_study.study import FILES, new_study
 from tepsipe.new_study.treadmill_trials import muscles_of
 from workflow.support.check import check_against_schema
+from workflow.support.people import read_participants
 from workflow.support.placeholders import refuse_placeholders
 from workflow.support.trial_sheet import read_trial_sheet
 from workflow.support.yaml_file import read_settings
@@ -226,6 +227,59 @@ def test_belt_tables_and_other_files(tmp_path):
     assert "notes.txt" in (tmp_path / "s" / "MISSING.md").read_text()
     rows = read_trial_sheet(tmp_path / "s" / "trials.tsv", "lab").values()
     assert [row.role for row in rows] == ["calibrate", "validate"]
+
+
+def test_people_get_a_table_of_their_own(tmp_path):
+    people = {f"{name}/relax.c3d": None for name in ("P01", "P-02")}
+    rng = np.random.default_rng(3)
+    n, plate = 1000, plate_of("right")
+    for file in people:
+        path = tmp_path / "lab" / file
+        path.parent.mkdir(parents=True)
+        moved = np.cumsum(0.001 * (np.arange(n) % 400 < 20))
+        heights = {"TOE": 0.02, "HEEL": 0.03, "ANK": 0.08, "SHA1": 0.3, "SHA2": 0.4, "THI1": 0.6, "THI2": 0.8}
+        markers = {
+            label: np.column_stack([np.zeros(n), moved, np.full(n, z)]) + 1e-4 * rng.standard_normal((n, 3))
+            for label, z in heights.items()
+        }
+        force = np.array([0.0, 0.0, 700.0]) + rng.standard_normal((4 * n, 3))
+        write_c3d(path, 100.0, markers, plate_channels(plate, force, np.zeros((4 * n, 3))), [plate], 400.0)
+    made = new_study("lab", output="s")
+    assert made.trials == {"standing": 2}
+    assert made.files == (*FILES, "participants.tsv")
+    assert read_settings(tmp_path / "s" / "config.yaml")["study"]["participants"] == "s/participants.tsv"
+    rows = read_trial_sheet(tmp_path / "s" / "trials.tsv", "lab")
+    assert [(row.condition, row.participant, row.task) for row in rows.values()] == [
+        ("P-02-relax", "P02", "relax"),
+        ("P01-relax-1", "P01", "relax"),
+    ]
+    with pytest.raises(
+        ValueError, match=r"participants.tsv: line 2: expected a value for 'mass_kg'.*MISSING"
+    ):
+        read_participants(tmp_path / "s" / "participants.tsv")
+    text = (tmp_path / "s" / "participants.tsv").read_text()
+    assert text.startswith("participant\tmass_kg\tstature_m")
+    assert "the plates show 71.4 kg" in (tmp_path / "s" / "MISSING.md").read_text()
+    assert "mass_kg" not in (tmp_path / "s" / "config.yaml").read_text()
+
+
+def test_recordings_made_by_others(real_data, tmp_path):
+    (tmp_path / "ankle").mkdir()
+    shutil.copy(real_data("human-ankle/ankle_trial1.csv.gz"), tmp_path / "ankle")
+    assert new_study("ankle", output="a").missing == 0
+    files = read_settings(tmp_path / "a" / "config.yaml")["position_manipulator"]["files"]
+    assert (files["torque_sign"], files["angle_unit"]) == (-1, "rad")
+    (row,) = read_trial_sheet(tmp_path / "a" / "trials.tsv", "ankle").values()
+    assert row.duration_s == 60.0
+    (tmp_path / "walk").mkdir()
+    shutil.copy(real_data("c3d/HC002D06.c3d"), tmp_path / "walk")
+    assert new_study("walk", output="w").trials == {"standing": 1}
+    missing = (tmp_path / "w" / "MISSING.md").read_text()
+    assert "no separate pulses of the belt were found in it" in missing
+    standing = read_settings(tmp_path / "w" / "config.yaml")["standing"]
+    assert standing["muscles"]["TA"]["channel"] == "Voltage.R Tib Ant"
+    assert [m["label"] for m in standing["person"]["foot_markers"]] == ["RANK", "RHEE", "RTOE"]
+    assert standing["ingest"]["marker_sampling_hz"] is None  # cameras, by the maker that the file names
 
 
 # ---- nothing is overwritten ----------------------------------------------------------------------

@@ -192,7 +192,15 @@ def test_dummy_shows_belt_markers_forces_angle_and_torque_of_every_pathway():
 
 def test_header_has_estimates_sources_and_flags_in_words():
     words = " ".join(parsed(render(dummy(flags="at-bound"))).words)
-    for part in ("10.13", "(9.89 to 10.38)", "0.00012", "(0.00000 to 0.00030)", "N·m/rad", "250 Hz", "abab"):
+    for part in (
+        "10.13",
+        "(9.89 to 10.38)",
+        "0.00012",
+        "(0.00000 to 0.00030)",
+        "N·m/rad",
+        "250 Hz",
+        "a.mat abababababab",
+    ):
         assert part in words
     assert "K by leg, windowed least squares: a parameter lies at a bound of its search" in words
     assert "foot1 10." in words
@@ -216,6 +224,28 @@ def test_standing_person_shows_epochs_that_are_used_and_why_others_are_not():
     titles = [panel["title"] for panel in data["panels"]]
     assert "Electromyogram SOL" in titles and "Torque, emg driven" in titles
     assert {panel["axis"] for panel in data["panels"]} == {"time", "onset"}
+
+
+def test_standing_trial_that_is_left_out_has_a_page_with_the_reason():
+    trial = treadmill_trial()
+    fit, epochs = standing_results(trial, ["a: a step"])
+    epochs.arrays["onsets_s"] = np.empty(0)
+    for key in [key for key in epochs.arrays if key.startswith(("perturbed/", "envelope"))]:
+        epochs.arrays[key] = epochs.arrays[key][:0]
+    facts = fit.facts | {"responses": 0, "muscles": []}
+    choices = {
+        "study": "s",
+        "condition": "a",
+        "task": "relax",
+        "belt": "left",
+        "recommended": [],
+        "made": False,
+    }
+    html = render(standing_page(trial, Result({}, {}, facts), epochs, [], choices))
+    assert "a: a step" in html and "2, of which 0 are used" in html
+    data = page_data(html)
+    assert [b[0] for b in data["axes"]["time"]["windows"]] == ["left-out", "left-out"]
+    assert {panel["axis"] for panel in data["panels"]} == {"time"}
 
 
 def test_manipulators_and_belt_show_predictions_and_unused_ends():

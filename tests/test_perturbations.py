@@ -169,6 +169,14 @@ def test_hours_without_perturbation_end_in_one_sentence(belt, rng):
     assert_one_sentence(caught.value, "belt_velocity", "no perturbation above the noise")
 
 
+def test_belt_that_gathers_speed_at_first_is_not_perturbed(rng):
+    time = long_time(0.1)
+    for noise, words in ((0.001, "at rest during the first 4 s"), (0.02, "no perturbation above the noise")):
+        velocity = np.minimum(0.4 + 0.5 * time, 1.0) + noise * rng.standard_normal(time.size)
+        with pytest.raises(InputError, match=words):
+            find_perturbations(time, velocity, rest_before_s=4.0)
+
+
 def walking(path, rng, hours=HOURS):
     """Hours of a real belt's speed: blocks of 2 s of an unperturbed walk at constant speed, shuffled."""
     columns = pd.read_csv(path)

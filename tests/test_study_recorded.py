@@ -96,7 +96,7 @@ def test_what_cannot_be_trusted_of_a_person_is_named_in_the_report_and_left_out(
         "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
     }
     write_config(own_study, people, "people")
-    run = snakemake(own_study, config="people")
+    run = snakemake(own_study, "results/people/report/report.json", config="people")
     assert run.returncode == 0, run.stdout + run.stderr
     report = json.loads((own_study / "results/people/report/report.json").read_text())["standing"]
     told = "\n".join(report["left_out"])
@@ -138,7 +138,7 @@ def test_a_person_without_electromyograms_still_has_ankles(own_study):
         "standing": {"pathways": {"ankle-compensated": {"treadmill_model": None}}},
     }
     write_config(own_study, silent, "silent")
-    run = snakemake(own_study, config="silent")
+    run = snakemake(own_study, "results/silent/report/report.json", config="silent")
     assert run.returncode == 0, run.stdout + run.stderr
     wanted = {"condition": PEOPLE[0], "pathway": "ankle", "estimator": "pre-reflex-window", "quantity": "K"}
     found = estimates(own_study, "results/silent")
@@ -160,9 +160,10 @@ def hide_marker(path, label, instant_s):
 
 
 def step(path, instant_s):
-    """The leg goes on 8 cm further forward."""
+    """Within 0.2 s the leg goes on 8 cm further forward."""
     file = ezc3d.c3d(str(path))
-    file["data"]["points"][1, :, round(250.0 * instant_s) :] += 80.0
+    points = file["data"]["points"]
+    points[1] += 80.0 * np.clip((np.arange(points.shape[2]) / 250.0 - instant_s) / 0.2, 0.0, 1.0)
     rewrite(file, path)
 
 

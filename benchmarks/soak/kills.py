@@ -172,6 +172,25 @@ def _at_work(project: Path) -> tuple[list[int], list[int]]:
     return runs, [pid for pid, parent in jobs.items() if parent not in jobs]
 
 
+def table(rows: list[dict]) -> str:
+    """Kills by what was killed, and the comparison, as Markdown."""
+    lines = ["| Killed | Kills | Moments (s) | Results there | Violations |", "|---|---|---|---|---|"]
+    for target in dict.fromkeys(row["target"] for row in rows):
+        of = [row for row in rows if row["target"] == target]
+        moments, files = [row["moment_s"] for row in of], [row["files"] for row in of]
+        found = sum(bool(row["violation"]) for row in of)
+        last = of[0]["kill"] == "comparison"
+        cells = [
+            "comparison of all results" if last else target,
+            "" if last else str(len(of)),
+            "" if last else f"{min(moments):.1f} to {max(moments):.1f}",
+            str(files[0]) if last else f"{min(files)} to {max(files)}",
+            str(found),
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
 def main() -> int:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -181,9 +200,9 @@ def main() -> int:
     given = parser.parse_args()
     rows = run(given.seed, given.kills, given.cores)
     violations = [row for row in rows if row["violation"]]
-    print(f"{given.kills} kills, {rows[-1]['files']} results compared, {len(violations)} violations")
+    print(f"\n{table(rows)}\n")
     for row in violations:
-        print(f"  {row['kill']}: {row['violation']}")
+        print(f"{row['kill']}: {row['violation']}")
     return int(bool(violations))
 
 

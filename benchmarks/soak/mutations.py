@@ -87,6 +87,8 @@ def attempt(reader: Reader, path: Path) -> tuple[int, str]:
         reader.check(found)
     except AssertionError as error:
         return READ, f"the result lacks what is promised: {error}"
+    except Exception as error:  # of any kind: what was read cannot be looked at
+        return READ, f"the result ends its check: {type(error).__name__}: {error}"
     return READ, ""
 
 

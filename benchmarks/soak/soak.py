@@ -102,7 +102,7 @@ def main() -> int:
     report = [
         "# Results of the soak campaign",
         f"Commit {commit()}, seed {given.seed}, {now:%Y-%m-%d}, Python {platform.python_version()}, "
-        f"{platform.system()} on {platform.machine()}, {given.cores} processes. Made by `make soak`; "
+        f"{platform.system()} on {platform.machine()}, cores: {given.cores}. Made by `make soak`; "
         "[README.md](README.md) says what is a violation.",
     ]
     failed = []

@@ -47,6 +47,8 @@ LEAST_LOAD_N, BESIDE_M = 15.0, 0.1
 # the belt's velocity from markers is band limited here (Hz): pulses pass unchanged, most of the noise does
 # not
 MARKER_BAND_HZ = 50.0
+# half the length of that filter in periods of its cutoff
+FILTER_PERIODS = 4.0
 # longest gap of markers on an empty belt (s)
 MAX_GAP_S = 0.1
 
@@ -428,9 +430,14 @@ def _velocity_of_markers(
     along = markers.signals["marker_position"].values[:, columns, 1].astype(float).mean(axis=1)
     band = min(MARKER_BAND_HZ, BAND_PER_RATE * rate_hz)
     smooth = resample(markers.grid, along, markers.grid, band, rate_hz)
+    velocity = derivative(markers.grid, smooth)
+    # where the filter sees the end of the trial, the noise of one sample tilts the whole end
+    held = min(int(np.ceil(FILTER_PERIODS * rate_hz / band)), velocity.size // 4)
+    velocity[:held], velocity[-held:] = velocity[held], velocity[-held - 1]
     done = (
         f"mean of the markers {', '.join(labels)}",
         f"band limited at {band:g} Hz",
         "derived",
+        f"held for {held / rate_hz:g} s at both ends",
     )
-    return derivative(markers.grid, smooth), done
+    return velocity, done

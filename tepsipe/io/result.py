@@ -68,6 +68,8 @@ def _read(path: str | Path) -> Result:
         if isinstance(item, h5py.Dataset):
             arrays[name] = item[...]
             units[name] = item.attrs["units"]
+            if not isinstance(name, str) or not isinstance(units[name], str):
+                raise ValueError(f"a name or unit of {name!r} that is no text")
 
     with h5py.File(path, "r") as file:
         file.visititems(collect)

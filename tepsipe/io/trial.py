@@ -190,15 +190,48 @@ def _read(path: str | Path) -> Trial:
                 text = h5py.check_string_dtype(dataset.dtype) is not None
                 axes[name] = dataset.asstr()[...].astype(str) if text else dataset[...]
                 continue
+            words = [dataset.attrs[word] for word in ("units", "long_name", "processing")]
+            labels = tuple(dimension.label for dimension in dataset.dims)
+            if not all(isinstance(word, str) for word in (name, *words, *labels)):
+                raise ValueError(f"attributes of {name!r} that are no text")
+            unit, meaning, processing = words
             signals[name] = Signal(
                 dataset[...],
-                dataset.attrs["units"],
-                tuple(dimension.label for dimension in dataset.dims),
-                dataset.attrs["long_name"],
-                tuple(filter(None, dataset.attrs["processing"].split("; "))),
+                unit,
+                labels,
+                meaning,
+                tuple(filter(None, processing.split("; "))),
             )
         attributes = {key: getattr(value, "tolist", lambda v=value: v)() for key, value in file.attrs.items()}
+        if not all(isinstance(name, str) for name in (*axes, *attributes)):
+            raise ValueError("names that are no text")
         rate = float(file.attrs["rate_hz"])
+        for name in ("sources", "options"):
+            json.loads(attributes.get(name, "{}"))
     if not 0.0 < rate < np.inf or axes["time"].ndim != 1 or not np.isfinite(axes["time"]).all():
         raise ValueError(f"its clock of {rate:g} Hz is damaged")
     return Trial(rate, axes, signals, attributes)
+
+
+def read_sources(path: str | Path) -> tuple[str, dict[str, dict[str, str]]]:
+    """Name ``experiment/condition`` of a trial's file, and its sources: kind -> file and SHA-256 (no unit).
+
+    Raises
+    ------
+    InputError
+        If the file is not a trial's.
+    """
+
+    def named(path: str | Path) -> tuple[str, dict]:
+        with h5py.File(path, "r") as file:
+            return f"{file.attrs['experiment']}/{file.attrs['condition']}", json.loads(file.attrs["sources"])
+
+    try:
+        return guarded(named, path, what=path)
+    except InputError:
+        raise
+    except Exception as error:  # h5py raises many kinds on damaged files
+        raise InputError(
+            f"{path}: expected a trial's HDF5 file, found one that cannot be read ({quoted(error)}): make it "
+            "again"
+        ) from error

@@ -15,12 +15,14 @@ COLUMNS = (
     "experiment", "condition", "source", "profile", "amplitude", "interval_s", "duration_s", "log", "command",
     "calibration", "markers",
 )  # fmt: skip
-OPTIONAL = ("role", "emg", "task", "time_column", "load_column", "velocity_column")
+OPTIONAL = ("role", "emg", "task", "participant", "time_column", "load_column", "velocity_column")
 TASKS = ("relax", "relaxed", "stiff", "tense", "calm", "quiet", "normal", "eyes-closed", "eyes-open")
 EMPTY = "-"
 
 
-def rows_of(groups: list[Group], seen: dict[str, Seen]) -> tuple[list[dict[str, str]], list[Missing]]:
+def rows_of(
+    groups: list[Group], seen: dict[str, Seen], people: dict[str, str]
+) -> tuple[list[dict[str, str]], list[Missing]]:
     """Rows of the sheet, and what is missing in them.
 
     Parameters
@@ -29,6 +31,8 @@ def rows_of(groups: list[Group], seen: dict[str, Seen]) -> tuple[list[dict[str, 
         Trials with their experiments (units of the files).
     seen : dict of str to Seen
         Name of the first file -> what a treadmill trial shows (SI units).
+    people : dict of str to str
+        Name of the first file -> participant, if there are several.
 
     Returns
     -------
@@ -38,6 +42,7 @@ def rows_of(groups: list[Group], seen: dict[str, Seen]) -> tuple[list[dict[str, 
         Cells with the placeholder.
     """
     roles = _roles(groups)
+    _name_unlike_tasks(groups, people)
     rows, missing = [], []
     for group in groups:
         row = dict.fromkeys((*COLUMNS, *OPTIONAL), EMPTY)
@@ -48,6 +53,7 @@ def rows_of(groups: list[Group], seen: dict[str, Seen]) -> tuple[list[dict[str, 
             "duration_s": f"{_duration(group, seen.get(group.first.name)):g}",
             "log": group.first.name,
             "role": roles.get(group.first.name, EMPTY),
+            "participant": people.get(group.first.name, EMPTY),
         }
         wanted = ("calibration", "markers", "emg", "command")
         row |= {kind: group.partners[kind].name for kind in wanted if kind in group.partners}
@@ -73,6 +79,16 @@ def rows_of(groups: list[Group], seen: dict[str, Seen]) -> tuple[list[dict[str, 
         ]
         rows.append(row)
     return rows, missing
+
+
+def _name_unlike_tasks(groups: list[Group], people: dict[str, str]) -> None:
+    """Trials and tasks head rows of the same table, so no trial may have the name of a task."""
+    standing = [g for g in groups if g.experiment == "standing"]
+    tasks = {_task(g) for g in standing}
+    tasks |= {f"{people[g.first.name]}-{_task(g)}" for g in standing if g.first.name in people}
+    for group in standing:
+        if group.condition in tasks:
+            group.condition += "-1"
 
 
 ABOUT = {

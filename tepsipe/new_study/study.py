@@ -8,6 +8,7 @@ from pathlib import Path
 from tepsipe.errors import InputError
 from tepsipe.new_study.look import Found, look_at
 from tepsipe.new_study.pairing import Group, group_files, name_apart
+from tepsipe.new_study.people import TABLE, participants_of, plan_people
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan, yaml_text
 from tepsipe.new_study.sheet import describe_pulses, rows_of, sheet_text
 from tepsipe.new_study.table_plan import plan_belt, plan_position, plan_wristalyzer
@@ -39,7 +40,9 @@ class NewStudy:
     Attributes
     ----------
     folder : Path
-        Folder of the three files.
+        Folder of the files.
+    files : tuple of str
+        Their names.
     trials : dict of str to int
         Experiment -> number of trials (-).
     missing, assumed : int
@@ -49,6 +52,7 @@ class NewStudy:
     """
 
     folder: Path
+    files: tuple[str, ...]
     trials: dict[str, int]
     missing: int
     assumed: int
@@ -56,7 +60,7 @@ class NewStudy:
 
 
 def new_study(folder: str | Path, name: str | None = None, output: str | Path | None = None) -> NewStudy:
-    """Write `FILES` for the recordings in a folder.
+    """Write `FILES`, and a table of the participants if there are several, for the recordings in a folder.
 
     Parameters
     ----------
@@ -94,12 +98,24 @@ def new_study(folder: str | Path, name: str | None = None, output: str | Path | 
     groups.sort(key=lambda g: (ORDER.index(g.experiment), g.first.name))
     name_apart(groups)
     _plan_experiments(plan, groups, seen)
-    rows, missing = rows_of(groups, seen)
+    people = participants_of(groups)
+    table = plan_people(plan, groups, people, seen)
+    if table:
+        plan.put("study.participants", _here(output / TABLE), "by the names of the files")
+    rows, missing = rows_of(groups, seen, people)
     plan.missing[:0] = missing
     texts = (sheet_text(rows, groups), _config_text(plan, name, output), _missing_text(plan, groups, left))
-    _write(output, texts)
+    written = dict(zip(FILES, texts, strict=True)) | ({TABLE: table} if table else {})
+    _write(output, written)
     counts = {e: sum(g.experiment == e for g in groups) for e in ORDER}
-    return NewStudy(output, {e: n for e, n in counts.items() if n}, len(plan.missing), len(plan.check), left)
+    return NewStudy(
+        output,
+        tuple(written),
+        {e: n for e, n in counts.items() if n},
+        len(plan.missing),
+        len(plan.check),
+        left,
+    )
 
 
 def _name(folder: Path, name: str | None) -> str:
@@ -119,7 +135,7 @@ def _output(folder: Path, name: str, output: str | Path | None) -> Path:
         if output.resolve() == folder.resolve():
             output = Path(f"{name}-study")
     output = Path(output)
-    for file in FILES:
+    for file in (*FILES, TABLE):
         if (output / file).exists():
             raise InputError(
                 f"{output / file}: expected no such file, found one: choose another --output, or remove it"
@@ -211,7 +227,7 @@ def _missing_text(plan: Plan, groups: list[Group], left: list[Found]) -> str:
     lines = [
         "# What is missing",
         "",
-        f"The study refuses to run while a `{PLACEHOLDER}` stands in `{FILES[1]}` or `{FILES[0]}`.",
+        f"The study refuses to run while a `{PLACEHOLDER}` stands in `{FILES[1]}` or a table beside it.",
         f"Read in `docs/recordings`: {', '.join(dict.fromkeys(f'`{page}`' for page in pages))}.",
         "",
         *_table(plan.missing, ("key or column", "meaning", "how to measure it")),
@@ -240,9 +256,9 @@ def _table(items: list[Missing], header: tuple[str, str, str]) -> list[str]:
     return [f"| {' | '.join(row)} |" for row in rows]
 
 
-def _write(output: Path, texts: tuple[str, str, str]) -> None:
+def _write(output: Path, texts: dict[str, str]) -> None:
     """Write the files, none of which exists."""
     output.mkdir(parents=True, exist_ok=True)
-    for file, text in zip(FILES, texts, strict=True):
+    for file, text in texts.items():
         with open(output / file, "x", encoding="utf-8") as stream:
             stream.write(text)

@@ -103,14 +103,29 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
         plan.put("plate_treadmill.belt", "right", "the only plate is called right")
     if min(loads.values(), default=0.0) < -LOAD_N:
         plan.put(f"{key}.force_sign", -1, "vertical forces are negative under load")
+    _plan_belt_velocity(plan, key, whole, 1.0 if forward[0] == "+" else -1.0)
+    triggers = [t for _, s in whole for t in s.triggers]
+    if triggers:
+        plan.put(
+            f"{key}.trigger", None, f"{triggers[0]} looks like a trigger; null: the first frame is time 0"
+        )
+
+
+def _plan_belt_velocity(plan: Plan, key: str, whole: list[tuple[Group, Seen]], sign: float) -> None:
+    """Channel of the belt velocity with its scale (m/s per unit), turned by ``sign``, or markers."""
+    group, seen = whole[0]
+    name = group.first.name
     belts = [s.belt for _, s in whole if s.belt is not None]
     if belts:
-        b, sign = belts[0], 1.0 if forward[0] == "+" else -1.0
+        b = belts[0]
         note = f"channel of {name}"
         if np.isfinite(b.correlation):
             note += f" that follows a low marker with r = {abs(b.correlation):.3f}"
-        plan.put(f"{key}.belt_velocity.channel", b.name, note)
         scale = f"from {b.name} in {b.unit or 'its unit'} against the markers"
+        if "record" in group.partners:
+            note = f"column of {group.partners['record'].name}"
+            scale = "D-Flow's belt speeds are positive backward"
+        plan.put(f"{key}.belt_velocity.channel", b.name, note)
         plan.assume(
             f"{key}.belt_velocity.m_per_s_per_unit",
             _rounded(sign * b.m_per_s_per_unit),
@@ -136,11 +151,6 @@ def _plan_recording(plan: Plan, whole: list[tuple[Group, Seen]]) -> None:
                 "labels of belt-fixed markers",
                 "name markers on the belt or the foot",
             )
-    triggers = [t for _, s in whole for t in s.triggers]
-    if triggers:
-        plan.put(
-            f"{key}.trigger", None, f"{triggers[0]} looks like a trigger; null: the first frame is time 0"
-        )
 
 
 def _rounded(scale: float) -> float:

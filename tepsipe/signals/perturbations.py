@@ -88,6 +88,7 @@ def detect_perturbations(
     if peak < SMALLEST_PEAK_M_PER_S or threshold < signal_to_noise * noise:
         needed = np.ceil(100.0 * signal_to_noise * noise / peak) / 100.0 if peak > 0.0 else np.inf
         standing_out = peak >= SMALLEST_PEAK_M_PER_S and needed <= LARGEST_FRACTION
+        standing_out &= any(start >= at_rest.size for start, _ in runs)  # not only a belt that gathers speed
         raise InputError(
             f"{what}: expected perturbations whose {100 * threshold_fraction:g} % exceed "
             f"{signal_to_noise:g} times the noise at rest ({1e3 * noise:.2g} mm/s), found "

@@ -8,7 +8,7 @@ from pathlib import Path
 sys.path.insert(0, workflow.basedir)
 
 from tepsipe.errors import InputError
-from workflow.support.yaml_file import read_settings
+from workflow.support.yaml_file import CODE, read_settings
 
 # those of the command line come last, as they override the others
 CONFIGFILES = [
@@ -21,4 +21,10 @@ try:
     for path in CONFIGFILES:
         read_settings(path)
 except InputError as error:
-    sys.exit(f"tepsipe: {error}")
+    # those of the command line have been loaded
+    late = (
+        "; the code has run by now, tepsipe check looks first"
+        if path != CONFIGFILES[0] and CODE in str(error)
+        else ""
+    )
+    sys.exit(f"tepsipe: {error}{late}")

@@ -2,7 +2,7 @@
 
 PAGE = "<results>/report/trials/{}/{{condition}}.html"
 PAGE_SOURCE = [here(f"tepsipe/reporting/pages/{name}") for name in ("plot.js", "page.css")]
-TITLE = config["study"]["title"]
+TITLE = as_it_is(config["study"]["title"])
 
 
 rule write_wristalyzer_pages:

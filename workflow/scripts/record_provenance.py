@@ -9,18 +9,16 @@ import json
 import platform
 from importlib.metadata import version
 
-import h5py
 import yaml
 
-from tepsipe.io.trial import checksum
+from tepsipe.io.trial import checksum, read_sources
 from tepsipe.mechanics.engines import engine_version
 
 config = snakemake.params.config
 raw = {}
 for path in snakemake.input.trials:
-    with h5py.File(path, "r") as trial:
-        name = f"{trial.attrs['experiment']}/{trial.attrs['condition']}"
-        raw[name] = json.loads(trial.attrs["sources"])
+    name, sources = read_sources(path)
+    raw[name] = sources
 packages = ("tepsipe", "snakemake", "numpy", "scipy", "pandas", "h5py", "ezc3d", "matplotlib", "typst")
 files = {
     kind: {"file": str(path), "sha256": checksum(path)}

@@ -9,6 +9,7 @@ from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.text_file import read_text
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.names import check_distinct, check_name
+from workflow.support.placeholders import refuse_placeholder_cells
 
 EMPTY = ("-", "")
 BELTS = ("left", "right")
@@ -95,6 +96,7 @@ def read_participants(path: str | Path) -> dict[str, dict[str, float]]:
                 "one tab each"
             )
         cells = dict(zip(header, map(str.strip, row), strict=True))
+        refuse_placeholder_cells(cells, f"{path}: line {number}")
         name = cells.pop("participant")
         check_name(name, "participant", f"{path}: line {number}")
         if name in people:

@@ -5,6 +5,7 @@ lock away, no other may be at work here: on this computer the table of processes
 note of the run.
 """
 
+import contextlib
 import json
 import os
 import socket
@@ -23,16 +24,18 @@ NO_RUN = {"-n", "--dry-run", "--dryrun", "--report", "--unlock", "--lint"}
 
 def note_run() -> None:
     """Note which computer a run of this folder is on, and since when; forget jobs of earlier runs."""
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    for record in JOBS.glob("*.json"):
-        record.unlink(missing_ok=True)
     content = {"computer": socket.gethostname(), "started": time.strftime("%Y-%m-%d %H:%M:%S")}
-    NOTE.write_text(json.dumps(content), encoding="utf-8")
+    with contextlib.suppress(OSError):  # on a full disk the run goes on to say so
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        for record in JOBS.glob("*.json"):
+            record.unlink(missing_ok=True)
+        NOTE.write_text(json.dumps(content), encoding="utf-8")
 
 
 def forget_run() -> None:
     """Remove the note when the run ends."""
-    NOTE.unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        NOTE.unlink(missing_ok=True)
 
 
 def elsewhere() -> str | None:

@@ -23,6 +23,7 @@ ROOT = Path(__file__).parents[2]
 SCHEMAS = ROOT / "workflow" / "schemas"
 DEFAULTS = "config/config.yaml"
 NAME = "configuration"  # where messages begin, until their file is known
+ABSENT = object()  # of a key that a configuration does not have
 
 
 def merged_settings(configfiles: Iterable[str | Path]) -> dict:
@@ -84,7 +85,8 @@ def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | P
     for key in re.findall(r"[a-z_]+(?:\.[\w-]+)+", text) + re.findall(r"unknown key '(\w+)'", text):
         wanted = _value(config, key)
         for path in reversed(list(configfiles)):
-            if wanted is not None and _value(read_settings(path), key) == wanted:
+            # by their text: not a number is not equal to itself
+            if wanted is not ABSENT and repr(_value(read_settings(path), key)) == repr(wanted):
                 return f"{path}{text.removeprefix(NAME)}"
     return text
 
@@ -92,6 +94,6 @@ def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | P
 def _value(config: dict, key: str) -> object:
     for name in key.split("."):
         if not isinstance(config, dict) or name not in config:
-            return None
+            return ABSENT
         config = config[name]
     return config

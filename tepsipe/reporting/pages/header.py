@@ -125,20 +125,19 @@ def _cell(estimate: Estimate) -> str:
     return f'<span class="nowrap">{text(value)}{mark}</span>{between}'
 
 
-def sources_table(trial: Trial) -> str:
-    """Source files of a trial with the beginning of their SHA-256 (no unit)."""
+def _sources(trial: Trial) -> list[tuple[str, str, str]]:
+    """Kind, path and SHA-256 of every source file."""
     sources = json.loads(trial.attributes.get("sources", "{}"))
-    rows = []
-    for kind, source in sources.items():
-        path = PurePath(source["file"])
-        rows.append(
-            [
-                text(kind),
-                f'<code title="{text(path)}">{text(PurePath(*path.parts[-3:]))}</code>',
-                f'<code title="{text(source["sha256"])}">{text(source["sha256"][:16])}</code>',
-            ]
-        )
-    return table(("Source", "File", "SHA-256, first 16 digits"), rows) if rows else ""
+    return [(kind, source["file"], source["sha256"]) for kind, source in sources.items()]
+
+
+def sources_table(trial: Trial) -> str:
+    """Source files of a trial with their SHA-256 (hexadecimal digits)."""
+    rows = [
+        [text(kind), f"<code>{text(file)}</code>", f"<code>{text(digits)}</code>"]
+        for kind, file, digits in _sources(trial)
+    ]
+    return table(("Source", "File", "SHA-256"), rows) if rows else ""
 
 
 def processing(trial: Trial) -> str:
@@ -169,4 +168,8 @@ def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str,
         ("Perturbed belt", choices.get("belt") or ""),
         ("Raw files", "simulated by the virtual laboratory" if choices["made"] else "recorded"),
         ("Rate and length", f"{trial.rate_hz:g} Hz, {length:.4g} s"),
+        (
+            "Source files, SHA-256",
+            ", ".join(f"{PurePath(f).name} {digits[:12]}" for _, f, digits in _sources(trial)),
+        ),
     ]

@@ -66,7 +66,8 @@
   function reading(value, span) {
     if (!isFinite(value)) return "\u2013";
     const digits = span > 0 ? Math.max(0, Math.min(9, 3 - Math.floor(Math.log10(span)))) : 3;
-    return signed(value.toFixed(digits));
+    const text = value.toFixed(digits);
+    return Number(text) === 0 ? text.replace("-", "") : signed(text);
   }
 
   function timeText(t, span) { return reading(t, 3 * span) + " s"; }

@@ -139,6 +139,12 @@ def _response_panels(fit: Result, epochs: Result) -> list[Panel]:
     ):
         values = scale * arrays[f"perturbed/{key}"].astype(float)
         panels.append(Panel(title, unit, _with_spread(values, clock), axis="onset"))
+    segments = [key for key in ("shank", "thigh", "knee") if f"perturbed/{key}" in arrays]
+    joints = [
+        Trace(key, 1e3 * arrays[f"perturbed/{key}"].astype(float).mean(axis=0), clock, *CYCLE[k])
+        for k, key in enumerate(segments)
+    ]
+    panels.append(Panel("Mean rotation of shank, thigh and knee", "mrad", tuple(joints), axis="onset"))
     names = [key.split("/")[1] for key in fit.arrays if key.startswith("curve/") and key.endswith("/torque")]
     for name in names:
         part = {key: fit.arrays[f"curve/{name}/{key}"] for key in ("time", "torque", "intrinsic", "active")}
