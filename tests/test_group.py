@@ -1,6 +1,7 @@
 """Means over people: by hand, independent of the order, and every person once."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -198,6 +199,6 @@ def test_labels_follow_the_columns_of_estimates_and_are_not_read(tmp_path):
     path = tmp_path / "estimates.csv"
     write_estimates(path, rows, {"participant": ["P1", ""]})
     lines = path.read_text().splitlines()
-    assert lines[0].endswith("n_perturbations,flags,participant")
+    assert lines[0].endswith("n_perturbations,u_type_a,u_type_b,recommended,flags,participant")
     assert lines[1].endswith(",P1")
-    assert read_estimates(path) == rows
+    assert read_estimates(path) == [replace(row, u_type_a=row.standard_error) for row in rows]

@@ -15,6 +15,8 @@ FLAGS = {
     "no-interval": "its standard error or interval is not a number: record more perturbations",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",
 }
+# quantities of which one estimate per trial is recommended
+QUOTED = ("I", "B", "K", "mass")
 # a VAF below this belongs to a prediction that grows without limit (%)
 DIVERGED_VAF = -1e6
 
@@ -34,11 +36,16 @@ class Estimate:
     value : float
         The estimate (``unit``).
     standard_error, ci_low, ci_high : float or None
-        Standard error and 95 % interval (``unit``); None where there is none.
+        Combined standard uncertainty and 95 % interval (``unit``); None where there is none.
     sem_as_printed : float or None
         Thesis eq (3-2) as printed; None where there is none.
     n_perturbations : int or None
         Number of perturbations behind the value (-).
+    u_type_a, u_type_b : float or None
+        Standard uncertainties from the trial's own scatter and from everything else (``unit``); None where
+        they were not evaluated. Their root sum of squares is ``standard_error``.
+    recommended : bool
+        Whether this is the estimate of its quantity to quote (-).
     flags : str
         Names of the checks in `FLAGS` that the estimate failed, joined by ``;`` (no unit).
     """
@@ -55,10 +62,13 @@ class Estimate:
     ci_high: float | None = None
     sem_as_printed: float | None = None
     n_perturbations: int | None = None
+    u_type_a: float | None = None
+    u_type_b: float | None = None
+    recommended: bool = False
     flags: str = ""
 
 
-NUMBERS = ("value", "standard_error", "ci_low", "ci_high", "sem_as_printed")
+NUMBERS = ("value", "standard_error", "ci_low", "ci_high", "sem_as_printed", "u_type_a", "u_type_b")
 
 
 # columns that may follow those of `Estimate`
@@ -71,9 +81,9 @@ def write_estimates(
     """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``).
 
     A value that is not finite is an empty cell, and its row has the flag ``undefined``; an uncertainty that
-    is not a number is an empty cell, too, with the flag ``no-interval``. A VAF of a prediction that grows
-    without limit has the flag ``diverged``. ``labels`` are columns of `LABELS` that follow, with one cell per
-    row.
+    is not a number is an empty cell, too, with the flag ``no-interval``. A standard error of a row without
+    Type A and B is that of Type A. A VAF of a prediction that grows without limit has the flag ``diverged``.
+    ``labels`` are columns of `LABELS` that follow, with one cell per row.
     """
     write_rows(path, Estimate, map(_checked, estimates), further=labels)
 
@@ -86,8 +96,36 @@ def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
     ]
 
 
+def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | None = None) -> list[Estimate]:
+    """Estimates, those to quote marked (units in them).
+
+    Parameters
+    ----------
+    estimates : iterable of Estimate
+        Rows of one or more trials, the same quantity once per trial, pathway and estimator.
+    pathway : str
+        The recommended pathway.
+    estimator : str, optional
+        The recommended estimator; any of the pathway if left out.
+
+    Returns
+    -------
+    list of Estimate
+        Marked are those of `QUOTED` of this pathway and estimator, and no others.
+    """
+    return [
+        replace(
+            e,
+            recommended=e.quantity in QUOTED and e.pathway == pathway and estimator in (None, e.estimator),
+        )
+        for e in estimates
+    ]
+
+
 def _checked(estimate: Estimate) -> Estimate:
     """The estimate with an empty cell for what is not a finite number, and with the flags that follow."""
+    if estimate.standard_error is not None and estimate.u_type_a is None and estimate.u_type_b is None:
+        estimate = replace(estimate, u_type_a=estimate.standard_error)
     lost = [name for name in NUMBERS[1:] if (x := getattr(estimate, name)) is not None and math.isnan(x)]
     undefined = estimate.value is None or not math.isfinite(estimate.value)
     flags = ["undefined"] * undefined + ["no-interval"] * bool(lost)
@@ -121,6 +159,9 @@ def _estimate(row: dict[str, str]) -> Estimate:
     unknown = [flag for flag in row["flags"].split(";") if flag and flag not in FLAGS]
     if unknown:
         raise ValueError(f"the unknown flag {unknown[0]!r}")
+    if row["recommended"] not in ("true", "false"):
+        raise ValueError(f"{row['recommended']!r} in the column recommended")
+    cells["recommended"] = row["recommended"] == "true"
     cells["n_perturbations"] = int(row["n_perturbations"]) if row["n_perturbations"] else None
     if cells["value"] is None or (cells["n_perturbations"] or 0) < 0:
         raise ValueError(f"a value {row['value']!r} of {row['n_perturbations']!r} perturbations")

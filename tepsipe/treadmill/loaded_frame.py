@@ -65,6 +65,26 @@ class LoadedFrame:
         """Order of the frame's response, 2 (-)."""
         return 2
 
+    @property
+    def constants(self) -> np.ndarray:
+        """d, e_0, e_1, m, c, f_0, f_1, T, v_0, k, t in their units, shape (11,)."""
+        others = [self.lag_s, self.friction_speed_m_per_s, self.mount_share, self.mount_time_s]
+        return np.concatenate([self.frame, self.motion, others])
+
+    def moved(self, step: np.ndarray) -> "LoadedFrame":
+        """The model with a step, shape (11,), added to its ``constants`` (their units)."""
+        x = self.constants + step
+        lag_s, speed, share, time_s = x[7:].tolist()
+        return replace(
+            self,
+            frame=x[:3],
+            motion=x[3:7],
+            lag_s=lag_s,
+            friction_speed_m_per_s=speed,
+            mount_share=share,
+            mount_time_s=time_s,
+        )
+
     def resonance_hz(self, carried_kg: float) -> float:
         """Natural frequency of the frame (Hz) with a mass on the belt (kg)."""
         slowness = self.frame[1] + self.frame[2] * carried_kg

@@ -91,6 +91,9 @@ class FittedModel:
         Filter of the calibration signals; signals to be predicted need the same filter.
     trained_on : tuple of str
         Names of the calibration recordings.
+    deviations : ndarray, shape (draws, constants), or None
+        Draws of the errors of the model's ``constants`` (their units), for
+        `tepsipe.treadmill.compensation.compensated_draws`; None where the calibration has none.
     """
 
     name: str
@@ -98,6 +101,7 @@ class FittedModel:
     unit: str
     lowpass: Lowpass | None
     trained_on: tuple[str, ...]
+    deviations: np.ndarray | None = None
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """Belt-induced load (unit of the load), shape (n,).

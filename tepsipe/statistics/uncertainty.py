@@ -1,0 +1,308 @@
+"""Type A and Type B uncertainty, budgets and combined intervals (GUM: JCGM 100:2008 and JCGM 101:2008).
+
+Type A is what a trial's own scatter shows. Type B is everything else that was not known: masses, lengths,
+calibrations, delays. Each source i of Type B has a standard uncertainty u(x_i); through the estimator
+f it contributes u_i(y) = c_i u(x_i), c_i = df/dx_i, to the estimate y (JCGM 100, eq 10):
+
+    u_c^2(y) = u_A^2 + sum_i u_i^2(y)
+
+The interval is y +- t u_c with Student's quantile at the effective degrees of freedom of Welch and
+Satterthwaite (JCGM 100, eq G.2b):
+
+    nu_eff = u_c^4 / (u_A^4 / nu_A + sum_i u_i^4 / nu_i)
+
+A contribution keeps its sign, so that of a source common to two estimates only the difference counts in
+their difference (JCGM 100, section 5.2). Two departures from the letter of the GUM: the bootstrap of a
+calibration counts as Type B here, because it is evaluated once and does not vary within a trial; and the
+same degrees of freedom hold for all components of one source.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy
+
+from tepsipe.errors import InputError, listed, quoted
+
+CONFIDENCE = 0.95
+DISTRIBUTIONS = ("normal", "rectangular", "triangular")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A quantity that the analysis takes as known, and how well it is known.
+
+    Attributes
+    ----------
+    name : str
+        For example ``leg_mass_kg``.
+    standard_uncertainty : float
+        u(x), the standard deviation of what is believed about it (unit of the quantity).
+    distribution : {"normal", "rectangular", "triangular"}
+        Shape of that belief; the half width is u sqrt(3) if rectangular, u sqrt(6) if triangular.
+    freedom : float
+        Degrees of freedom of u(x) (-); infinite where it is not itself an estimate.
+    reason : str
+        Why it is believed: a measurement, a data sheet, a publication (no unit).
+    """
+
+    name: str
+    standard_uncertainty: float
+    distribution: str = "normal"
+    freedom: float = np.inf
+    reason: str = ""
+
+    def draw(self, rng: np.random.Generator, draws: int) -> np.ndarray:
+        """Deviations from the assumed value, shape (draws,) (unit of the quantity).
+
+        Raises
+        ------
+        ValueError
+            If the distribution is not one of the three.
+        """
+        u = self.standard_uncertainty
+        if self.distribution == "normal":
+            return u * rng.standard_normal(draws)
+        if self.distribution == "rectangular":
+            return u * np.sqrt(3.0) * rng.uniform(-1.0, 1.0, draws)
+        if self.distribution == "triangular":
+            return u * np.sqrt(6.0) * (rng.uniform(0.0, 1.0, draws) - rng.uniform(0.0, 1.0, draws))
+        raise ValueError(
+            f"{self.name}: expected the distribution normal, rectangular or triangular, "
+            f"found {self.distribution!r}"
+        )
+
+
+def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
+    """Sources of one experiment from its settings.
+
+    Parameters
+    ----------
+    section : mapping
+        Name -> standard_uncertainty (unit in the name), distribution, source (why it is believed) and, where
+        u(x) is an estimate, freedom; None for a source that is switched off.
+
+    Returns
+    -------
+    dict of str to Source
+        Those that are not switched off (units in their names).
+
+    Raises
+    ------
+    InputError
+        If a standard uncertainty is negative or not a number, or a distribution is unknown.
+    """
+    found = {}
+    for name, stated in section.items():
+        if stated is None:
+            continue
+        u, shape = stated["standard_uncertainty"], stated["distribution"]
+        if not (math.isfinite(u) and u >= 0.0):
+            raise InputError(
+                f"uncertainty: expected a standard uncertainty of at least 0 for {name}, found {u}: "
+                "correct it"
+            )
+        if shape not in DISTRIBUTIONS:
+            raise InputError(
+                f"uncertainty: expected a distribution of {listed(DISTRIBUTIONS)} for {name}, found "
+                f"{quoted(shape)}: correct it"
+            )
+        freedom = stated.get("freedom")
+        found[name] = Source(name, u, shape, np.inf if freedom is None else freedom, stated["source"])
+    return found
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Uncertainty of p estimates, source by source.
+
+    Attributes
+    ----------
+    type_a : ndarray, shape (p,)
+        Standard uncertainties from the trial's own scatter (units of the estimates).
+    freedom_a : float
+        Their degrees of freedom (-).
+    contributions : dict of str to ndarray, shape (k, p)
+        Source -> root R of its covariance, R'R (units of the estimates). One row, c_i u(x_i) with its sign,
+        if it was propagated linearly; as many rows as draws if by Monte Carlo or bootstrap.
+    freedom : dict of str to float
+        Source -> degrees of freedom (-); infinite where none are given.
+    """
+
+    type_a: np.ndarray
+    freedom_a: float
+    contributions: dict[str, np.ndarray] = field(default_factory=dict)
+    freedom: dict[str, float] = field(default_factory=dict)
+
+    def of_source(self, name: str) -> np.ndarray:
+        """Standard uncertainty that a source contributes, shape (p,) (units of the estimates)."""
+        return np.sqrt((self.contributions[name] ** 2).sum(axis=0))
+
+    @property
+    def type_b(self) -> np.ndarray:
+        """Standard uncertainty of Type B, shape (p,) (units of the estimates)."""
+        squares = [self.of_source(name) ** 2 for name in self.contributions]
+        return np.sqrt(np.sum([np.zeros_like(self.type_a), *squares], axis=0))
+
+    @property
+    def combined(self) -> np.ndarray:
+        """Combined standard uncertainty u_c, shape (p,) (units of the estimates)."""
+        return np.hypot(self.type_a, self.type_b)
+
+    @property
+    def effective_freedom(self) -> np.ndarray:
+        """Effective degrees of freedom of Welch and Satterthwaite, shape (p,) (-)."""
+        quartic = self.type_a**4 / self.freedom_a
+        for name in self.contributions:
+            quartic = quartic + self.of_source(name) ** 4 / self.freedom.get(name, np.inf)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(quartic > 0.0, self.combined**4 / quartic, np.inf)
+
+    def interval(self, values: np.ndarray, confidence: float = CONFIDENCE) -> tuple[np.ndarray, np.ndarray]:
+        """Ends of the interval values +- t u_c.
+
+        Parameters
+        ----------
+        values : ndarray, shape (p,)
+            The estimates (any units).
+        confidence : float
+            Probability of the interval (-).
+
+        Returns
+        -------
+        low, high : ndarray, shape (p,)
+            Units of ``values``; infinite where the combined uncertainty is.
+        """
+        half = coverage_factor(self.effective_freedom, confidence) * self.combined
+        return values - half, values + half
+
+    def minus(self, other: "Budget") -> "Budget":
+        """Budget of the difference of two estimates (units of both).
+
+        Type A of both is independent and adds in quadrature, with degrees of freedom by Welch and
+        Satterthwaite for the first estimate. A source of the same name is the same quantity: its
+        contributions are subtracted. A source of one budget alone enters alone.
+
+        Raises
+        ------
+        ValueError
+            If a common source has another number of rows in the other budget: draws must be shared.
+        """
+        names = dict.fromkeys([*self.contributions, *other.contributions])
+        difference = {}
+        for name in names:
+            mine, theirs = self.contributions.get(name), other.contributions.get(name)
+            if mine is not None and theirs is not None and mine.shape != theirs.shape:
+                raise ValueError(f"{name}: expected shared draws, found {len(mine)} and {len(theirs)}")
+            difference[name] = (0.0 if mine is None else mine) - (0.0 if theirs is None else theirs)
+        squares = np.array([self.type_a**2, other.type_a**2])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            freedom = squares.sum(axis=0) ** 2 / (
+                squares[0] ** 2 / self.freedom_a + squares[1] ** 2 / other.freedom_a
+            )
+        finite = freedom[np.isfinite(freedom)]
+        return Budget(
+            np.sqrt(squares.sum(axis=0)),
+            float(finite.min()) if finite.size else np.inf,
+            difference,
+            {**other.freedom, **self.freedom},
+        )
+
+
+def coverage_factor(freedom: np.ndarray, confidence: float = CONFIDENCE) -> np.ndarray:
+    """Student's quantile of a two-sided interval (-) for degrees of freedom (-) that may be infinite."""
+    p = 0.5 * (1.0 + confidence)
+    freedom = np.asarray(freedom, dtype=float)
+    finite = np.where(np.isfinite(freedom), freedom, 1.0)
+    return np.where(np.isfinite(freedom), scipy.special.stdtrit(finite, p), scipy.special.ndtri(p))
+
+
+def scatter(values: np.ndarray) -> tuple[np.ndarray, float]:
+    """Type A of a mean over n perturbations: SD / sqrt(n), and n - 1 degrees of freedom (JCGM 100, 4.2).
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, p)
+        Estimates of n perturbations (any units).
+
+    Returns
+    -------
+    u, freedom : ndarray of shape (p,), float
+        Standard uncertainty (units of ``values``) and degrees of freedom (-); infinite and 1 if n < 2.
+    """
+    n = len(values)
+    if n < 2:
+        return np.full(values.shape[1], np.inf), 1.0
+    return values.std(axis=0, ddof=1) / np.sqrt(n), n - 1.0
+
+
+def linear_contributions(
+    estimate: Callable[[Mapping[str, float]], np.ndarray], sources: Sequence[Source]
+) -> dict[str, np.ndarray]:
+    """Signed contributions by central differences over +-u(x_i) (JCGM 100, section 5.1.3, note 2).
+
+    Parameters
+    ----------
+    estimate : callable
+        Takes deviations of the sources by name (their units), returns the estimates, shape (p,). Sources
+        that are not named do not deviate.
+    sources : sequence of Source
+        What is not known exactly.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (1, p)
+        Source -> c_i u(x_i) (units of the estimates), for `Budget.contributions`.
+    """
+    found = {}
+    for source in sources:
+        u = source.standard_uncertainty
+        above, below = (np.asarray(estimate({source.name: sign * u})) for sign in (1.0, -1.0))
+        found[source.name] = 0.5 * (above - below)[None]
+    return found
+
+
+def propagate(
+    estimate: Callable[[Mapping[str, float]], np.ndarray],
+    sources: Sequence[Source],
+    rng: np.random.Generator,
+    draws: int,
+) -> np.ndarray:
+    """Estimates for sources drawn together from what is believed about them (Monte Carlo, JCGM 101).
+
+    Parameters
+    ----------
+    estimate : callable
+        As in `linear_contributions`.
+    sources : sequence of Source
+        What is not known exactly.
+    rng : numpy.random.Generator
+        Draws the deviations.
+    draws : int
+        Number of draws (-).
+
+    Returns
+    -------
+    ndarray, shape (draws, p)
+        Estimates (any units).
+    """
+    drawn = {source.name: source.draw(rng, draws) for source in sources}
+    return np.array([estimate({name: float(x[k]) for name, x in drawn.items()}) for k in range(draws)])
+
+
+def root_of_draws(draws: np.ndarray) -> np.ndarray:
+    """Root of the covariance of draws, for `Budget.contributions`: deviations from their mean / sqrt(n - 1).
+
+    Parameters
+    ----------
+    draws : ndarray, shape (n, p)
+        Estimates for n draws of a source (any units).
+
+    Returns
+    -------
+    ndarray, shape (n, p)
+        R, with R'R the sample covariance of the draws.
+    """
+    return (draws - draws.mean(axis=0)) / np.sqrt(len(draws) - 1.0)

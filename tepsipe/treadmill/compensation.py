@@ -1,0 +1,110 @@
+"""The load on the belt from the measured one: best estimate, and draws from the models' calibration.
+
+The constants of a treadmill model are estimates from a few calibration trials. The attribute ``deviations``
+of `tepsipe.treadmill.registry.FittedModel` holds draws of their errors, the same draw in the same row for
+fore-aft force and pitch moment. Each draw gives other compensated loads, and so other joint torques and other
+parameters: their spread is the share of the calibration in the uncertainty. It counts as Type B, because
+repetition of the trial at hand does not reduce it; this departs from the letter of JCGM 100, which calls
+every statistical evaluation Type A.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed
+from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.registry import FittedModel
+
+# step of a constant for the derivative by it, as a fraction of its standard deviation (-)
+STEP = 0.1
+
+
+def compensated_loads(
+    models: dict[str, FittedModel], recordings: dict[str, BeltRecording]
+) -> dict[str, np.ndarray]:
+    """Measured loads of one trial less the belt-induced ones.
+
+    Parameters
+    ----------
+    models : dict of str to FittedModel
+        Component of the load, Fy or Mx -> its model.
+    recordings : dict of str to BeltRecording
+        Component -> recording of the trial, filtered as in the calibration (N, N·m).
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        Component -> load (N, N·m).
+
+    Raises
+    ------
+    InputError
+        If a component has no model, or a recording has another rate, unit or filter than its model.
+    """
+    for component in recordings:
+        if component not in models:
+            raise InputError(
+                f"{recordings[component].name}: expected a treadmill model of {component}, found models of "
+                f"{listed(models)}: calibrate it"
+            )
+    return {component: models[component].compensate(r) for component, r in recordings.items()}
+
+
+def compensated_draws(
+    models: dict[str, FittedModel], recordings: dict[str, BeltRecording]
+) -> dict[str, np.ndarray]:
+    """Compensated loads of one trial for every draw of the models' constants, to first order in their errors.
+
+    Parameters
+    ----------
+    models, recordings
+        As for `compensated_loads` (N, N·m).
+
+    Returns
+    -------
+    dict of str to ndarray, shape (draws, n)
+        Component -> loads (N, N·m), draw by draw the same constants for all components; without rows
+        if the models hold no draws.
+
+    Raises
+    ------
+    InputError
+        As `compensated_loads`.
+    """
+    best = compensated_loads(models, recordings)
+    groups, deviations = _groups(models)
+    if not groups:
+        return {component: np.empty((0, x.size)) for component, x in best.items()}
+    found = {component: np.tile(x, (deviations[0].shape[0], 1)) for component, x in best.items()}
+    for k, members in enumerate(groups):
+        for constant in np.flatnonzero(deviations[k].std(axis=0) > 0.0):
+            step = np.zeros(deviations[k].shape[1])
+            step[constant] = STEP * deviations[k][:, constant].std()
+            moved = {
+                component: replace(m, model=m.model.moved(step), deviations=None)
+                if component in members
+                else m
+                for component, m in models.items()
+            }
+            for component, x in compensated_loads(moved, recordings).items():
+                slope = (x - best[component]) / step[constant]
+                found[component] += np.outer(deviations[k][:, constant], slope)
+    return found
+
+
+def _groups(models: dict[str, FittedModel]) -> tuple[list[tuple[str, ...]], list[np.ndarray]]:
+    """Components whose models share all constants, and draws of the errors, shape (draws, constants)."""
+    groups: list[tuple[str, ...]] = []
+    deviations: list[np.ndarray] = []
+    for component, fitted in models.items():
+        if fitted.deviations is None:
+            return [], []
+        for k, known in enumerate(deviations):
+            if np.array_equal(known, fitted.deviations):
+                groups[k] = (*groups[k], component)
+                break
+        else:
+            groups.append((component,))
+            deviations.append(fitted.deviations)
+    return groups, deviations
