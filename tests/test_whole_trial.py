@@ -96,9 +96,9 @@ def leg(trial, dummy):
     return np.concatenate([fits.mean[1:] for fits in leg_fits(trial, dummy).values()])
 
 
-def assert_same_joint(found, expected, K_rel, delays_s):
+def assert_same_joint(found, expected, stiffness_rel, delays_s):
     """Stiffness agrees; damping agrees but for K times a delay, by which a late angle changes it."""
-    assert found[[1, 3]] == pytest.approx(expected[[1, 3]], rel=K_rel)
+    assert found[[1, 3]] == pytest.approx(expected[[1, 3]], rel=stiffness_rel)
     assert (np.abs(found - expected)[[0, 2]] < expected[[1, 3]] * delays_s).all()
 
 
@@ -120,7 +120,7 @@ def test_signals_of_one_file_are_those_of_three(ingested):
 
 def test_leg_from_one_file(ingested, dummy):
     several, one = (leg(trial, dummy) for trial in ingested)
-    assert_same_joint(one, several, K_rel=1e-4, delays_s=(2e-6, 2e-6))
+    assert_same_joint(one, several, stiffness_rel=1e-4, delays_s=(2e-6, 2e-6))
 
 
 def test_leg_is_the_laboratorys(ingested, dummy, dummy_files, short_truth):
@@ -142,7 +142,7 @@ def test_belt_velocity_from_markers(one_file, options, labels, ingested, dummy):
     trial = ingest_files({"log": str(one_file)}, labels, options, use, DUMMY_DURATION_S)
     found, expected = leg(trial, dummy), leg(ingested[0], dummy)
     # the instruments of the output error now have the noise of the markers
-    assert_same_joint(found, expected, K_rel=0.01, delays_s=(5e-5, 2.5e-4))
+    assert_same_joint(found, expected, stiffness_rel=0.01, delays_s=(5e-5, 2.5e-4))
     smooth, measured = (LOWPASS(t.values("belt_velocity"), 250.0) for t in (trial, ingested[1]))
     assert smooth.max() == pytest.approx(measured.max(), rel=0.01)
     assert smooth.min() == pytest.approx(measured.min(), rel=0.01)
@@ -166,7 +166,7 @@ def test_markers_on_an_empty_belt_give_its_velocity_only(recording, ingested):
 def test_frames_on_the_exact_clock_of_the_channels(dummy_files, options, labels, ingested, dummy, tmp_path):
     path = single_c3d(dummy_files, tmp_path / "exact.c3d", latency_s=LATENCY_S)
     trial = ingest_files({"log": str(path)}, labels, options, USE, DUMMY_DURATION_S)
-    assert_same_joint(leg(trial, dummy), leg(ingested[0], dummy), K_rel=0.01, delays_s=(5e-5, 2.5e-4))
+    assert_same_joint(leg(trial, dummy), leg(ingested[0], dummy), stiffness_rel=0.01, delays_s=(5e-5, 2.5e-4))
 
 
 @pytest.fixture(scope="module")
