@@ -84,7 +84,8 @@ def dummy_files(short_truth, tmp_path_factory):
         "calibration": folder / "calibration.csv",
         "markers": folder / "markers.c3d",
     }
-    make_dummy_trial(short_truth, "sine-0.5", "sine", 0.5, 2.0, DUMMY_DURATION_S, **files)
+    motion = folder / "motion.h5"
+    make_dummy_trial(short_truth, "sine-0.5", "sine", 0.5, 2.0, DUMMY_DURATION_S, **files, motion_file=motion)
     return files
 
 

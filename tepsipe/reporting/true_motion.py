@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.io.readers.guarded import guarded
+from tepsipe.io.hdf5_file import read_hdf5
 
 SIGNALS = ("time", "angle", "rate", "acceleration", "torque")
 
@@ -46,12 +46,7 @@ def read_true_motion(path: str | Path) -> TrueMotion:
     InputError
         If the file cannot be read.
     """
-    try:
-        return TrueMotion(**guarded(_read, path, what=path))
-    except (OSError, KeyError) as error:
-        raise InputError(
-            f"{path}: expected the laboratory's motion, found one that cannot be read: make the trial again"
-        ) from error
+    return TrueMotion(**read_hdf5(_read, path, "the laboratory's motion", advice="make the trial again"))
 
 
 def _read(path: str | Path) -> dict[str, np.ndarray]:
