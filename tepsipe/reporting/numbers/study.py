@@ -137,6 +137,8 @@ def reported_data(reported: dict, start_stiffness: float) -> dict:
         "stiffness": span(_on_belt("K"), 2),
         "sem_stiffness": span(_on_belt("SEM_K"), 2),
         "vaf": span(wristalyzer["VAF_trial"].values(), 2),
+        "vaf_end": float(list(wristalyzer["VAF_trial"].values())[-1]),
+        "coherence_low": float(reported["values"]["coherence_minimum"]),
         "vaf_trial": f"{percent(min(vaf_trial), 2)} to {percent(max(vaf_trial), 2)}",
     }
 

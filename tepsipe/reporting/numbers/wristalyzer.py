@@ -66,6 +66,9 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
         "damping": span(values("B")),
         "stiffness": span(values("K")),
         "damping_modulus": span(values("B", "spectral-fit-modulus")),
+        "coherence_low": float(coherence[lowest]),
+        "vaf_end": float(values("VAF_trial").fillna(-math.inf).clip(lower=-1e9).iloc[-1]),
+        "vaf_at_end": percent(values("VAF_trial").iloc[-1]),
         "coherence": number(float(coherence[lowest])),
         "coherence_at": number(float(frequency[inside][lowest]), 2),
         "natural_frequency": number(math.sqrt(stiffness / inertia) / 2.0 / math.pi, 2),
@@ -111,7 +114,7 @@ def _depends_on_start(fits: dict[str, Result]) -> bool:
 
 def _highest(vaf: pd.Series) -> dict:
     """Scale factor with the highest VAF (%), and whether VAF falls towards both ends."""
-    best = int(vaf.argmax())
+    best = int(vaf.fillna(-math.inf).argmax())
     return {"vaf_best": str(vaf.index[best]), "vaf_peaks": 0 < best < len(vaf) - 1}
 
 
