@@ -14,6 +14,8 @@ from pathlib import Path
 
 import yaml
 
+from tepsipe.io.result import read_result
+from tepsipe.reporting.true_motion import linear_truth, read_true_motion
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS
 
 ROOT = Path(__file__).parents[1]
@@ -91,6 +93,14 @@ def table(project, name):
 def value(rows, **wanted):
     (row,) = [row for row in rows if all(row[key] == cell for key, cell in wanted.items())]
     return float(row["value"])
+
+
+def joint_in_windows(results, condition):
+    """I, B, K of the linear joint nearest to the true one in the windows of a dummy's fit."""
+    fit = read_result(results / f"fits/dummy/{condition}.h5")
+    time, windows = fit.arrays["time"], fit.arrays["windows"]
+    motion = read_true_motion(results / f"truth/dummy/{condition}.h5")
+    return linear_truth(motion, [(time[start], time[stop - 1]) for start, stop in windows])
 
 
 def digests(folder):
