@@ -106,6 +106,7 @@ def joint_in_windows(results, condition):
 def digests(folder):
     """Path below the results -> SHA-256, of everything that must be the same again."""
     folders = ("tables", "figures", "estimates", "trials", "raw", "report/trials")
+    folders += ("cross_validation", "forward", "noise")
     files = [path for name in folders for path in sorted((folder / name).rglob("*")) if path.is_file()]
     files += [path for path in (folder / "report/thesis.pdf",) if path.is_file()]
     return {
