@@ -407,10 +407,10 @@ class Study:
         return [name for name, choice in choices.items() if choice["active"] != "none"]
 
     def dummy_windows(self) -> dict[str, float | None]:
-        """Pathway of the dummy that fits windows -> their length (s), None if as long as the perturbation."""
+        """Pathway of the dummy with estimates of windows -> length (s), None if that of the pulse."""
         dummy = self.settings["dummy"]
         foot = dummy["foot"]["pathways"] if self.has("foot") else {}
-        legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].windowed}
+        legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].of_windows}
         return legs | {name: p["window_s"] for name, p in foot.items()}
 
     def printed(self) -> dict[str, dict]:

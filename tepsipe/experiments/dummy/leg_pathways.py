@@ -6,7 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.experiments.dummy.joint_rows import joint_estimates, joint_facts
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
+from tepsipe.identification.joint_channels import DummyMarkers, dummy_markers
+from tepsipe.identification.joint_result import JointLikelihood
 from tepsipe.identification.output_error import OutputError
 from tepsipe.identification.window_regression import WindowedFits, damping_per_skew
 from tepsipe.io.estimates import Estimate
@@ -21,6 +24,8 @@ from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 
+# attribute of a trial whose belt velocity was derived from markers
+MARKED_BELT = "belt_velocity_from"
 LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_as_sampled"}
 
@@ -35,9 +40,9 @@ class Pathway:
         Equation of the torque (`tepsipe.mechanics.inverse_dynamics`).
     marker_instants : {"aligned", "as-sampled"}
         Whether sequential marker sampling is corrected.
-    estimator : {"windowed-least-squares-thesis", "windowed-least-squares", "output-error"}
-        Estimator of the parameters (`window_regression`, `output_error`); output error does not use the
-        torque.
+    estimator : str
+        Estimator of the parameters (`tepsipe.identification.estimators`); output error and the joint
+        likelihood do not use the torque.
     """
 
     torque: str
@@ -60,7 +65,7 @@ class DummyOptions:
     window : WindowOptions
         Search for perturbations and rest (s).
     belt_fixed_labels : tuple of str
-        Belt-fixed markers, whose mean is the motion of the foot, for the output error only.
+        Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood only.
     """
 
     leg: Leg
@@ -108,9 +113,15 @@ class DummyAnalysis:
     loads: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
-    def output_errors(self) -> dict[str, OutputError]:
-        """Pathway -> measured and simulated angle (rad), where the output error was the estimator."""
-        return {name: found for name, found in self.regressions.items() if isinstance(found, OutputError)}
+    def output_errors(self) -> dict[str, OutputError | JointLikelihood]:
+        """Pathway -> measured and simulated angle (rad), where the estimator simulates the angle."""
+        simulated = (OutputError, JointLikelihood)
+        return {name: found for name, found in self.regressions.items() if isinstance(found, simulated)}
+
+    @property
+    def joint_likelihoods(self) -> dict[str, JointLikelihood]:
+        """Pathway -> fit, where the joint likelihood was the estimator (units in it)."""
+        return {name: found for name, found in self.regressions.items() if isinstance(found, JointLikelihood)}
 
 
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
@@ -168,6 +179,9 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         if "foot_position" in estimator.needs:
             foot = belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)
             given |= {"foot_position": lowpass(foot), "belt_velocity": belt_velocity}
+        if "markers" in estimator.needs:
+            given["markers"] = markers_of(trial, options, pathway.marker_instants)
+            given["belt_log"] = None if MARKED_BELT in trial.attributes else trial.values("belt_velocity")
         regressions[name] = estimate(pathway.estimator, Record(**given))
     return DummyAnalysis(
         time=time,
@@ -178,6 +192,44 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         damping_per_skew=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
+    )
+
+
+def markers_of(trial: Trial, options: DummyOptions, instants: str) -> DummyMarkers:
+    """Markers of foot and leg, not filtered.
+
+    Parameters
+    ----------
+    trial : Trial
+        Markers (m).
+    options : DummyOptions
+        Which of them are on the leg (m), and on the belt.
+    instants : {"aligned", "as-sampled"}
+        Whether sequential marker sampling is corrected.
+
+    Returns
+    -------
+    DummyMarkers
+        Positions (m) and samples that were filled.
+
+    Raises
+    ------
+    InputError
+        If a marker is missing.
+    """
+    hidden = trial.optional("marker_hidden")
+    if hidden is not None and instants == "aligned":
+        # a sample at a common instant lies between two that were recorded
+        around = np.asarray(hidden, dtype=bool)
+        hidden = around.copy()
+        hidden[1:] |= around[:-1]
+        hidden[:-1] |= around[1:]
+    return dummy_markers(
+        trial.values(MARKER_SIGNALS[instants]),
+        trial.axes["marker"].tolist(),
+        options.leg_markers,
+        options.belt_fixed_labels,
+        hidden,
     )
 
 
@@ -240,13 +292,29 @@ def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[s
         Pathway -> standard errors and intervals, each of shape (4,).
     """
     return {
-        name: bootstrap_mean(
-            np.column_stack([regression.parameters, regression.vaf_per_perturbation]),
-            draws,
-            np.random.default_rng([seed, zlib.crc32(name.encode())]),
+        name: _with_wald(
+            regression,
+            bootstrap_mean(
+                np.column_stack([regression.parameters, regression.vaf_per_perturbation]),
+                draws,
+                np.random.default_rng([seed, zlib.crc32(name.encode())]),
+            ),
         )
         for name, regression in analysis.regressions.items()
     }
+
+
+def _with_wald(regression: WindowedFits, interval: Interval) -> Interval:
+    """The interval with that of the likelihood for I, B, K, if the regression has one (units of both)."""
+    if not isinstance(regression, JointLikelihood):
+        return interval
+    own = regression.interval()
+    return Interval(
+        *(
+            np.concatenate([getattr(own, name), getattr(interval, name)[3:]])
+            for name in ("standard_error", "low", "high")
+        )
+    )
 
 
 def dummy_estimates(
@@ -254,7 +322,8 @@ def dummy_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
 
-    For the output error also the VAF (%) of the angle, VAF_theta_trial.
+    For output error and joint likelihood also the VAF (%) of the angle, VAF_theta_trial, and for the joint
+    likelihood I, B, K of small movements.
 
     Parameters
     ----------
@@ -294,6 +363,8 @@ def dummy_estimates(
                 )
             )
         rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
+        if name in analysis.joint_likelihoods:
+            rows += joint_estimates(names, analysis.joint_likelihoods[name], count)
         if name in analysis.output_errors:
             of_angle = analysis.output_errors[name].vaf_angle
             rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
@@ -341,6 +412,7 @@ def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Res
         "mean_window_s": float(lengths.mean()),
         "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
         "output_error_delay_s": {name: found.delay_s for name, found in analysis.output_errors.items()},
+        "joint_likelihood": {name: joint_facts(f) for name, f in analysis.joint_likelihoods.items()},
         "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
         "condition_numbers": {
             name: float(np.mean([fit.condition_number for fit in regression.fits]))
