@@ -31,6 +31,8 @@ BAND_HZ = (0.1, 30.0)
 KEPT_HZ, LOST_HZ = 40.0, 60.0
 # smallest noise, over the range of a channel (-): exact signals have none
 _LEAST_NOISE = 1e-7
+# range of a channel that does not move, but for rounding (m, rad, m/s)
+_STILL = 1e-7
 # time at each end over which the position of the belt is averaged (s)
 _END_S = 0.2
 
@@ -110,7 +112,7 @@ class Channels:
 
     @property
     def s(self) -> np.ndarray:
-        """j 2 pi f of the fitted frequencies (rad/s)."""
+        """Laplace variable j 2 pi f of the fitted frequencies (rad/s)."""
         return 2j * np.pi * self.bins * self.rate_hz / self.foot.size
 
 
@@ -195,9 +197,7 @@ def make_channels(
     """
     on_leg, k = markers.on_leg, markers.positions.shape[1]
     if k < 3:
-        raise InputError(
-            f"expected at least three markers on foot and leg, found {k}: their noise cannot be told otherwise"
-        )
+        raise InputError(f"expected at least three markers on foot and leg, found {k}: place more")
     across, along = np.where(on_leg[:, None], markers.layout_m, 0.0).T
     pose = fit_rigid_segment(markers.positions[:, on_leg], markers.layout_m[on_leg], np.zeros(2))
     theta_0 = float(pose.angle[at_rest].mean())
@@ -205,13 +205,13 @@ def make_channels(
     foot, sine, residuals = _reduced(y - y[at_rest].mean(axis=0), along, markers.hidden)
     angle = np.arcsin(np.clip(sine + np.sin(theta_0), -1.0, 1.0)) - theta_0
     rate_hz = (time.size - 1) / (time[-1] - time[0])
-    foot, log, ramp = _without_ramp(foot, belt_velocity, rate_hz)
-    for what, signal in (("a foot", foot), ("a belt", log), ("a leg", angle)):
-        if signal is not None and not np.ptp(signal) > 0.0:
+    for what, signal in (("a foot", foot), ("a belt", belt_velocity), ("a leg", angle)):
+        if signal is not None and not np.ptp(signal) > _STILL:
             raise InputError(
                 f"expected {what} that moves, found one that stands still: check belt_fixed_labels and "
                 "leg_markers in the configuration, and that the belt was perturbed"
             )
+    foot, log, ramp = _without_ramp(foot, belt_velocity, rate_hz)
     noise, freedom = _noise(residuals, foot, angle, rate_hz)
     design = np.column_stack([np.ones(k), along])
     return Channels(
@@ -234,20 +234,26 @@ def _reduced(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Y (m) and sin(theta) (-) relative to rest, and residuals (m), of markers at ``along`` (m)."""
     design = np.column_stack([np.ones(along.size), along])
+    whole = np.ones(len(y), dtype=bool) if hidden is None else ~hidden.any(axis=1)
     solve = np.linalg.pinv(design)
-    for _ in range(1 if hidden is None or not hidden.any() else 4):
-        reduced = y @ solve.T
-        residuals = y - reduced @ design.T
-        offsets = np.mean(residuals, axis=0)
-        if hidden is not None and hidden.any():
-            y = np.where(hidden, y - residuals + offsets, y)
-    return reduced[:, 0], reduced[:, 1], residuals - offsets
+    left = y[whole] - y[whole] @ solve.T @ design.T
+    offsets = left.mean(axis=0) if left.size else np.zeros(along.size)
+    y = y - offsets
+    reduced = y @ solve.T
+    if not whole.all():
+        for pattern in np.unique(hidden[~whole], axis=0):
+            rows, seen = (hidden == pattern).all(axis=1), ~pattern
+            if np.linalg.matrix_rank(design[seen]) < 2:
+                continue  # what the ingest filled is all there is
+            reduced[rows] = y[np.ix_(rows, seen)] @ np.linalg.pinv(design[seen]).T
+            y[np.ix_(rows, pattern)] = reduced[rows] @ design[pattern].T
+    return reduced[:, 0], reduced[:, 1], y - reduced @ design.T
 
 
 def _without_ramp(
     foot: np.ndarray, belt_velocity: np.ndarray | None, rate_hz: float
 ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-    """Position (m) and velocity (m/s) without the ramp of the net displacement, and its acceleration (m/s²)."""
+    """Position (m), velocity (m/s) without the ramp of the net displacement, its acceleration (m/s²)."""
     ends = max(2, round(_END_S * rate_hz))
     displacement = float(foot[-ends:].mean() - foot[:ends].mean())
     lasts = foot.size / rate_hz
@@ -259,10 +265,8 @@ def _without_ramp(
     return foot - position, log, acceleration
 
 
-def _noise(
-    residuals: np.ndarray, foot: np.ndarray, angle: np.ndarray, rate_hz: float
-) -> tuple[float, float]:
-    """sigma (m) in the band of the fit, and degrees of freedom of its square (-)."""
+def _noise(residuals: np.ndarray, foot: np.ndarray, angle: np.ndarray, rate_hz: float) -> tuple[float, float]:
+    """Noise sigma (m) in the band of the fit, and degrees of freedom of its square (-)."""
     n, k = residuals.shape
     frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
     band = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])

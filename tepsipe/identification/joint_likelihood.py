@@ -1,4 +1,4 @@
-"""Joint likelihood of leg markers, foot markers and drive log: efficient output error with noise in everything.
+"""Joint likelihood of leg markers, foot markers and drive log: output error with noise in every channel.
 
 At every frequency f of the band the channels z = (foot, angle, log) of `joint_channels` are
 
@@ -21,12 +21,11 @@ A joint that softens with bending and loses more as it softens has three more pa
 
     tau = I phi'' + B phi' + K phi - C q phi + B_s q phi',    q = phi^2 / (phi^2 + phi_h^2)
 
-C and B_s are fitted whether or not they differ from 0: a joint taken as linear because a test finds no softening
-has intervals that are too narrow. phi_h is fitted where they differ from 0 together (chi-square above `SOFTENS`)
-and the trial determines it; else it is the best of several, or the largest bending. K, B and I of this law hold
-for small movements. What a linear
-fit finds at the amplitude of the perturbations is the mean over their windows of the least-squares fit of the
-law's torque on the estimated motion,
+C and B_s are fitted whether or not they differ from 0: a joint taken as linear because a test finds no
+softening has intervals that are too narrow. phi_h is fitted where they differ from 0 together (chi-square above
+`SOFTENS`) and the trial determines it; else it is the best of several, or the largest bending. K, B and I of
+this law hold for small movements. What a linear fit finds at the amplitude of the perturbations is the mean over
+their windows of the least-squares fit of the law's torque on the measured motion,
 
     tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 
@@ -51,7 +50,8 @@ _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 _HALF_RANGE = (0.1, 10.0)
 # standard error of log(phi_h) above which the trial does not determine it (-)
 _UNDETERMINED = 0.5
-_STEPS = 60
+# steps, and those of them that update the noise of the log (-)
+_STEPS, _NOISE_STEPS = 60, 15
 
 
 @dataclass(frozen=True)
@@ -85,17 +85,17 @@ class Residuals:
 
     @property
     def information(self) -> np.ndarray:
-        """F_0, shape (p, p)."""
+        """F_0, shape (p, p) (1 over the units of the parameters, squared)."""
         return _products(self.columns)
 
     @property
     def excess(self) -> np.ndarray:
-        """What noise in Y adds to F_0, shape (p, p)."""
+        """What noise in Y adds to F_0, shape (p, p) (units as F_0)."""
         return _products(self.by_noise)
 
     @property
     def gradient(self) -> np.ndarray:
-        """2 Re sum u^H P W (z - m), shape (p,)."""
+        """2 Re sum u^H P W (z - m), shape (p,) (1 over the units of the parameters)."""
         left = self.left.ravel()
         columns = self.columns.reshape(len(self.columns), -1)
         return 2.0 * (columns.real @ left.real + columns.imag @ left.imag)
@@ -302,7 +302,7 @@ def _climb(task: _Task, point: Point, limits: tuple[float, float] | None = None)
     """Gauss-Newton steps, halved where the likelihood falls; ``limits`` are those of phi_h (rad)."""
     found = task.residuals(point)
     for count in range(_STEPS):
-        if count < _STEPS // 2:
+        if count < _NOISE_STEPS:
             task.update_log_noise(found)
             found = task.residuals(point)
         step, scale = _solve(found)
@@ -315,9 +315,9 @@ def _climb(task: _Task, point: Point, limits: tuple[float, float] | None = None)
             step = 0.5 * step
         else:
             break
-        moved = np.abs(step) / scale
+        moved, gained = np.abs(step) / scale, found.deviance - tried.deviance
         point, found = trial, tried
-        if count > 3 and moved.max() < 1e-3:
+        if count > 3 and (moved.max() < 1e-3 or (count > _NOISE_STEPS and gained < 1e-8 * found.deviance)):
             break
     else:
         raise _undetermined("no convergence")
@@ -360,7 +360,7 @@ def _within(point: Point, limits: tuple[float, float] | None) -> Point:
 
 
 def _possible(task: _Task, point: Point) -> bool:
-    """Whether a leg can move like this: an inertia, a spring, and oscillations that are not lost in the trial."""
+    """Whether a leg can move like this: an inertia, a spring, and no swing that outgrows the trial."""
     v, own = point.values, task.model.own_inertia
     elastic = v["K"] - task.model.weight * np.cos(task.channels.theta_0_rad)
     longest = task.channels.foot.size / task.channels.rate_hz

@@ -1,4 +1,4 @@
-"""Equations of the joint likelihood: spectra of foot, leg and log for given parameters, and their derivatives.
+"""Equations of the joint likelihood: spectra of foot, leg and log, and their derivatives.
 
 About the angle at rest theta_0, with phi = theta - theta_0, b = phi + b_0 the bending of the joint, b_0 =
 k_g sin(theta_0) / K, k_g = m g r, p = m r, the leg on a moving foot obeys
@@ -41,7 +41,7 @@ class Motion:
     Attributes
     ----------
     phi, phi_d, phi_dd, y_dd : ndarray, shape (n,)
-        Angle from rest (rad), its rate (rad/s) and acceleration (rad/s²), and acceleration of the foot (m/s²).
+        Angle from rest (rad), its rate (rad/s), acceleration (rad/s²); acceleration of the foot (m/s²).
     """
 
     phi: np.ndarray
@@ -177,10 +177,8 @@ class JointModel:
         step, samples = 1.0 / self.channels.rate_hz, self.channels.foot.size
         ends = np.minimum(poles.real * step * samples, 30.0) + 1j * poles.imag * step * samples
         each = (1.0 - np.exp(ends))[:, None] / (1.0 - np.exp((poles[:, None] - self.s) * step))
-        if abs(poles[0].imag) > 0.0:
-            mix = np.array([[0.5, 0.5], [-0.5j, 0.5j]])
-        else:
-            mix = np.eye(2, dtype=complex)
+        swings = abs(poles[0].imag) > 0.0
+        mix = np.array([[0.5, 0.5], [-0.5j, 0.5j]]) if swings else np.eye(2, dtype=complex)
         return mix @ each, mix @ (poles[:, None] * each)
 
     def _softening(self, half: float, rest: float) -> dict[str, np.ndarray]:
@@ -210,7 +208,7 @@ class JointModel:
             "J": (-(s**2) * inverse * gain, -inverse * (s**2 * forced + free_dd)),
             "B": (-s * inverse * gain, -inverse * (s * forced + free_d)),
             "K": (-inverse * gain, -inverse * (forced + free)),
-            "delay": (-s * gain, -(s * forced + free_d)),
+            "delay": (-s * gain, -s * (forced + free)),
             "c_1": (none, swings[0]),
             "c_2": (none, swings[1]),
         }

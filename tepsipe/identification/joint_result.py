@@ -1,13 +1,13 @@
-"""What the joint likelihood tells of a trial: I, B, K at the working amplitude, for small movements, and residuals.
+"""Results of the joint likelihood: I, B, K at the working amplitude and for small movements, residuals.
 
 Estimates are those of the linear joint nearest to the fitted law over the windows of the perturbations, mean
-over the windows (`joint_likelihood`). Intervals are Wald's. Contributions of the intervals from onset to onset,
-whose mean is the estimate, are for figures: with the residuals r(t) and columns u(t) of the likelihood in the
-time domain, n F^-1 sum of u r over the interval.
+over the windows (`joint_likelihood`). Intervals are Wald's. Contributions of the intervals from onset to
+onset, whose mean is the estimate, are for figures: with the residuals r(t) and columns u(t) of the likelihood in
+the time domain, n F^-1 sum of u r over the interval.
 
 Residuals of a correct model are white, with unit variance, in the band of the fit. At each frequency two
-directions are left when the foot's motion is estimated from three channels: that of the angle, and that of the
-foot's markers against the log. Both are given in the time domain (`innovations`).
+directions are left when the foot's motion is estimated from three channels: that of the angle, and that of
+the foot's markers against the log. Both are given in the time domain (`innovations`).
 """
 
 from dataclasses import dataclass
