@@ -98,7 +98,7 @@ def test_net_displacement_and_a_missing_log_do_not_matter(still):
 
 def test_derivatives_are_those_of_the_model(still):
     found = fit(still, softening=True)
-    names = (*found.point.names[:11], "log_phi_h")
+    names = (*found.point.names[:12], "log_phi_h")
     point = Point(names, found.point.values | {"C": 1.0, "B_s": 0.05, "delay": 2e-4, "lag": 1e-4})
     model, foot = found.model, found.residuals.foot
     at = model.spectra(point)

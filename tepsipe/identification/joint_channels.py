@@ -2,18 +2,21 @@
 
 Marker j, at the longitudinal offset l_j and the anterior offset a_j of the leg (both 0 on the foot), moves by
 
-    y_j = Y + l_j sin(theta) + a_j cos(theta) + c_j + e_j
+    y_j = Y + (l_j + d) sin(theta) + a_j cos(theta) + c_j + e_j
 
-with white noise e_j of one standard deviation sigma. Least squares over the markers reduces them, sample by
-sample, to Y and sin(theta) without loss of information; what is left over holds sigma. The constants c_j are
-free. A marker that is hidden is replaced by what the others say. The net displacement of the belt over the
-trial is taken away as a smooth ramp, so that every channel can be repeated periodically:
+with white noise e_j of one standard deviation sigma. Only the mean of l_j and a_j is that of the layout:
+their differences are measured at rest, because an error of 1 mm in l_j is one of 0.1 % in theta. d, the
+distance of the joint from where the layout has it, is 0 on the foot; it is fitted to what least squares
+leaves over. Least squares over the markers reduces them, sample by sample, to Y and sin(theta) without loss
+of information; what is left over holds sigma. The constants c_j are free. A marker that is hidden is
+replaced by what the others say. The net displacement of the belt over the trial is taken away as a smooth
+ramp, so that every channel can be repeated periodically:
 
     ramp(t) = D w(t / T),    w(u) = 10 u^3 - 15 u^4 + 6 u^5
 
 Spectra are taken of whole channels, with N samples, and so white noise of variance s^2 has the variance N s^2
 at every frequency. sigma is estimated in the band of the fit, after regression of the residuals on Y and
-theta: an error in l_j moves with theta and is no noise.
+theta, so that what moves with them is no noise.
 """
 
 from dataclasses import dataclass
@@ -88,6 +91,8 @@ class Channels:
         Covariance of Y and theta per sigma² (1, 1/m; 1/m, 1/m²).
     residuals : ndarray, shape (n, k)
         What the markers leave over (m).
+    joint_offset_m : float
+        d, the height of the markers' origin over the joint (m); 0 if no marker is on the foot alone.
     on_leg : ndarray of bool, shape (k,)
         Markers on the leg (-).
     """
@@ -102,6 +107,7 @@ class Channels:
     marker_freedom: float
     geometry: np.ndarray
     residuals: np.ndarray
+    joint_offset_m: float
     on_leg: np.ndarray
 
     @property
@@ -198,11 +204,16 @@ def make_channels(
     on_leg, k = markers.on_leg, markers.positions.shape[1]
     if k < 3:
         raise InputError(f"expected at least three markers on foot and leg, found {k}: place more")
-    across, along = np.where(on_leg[:, None], markers.layout_m, 0.0).T
     pose = fit_rigid_segment(markers.positions[:, on_leg], markers.layout_m[on_leg], np.zeros(2))
     theta_0 = float(pose.angle[at_rest].mean())
+    across, along = _measured_layout(markers, at_rest, theta_0)
     y = markers.positions[:, :, 0] - np.outer(np.cos(pose.angle) - np.cos(theta_0), across)
-    foot, sine, residuals = _reduced(y - y[at_rest].mean(axis=0), along, markers.hidden)
+    y = y - y[at_rest].mean(axis=0)
+    foot, sine, residuals = _reduced(y, along, markers.hidden)
+    offset = _joint_offset(residuals, sine, along, on_leg)
+    if offset != 0.0:
+        along = along + np.where(on_leg, offset, 0.0)
+        foot, sine, residuals = _reduced(y, along, markers.hidden)
     angle = np.arcsin(np.clip(sine + np.sin(theta_0), -1.0, 1.0)) - theta_0
     rate_hz = (time.size - 1) / (time[-1] - time[0])
     for what, signal in (("a foot", foot), ("a belt", belt_velocity), ("a leg", angle)):
@@ -225,8 +236,35 @@ def make_channels(
         marker_freedom=freedom,
         geometry=np.linalg.inv(design.T @ design) / np.outer([1.0, np.cos(theta_0)], [1.0, np.cos(theta_0)]),
         residuals=residuals,
+        joint_offset_m=offset,
         on_leg=on_leg,
     )
+
+
+def _measured_layout(
+    markers: DummyMarkers, at_rest: np.ndarray, theta_0: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Anterior and longitudinal offsets (m), 0 on the foot, with the differences that are seen at rest."""
+    on_leg = markers.on_leg
+    y, z = markers.positions[at_rest][:, on_leg].mean(axis=0).T
+    seen = np.array([y * np.cos(theta_0) - z * np.sin(theta_0), y * np.sin(theta_0) + z * np.cos(theta_0)])
+    layout = np.zeros((2, on_leg.size))
+    centre = markers.layout_m[on_leg].mean(axis=0)
+    layout[:, on_leg] = seen - seen.mean(axis=1, keepdims=True) + centre[:, None]
+    return layout[0], layout[1]
+
+
+def _joint_offset(residuals: np.ndarray, sine: np.ndarray, along: np.ndarray, on_leg: np.ndarray) -> float:
+    """Least-squares d (m) from what the markers leave over (m) without it."""
+    if on_leg.all():
+        return 0.0
+    design = np.column_stack([np.ones(along.size), along])
+    left = on_leg - design @ (np.linalg.pinv(design) @ on_leg.astype(float))
+    if np.sum(left**2) < 1e-9:
+        return 0.0
+    moved = sine - sine.mean()
+    total = float(np.sum(left**2) * np.sum(moved**2))
+    return float(moved @ (residuals @ left)) / total if total > 0.0 else 0.0
 
 
 def _reduced(

@@ -22,10 +22,10 @@ A joint that softens with bending and loses more as it softens has three more pa
     tau = I phi'' + B phi' + K phi - C q phi + B_s q phi',    q = phi^2 / (phi^2 + phi_h^2)
 
 C and B_s are fitted whether or not they differ from 0: a joint taken as linear because a test finds no
-softening has intervals that are too narrow. phi_h is fitted where they differ from 0 together (chi-square above
-`SOFTENS`) and the trial determines it; else it is the best of several, or the largest bending. K, B and I of
-this law hold for small movements. What a linear fit finds at the amplitude of the perturbations is the mean over
-their windows of the least-squares fit of the law's torque on the measured motion,
+softening has intervals that are too narrow. phi_h is fitted where they differ from 0 together (chi-square
+above `SOFTENS`) and the trial determines it; else it is the best of several, or the largest bending. K, B
+and I of this law hold for small movements. What a linear fit finds at the amplitude of the perturbations is
+the mean over their windows of the least-squares fit of the law's torque on the measured motion,
 
     tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 
@@ -292,7 +292,9 @@ def _start(task: _Task) -> Point:
         found = np.linalg.lstsq(stacked / scale, aim, rcond=None)[0] / scale
         found[:3] = np.where(found[:3] > 0.0, found[:3], [model.own_inertia, 1e-4, 1e-3])
         weight = 1.0 / np.abs(found[0] * s**2 + found[1] * s + found[2])
-    names = tuple(n for n in LINEAR if task.log_noise is not None or n not in ("lag", "gain", "jump"))
+    names = tuple(
+        n for n in LINEAR if task.log_noise is not None or n not in ("lag", "gain", "jump", "drift")
+    )
     values = dict.fromkeys(LINEAR, 0.0) | {"gain": 1.0, "J": found[0], "B": found[1]}
     elastic = model.weight * float(np.cos(task.channels.theta_0_rad))
     return Point(names, {k: float(v) for k, v in (values | {"K": found[2] + elastic}).items()})

@@ -9,12 +9,14 @@ k_g sin(theta_0) / K, k_g = m g r, p = m r, the leg on a moving foot obeys
 
 n is small and is computed from the measured motion, without its highest frequencies. At each frequency,
 
-    y = Y,    phi = e^(-s delay) (G Y + (N + T) / D),    v = gain e^(-s lag) s Y + jump
+    y = Y,    phi = e^(-s delay) (G Y + (N + T) / D),    v = gain e^(-s lag) s Y + jump + drift A
     D = J s^2 + B s + K - k_g cos(theta_0),    G = -p cos(theta_0) s^2 / D
 
-Y is the foot's spectrum, unknown at every frequency. T / D is the free swing by which the trial differs from
-one that repeats itself: c_1, c_2 times the spectra of the two solutions of the homogeneous equation, sampled,
-which are exact. ``jump`` is the difference of the foot's position between end and start.
+Y is the foot's spectrum, unknown at every frequency. T / D is the free swing by which the trial differs
+from one that repeats itself: c_1, c_2 times the spectra of the two solutions of the homogeneous equation,
+sampled, which are exact. ``jump`` is the difference of the foot's position between end and start. ``drift``
+is the relative difference between the clocks of log and markers: A is the spectrum of -(t - t_m) y''(t),
+t_m the middle of the trial.
 
 Symbols: J inertia of leg and joint about the ankle (kg·m²), B (N·m·s/rad), K (N·m/rad); C (N·m/rad), B_s
 (N·m·s/rad) and phi_h (rad) of a joint that softens; m, r, g of the leg; delay of the angle after the foot and
@@ -30,7 +32,7 @@ from tepsipe.identification.joint_channels import Channels, smooth
 from tepsipe.mechanics.inverse_dynamics import Leg
 
 # parameters of a linear joint, and those that softening adds
-LINEAR = ("J", "B", "K", "delay", "lag", "gain", "jump", "c_1", "c_2")
+LINEAR = ("J", "B", "K", "delay", "lag", "gain", "jump", "drift", "c_1", "c_2")
 SOFTENING = ("C", "B_s", "log_phi_h")
 
 
@@ -75,7 +77,7 @@ class Point:
 
     @property
     def x(self) -> np.ndarray:
-        """Values of the fitted parameters, shape (p,)."""
+        """Values of the fitted parameters, shape (p,) (kg·m², N·m·s/rad, ... as in the head)."""
         return np.array([self.values[name] for name in self.names])
 
     @property
@@ -84,7 +86,7 @@ class Point:
         return "C" in self.names
 
     def moved(self, step: np.ndarray) -> "Point":
-        """The point after a step of the fitted parameters, shape (p,)."""
+        """The point after a step of the fitted parameters, shape (p,) (kg·m², N·m·s/rad, ...)."""
         changed = {name: self.values[name] + d for name, d in zip(self.names, step, strict=True)}
         return replace(self, values=self.values | changed)
 
@@ -139,7 +141,7 @@ class Spectra:
 
 
 class JointModel:
-    """The equations for one trial, its measured motion and one leg."""
+    """The equations for one trial, its measured motion (rad, m/s²) and one leg (kg, m)."""
 
     def __init__(self, channels: Channels, leg: Leg):
         """Keep what does not change (units in `Channels` and `Leg`)."""
@@ -160,6 +162,9 @@ class JointModel:
     def observe(self, motion: Motion) -> None:
         """Take the measured motion (rad, m/s²) for the terms that are not linear."""
         self.motion, self._forces = motion, {None: self._geometric(motion)}
+        samples = motion.y_dd.size
+        since = (np.arange(samples) - 0.5 * (samples - 1)) / self.channels.rate_hz
+        self._drift = -self._spectrum(since * motion.y_dd)
 
     def _geometric(self, motion: Motion) -> np.ndarray:
         """Spectrum of n of a linear joint (N·m times samples), shape (m,)."""
@@ -217,7 +222,12 @@ class JointModel:
             of_angle |= {"C": (none, forces["C"] * inverse), "B_s": (none, forces["B_s"] * inverse)}
             of_angle["log_phi_h"] = (none, half_slope * inverse)
         logged = v["gain"] * later * s
-        of_log = {"lag": (-s * logged, none), "gain": (later * s, none), "jump": (none, one)}
+        of_log = {
+            "lag": (-s * logged, none),
+            "gain": (later * s, none),
+            "jump": (none, one),
+            "drift": (none, self._drift),
+        }
         slopes = np.zeros((2, len(names), 3, s.size), dtype=complex)
         for k, name in enumerate(names):
             for part in (0, 1):
@@ -227,6 +237,6 @@ class JointModel:
                     slopes[part, k, 2] = of_log[name][part]
         return Spectra(
             np.array([one, late * gain, logged]),
-            np.array([none, late * (forced + free), v["jump"] * one]),
+            np.array([none, late * (forced + free), v["jump"] * one + v["drift"] * self._drift]),
             *slopes,
         )

@@ -1,9 +1,9 @@
 """Results of the joint likelihood: I, B, K at the working amplitude and for small movements, residuals.
 
-Estimates are those of the linear joint nearest to the fitted law over the windows of the perturbations, mean
-over the windows (`joint_likelihood`). Intervals are Wald's. Contributions of the intervals from onset to
-onset, whose mean is the estimate, are for figures: with the residuals r(t) and columns u(t) of the likelihood in
-the time domain, n F^-1 sum of u r over the interval.
+Estimates are those of the linear joint nearest to the fitted law over the windows of the perturbations,
+mean over the windows (`joint_likelihood`). Intervals are Wald's. Contributions of the intervals from onset
+to onset, whose mean is the estimate, are for figures: with the residuals r(t) and columns u(t) of the
+likelihood in the time domain, n F^-1 sum of u r over the interval.
 
 Residuals of a correct model are white, with unit variance, in the band of the fit. At each frequency two
 directions are left when the foot's motion is estimated from three channels: that of the angle, and that of
@@ -81,7 +81,7 @@ class JointLikelihood(WindowedFits):
         return _wald(self.mean, self.covariance, confidence)
 
     def small_interval(self, confidence: float = 0.95) -> Interval:
-        """The same of ``small``."""
+        """The same of ``small`` (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
         return _wald(self.small, self.small_covariance, confidence)
 
 

@@ -1,14 +1,18 @@
 """Rows and facts of the joint likelihood of one trial of the dummy."""
 
+from tepsipe.experiments.budgets import with_budget
 from tepsipe.identification.joint_result import JointLikelihood
 from tepsipe.io.estimates import Estimate
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.statistics.uncertainty import Budget
 
 # quantities of small movements: name in the rows -> that at the working amplitude
 SMALL = {f"{quantity}_small": quantity for quantity in PARAMETERS}
 
 
-def joint_estimates(names: tuple[str, str, str, str], found: JointLikelihood, count: int) -> list[Estimate]:
+def joint_estimates(
+    names: tuple[str, str, str, str], found: JointLikelihood, budget: Budget, count: int
+) -> list[Estimate]:
     """I, B, K of small movements, delay (s) of the angle after the foot, and softening where there is some.
 
     Parameters
@@ -17,28 +21,24 @@ def joint_estimates(names: tuple[str, str, str, str], found: JointLikelihood, co
         Experiment, condition, pathway and estimator.
     found : JointLikelihood
         The fit.
+    budget : Budget
+        Uncertainty of I, B, K of small movements (their units).
     count : int
         Number of perturbations (-).
 
     Returns
     -------
     list of Estimate
-        With Wald intervals.
+        Those of delay and softening have Wald intervals.
     """
-    interval = found.small_interval()
-    rows = [
-        Estimate(
-            *names,
-            name,
-            UNITS[quantity],
-            float(found.small[k]),
-            float(interval.standard_error[k]),
-            float(interval.low[k]),
-            float(interval.high[k]),
-            n_perturbations=count,
-        )
-        for k, (name, quantity) in enumerate(SMALL.items())
-    ]
+    rows = with_budget(
+        [
+            Estimate(*names, name, UNITS[quantity], float(found.small[k]), n_perturbations=count)
+            for k, (name, quantity) in enumerate(SMALL.items())
+        ],
+        budget,
+        tuple(SMALL),
+    )
     wanted = [("delay", "s", "delay")]
     if found.fit.softens:
         wanted += [("K_softened", "Nm/rad", "C"), ("B_softened", "Nms/rad", "B_s")]
