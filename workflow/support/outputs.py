@@ -64,7 +64,7 @@ def estimates(study: Study) -> list[str]:
 def budgets(study: Study) -> list[str]:
     """Uncertainty budgets of all trials that have one, in the order of `estimates`."""
     files = [f"<results>/uncertainty/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].budgets]
-    return files
+    return files + study.of_foot("<results>/uncertainty/foot/{condition}.csv")
 
 
 def pooled_wristalyzer(study: Study) -> list[str]:
