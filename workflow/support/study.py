@@ -5,6 +5,7 @@ from pathlib import Path
 
 from tepsipe.errors import InputError
 from tepsipe.identification.estimators import ESTIMATORS
+from tepsipe.reporting.laboratory import MECHANISMS
 from workflow.support.experiments import EXPERIMENTS, PARTS
 from workflow.support.names import check_distinct, check_name
 from workflow.support.people import check_people, person_of
@@ -440,6 +441,14 @@ class Study:
         """Constants of the laboratory, as the truth for the estimates of simulated trials."""
         paths = [path for e, made in self.all_made().items() if made for path in EXPERIMENTS[e].true]
         return list(dict.fromkeys(paths))
+
+    def mechanisms(self) -> list[str]:
+        """Constants that say what the laboratory is like: mechanisms, and what was drawn."""
+        made = [experiment for experiment, names in self.all_made().items() if names]
+        if any(EXPERIMENTS[experiment].on_plate for experiment in made):
+            made.append("treadmill")
+        paths = [mechanism.key for mechanism in MECHANISMS if mechanism.section in made]
+        return [*paths, "drawn_numbers"] if made else []
 
 
 def table_experiment(table: str) -> str:
