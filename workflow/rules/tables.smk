@@ -29,6 +29,24 @@ rule collect_estimates:
         "../scripts/collect_estimates.py"
 
 
+rule plot_budgets:
+    input:
+        estimates="<results>/tables/estimates.csv",
+        uncertainty="<results>/tables/uncertainty.csv",
+        library=library_of("plot_budgets"),
+    output:
+        **figure_files("budgets"),
+    log:
+        "<logs>/plot_budgets.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        foot_pathway=as_it_is(STUDY.budgeted_foot()),
+        names=outputs.budget_names(STUDY),
+    script:
+        "../scripts/plot_budgets.py"
+
+
 rule collect_treadmill_models:
     input:
         scores=outputs.model_scores(STUDY),

@@ -101,6 +101,8 @@ class Study:
         """Whether an experiment, or all experiments that a part needs, are in the study."""
         if name == "participants":
             return self.by_participant
+        if name == "budgets":
+            return any(EXPERIMENTS[experiment].budgets for experiment in self.experiments)
         if name not in PARTS:
             return name in self.experiments
         part = PARTS[name]
@@ -401,6 +403,12 @@ class Study:
         if table_experiment(table) == "wristalyzer":
             return [["admittance", "spectral-fit"], ["admittance", "spectral-fit-periods"]]
         return [[self.settings["dummy"][key], None] for key in ("as_printed", "recommended")]
+
+    def budgeted_foot(self) -> str | None:
+        """Pathway from the foot whose budget is shown: the last one with a treadmill model, None without."""
+        pathways = self.settings["dummy"]["foot"]["pathways"] if self.has("foot") else {}
+        compensated = [name for name, choice in pathways.items() if choice["treadmill_model"] is not None]
+        return compensated[-1] if compensated else None
 
     def active_estimators(self) -> list[str]:
         """Estimators of the standing person that separate the muscle torque."""
