@@ -64,8 +64,8 @@ def shipped_truth():
 def short_truth(shipped_truth):
     """The shipped laboratory with less rest, so that a short trial holds perturbations.
 
-    It has a rigid foot and rod, and a plate whose friction has neither memory nor lever and whose frame has one
-    mode: from short trials, estimates of known accuracy.
+    It has a rigid foot and rod, and a plate whose friction has neither memory nor lever and whose frame has
+    one mode: from short trials, estimates of known accuracy.
     """
     truth = copy.deepcopy(shipped_truth)
     truth["treadmill"]["protocol"] |= {"rest_before_s": 2.0, "rest_after_s": 3.0}
