@@ -106,12 +106,18 @@ rule compare_with_truth:
             category="Tables",
             labels={"table": "recovery of the truth"},
         ),
+        laboratory=report(
+            "<results>/tables/laboratory.csv",
+            caption="../../report/captions/laboratory.rst",
+            category="Tables",
+            labels={"table": "virtual laboratory"},
+        ),
     log:
         "<logs>/compare_with_truth.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        truth=truth_of(*STUDY.true()),
+        truth=truth_of(*STUDY.true(), *STUDY.mechanisms()),
         made=STUDY.all_made(),
         tasks=STUDY.made_tasks(),
         windows_s=STUDY.dummy_windows(),

@@ -180,8 +180,10 @@ def fits_of_made(study: Study) -> list[str]:
 
 
 def recovery(study: Study) -> list[str]:
-    """The comparison with the truth, if there is one."""
-    return [] if study.config["study"]["virtual_lab"] is None else ["<results>/tables/recovery.csv"]
+    """The comparison with the truth, if there is one, and what the laboratory is like."""
+    if study.config["study"]["virtual_lab"] is None:
+        return []
+    return ["<results>/tables/recovery.csv", "<results>/tables/laboratory.csv"]
 
 
 def claims(study: Study) -> list[str]:

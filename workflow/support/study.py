@@ -5,6 +5,7 @@ from pathlib import Path
 
 from tepsipe.errors import InputError
 from tepsipe.identification.estimators import ESTIMATORS
+from tepsipe.reporting.laboratory import MECHANISMS
 from workflow.support.experiments import EXPERIMENTS, PARTS
 from workflow.support.names import check_distinct, check_name
 from workflow.support.people import check_people, person_of
@@ -415,10 +416,10 @@ class Study:
         return [name for name, choice in choices.items() if choice["active"] != "none"]
 
     def dummy_windows(self) -> dict[str, float | None]:
-        """Pathway of the dummy that fits windows -> their length (s), None if as long as the perturbation."""
+        """Pathway of the dummy with estimates of windows -> length (s), None if that of the pulse."""
         dummy = self.settings["dummy"]
         foot = dummy["foot"]["pathways"] if self.has("foot") else {}
-        legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].windowed}
+        legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].of_windows}
         return legs | {name: p["window_s"] for name, p in foot.items()}
 
     def standing_windows(self) -> dict | None:
@@ -448,6 +449,14 @@ class Study:
         """Constants of the laboratory, as the truth for the estimates of simulated trials."""
         paths = [path for e, made in self.all_made().items() if made for path in EXPERIMENTS[e].true]
         return list(dict.fromkeys(paths))
+
+    def mechanisms(self) -> list[str]:
+        """Constants that say what the laboratory is like: mechanisms, and what was drawn."""
+        made = [experiment for experiment, names in self.all_made().items() if names]
+        if any(EXPERIMENTS[experiment].on_plate for experiment in made):
+            made.append("treadmill")
+        paths = [mechanism.key for mechanism in MECHANISMS if mechanism.section in made]
+        return [*paths, "drawn_numbers"] if made else []
 
 
 def table_experiment(table: str) -> str:
