@@ -50,7 +50,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
     assert (results / "report/thesis.pdf").read_bytes().startswith(b"%PDF")
     columns = (
         "experiment condition pathway estimator quantity unit value standard_error ci_low ci_high "
-        "sem_as_printed n_perturbations flags"
+        "sem_as_printed n_perturbations u_type_a u_type_b recommended flags"
     )
     assert list(estimates(study)[0]) == columns.split()
 
