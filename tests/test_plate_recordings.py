@@ -20,6 +20,7 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.statistics.uncertainty import Source
 from tepsipe.treadmill.trial_recordings import (
     PlateOptions,
     Weight,
@@ -35,6 +36,7 @@ ONSETS_S = (3.0, 5.0, 7.0)
 WEIGHT = Weight(mass_kg=20.0, com_height_m=0.1, gravity_m_per_s2=9.81)
 LOWPASS = Lowpass(30.0, 4, True)
 OPTIONS = PlateOptions("right", LOWPASS, LOWPASS, WindowOptions(2.5, 4.0, 0.3, 0.05, 5.0, 0.06), 0.3)
+SOURCES = {"force_scale": Source("force_scale", 0.01), "belt_force_kg": Source("belt_force_kg", 0.2)}
 ADDED_KG, ADDED_KGM = 4.0, -0.8  # what the belt adds to Fy and Mx per m/s2
 
 
@@ -136,17 +138,27 @@ def test_estimated_mass_is_exact_for_an_exact_mass_and_ignores_what_is_uncorrela
 
 def test_rows_and_arrays_of_the_weight_experiment():
     wide, narrow = (recordings_of(20.0, lowpass=Lowpass(hz, 4, True))["Fy"] for hz in (20.0, 10.0))
-    found = analyse_weight({"20 Hz": wide, "10 Hz": narrow}, draws=200, seed=1)
+    found = analyse_weight({"20 Hz": wide, "10 Hz": narrow}, SOURCES)
     rows = {row.quantity: row for row in weight_estimates("weight", "sine-0.4", found)}
     assert list(rows) == ["mass", "mass_sd", "added_force_peak"]
-    assert rows["mass"].value == pytest.approx(found.masses.mean())
+    mass = rows["mass"]
+    assert mass.value == pytest.approx(found.masses.mean())
+    assert mass.recommended and not rows["mass_sd"].recommended
+    # by hand: SD / sqrt(3), 1 % of the force, 0.2 kg; Student's quantile lies between those of 2 and inf
+    type_b = np.hypot(0.01 * mass.value, 0.2)
+    assert mass.u_type_a == pytest.approx(found.masses.std(ddof=1) / np.sqrt(3.0))
+    assert mass.u_type_b == pytest.approx(type_b)
+    assert mass.standard_error == pytest.approx(np.hypot(mass.u_type_a, type_b))
+    assert 1.9599 <= (mass.ci_high - mass.value) / mass.standard_error < 4.303
+    assert mass.value - mass.ci_low == pytest.approx(mass.ci_high - mass.value)
     assert rows["mass_sd"].value == pytest.approx(found.masses.std(ddof=1))
     a = LOWPASS(belt_pulses(TIME, ONSETS_S, 0.4)[2], RATE_HZ)
     assert rows["added_force_peak"].value == pytest.approx(ADDED_KG * np.abs(a).max(), rel=0.15)
     result = weight_result(found)
     assert result.arrays["10 Hz/added_force"].shape == (3, 75)
     assert np.array_equal(result.arrays["20 Hz/added_force"], wide.segments(wide.load))
-    empty = analyse_weight({"20 Hz": recordings_of(0.0)["Fy"]}, draws=200, seed=1)
+    empty = analyse_weight({"20 Hz": recordings_of(0.0)["Fy"]}, SOURCES)
+    assert empty.budget is None
     assert [row.quantity for row in weight_estimates("empty", "sine-0.4", empty)] == ["added_force_peak"]
 
 

@@ -14,13 +14,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tepsipe.io.estimates import Estimate
+from tepsipe.experiments.budgets import with_budget
+from tepsipe.io.estimates import Estimate, recommended
 from tepsipe.io.result import Result
-from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
+from tepsipe.statistics.uncertainty import Budget, Source, scatter
 from tepsipe.treadmill.recording import BeltRecording
 
 PATHWAY = "force"
 ESTIMATOR = "least-squares"
+QUANTITIES = ("mass",)
 
 
 @dataclass(frozen=True)
@@ -33,15 +35,15 @@ class WeightAnalysis:
         Name of a filter -> fore-aft force with it (N).
     masses : ndarray, shape (perturbations,)
         m_hat of every perturbation (kg); empty for the empty belt.
-    interval : Interval or None
-        Of the mean of m_hat (kg).
+    budget : Budget or None
+        Uncertainty of the mean of m_hat (kg).
     marker_lag_s : float or None
         Time by which the weight's markers lag behind the belt (s); None for the empty belt.
     """
 
     recordings: dict[str, BeltRecording]
     masses: np.ndarray
-    interval: Interval | None
+    budget: Budget | None
     marker_lag_s: float | None = None
 
 
@@ -52,8 +54,42 @@ def estimate_masses(recording: BeltRecording) -> np.ndarray:
     return np.sum(acceleration * force, axis=1) / np.sum(acceleration**2, axis=1)
 
 
+def mass_budget(masses: np.ndarray, sources: dict[str, Source]) -> Budget:
+    """Uncertainty of the mean of m_hat.
+
+    m_hat is F_y over y_w'', so a relative error of the force is one of the mass, one of the lengths of the
+    motion capture is one with the opposite sign, and a belt-induced force in phase with y_w'' adds its
+    apparent mass. The known mass of the weight does not enter.
+
+    Parameters
+    ----------
+    masses : ndarray, shape (perturbations,)
+        m_hat of every perturbation (kg).
+    sources : dict of str to Source
+        force_scale, marker_scale (-) and belt_force_kg (kg), as far as they are known.
+
+    Returns
+    -------
+    Budget
+        Of one quantity, the mass (kg).
+    """
+    type_a, freedom = scatter(masses[:, None])
+    mass = float(masses.mean())
+    per_unit = {"force_scale": mass, "marker_scale": -mass, "belt_force_kg": 1.0}
+    return Budget(
+        type_a,
+        freedom,
+        {
+            name: np.array([[slope * sources[name].standard_uncertainty]])
+            for name, slope in per_unit.items()
+            if name in sources
+        },
+        {name: source.freedom for name, source in sources.items()},
+    )
+
+
 def analyse_weight(
-    recordings: dict[str, BeltRecording], draws: int, seed: int, marker_lag_s: float | None = None
+    recordings: dict[str, BeltRecording], sources: dict[str, Source], marker_lag_s: float | None = None
 ) -> WeightAnalysis:
     """Mass of the weight, and belt-induced force.
 
@@ -61,22 +97,21 @@ def analyse_weight(
     ----------
     recordings : dict of str to BeltRecording
         Name of a filter -> fore-aft force (N); the mass is estimated with the first.
-    draws, seed : int
-        Bootstrap samples over perturbations, and seed of their generator (-).
+    sources : dict of str to Source
+        What is not known exactly, as in `mass_budget` (units in their names).
     marker_lag_s : float, optional
         Time by which the weight's markers lag behind the belt (s), stored with the results.
 
     Returns
     -------
     WeightAnalysis
-        Masses and their interval (kg); none for an empty belt.
+        Masses and their uncertainty (kg); none for an empty belt.
     """
     first = next(iter(recordings.values()))
     if first.carried_kg == 0.0:
         return WeightAnalysis(recordings, np.empty(0), None)
     masses = estimate_masses(first)
-    interval = bootstrap_mean(masses[:, None], draws, np.random.default_rng(seed))
-    return WeightAnalysis(recordings, masses, interval, marker_lag_s)
+    return WeightAnalysis(recordings, masses, mass_budget(masses, sources), marker_lag_s)
 
 
 def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) -> list[Estimate]:
@@ -86,19 +121,10 @@ def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) 
     added = recording.segments(recording.load)
     count = added.shape[0]
     rows = []
-    if analysis.interval is not None:
-        interval = analysis.interval
+    if analysis.budget is not None:
+        mass = Estimate(*names, "mass", "kg", float(analysis.masses.mean()), n_perturbations=count)
         rows = [
-            Estimate(
-                *names,
-                "mass",
-                "kg",
-                float(analysis.masses.mean()),
-                float(interval.standard_error[0]),
-                float(interval.low[0]),
-                float(interval.high[0]),
-                n_perturbations=count,
-            ),
+            *recommended(with_budget([mass], analysis.budget, QUANTITIES), PATHWAY, ESTIMATOR),
             Estimate(*names, "mass_sd", "kg", _spread(analysis.masses), n_perturbations=count),
         ]
     peak = float(np.abs(added.mean(axis=0)).max())

@@ -15,6 +15,8 @@ FLAGS = {
     "no-interval": "its standard error or interval is not a number: record more perturbations",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",
 }
+# quantities of which one estimate per trial is recommended
+QUOTED = ("I", "B", "K", "mass")
 # a VAF below this belongs to a prediction that grows without limit (%)
 DIVERGED_VAF = -1e6
 
@@ -90,6 +92,32 @@ def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
     """Estimates (units in them) with further flags, names in `FLAGS`; none is repeated."""
     return [
         replace(e, flags=";".join(dict.fromkeys([*filter(None, e.flags.split(";")), *flags])))
+        for e in estimates
+    ]
+
+
+def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | None = None) -> list[Estimate]:
+    """Estimates, those to quote marked (units in them).
+
+    Parameters
+    ----------
+    estimates : iterable of Estimate
+        Rows of one or more trials, the same quantity once per trial, pathway and estimator.
+    pathway : str
+        The recommended pathway.
+    estimator : str, optional
+        The recommended estimator; any of the pathway if left out.
+
+    Returns
+    -------
+    list of Estimate
+        Marked are those of `QUOTED` of this pathway and estimator, and no others.
+    """
+    return [
+        replace(
+            e,
+            recommended=e.quantity in QUOTED and e.pathway == pathway and estimator in (None, e.estimator),
+        )
         for e in estimates
     ]
 

@@ -17,13 +17,17 @@ calibration counts as Type B here, because it is evaluated once and does not var
 same degrees of freedom hold for all components of one source.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
 
+from tepsipe.errors import InputError, listed, quoted
+
 CONFIDENCE = 0.95
+DISTRIBUTIONS = ("normal", "rectangular", "triangular")
 
 
 @dataclass(frozen=True)
@@ -40,12 +44,15 @@ class Source:
         Shape of that belief; the half width is u sqrt(3) if rectangular, u sqrt(6) if triangular.
     freedom : float
         Degrees of freedom of u(x) (-); infinite where it is not itself an estimate.
+    reason : str
+        Why it is believed: a measurement, a data sheet, a publication (no unit).
     """
 
     name: str
     standard_uncertainty: float
     distribution: str = "normal"
     freedom: float = np.inf
+    reason: str = ""
 
     def draw(self, rng: np.random.Generator, draws: int) -> np.ndarray:
         """Deviations from the assumed value, shape (draws,) (unit of the quantity).
@@ -66,6 +73,45 @@ class Source:
             f"{self.name}: expected the distribution normal, rectangular or triangular, "
             f"found {self.distribution!r}"
         )
+
+
+def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
+    """Sources of one experiment from its settings.
+
+    Parameters
+    ----------
+    section : mapping
+        Name -> standard_uncertainty (unit in the name), distribution, source (why it is believed) and, where
+        u(x) is an estimate, freedom; None for a source that is switched off.
+
+    Returns
+    -------
+    dict of str to Source
+        Those that are not switched off (units in their names).
+
+    Raises
+    ------
+    InputError
+        If a standard uncertainty is negative or not a number, or a distribution is unknown.
+    """
+    found = {}
+    for name, stated in section.items():
+        if stated is None:
+            continue
+        u, shape = stated["standard_uncertainty"], stated["distribution"]
+        if not (math.isfinite(u) and u >= 0.0):
+            raise InputError(
+                f"uncertainty: expected a standard uncertainty of at least 0 for {name}, found {u}: "
+                "correct it"
+            )
+        if shape not in DISTRIBUTIONS:
+            raise InputError(
+                f"uncertainty: expected a distribution of {listed(DISTRIBUTIONS)} for {name}, found "
+                f"{quoted(shape)}: correct it"
+            )
+        freedom = stated.get("freedom")
+        found[name] = Source(name, u, shape, np.inf if freedom is None else freedom, stated["source"])
+    return found
 
 
 @dataclass(frozen=True)

@@ -32,9 +32,13 @@ class DummyTruth:
     Attributes
     ----------
     foot_mass_kg, foot_height_m : float
-        Brick (kg, m).
-    leg_mass_kg, leg_length_m, leg_inertia_kgm2 : float
-        Rod: mass (kg), length (m), moment of inertia about its centre of mass (kg·m²).
+        Brick: mass (kg), and height above the belt of the point from which markers are placed (m).
+    foot_com_m : list of 2 float
+        Its centre of mass: forward of that point and above the belt (m).
+    joint_offset_m : list of 2 float
+        Axis of the joint: forward of and above that point (m).
+    leg_mass_kg, leg_com_m, leg_inertia_kgm2 : float
+        Rod: mass (kg), centre of mass from the joint (m), moment of inertia about it (kg·m²).
     joint_inertia_kgm2 : float
         What else turns with the rod: clamps, screws and half of the rubber (kg·m²).
     rest_angle_rad : float
@@ -47,8 +51,10 @@ class DummyTruth:
 
     foot_mass_kg: float
     foot_height_m: float
+    foot_com_m: list
+    joint_offset_m: list
     leg_mass_kg: float
-    leg_length_m: float
+    leg_com_m: float
     leg_inertia_kgm2: float
     joint_inertia_kgm2: float
     rest_angle_rad: float
@@ -65,13 +71,15 @@ class DummyMarkers:
     ----------
     foot_m : list of [along, up]
         Marker positions on the foot: forward of the ankle and above the belt (m).
-    leg_m : list of [across, along]
-        Marker positions on the leg: in front of the rod's axis, and along it from the ankle (m).
+    ankle_m, leg_m : [across, along], and list of these
+        Marker positions on the leg while it is upright: in front of the rod's axis, and along it from the
+        point that is taken for the joint (m). Its true axis may be elsewhere.
     lateral_m : float
         Position of all markers across the belt, from the foot's middle (m).
     """
 
     foot_m: list
+    ankle_m: list
     leg_m: list
     lateral_m: float
 
@@ -117,7 +125,7 @@ def move_dummy(
     DummyMotion
         Motion and reaction on the grid of the integration (s, m, rad, N, N·m).
     """
-    m, r = dummy.leg_mass_kg, 0.5 * dummy.leg_length_m
+    m, r = dummy.leg_mass_kg, dummy.leg_com_m
     g = dummy.gravity_m_per_s2
     moving = drive.belt_mass_kg + dummy.foot_mass_kg + m
     about_pivot = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2 + m * r * r
@@ -160,11 +168,12 @@ def move_dummy(
 
 def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
     """Wrench on foot and leg about the plate's origin, from the rates of their momenta."""
-    m, r = dummy.leg_mass_kg, 0.5 * dummy.leg_length_m
+    m, r = dummy.leg_mass_kg, dummy.leg_com_m
     turning = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2
-    leg_y, leg_z = y + r * np.sin(th), dummy.foot_height_m + r * np.cos(th)
+    forward, above = dummy.joint_offset_m
+    leg_y, leg_z = y + forward + r * np.sin(th), dummy.foot_height_m + above + r * np.cos(th)
     leg_vy, leg_vz = v + r * np.cos(th) * w, -r * np.sin(th) * w
-    foot_z = 0.5 * dummy.foot_height_m
+    foot_y, foot_z = y + dummy.foot_com_m[0], dummy.foot_com_m[1]
     momentum_y = dummy.foot_mass_kg * v + m * leg_vy
     momentum_z = m * leg_vz
     # about x, right-handed (positive turns y towards z); th turns z towards y, hence its minus
@@ -173,7 +182,7 @@ def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
     g = dummy.gravity_m_per_s2
     fy = rate[:, 0]
     fz = rate[:, 1] + (dummy.foot_mass_kg + m) * g
-    mx = rate[:, 2] + g * (dummy.foot_mass_kg * y + m * leg_y) + dummy.position_y_m * fz
+    mx = rate[:, 2] + g * (dummy.foot_mass_kg * foot_y + m * leg_y) + dummy.position_y_m * fz
     my = -dummy.position_x_m * fz
     mz = dummy.position_x_m * fy
     return np.column_stack([np.zeros_like(fy), fy, fz, mx, my, mz])
@@ -205,13 +214,18 @@ def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMo
     def on_foot(along: float, up: float) -> MarkerPath:
         return lambda instant: place(instant, along, up)
 
+    ahead, above = dummy.joint_offset_m
+    pivot = dummy.foot_height_m + above
+
     def on_leg(across: float, along: float) -> MarkerPath:
+        across, along = across - ahead, along - above  # from the axis of the joint
+
         def path(instant: np.ndarray) -> np.ndarray:
             th = angle(instant)
-            forward = across * np.cos(th) + along * np.sin(th)
-            return place(instant, forward, dummy.foot_height_m - across * np.sin(th) + along * np.cos(th))
+            forward = ahead + across * np.cos(th) + along * np.sin(th)
+            return place(instant, forward, pivot - across * np.sin(th) + along * np.cos(th))
 
         return path
 
     foot = [on_foot(*position) for position in markers.foot_m]
-    return [*foot, on_leg(0.0, 0.0), *[on_leg(*position) for position in markers.leg_m]]
+    return [*foot, on_leg(*markers.ankle_m), *[on_leg(*position) for position in markers.leg_m]]

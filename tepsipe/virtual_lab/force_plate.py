@@ -56,6 +56,11 @@ class PlateTruth:
     sensitivity_V_per_N, sensitivity_spread, cross_talk, calibration_error : float
         Volts per newton; relative spread of it; relative leak into other channels; relative error
         of the calibration (V/N, -, -, -).
+    force_scale, vertical_leak : list of 2 float, float
+        Gain of the fore-aft and of the vertical transducers over that of the calibration (-), and part of the
+        vertical force that the fore-aft one has come to feel (-).
+    origin_height_m : float
+        Height of the calibration's origin above the belt, on which it is thought to lie (m).
     noise_V, drift_V_per_s : float
         White noise of a channel (V) and standard deviation of its linear drift (V/s).
     felt_belt_mass_kg : float
@@ -87,6 +92,9 @@ class PlateTruth:
     sensitivity_spread: float
     cross_talk: float
     calibration_error: float
+    force_scale: list
+    vertical_leak: float
+    origin_height_m: float
     noise_V: float
     drift_V_per_s: float
     felt_belt_mass_kg: float
@@ -297,7 +305,11 @@ def plate_voltages(
     relaxing = ([truth.mount_relaxation_s, 0.0], [truth.mount_relaxation_s, 1.0])
     taken = truth.mount_share * _filtered(relaxing, wrench[:, 1] - wrench[0, 1], grid_rate_hz)
     wrench[:, 1] -= taken
+    wrench[:, 3] += truth.origin_height_m * wrench[:, 1]
     right = wrench[sample] @ np.linalg.pinv(lines_of_action(truth)).T
+    vertical = right[:, :4].sum(axis=1)
+    right[:, 6] = truth.force_scale[0] * right[:, 6] + truth.vertical_leak * vertical
+    right[:, :4] *= truth.force_scale[1]
     forces = np.concatenate([np.zeros_like(right), right], axis=1)
     drift = truth.drift_V_per_s * rng.standard_normal(forces.shape[1])
     elapsed = np.arange(sample.size)[:, None] / truth.rate_hz

@@ -35,6 +35,8 @@ class ManipulatorTruth:
         Root mean square of the drive's torque ripple (N·m) and its bandwidth (Hz).
     torque_per_factor_Nm : float
         Root mean square of the multisine per unit of scale factor (N·m).
+    torque_scale, angle_scale : float
+        True torque over commanded torque, and encoder reading over true angle (-).
     band_low_hz, band_high_hz, period_s, command_rate_hz : float
         Multisine's lowest and highest component (Hz), its period (s), rate of the command (Hz).
     log_rate_hz, log_jitter_s : float
@@ -57,6 +59,8 @@ class ManipulatorTruth:
     ripple_Nm: float
     ripple_bandwidth_hz: float
     torque_per_factor_Nm: float
+    torque_scale: float
+    angle_scale: float
     band_low_hz: float
     band_high_hz: float
     period_s: float
@@ -159,7 +163,8 @@ def record_manipulator(
     rate = truth.command_rate_hz
     command = factor * truth.torque_per_factor_Nm * multisine(truth, duration_s, signal_rng)
     lead = round(truth.lead_s * rate)
-    applied = np.concatenate([np.zeros(lead), command, np.zeros(round(truth.tail_s * rate) + 1)])
+    pushed = truth.torque_scale * command
+    applied = np.concatenate([np.zeros(lead), pushed, np.zeros(round(truth.tail_s * rate) + 1)])
     white = trial_rng.standard_normal(applied.size)
     ripple = scipy.signal.sosfilt(
         scipy.signal.butter(1, truth.ripple_bandwidth_hz, fs=rate, output="sos"), white
@@ -196,6 +201,7 @@ def _log(
     instants = np.arange(step, time[-1] - step, step)
     instants = instants + np.clip(rng.normal(0.0, truth.log_jitter_s, instants.size), -0.4 * step, 0.4 * step)
     angle = scipy.interpolate.CubicHermiteSpline(time, states[:, 0], states[:, 1])(instants)
+    angle *= truth.angle_scale
     angle = truth.encoder_step_rad * np.round(angle / truth.encoder_step_rad)
     angle += truth.encoder_zero_rad
     repeated = rng.random(instants.size) < truth.repeated_fraction

@@ -19,6 +19,8 @@ class CaptureTruth:
         Frames per second, and markers per second within a frame (Hz).
     latency_s : float
         From the trigger's edge to the first marker of the first frame (s).
+    clock_ppm : float
+        How much faster its clock runs than that of the treadmill's log, in parts per million (-).
     noise_m : float
         Standard deviation of each coordinate (m).
     occlusions_per_minute, occlusion_frames : float
@@ -28,6 +30,7 @@ class CaptureTruth:
     rate_hz: float
     marker_sampling_hz: float
     latency_s: float
+    clock_ppm: float
     noise_m: float
     occlusions_per_minute: float
     occlusion_frames: float
@@ -61,7 +64,8 @@ def record_markers(
     ndarray, shape (frames, markers, 3)
         x, y, z (m); NaN while a marker is hidden.
     """
-    first = trigger_s + capture.latency_s + np.arange(frames) / capture.rate_hz
+    faster = 1.0 + 1e-6 * capture.clock_ppm
+    first = trigger_s + capture.latency_s + np.arange(frames) / (faster * capture.rate_hz)
     positions = np.empty((frames, len(paths), 3))
     for k, path in enumerate(paths):
         positions[:, k] = path(first + k / capture.marker_sampling_hz)

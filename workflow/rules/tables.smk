@@ -4,6 +4,7 @@
 rule collect_estimates:
     input:
         estimates=outputs.estimates(STUDY),
+        budgets=outputs.budgets(STUDY),
         library=library_of("collect_estimates"),
     output:
         table=report(
@@ -11,6 +12,12 @@ rule collect_estimates:
             caption="../../report/captions/estimates.rst",
             category="Tables",
             labels={"table": "all estimates"},
+        ),
+        uncertainty=report(
+            "<results>/tables/uncertainty.csv",
+            caption="../../report/captions/uncertainty.rst",
+            category="Tables",
+            labels={"table": "uncertainty, source by source"},
         ),
     log:
         "<logs>/collect_estimates.log",

@@ -10,6 +10,7 @@ rule fit_weight:
     output:
         fit="<results>/fits/{experiment}/{condition}.h5",
         estimates="<results>/estimates/{experiment}/{condition}.csv",
+        uncertainty="<results>/uncertainty/{experiment}/{condition}.csv",
     log:
         "<logs>/fit_weight/{experiment}/{condition}.log",
     wildcard_constraints:
@@ -20,7 +21,7 @@ rule fit_weight:
         weight=lambda w: WEIGHT["weight"] if w.experiment == "weight" else None,
         belt=lambda w: STUDY.belt_of(w.experiment, w.condition),
         analysis=WEIGHT["analysis"],
-        seed=SEED,
+        uncertainty=SETTINGS["uncertainty"]["weight"],
     script:
         "../scripts/fit_weight.py"
 
@@ -46,7 +47,7 @@ rule calibrate_plate:
         trials=lambda w: STUDY.plate_trials(STUDY.plates()[w.plate]),
         weight=WEIGHT["weight"],
         belt=lambda w: STUDY.plates()[w.plate],
-        analysis=without(WEIGHT["analysis"], "bootstrap_draws"),
+        analysis=WEIGHT["analysis"],
         models=WEIGHT["models"],
     script:
         "../scripts/calibrate_plate.py"

@@ -4,12 +4,15 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.weight import analyse_weight, weight_estimates, weight_result
+from tepsipe.experiments.budgets import contributions_of
+from tepsipe.experiments.weight import QUANTITIES, analyse_weight, weight_estimates, weight_result
+from tepsipe.io.budget_table import write_budgets
 from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.statistics.uncertainty import sources_of
 from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, marker_lag, plate_recordings
 
 analysis = snakemake.params.analysis
@@ -33,9 +36,11 @@ for lowpass, weight_motion, label in choices:
     )
     recordings[label] = plate_recordings(trial, name, condition, options, weight)["Fy"]
 lag = None if weight is None else marker_lag(trial, name, options)
-result = analyse_weight(recordings, analysis["bootstrap_draws"], snakemake.params.seed, lag)
+result = analyse_weight(recordings, sources_of(snakemake.params.uncertainty), lag)
+rows = weight_estimates(experiment, condition, result)
 write_result(snakemake.output.fit, weight_result(result))
-write_estimates(
-    snakemake.output.estimates,
-    weight_estimates(experiment, condition, result),
+write_estimates(snakemake.output.estimates, rows)
+write_budgets(
+    snakemake.output.uncertainty,
+    [] if result.budget is None else contributions_of(rows, result.budget, QUANTITIES),
 )

@@ -102,6 +102,8 @@ def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> st
             answer = f"did you mean {likely[close[0]]!r}?"
         else:
             answer = f"known here: {', '.join(known)}"
+    if where.startswith("uncertainty.") and not answer.startswith("known here"):
+        answer += f" (known here: {', '.join(known)})"
     return f"unknown key {quoted(key, 120)}: {answer}"
 
 

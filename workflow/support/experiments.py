@@ -27,6 +27,7 @@ class Experiment:
     of_people : whether trials may name a participant.
     on_plate : whether trials are on a belt of the plate treadmill, left or right.
     fitted : whether each trial has its own fit and estimates.
+    budgets : whether each fit writes an uncertainty budget.
     cross_validated : whether the parameters of each trial predict all trials.
     thesis_tables : table of the thesis -> common beginning of the names of its conditions.
     printed : settings that the report prints.
@@ -47,6 +48,7 @@ class Experiment:
     of_people: bool = False
     on_plate: bool = False
     fitted: bool = True
+    budgets: bool = False
     cross_validated: bool = False
     thesis_tables: dict[str, str] = field(default_factory=dict)
     printed: tuple[str, ...] = ()
@@ -165,6 +167,7 @@ EXPERIMENTS = {
         on_plate=True,
         names=CHANNELS,
         models="plate",
+        budgets=True,
         category="Belt-induced force",
         figures=(
             "figure_4_5",

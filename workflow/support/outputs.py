@@ -61,6 +61,12 @@ def estimates(study: Study) -> list[str]:
     return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
 
 
+def budgets(study: Study) -> list[str]:
+    """Uncertainty budgets of all trials that have one, in the order of `estimates`."""
+    files = [f"<results>/uncertainty/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].budgets]
+    return files
+
+
 def pooled_wristalyzer(study: Study) -> list[str]:
     """The fit to all trials of the manipulator together, and its rows of estimates, if there is one."""
     if not study.has("wristalyzer_pooled"):
@@ -175,7 +181,7 @@ def tables(study: Study) -> dict[str, str]:
     """Name of a table of the run -> its caption."""
     others = (models, forward, noise, specification, participants, recovery, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
-    found["estimates"] = "estimates"
+    found |= {name: name for name in ("estimates", "uncertainty")}
     found |= {name: name for files in others for name in map(_stem, files(study))}
     return found | {name: name for name in map(_stem, thesis_dummy(study)[1:])}
 
@@ -210,6 +216,7 @@ def everything(study: Study) -> list[str]:
         f"<results>/report/{study.config['study']['name']}.pdf",
         "<results>/provenance.json",
         "<results>/tables/estimates.csv",
+        "<results>/tables/uncertainty.csv",
         *thesis_tables(study),
         *models(study),
         *forward(study),

@@ -53,12 +53,13 @@ MOVED = {
     "standing.analysis.lowpass_order": "plate_treadmill.lowpass_order",
     "standing.belt": "plate_treadmill.belt",
 }
-# keys of the configuration that did nothing
+# keys of the configuration that did nothing, or do nothing any more
 REMOVED = {
     "empty.ingest.max_gap_s": "the empty belt has no markers",
     "empty.ingest.marker_sampling_hz": "the empty belt has no markers",
     "empty.ingest.strober_frequency_hz": "the empty belt has no markers",
     "weight.models.ripple": "no ripple is tracked under the weight",
+    "weight.analysis.bootstrap_draws": "the interval of the mass is Student's, with Type B",
 }
 
 

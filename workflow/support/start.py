@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.virtual_lab.drawn import draw_laboratory
 from workflow.support.check import (
     check_against_schema,
     check_config,
@@ -68,13 +69,26 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = N
 
 
 def checked_sections(config: dict, key: str) -> dict | None:
-    """Contents of the file that study.<key> names, checked; None where it names none."""
+    """Contents of the file that study.<key> names, checked; None where it names none.
+
+    Of the virtual laboratory, the constants after drawing; ``nominal`` holds those of the file.
+    """
     path = config["study"][key]
     if path is None:
         return None
     content = read_settings(path)
     check_against_schema(content, SCHEMAS / f"{key}.schema.yaml", path)
-    return content
+    return _drawn(content, path) if key == "virtual_lab" else content
+
+
+def _drawn(content: dict, path: str) -> dict:
+    """The constants of the laboratory after drawing, within the same limits."""
+    try:
+        drawn = draw_laboratory(content)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+    check_against_schema(drawn, SCHEMAS / "virtual_lab.schema.yaml", f"{path}, after drawing")
+    return drawn | {"nominal": content}
 
 
 def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | Path]) -> str:

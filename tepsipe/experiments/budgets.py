@@ -1,0 +1,67 @@
+"""Uncertainty budgets in rows of estimates: combined intervals, and a row per source."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tepsipe.io.budget_table import SCATTER, Contribution
+from tepsipe.io.estimates import Estimate
+from tepsipe.statistics.uncertainty import Budget
+
+
+def with_budget(rows: Sequence[Estimate], budget: Budget, quantities: Sequence[str]) -> list[Estimate]:
+    """Rows whose standard error and 95 % interval are the combined ones of a budget.
+
+    Parameters
+    ----------
+    rows : sequence of Estimate
+        Of one trial, pathway and estimator (units in them).
+    budget : Budget
+        Uncertainty of ``quantities`` (their units). Without contributions Type B was not evaluated, and its
+        cell is empty.
+    quantities : sequence of str
+        Names of its p estimates, in their order. Rows of other quantities are returned unchanged.
+
+    Returns
+    -------
+    list of Estimate
+        In the order of ``rows``.
+    """
+    low, high = budget.interval(np.zeros(len(quantities)))
+    evaluated = bool(budget.contributions)
+    joined = []
+    for row in rows:
+        if row.quantity in quantities:
+            k = list(quantities).index(row.quantity)
+            row = replace(
+                row,
+                standard_error=float(budget.combined[k]),
+                ci_low=row.value + float(low[k]),
+                ci_high=row.value + float(high[k]),
+                u_type_a=float(budget.type_a[k]),
+                u_type_b=float(budget.type_b[k]) if evaluated else None,
+            )
+        joined.append(row)
+    return joined
+
+
+def contributions_of(
+    rows: Sequence[Estimate], budget: Budget, quantities: Sequence[str]
+) -> list[Contribution]:
+    """Rows of the table of budgets for the estimates of one trial, pathway and estimator.
+
+    Arguments are those of `with_budget` (units in them). Type A comes first, and what is not finite, of a
+    single perturbation, is left out.
+    """
+    found = []
+    for row in rows:
+        if row.quantity not in quantities:
+            continue
+        k = list(quantities).index(row.quantity)
+        parts = [(SCATTER, "A", float(budget.type_a[k]))]
+        parts += [(name, "B", float(budget.of_source(name)[k])) for name in budget.contributions]
+        names = (row.experiment, row.condition, row.pathway, row.estimator, row.quantity, row.unit)
+        found += [Contribution(*names, *part) for part in parts if math.isfinite(part[2])]
+    return found

@@ -1,0 +1,167 @@
+"""Laboratories drawn at random around the constants of a configuration file.
+
+A laboratory is measured with a ruler, a scale and clocks: its true constants are not the numbers that the
+analysis knows. The section ``drawn`` gives constants, by their path, a distribution around the number in the
+file. Each number has a generator of its own, seeded by the laboratory's seed and the path: a further entry
+changes no other draw.
+"""
+
+import copy
+import math
+from dataclasses import dataclass
+from random import Random
+from statistics import NormalDist
+
+DISTRIBUTIONS = ("normal", "rectangular", "student")
+
+
+@dataclass(frozen=True)
+class DrawnNumber:
+    """One number of the laboratory and what was drawn for it.
+
+    Attributes
+    ----------
+    path : str
+        Keys and, within lists, positions from 0, joined by dots.
+    nominal, value : float
+        Number of the file, and of the laboratory (unit of the key).
+    distribution : {"normal", "rectangular", "student"}
+        Its shape.
+    standard_deviation : float
+        Of the distribution (unit of the key).
+    """
+
+    path: str
+    nominal: float
+    value: float
+    distribution: str
+    standard_deviation: float
+
+
+def draw_laboratory(constants: dict) -> dict:
+    """Constants of one laboratory, drawn from the section ``drawn``.
+
+    Parameters
+    ----------
+    constants : dict
+        The laboratory's configuration (units in its keys), with ``seed`` and ``drawn``: path of a number, or
+        of a list of numbers, which are drawn one by one -> ``{"normal": standard deviation}``,
+        ``{"rectangular": half width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the
+        unit of the key, or with ``"relative": True`` as parts of the number. None draws nothing.
+
+    Returns
+    -------
+    dict
+        The constants after drawing, with None for ``drawn``: drawing them again changes nothing.
+
+    Raises
+    ------
+    ValueError
+        In one sentence, if a path names no number or a distribution is none of these.
+    """
+    found = copy.deepcopy(constants)
+    for number in drawn_numbers(constants):
+        *holders, last = number.path.split(".")
+        place = found
+        for key in holders:
+            place = place[int(key)] if isinstance(place, list) else place[key]
+        place[int(last) if isinstance(place, list) else last] = number.value
+    found["drawn"] = None
+    return found
+
+
+def drawn_numbers(constants: dict) -> list[DrawnNumber]:
+    """What `draw_laboratory` draws, number by number.
+
+    Parameters
+    ----------
+    constants : dict
+        The laboratory's configuration, as for `draw_laboratory` (units in its keys).
+
+    Returns
+    -------
+    list of DrawnNumber
+        In the order of the section and, within it, of the lists (units of the keys).
+
+    Raises
+    ------
+    ValueError
+        As `draw_laboratory`.
+    """
+    found: dict[str, DrawnNumber] = {}
+    for path, choice in (constants.get("drawn") or {}).items():
+        shape, spread, freedom = _shape(path, choice)
+        for where, nominal in _numbers(constants, path):
+            if where in found:
+                raise ValueError(
+                    f"expected every number to be drawn once, found {where!r} twice in 'drawn', the second "
+                    f"time as {path!r}: take one of the two out"
+                )
+            deviation = spread * abs(nominal) if choice.get("relative", False) else spread
+            if deviation == 0.0 < spread:
+                raise ValueError(
+                    f"expected a number other than 0 for the relative entry {path!r} of 'drawn', found 0 for "
+                    f"{where!r}: make it absolute"
+                )
+            value = nominal + deviation * _standardised(
+                shape, freedom, Random(f"{constants['seed']}/{where}")
+            )
+            found[where] = DrawnNumber(where, nominal, value, shape, deviation)
+    return list(found.values())
+
+
+def _shape(path: str, choice: dict) -> tuple[str, float, float]:
+    """Shape, standard deviation and degrees of freedom of an entry."""
+    named = [name for name in DISTRIBUTIONS if name in choice]
+    if len(named) != 1 or set(choice) - {*DISTRIBUTIONS, "relative"}:
+        raise ValueError(
+            f"expected one of {', '.join(DISTRIBUTIONS)} for the entry {path!r} of 'drawn', with or without "
+            f"'relative', found {', '.join(map(str, choice)) or 'nothing'}: correct it"
+        )
+    shape = named[0]
+    width, freedom = choice[shape] if shape == "student" else (choice[shape], math.inf)
+    if not width >= 0.0 or not freedom > 2.0:
+        raise ValueError(
+            f"expected a width of at least 0 and more than 2 degrees of freedom for the entry {path!r} of "
+            f"'drawn', found {choice[shape]}: correct it"
+        )
+    return shape, (width / math.sqrt(3.0) if shape == "rectangular" else width), freedom
+
+
+def _standardised(shape: str, freedom: float, random: Random) -> float:
+    """A draw of the shape with mean 0 and standard deviation 1."""
+    u = (int(random.random() * 2.0**52) + 0.5) / 2.0**52  # never 0 nor 1
+    if shape == "rectangular":
+        return math.sqrt(3.0) * (2.0 * u - 1.0)
+    if shape == "normal":
+        return NormalDist().inv_cdf(u)
+    # R. W. Bailey (1994), Polar generation of random variates with the t-distribution, Mathematics of
+    # Computation 62, 779-781
+    t = math.sqrt(freedom * (u ** (-2.0 / freedom) - 1.0)) * math.cos(2.0 * math.pi * random.random())
+    return t * math.sqrt((freedom - 2.0) / freedom)
+
+
+def _numbers(constants: dict, path: str) -> list[tuple[str, float]]:
+    """Full path and number of everything that a path names."""
+    place: object = constants
+    for key in path.split("."):
+        inside = range(len(place)) if isinstance(place, list) else place if isinstance(place, dict) else ()
+        wanted = int(key) if isinstance(place, list) and key.isdigit() else key
+        if wanted not in inside or wanted == "drawn":
+            raise ValueError(
+                f"expected every entry of 'drawn' to name a constant, found {path!r}: correct it, or take it "
+                "out"
+            )
+        place = place[wanted]  # type: ignore[index]
+    return _leaves(place, path, path)
+
+
+def _leaves(place: object, path: str, entry: str) -> list[tuple[str, float]]:
+    if isinstance(place, list):
+        return [leaf for k, part in enumerate(place) for leaf in _leaves(part, f"{path}.{k}", entry)]
+    if isinstance(place, bool) or not isinstance(place, float | int) or path == "seed":
+        raise ValueError(
+            f"expected the entry {entry!r} of 'drawn' to name a number or a list of numbers, found "
+            f"{str(place)[:60]!r}: correct it"
+        )
+    return [(path, float(place))]

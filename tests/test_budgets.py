@@ -1,0 +1,145 @@
+"""Budgets in rows of estimates, the table of their sources, and the section of the configuration."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import assert_one_sentence
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.io.budget_table import Contribution, read_budgets, write_budgets
+from tepsipe.io.estimates import Estimate, read_estimates, recommended, write_estimates
+from tepsipe.statistics.uncertainty import Budget, sources_of
+from workflow.support.check import check_against_schema
+
+ROWS = [
+    Estimate("dummy", "sine-0.3", "leg", "windowed-least-squares", "B", "Nms/rad", 0.1),
+    Estimate("dummy", "sine-0.3", "leg", "windowed-least-squares", "K", "Nm/rad", 10.0),
+    Estimate("dummy", "sine-0.3", "leg", "windowed-least-squares", "VAF_trial", "%", 99.0),
+]
+BUDGET = Budget(
+    np.array([0.03, 0.003]),
+    4.0,
+    {"leg_mass_kg": np.array([[-0.2, 0.002]]), "offset_m": np.array([[0.1, 0.0], [-0.1, 0.001]])},
+)
+
+
+def test_rows_hold_the_combined_interval_and_its_parts():
+    damping, stiffness, vaf = with_budget(ROWS, BUDGET, ("K", "B"))
+    type_b = math.sqrt(0.2**2 + 0.1**2 + 0.1**2)
+    assert stiffness.u_type_a == 0.03 and stiffness.u_type_b == pytest.approx(type_b)
+    assert stiffness.standard_error == pytest.approx(math.hypot(0.03, type_b))
+    # scatter is a small part of K, so its 4 degrees of freedom hardly count
+    assert stiffness.ci_high - 10.0 == pytest.approx(1.96 * stiffness.standard_error, rel=1e-3)
+    assert 10.0 - stiffness.ci_low == pytest.approx(stiffness.ci_high - 10.0)
+    # and most of B: (5/3)^4 4 / ... by Welch and Satterthwaite
+    combined = math.sqrt(0.003**2 + 0.002**2 + 0.001**2)
+    assert damping.standard_error == pytest.approx(combined)
+    freedom = combined**4 / (0.003**4 / 4.0)
+    assert 9.0 < freedom < 10.0
+    assert 2.2 < (damping.ci_high - 0.1) / combined < 2.3
+    assert vaf == ROWS[2]
+
+
+def test_without_sources_type_b_is_not_evaluated_and_the_interval_is_students():
+    (row,) = with_budget(ROWS[1:2], Budget(np.array([0.5]), 13.0), ("K",))
+    assert row.u_type_b is None
+    assert row.ci_high - 10.0 == pytest.approx(2.1604 * 0.5, rel=1e-4)
+
+
+def test_every_source_has_a_row_and_the_rows_add_up(tmp_path):
+    rows = contributions_of(ROWS, BUDGET, ("K", "B"))
+    assert [(r.quantity, r.source, r.type) for r in rows[:3]] == [
+        ("B", "scatter", "A"),
+        ("B", "leg_mass_kg", "B"),
+        ("B", "offset_m", "B"),
+    ]
+    joined = {row.quantity: row for row in with_budget(ROWS, BUDGET, ("K", "B"))}
+    for quantity in ("K", "B"):
+        total = math.sqrt(sum(row.u**2 for row in rows if row.quantity == quantity))
+        assert total == pytest.approx(joined[quantity].standard_error)
+    write_budgets(tmp_path / "budget.csv", rows)
+    again = read_budgets(tmp_path / "budget.csv")
+    assert [replace(r, u=0.0) for r in again] == [replace(r, u=0.0) for r in rows]
+    assert [r.u for r in again] == pytest.approx([r.u for r in rows], rel=1e-9)
+    single = Budget(np.array([np.inf, np.inf]), 1.0, BUDGET.contributions)
+    assert {row.source for row in contributions_of(ROWS, single, ("K", "B"))} == set(BUDGET.contributions)
+
+
+@pytest.mark.parametrize(("u", "kind"), [("-1", "B"), ("nan", "B"), ("1", "C")])
+def test_a_damaged_budget_is_refused_in_one_sentence(tmp_path, u, kind):
+    path = tmp_path / "budget.csv"
+    write_budgets(path, [Contribution("a", "b", "c", "d", "K", "Nm/rad", "mass", "B", 1.0)])
+    path.write_text(path.read_text().replace("mass,B,1", f"mass,{kind},{u}"))
+    with pytest.raises(InputError) as error:
+        read_budgets(path)
+    assert_one_sentence(error.value, "budget.csv")
+
+
+def test_marks_follow_pathway_estimator_and_quantity(tmp_path):
+    other = Estimate("dummy", "sine-0.3", "leg-thesis", "windowed-least-squares", "K", "Nm/rad", 6.0)
+    marked = recommended([*ROWS, other], "leg")
+    assert [row.recommended for row in marked] == [True, True, False, False]
+    assert not any(row.recommended for row in recommended(marked, "leg", "output-error"))
+    write_estimates(tmp_path / "estimates.csv", marked)
+    assert [row.recommended for row in read_estimates(tmp_path / "estimates.csv")] == [
+        True,
+        True,
+        False,
+        False,
+    ]
+
+
+def test_settings_become_sources_and_null_switches_off():
+    stated = {"standard_uncertainty": 0.01, "distribution": "rectangular", "source": "weighed"}
+    found = sources_of({"mass_kg": stated, "com_m": None, "scale": stated | {"freedom": 5}})
+    assert list(found) == ["mass_kg", "scale"]
+    assert found["mass_kg"].freedom == math.inf and found["scale"].freedom == 5
+    assert found["mass_kg"].reason == "weighed"
+    for wrong, word in (({"standard_uncertainty": -0.01}, "-0.01"), ({"distribution": "flat"}, "'flat'")):
+        with pytest.raises(InputError) as error:
+            sources_of({"mass_kg": stated | wrong})
+        assert_one_sentence(error.value, "mass_kg", word)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"leg_mas_kg": None}, ["uncertainty.dummy.leg_mas_kg", "leg_mass_kg", "log_delay_s"]),
+        ({"belt_force_kg": None}, ["uncertainty.dummy.belt_force_kg", "leg_mass_kg", "log_delay_s"]),
+        ({"leg_mass_kg": 0.01}, ["uncertainty.dummy.leg_mass_kg", "object or null"]),
+        (
+            {"leg_mass_kg": {"standard_uncertainty": -1.0, "distribution": "normal", "source": "x"}},
+            ["at least 0", "-1.0"],
+        ),
+        (
+            {"leg_mass_kg": {"standard_uncertainty": 1.0, "distribution": "flat", "source": "x"}},
+            ["'normal', 'rectangular', 'triangular'", "'flat'"],
+        ),
+        ({"leg_mass_kg": {"standard_uncertainty": 1.0, "distribution": "normal"}}, ["source"]),
+    ],
+)
+def test_a_wrong_source_stops_the_run_with_one_sentence(config, root, changes, words):
+    config["uncertainty"]["dummy"] |= changes
+    with pytest.raises(InputError) as error:
+        check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "my-study/config.yaml")
+    text = str(error.value)
+    assert text.startswith("my-study/config.yaml: ") and "\n" not in text
+    for word in words:
+        assert word in text
+
+
+def test_a_source_that_is_switched_off_is_accepted(config, root):
+    config["uncertainty"]["dummy"]["leg_mass_kg"] = None
+    check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "configuration")
+    assert "leg_mass_kg" not in sources_of(config["uncertainty"]["dummy"])
+
+
+def test_every_shipped_source_gives_a_reason_and_is_documented(config, root):
+    text = (root / "config/README.md").read_text(encoding="utf-8")
+    for experiment, section in config["uncertainty"].items():
+        for name, source in sources_of(section).items():
+            assert source.standard_uncertainty > 0.0 and source.reason
+            assert f"`{experiment}.{name}`" in text
