@@ -191,6 +191,7 @@ EXPERIMENTS = {
         on_plate=True,
         names=CHANNELS,
         tasks=("relax", "stiff"),
+        budgets=True,
         category="A person standing on the treadmill",
         figures=(
             "figure_4_13",

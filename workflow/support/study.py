@@ -312,6 +312,15 @@ class Study:
         """Names of the pools: tasks of the person, in the order of the trial sheet."""
         return list(self.pools())
 
+    def task_pairs(self) -> dict[str, tuple[str, str]]:
+        """Name, for example stiff-relax, -> pools of two tasks of one person on one belt, the later task first."""
+        found = {}
+        for less, more in permutations(self._pools(), 2):
+            order = [EXPERIMENTS["standing"].tasks.index(pool.task) for pool in (more, less)]
+            if (more.participant, more.belt) == (less.participant, less.belt) and order[0] > order[1]:
+                found[f"{more.name}-{less.task}"] = (more.name, less.name)
+        return found
+
     def task_of(self) -> dict[str, str]:
         """Condition -> name of its pool, in the order of the trial sheet."""
         found = {c: pool.name for pool in self._pools() for c in pool.conditions}

@@ -153,7 +153,7 @@ def cut_broadband(
     }
     slopes = cut(np.column_stack(list(moved.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
     apparent, shift = _apparent(trial, standing, epochs.onsets_s, options, lowpass, body.belt_dd)
-    masses = [getattr(model.model, "calibrated_kg", None) for model in models.values()]
+    masses = [getattr(model.model, "heaviest_kg", None) for model in models.values()]
     known = [mass for mass in masses if mass is not None]
     return BroadbandEpochs(
         time=time,

@@ -22,6 +22,7 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.time_alignment import advanced
 from tepsipe.treadmill.compensation import compensated_draws, compensated_loads
+from tepsipe.treadmill.loaded_frame import LoadedFrame
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel
 from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
@@ -218,7 +219,7 @@ def free_body(
 
 def _friction_per_kg(fitted: FittedModel, recording: BeltRecording) -> np.ndarray | float:
     """Friction of the belt per mass on it (N/kg), shape (n,); 0 for a model whose friction has no load."""
-    if not hasattr(fitted.model, "added"):
+    if not isinstance(fitted.model, LoadedFrame):
         return 0.0
     heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
     return fitted.model.added(heavier) - fitted.model.added(recording)

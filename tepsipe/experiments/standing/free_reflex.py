@@ -15,7 +15,7 @@ with what the responses show of it, too: the apparent centre of the joint after 
 over the shift that a metre of tissue motion causes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -332,3 +332,50 @@ def _vaf(curves: list[dict[str, np.ndarray]], before: np.ndarray) -> float:
     torque = np.concatenate([curve["torque"][before] for curve in curves])
     left = np.concatenate([curve["active"][before] for curve in curves])
     return 100.0 * (1.0 - float(left @ left) / float(torque @ torque))
+
+
+def difference_from_window(
+    trials: list[BroadbandEpochs],
+    fit: FreeReflexFit,
+    window_s: float,
+    options: FreeReflexOptions,
+    sources: list[Source],
+) -> Budget:
+    """Budget of the difference between B and K by least squares in a short window and those of a fit.
+
+    Parameters
+    ----------
+    trials : list of BroadbandEpochs
+        The trials of both.
+    fit : FreeReflexFit
+        The fit.
+    window_s : float
+        Length of the short window (s).
+    options : FreeReflexOptions
+        Choices (units in their names).
+    sources : list of Source
+        What is not known exactly (units in their names); of both estimates alike.
+
+    Returns
+    -------
+    Budget
+        Of B and K (N·m·s/rad, N·m/rad). Its Type A is the scatter of the difference between trials.
+    """
+    inside = _inside(trials[0].time, window_s)
+    plain = [
+        Record(mean[:, TORQUE], mean[:, [ANKLE_D, ANKLE]], np.eye(int(inside.sum())))
+        for mean in (trial.perturbed[:, inside].mean(axis=0) for trial in trials)
+    ]
+    short = generalised_least_squares(plain)
+    contributions = _of_signals(trials, short, plain, inside, sources)
+    # what only one of the two estimates has, or has of its own kind, is not common to both
+    kept = {name: own for name, own in fit.budget.contributions.items() if name not in (WINDOW, TREADMILL)}
+    difference = Budget(np.zeros(2), np.inf, contributions).minus(Budget(np.zeros(2), np.inf, kept))
+    if len(trials) >= FEWEST_TRIALS:
+        best, _ = _fitted(trials, fit.window_s, fit.reflex_onset_s, options)
+        around = short.without_each() - best.without_each()
+        around = around - around.mean(axis=0)
+        trials_less = len(trials) - 1.0
+        type_a = np.sqrt(trials_less / len(trials) * (around**2).sum(axis=0))
+        return Budget(type_a, trials_less, difference.contributions, difference.freedom)
+    return Budget(fit.budget.type_a, fit.budget.freedom_a, difference.contributions, difference.freedom)
