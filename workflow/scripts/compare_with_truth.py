@@ -14,14 +14,15 @@ at_work, motions, fits = {}, iter(snakemake.input.motions), iter(snakemake.input
 for condition in params.made.get("wristalyzer", ()):
     motion, fit = read_true_motion(next(motions)), read_result(next(fits))
     kept = [sample / fit.facts["rate_hz"] for sample in fit.facts["kept_samples"]]
-    at_work["wristalyzer", condition, "admittance"] = linear_truth(motion, [tuple(kept)])
+    at_work["wristalyzer", condition, "admittance"] = linear_truth(motion, [tuple(kept)], about_mean=True)
 for condition in params.made.get("dummy", ()):
     motion, fit = read_true_motion(next(motions)), read_result(next(fits))
     time, windows = fit.arrays["time"], fit.arrays["windows"]
     for pathway, length in params.windows_s.items():
         ends = time[windows[:, 1] - 1] if length is None else time[windows[:, 0]] + length
+        inertia = params.truth["dummy"]["subject"]["joint_inertia_kgm2"] if pathway in params.at_foot else 0.0
         at_work["dummy", condition, pathway] = linear_truth(
-            motion, list(zip(time[windows[:, 0]], ends, strict=True))
+            motion, list(zip(time[windows[:, 0]], ends, strict=True)), inertia_beyond=inertia
         )
 rows = compare_with_truth(
     read_estimates(snakemake.input.estimates), params.truth, params.made, params.tasks, at_work

@@ -422,6 +422,10 @@ class Study:
         legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].windowed}
         return legs | {name: p["window_s"] for name, p in foot.items()}
 
+    def foot_pathways(self) -> list[str]:
+        """Pathways of the dummy with the torque from the foot."""
+        return list(self.settings["dummy"]["foot"]["pathways"]) if self.has("foot") else []
+
     def printed(self) -> dict[str, dict]:
         """Settings that the report prints, by experiment and part."""
         named = {e: EXPERIMENTS[e].printed for e in self.experiments}
