@@ -8,7 +8,13 @@ from standing_choices import active_options, estimators_of, free_reflex_choices,
 
 from tepsipe.experiments.standing.broadband import broadband_of
 from tepsipe.experiments.standing.epochs import epochs_of
-from tepsipe.experiments.standing.free_results import budget_rows, fit_free, reflex_onset, with_budgets
+from tepsipe.experiments.standing.free_results import (
+    budget_rows,
+    centre_facts,
+    fit_free,
+    reflex_onset,
+    with_budgets,
+)
 from tepsipe.experiments.standing.latency import muscle_latency
 from tepsipe.experiments.standing.results import (
     fit_all,
@@ -65,6 +71,7 @@ facts = {
     "muscles": list(params.muscles),
     "trials": sum(responses.count > 0 for responses in trials),
     "responses": sum(responses.count for responses in trials),
+    **centre_facts(broadband),
     "critical_stiffness_Nm_per_rad": person.body.critical_stiffness,
 }
 windows = stiffness_by_window(
@@ -77,6 +84,7 @@ windows = stiffness_by_window(
 )
 result = standing_result(trials, fits, choices.pathway, latencies, facts, windows)
 write_result(snakemake.output.fit, with_budgets(result, fits))
-rows = fit_estimates(task, fits, person.body.critical_stiffness, latencies)
+stretch = choices.sources.get("latency_s")
+rows = fit_estimates(task, fits, person.body.critical_stiffness, latencies, stretch)
 write_budgets(snakemake.output.uncertainty, budget_rows(rows, fits))
 write_estimates(snakemake.output.estimates, recommended(rows, **params.recommended))

@@ -68,7 +68,7 @@ def budgets(study: Study) -> list[str]:
 
 
 def _of_tasks(study: Study) -> list[str]:
-    """Folder and name of what is estimated of several trials of a standing person: tasks, then differences."""
+    """Folder and name of what several trials of a standing person yield: tasks, then differences."""
     pairs = [f"standing_pairs/{pair}" for pair in study.task_pairs()]
     return [f"standing_tasks/{task}" for task in study.tasks()] + pairs
 

@@ -1,6 +1,7 @@
 """Look-ups of the rules on the trials and settings of a study, independent of Snakemake."""
 
 from dataclasses import dataclass
+from itertools import permutations
 from pathlib import Path
 
 from tepsipe.errors import InputError
@@ -313,7 +314,7 @@ class Study:
         return list(self.pools())
 
     def task_pairs(self) -> dict[str, tuple[str, str]]:
-        """Name, for example stiff-relax, -> pools of two tasks of one person on one belt, the later task first."""
+        """Name, for example stiff-relax, -> pools of two tasks of one person, the later first."""
         found = {}
         for less, more in permutations(self._pools(), 2):
             order = [EXPERIMENTS["standing"].tasks.index(pool.task) for pool in (more, less)]
@@ -413,7 +414,7 @@ class Study:
     def active_estimators(self) -> list[str]:
         """Estimators of the standing person that separate the muscle torque."""
         choices = self.settings["standing"]["estimators"]
-        return [name for name, choice in choices.items() if choice["active"] != "none"]
+        return [name for name, choice in choices.items() if choice["active"] not in ("none", "free")]
 
     def dummy_windows(self) -> dict[str, float | None]:
         """Pathway of the dummy that fits windows -> their length (s), None if as long as the perturbation."""

@@ -1,4 +1,4 @@
-"""Epochs for the estimator with a free reflex torque: signals up to 60 Hz, and how they change with each source.
+"""Epochs for the estimator with a free reflex torque, and how they change with each source of uncertainty.
 
 The mean responses change in proportion to what is not known exactly, so one slope per source and trial is
 kept, and the trials of a task can be fitted again for any deviation without their recordings.
@@ -30,7 +30,7 @@ AFTER_S = 0.2
 PULSE_S = (-0.02, 0.1)
 # step of the sources for their slopes (their units)
 STEP = 1e-3
-# largest share of the foot's rotation in that of the ankle, and largest standard error (m), of a usable centre
+# of a usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
 FOOT_SHARE, CENTRE_ERROR_M = 0.2, 0.002
 # largest distance of a usable centre from the palpated one (m)
 FAR_M = 0.03
@@ -67,8 +67,8 @@ class BroadbandEpochs:
     apparent : JointCentre or None
         Apparent centre from the responses (m).
     skin_m : float
-        Motion of the soft tissue at a pulse of 0.5 m/s by which it differs from that of quiet sway (m); 0 where
-        either is not known.
+        Motion of the soft tissue over the bone at a pulse of 0.5 m/s, which quiet sway has not (m); 0 where
+        it is not known.
     """
 
     time: np.ndarray
@@ -202,7 +202,7 @@ def _apparent(
     lowpass: Lowpass,
     belt_dd: np.ndarray,
 ) -> tuple[JointCentre, np.ndarray] | tuple[None, None]:
-    """Apparent centre of the joint while the belt moves, and its shift per metre of soft tissue motion (-)."""
+    """Apparent centre of the joint while the belt moves, and its shift per metre of tissue motion (-)."""
     if onsets_s.size < 2:
         return None, None
     labels = trial.axes["marker"].tolist()

@@ -1,10 +1,10 @@
 """The feet as a free body up to 60 Hz, and how its torque follows from what is not known exactly.
 
-The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and friction of
-the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of the torque
-are computed in another way than at 20 Hz, because noise grows with frequency: the acceleration of the feet is
-that of the belt by its encoder, and the friction of the belt follows the vertical force at each instant
-instead of the weight.
+The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
+friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of
+the torque are computed in another way than at 20 Hz: the acceleration of the feet is that of the belt by its
+encoder, because noise grows with frequency, and the friction of the belt follows the vertical force at each
+instant instead of the weight.
 """
 
 from collections.abc import Mapping
@@ -92,8 +92,8 @@ class FreeBody:
         ----------
         deviations : mapping of str to float, optional
             Source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint in the
-            shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m), of the height of
-            the plate's axes (m); relative for masses, scales and rotation; part of the vertical force in the
+            shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m), of the height
+            of the plate's axes (m); relative for mass, scales and rotation; part of the vertical force in the
             fore-aft one (-).
         """
         off = dict.fromkeys(SOURCES, 0.0) | dict(deviations or {})
@@ -226,7 +226,7 @@ def _friction_per_kg(fitted: FittedModel, recording: BeltRecording) -> np.ndarra
 
 
 def tissue_motion(belt_dd: np.ndarray, peak_m_per_s: float, rate_hz: float) -> np.ndarray:
-    """Motion of soft tissue over the bone, a mass on a spring, shape (n,), 1 at a pulse of `TISSUE_SPEED` (-).
+    """Motion of soft tissue, a mass on a spring over the bone, shape (n,), 1 at `TISSUE_SPEED` (-).
 
     Parameters
     ----------

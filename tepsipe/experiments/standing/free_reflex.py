@@ -10,9 +10,9 @@ reflex: K and B depend little on it.
 
 Type A is the scatter between trials, by the jackknife; of a single trial, between responses, by the
 bootstrap. Type B are the sources of `tepsipe.experiments.standing.free_body`, draws of the treadmill model's
-constants, the choice of window and t_r, and the part of d that all trials of a person share. Soft tissue counts
-with what the responses show of it, too: the apparent centre of the joint after a pulse, less that of quiet sway,
-over the shift that a metre of tissue motion causes.
+constants, the choice of window and t_r, and the part of d that all trials of a person share. Soft tissue
+counts with what the responses show of it, too: the apparent centre of the joint after a pulse, less that of
+quiet sway, over the shift that a metre of tissue motion causes.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Fits with a free reflex torque among the other fits of a standing person, their budgets, and differences."""
+"""Fits with a free reflex torque among the other fits of a person, their budgets, and differences."""
 
 import math
 from dataclasses import dataclass
@@ -180,6 +180,16 @@ def reflex_onset(
     ]
     known = [onset for onset in onsets if onset is not None]
     return min(known) + options.electromechanical_delay_s if known else None
+
+
+def centre_facts(trials: list[BroadbandEpochs]) -> dict:
+    """Facts on the joint's centre for the report: mean offset (m), whether it was used, soft tissue (m)."""
+    found = [trial.centre.offset_m for trial in trials if trial.centre is not None]
+    return {
+        "joint_centre_m": np.mean(found, axis=0).tolist() if found else None,
+        "centre_used": bool(trials) and all(trial.centre_used for trial in trials),
+        "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
+    }
 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:

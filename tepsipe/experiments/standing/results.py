@@ -21,6 +21,7 @@ from tepsipe.experiments.standing.latency import MuscleLatency, latency_estimate
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.signals.epochs import ensemble
+from tepsipe.statistics.uncertainty import Source
 
 # mean responses that are stored to show the coordination of the joints
 SHOWN = {"ankle": "rad", "knee": "rad", "shank": "rad", "thigh": "rad", "belt_velocity": "m/s"}
@@ -98,14 +99,37 @@ def fit_all(
 
 
 def fit_estimates(
-    name: str, fits: Fits, critical_stiffness: float, latencies: list[MuscleLatency]
+    name: str,
+    fits: Fits,
+    critical_stiffness: float,
+    latencies: list[MuscleLatency],
+    stretch: Source | None = None,
 ) -> list[Estimate]:
-    """Tidy rows of a trial or task (units in them); ``critical_stiffness`` is m g h (N·m/rad)."""
+    """Tidy rows of a trial or task (units in them).
+
+    Parameters
+    ----------
+    name : str
+        Trial or task.
+    fits : dict of (str, str) to StandingFit
+        (pathway, estimator) -> fit.
+    critical_stiffness : float
+        m g h (N·m/rad).
+    latencies : list of MuscleLatency
+        Of the muscles with a response (s).
+    stretch : Source, optional
+        Type B of the latencies (s).
+
+    Returns
+    -------
+    list of Estimate
+        Rows.
+    """
     rows = []
     for (pathway, estimator), fit in fits.items():
         rows += standing_estimates(name, pathway, estimator, fit, critical_stiffness)
     for latency in latencies:
-        rows += latency_estimates(name, latency)
+        rows += latency_estimates(name, latency, stretch)
     return rows
 
 
