@@ -108,8 +108,9 @@ def test_outputs_of_the_shipped_study(shipped):
     tables = [name.removesuffix(".csv").rpartition("/")[2] for name in everything if name.endswith(".csv")]
     assert set(outputs.tables(shipped)) == set(tables)
     assert len(outputs.fits(shipped)) == len(outputs.trials(shipped)) == 53
-    # every trial, the foot's side, two tasks, the manipulator's trials together, two cross-validations
-    assert len(outputs.estimates(shipped)) == 53 + 12 + 2 + 1 + 2
+    # every trial, the foot's side, two tasks and their difference, the manipulator's trials together, two
+    # cross-validations
+    assert len(outputs.estimates(shipped)) == 53 + 12 + 3 + 1 + 2
     assert outputs.thesis_tables(shipped) == [f"<results>/tables/table_4_{n}.csv" for n in (1, 2, 3)]
     assert outputs.model_scores(shipped) == ["<results>/treadmill_models/plate.csv"]
     assert outputs.model_files(shipped, "belt") == []

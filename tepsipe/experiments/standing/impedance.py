@@ -33,9 +33,9 @@ from tepsipe.identification.cascade_pathways import delayed
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.statistics.uncertainty import Budget
 
-ACTIVE = ("none", "velocity", "emg")
-# model of the active torque that another module fits
+# the last is fitted by `tepsipe.experiments.standing.free_reflex`
 FREE = "free"
+ACTIVE = ("none", "velocity", "emg", FREE)
 # time by which a zero-lag low-pass of about 20 Hz advances the start of a response (s)
 FILTER_WIDTH_S = 0.03
 
@@ -271,9 +271,9 @@ def fit_standing(
     InputError
         If the model is unknown, or the window is longer than the responses.
     """
-    if estimator.active not in ACTIVE:
+    if estimator.active not in ACTIVE[:-1]:
         raise InputError(
-            f"expected an active torque of {', '.join(ACTIVE)}, found {estimator.active!r}: "
+            f"expected an active torque of {', '.join(ACTIVE[:-1])}, found {estimator.active!r}: "
             "correct active in standing.estimators"
         )
     time = trials[0].time

@@ -10,6 +10,7 @@ import numpy as np
 
 from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_result
 from tepsipe.experiments.standing.impedance import (
+    FREE,
     ActiveOptions,
     StandingEstimator,
     StandingFit,
@@ -53,7 +54,7 @@ def fit_all(
     draws: int,
     seed: int,
 ) -> tuple[Fits, list[str]]:
-    """Fit every estimator to every pathway.
+    """Fit every estimator to every pathway, but those with a free reflex torque.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def fit_all(
     if not usable:
         return fits, [f"{name}: expected a trial with usable responses, found none: repeat the trials"]
     for key, estimator in estimators.items():
-        for pathway in pathways:
+        for pathway in pathways if estimator.active != FREE else ():
             rng = generator(seed, name, pathway, key)
             found = fit_standing(usable, pathway, estimator, options, draws, rng)
             if isinstance(found, StandingFit):
