@@ -18,7 +18,7 @@ class TrueMotion:
     time : ndarray, shape (n,)
         Instants from the trigger on (s).
     angle, rate, acceleration : ndarray, shape (n,)
-        Of the joint (rad, rad/s, rad/s²).
+        Of the joint (rad, rad/s), and of the segment whose inertia counts as the joint's (rad/s²).
     torque : ndarray, shape (n,)
         What resists the motion, the joint's own inertia included (N·m).
     """
@@ -28,6 +28,25 @@ class TrueMotion:
     rate: np.ndarray
     acceleration: np.ndarray
     torque: np.ndarray
+
+
+@dataclass(frozen=True)
+class StandingMotion(TrueMotion):
+    """Exact motion of a standing person's ankles: mean angle and intrinsic torque of both.
+
+    Attributes
+    ----------
+    active : ndarray, shape (n,)
+        Delayed torque of the muscles of both ankles (N·m).
+    marked_angle : ndarray, shape (n,)
+        Angle of the ankle that has the markers, from quiet standing (rad).
+    marked_torque : ndarray, shape (n,)
+        Its part of the intrinsic torque (N·m).
+    """
+
+    active: np.ndarray
+    marked_angle: np.ndarray
+    marked_torque: np.ndarray
 
 
 def write_true_motion(path: str | Path, motion: TrueMotion) -> None:

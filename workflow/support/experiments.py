@@ -132,6 +132,7 @@ EXPERIMENTS = {
         on_plate=True,
         names=CHANNELS,
         cross_validated=True,
+        budgets=True,
         thesis_tables={"table_4_2": "sine-", "table_4_3": "minjerk-"},
         category="TEP-SIPE on the ankle dummy",
         figures=(
@@ -287,6 +288,8 @@ PARTS = {
     ),
     # all trials of the manipulator together, if they hold enough periods of the perturbation
     "wristalyzer_pooled": Part(("wristalyzer",), "Wristalyzer", ("figure_wristalyzer_amplitudes",)),
+    # any experiment whose trials have uncertainty budgets
+    "budgets": Part((), "Uncertainty", ("figure_budget_dummy", "figure_budget_foot", "figure_budget_weight")),
     # any experiment whose trials name participants
     "participants": Part((), "Participants", ("figure_participants",)),
     "noise": Part(

@@ -8,6 +8,7 @@ import pandas as pd
 from tepsipe.io.estimates import FLAGS
 from tepsipe.io.result import Result
 from tepsipe.reporting.numbers.format import by_uncertainty, number, percent, span
+from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.signals.onsets import DETECTORS
 
 
@@ -301,6 +302,9 @@ def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) 
         return f"{count} of {len(found)}"
 
     active = [n for n, choice in choices["estimators"].items() if choice["active"] not in ("none", "free")]
+    recommended = truth[
+        truth.quantity.isin(["K", "B"]) & (truth.pathway == pathway) & (truth.estimator == estimator)
+    ]
     latencies = truth[
         truth.quantity.str.startswith("latency_") & (truth.estimator == choices["latency"]["detector"])
     ]
@@ -310,8 +314,9 @@ def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) 
         "truth": {
             task: {q: number(float(g.truth.iloc[0])) for q, g in of_task.groupby("quantity")}
             for task in task_fits
-            if len(of_task := truth[(truth.condition == task) & truth.quantity.isin(["K", "B"])])
+            if len(of_task := recommended[recommended.condition == task])
         },
+        "at_work": bool((recommended.truth_of == AT_WORK).all()),
         "stiffness": errors(rows("K", estimator, pooled)),
         "damping": errors(rows("B", estimator, pooled)),
         "covered": covered(rows("K", estimator, pooled)),
