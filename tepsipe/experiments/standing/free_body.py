@@ -44,7 +44,7 @@ SOURCES = (
     "marked_rotation",
     "force_scale",
     "moment_scale",
-    "plate_height_m",
+    "origin_height_m",
     "vertical_leak",
 )
 
@@ -101,7 +101,7 @@ class FreeBody:
         f_y, f_z, m_x = (
             getattr(self.load, key) + late * getattr(self.load_d, key) for key in ("f_y", "f_z", "m_x")
         )
-        m_x = (1.0 + off["moment_scale"]) * m_x + off["plate_height_m"] * f_y
+        m_x = (1.0 + off["moment_scale"]) * m_x + off["origin_height_m"] * f_y
         f_y = (1.0 + off["force_scale"]) * f_y + off["vertical_leak"] * f_z
         plate = PlateLoad(f_y, (1.0 + off["force_scale"]) * f_z, m_x)
         shank = self.shank + off["skin_m"] * self.tissue[:, 0]
