@@ -15,6 +15,8 @@ def labels(study: Study) -> dict[str, dict[str, dict[str, str]]]:
             cells.setdefault(experiment, {})[condition] = cell or ""
         for pool in study.pools().values():
             cells["standing"][pool.name] = getattr(pool, column) or ""
+        for pair, (more, _) in study.task_pairs().items():
+            cells["standing"][pair] = getattr(study.pools()[more], column) or ""
         if study.has("wristalyzer_pooled"):
             cells["wristalyzer"]["pooled"] = ""
         found[column] = cells
