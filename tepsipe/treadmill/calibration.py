@@ -162,6 +162,8 @@ def _score(cells: dict[str, str]) -> ModelScore:
 
 ALL_EMPTY = "empty, all"
 BOTH = "empty+weight"
+# models that need more than one mass on the belt
+OF_BOTH = ("loaded-frame", "bristle-frame")
 
 
 def plate_groups(
@@ -196,14 +198,14 @@ def plate_groups(
 def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
     """Plan of the models to fit to the empty belt, to the weight, or to both, and of their tests.
 
-    The mean of the empty belt is subtracted from the trials of the weight only, and the loaded frame needs
+    The mean of the empty belt is subtracted from the trials of the weight only, and the frames need
     both experiments. Every other model is fitted to each experiment and evaluated on each (names, no unit).
     """
     plan = []
     for model in family:
         if model == "mean-subtraction":
             plan.append(Calibration(model, ALL_EMPTY, tuple(t for t in tests if t == "weight")))
-        elif model == "loaded-frame":
+        elif model in OF_BOTH:
             plan.append(Calibration(model, BOTH, tuple(tests)))
         else:
             plan += [Calibration(model, train, tuple(tests)) for train in ("empty", "weight")]

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel
 
@@ -48,7 +49,19 @@ def compensated_loads(
                 f"{recordings[component].name}: expected a treadmill model of {component}, found models of "
                 f"{listed(models)}: calibrate it"
             )
-    return {component: models[component].compensate(r) for component, r in recordings.items()}
+    found, friction = {}, None
+    if _one_model(models):
+        friction = models["Fy"].model.friction(recordings["Fy"])
+    for component in sorted(recordings):  # the force first: its cross-talk is part of the moment
+        force = found["Fy"] + recordings["Fy"].carried if "Fy" in found else None
+        found[component] = models[component].compensate(recordings[component], force, friction)
+    return found
+
+
+def _one_model(models: dict[str, FittedModel]) -> bool:
+    """Whether force and moment have the same constants, and so the same friction."""
+    kinds = [m.model for m in models.values() if isinstance(m.model, BristleFrame)]
+    return len(kinds) == 2 and np.array_equal(kinds[0].constants, kinds[1].constants)
 
 
 def compensated_draws(

@@ -15,6 +15,7 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
 from tepsipe.signals.time_alignment import advanced, marker_delay
+from tepsipe.treadmill.compensation import compensated_loads
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, measured_load, recordings_of_loads, zero_line
 
@@ -129,13 +130,12 @@ def analyse_foot(
         np.ones(time.size, dtype=bool),
         tuple(p.start for p in perturbations),
     )
-    compensated = {
-        f"{component}/{model or MEASURED}": recording.load
-        if model is None
-        else pick(models[component], model).compensate(recording)
-        for model in dict.fromkeys([None, *(pathway.treadmill_model for pathway in pathways.values())])
-        for component, recording in recordings.items()
-    }
+    compensated = {}
+    for model in dict.fromkeys([None, *(pathway.treadmill_model for pathway in pathways.values())]):
+        loads = {component: recording.load for component, recording in recordings.items()}
+        if model is not None:
+            loads = compensated_loads({c: pick(models[c], model) for c in recordings}, recordings)
+        compensated |= {f"{component}/{model or MEASURED}": load for component, load in loads.items()}
     regressions = {}
     for key, pathway in pathways.items():
         used = pathway.treadmill_model or MEASURED
