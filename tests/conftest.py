@@ -84,8 +84,24 @@ def dummy_files(short_truth, tmp_path_factory):
         "calibration": folder / "calibration.csv",
         "markers": folder / "markers.c3d",
     }
-    make_dummy_trial(short_truth, "sine-0.5", "sine", 0.5, 2.0, DUMMY_DURATION_S, **files)
+    motion = folder / "motion.h5"
+    make_dummy_trial(short_truth, "sine-0.5", "sine", 0.5, 2.0, DUMMY_DURATION_S, **files, motion_file=motion)
     return files
+
+
+@pytest.fixture(scope="session")
+def true_joint(dummy_files, shipped_config):
+    """I, B, K of the linear joint that is nearest to the true one in the perturbations of `dummy_files`."""
+    from tepsipe import find_perturbations
+    from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
+    from tepsipe.reporting.true_motion import linear_truth, read_true_motion
+
+    dummy, rate = shipped_config["dummy"], shipped_config["plate_treadmill"]["resample_rate_hz"]
+    options = TreadmillOptions(**dummy["ingest"], resample_rate_hz=rate)
+    trial = ingest_treadmill_files(dummy_files, dummy["files"]["marker_labels"], options, DUMMY_DURATION_S)
+    found = find_perturbations(trial.time, trial.signals["belt_velocity"])
+    windows = [(trial.time[p.start], trial.time[p.stop - 1]) for p in found]
+    return linear_truth(read_true_motion(dummy_files["log"].with_name("motion.h5")), windows)
 
 
 @pytest.fixture(scope="session")

@@ -145,7 +145,7 @@ def standing_results(trial, left_out):
 def estimates_of(experiment="dummy", condition="sine-0.3", flags=""):
     names = (experiment, condition, "leg", "windowed-least-squares")
     return [
-        Estimate(*names, "K", "Nm/rad", 10.1272, 0.12, 9.8917, 10.3791, None, 14, flags),
+        Estimate(*names, "K", "Nm/rad", 10.1272, 0.12, 9.8917, 10.3791, None, 14, flags=flags),
         Estimate(*names, "I", "Nms2/rad", 0.000123, 1e-4, -1e-9, 0.000301, None, 14),
         Estimate(*names, "VAF_trial", "%", 41.5),
     ]

@@ -14,6 +14,8 @@ from pathlib import Path
 
 import yaml
 
+from tepsipe.io.result import read_result
+from tepsipe.reporting.true_motion import linear_truth, read_true_motion
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS
 
 ROOT = Path(__file__).parents[1]
@@ -93,9 +95,18 @@ def value(rows, **wanted):
     return float(row["value"])
 
 
+def joint_in_windows(results, condition):
+    """I, B, K of the linear joint nearest to the true one in the windows of a dummy's fit."""
+    fit = read_result(results / f"fits/dummy/{condition}.h5")
+    time, windows = fit.arrays["time"], fit.arrays["windows"]
+    motion = read_true_motion(results / f"truth/dummy/{condition}.h5")
+    return linear_truth(motion, [(time[start], time[stop - 1]) for start, stop in windows])
+
+
 def digests(folder):
     """Path below the results -> SHA-256, of everything that must be the same again."""
     folders = ("tables", "figures", "estimates", "trials", "raw", "report/trials")
+    folders += ("cross_validation", "forward", "noise")
     files = [path for name in folders for path in sorted((folder / name).rglob("*")) if path.is_file()]
     files += [path for path in (folder / "report/thesis.pdf",) if path.is_file()]
     return {

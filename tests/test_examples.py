@@ -45,15 +45,18 @@ def test_human_joint(root, tmp_path):
     assert gain == pytest.approx(5.0, rel=0.1)
 
 
-def test_study_trial(root, tmp_path, dummy_files, shipped_config):
+def test_study_trial(root, tmp_path, dummy_files, shipped_config, true_joint, short_truth):
     options = TreadmillOptions(**shipped_config["dummy"]["ingest"], resample_rate_hz=250.0)
     labels = shipped_config["dummy"]["files"]["marker_labels"]
     trial = ingest_treadmill_files(dummy_files, labels, options, 12.0)
     write_trial(tmp_path / "trial.h5", trial, "dummy", "sine-0.5", dummy_files, vars(options))
     thesis, consistent, output_error = stiffness(run(root, tmp_path, "study_trial", tmp_path / "trial.h5"))
-    assert thesis[0] == pytest.approx(10.0 - 2.0 * 0.4 * 9.81 * 0.4485, rel=0.1)
-    assert consistent[0] == pytest.approx(10.0, rel=0.05)
-    assert output_error[0] == pytest.approx(10.0, rel=0.03)
+    # windows hold the stiffness of the working amplitude, output error that of small bending
+    assert thesis[0] == pytest.approx(true_joint["K"] - 2.0 * 0.4 * 9.81 * 0.4485, rel=0.02)
+    assert consistent[0] == pytest.approx(true_joint["K"], rel=0.02)
+    small = short_truth["dummy"]["rubber"]["stiffness_Nm_per_rad"]
+    assert output_error[0] == pytest.approx(small, rel=0.03)
+    assert thesis[0] < consistent[0] < 0.95 * small
 
 
 def test_calibrate_treadmill(root, tmp_path):

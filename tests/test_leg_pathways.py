@@ -8,10 +8,8 @@ from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing
 from scipy.interpolate import CubicSpline
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.leg_pathways import (
-    DummyOptions,
-    Pathway,
-    analyse_dummy,
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
+from tepsipe.experiments.dummy.results import (
     bootstrap_pathways,
     cross_validate_dummy,
     cross_validation_estimates,
@@ -143,10 +141,7 @@ def test_interval_of_a_pathway_does_not_depend_on_which_others_there_are(noisy):
 
 def test_cross_validation_predicts_the_torque_with_the_other_trials_parameters(exact):
     other = analyse_dummy(trial_of_swing(Joint(damping=0.2, stiffness=14.0)), OPTIONS, PATHWAYS)
-    results = {
-        name: dummy_result(analysis, bootstrap_pathways(analysis, 100, 1))
-        for name, analysis in (("soft", exact), ("stiff", other))
-    }
+    results = {name: dummy_result(analysis) for name, analysis in (("soft", exact), ("stiff", other))}
     matrix = cross_validate_dummy(results, "leg")
     own = [analysis.regressions["leg"].vaf_trial for analysis in (exact, other)]
     assert np.diag(matrix) == pytest.approx(own)
@@ -182,7 +177,7 @@ def test_output_error_stands_beside_the_regressions_and_changes_none_of_them(noi
     assert rows["K"].sem_as_printed is None
     assert rows["K"].standard_error < 0.1
     assert rows["VAF_theta_trial"].value > 98.0
-    result = dummy_result(found, intervals)
+    result = dummy_result(found)
     assert result.arrays["simulated/simulated_angle"].shape == found.time.shape
     assert set(result.facts["output_error_delay_s"]) == {"simulated"}
 
@@ -208,5 +203,5 @@ def test_fit_does_not_need_the_command():
     without = replace(trial, signals={k: s for k, s in trial.signals.items() if k != "belt_command"})
     found = analyse_dummy(without, OPTIONS, {"leg": PATHWAYS["leg"]})
     assert found.regressions["leg"].mean[2] == pytest.approx(10.0, rel=0.01)
-    result = dummy_result(found, bootstrap_pathways(found, 100, 1))
+    result = dummy_result(found)
     assert "belt_command" not in result.arrays

@@ -36,6 +36,22 @@ AFTER_DUMMY_TRIALS = {
 }
 
 
+# and from the manipulator's trials
+AFTER_WRISTALYZER_TRIALS = {
+    "fit_wristalyzer": 2,
+    "cross_validate_wristalyzer": 1,
+    "plot_wristalyzer": 1,
+    "write_wristalyzer_pages": 1,
+    "simulate_dummy": 2,
+    "collect_forward": 1,
+    "plot_simulation": 1,
+    "lay_out_table": 1,
+    **CELLS,
+    **ESTIMATES,
+    **REPORTS,
+}
+
+
 def planned_after_an_edit(project, name, old=None, new=None):
     """Jobs that a dry run lists after a value is replaced, or a comment added."""
     file = project / name
@@ -59,11 +75,20 @@ def test_a_second_run_does_nothing(own_study):
     assert "Nothing to be done" in run.stdout + run.stderr
 
 
-def test_an_edit_of_the_dummys_rubber_makes_the_dummys_trials_again_and_no_others(own_study):
+def test_an_edit_of_the_rubber_makes_the_trials_of_both_rigs_again_and_no_others(own_study):
     planned = planned_after_an_edit(
-        own_study, "config/virtual_lab.yaml", "softening: 0.03", "softening: 0.04"
+        own_study, "config/virtual_lab.yaml", "    softening: 0.5\n", "    softening: 0.4\n"
     )
-    assert planned == {"make_dummy_trial": 2, "ingest_plate_treadmill": 2, **AFTER_DUMMY_TRIALS, **RECORD}
+    assert planned == {
+        "make_wristalyzer_trial": 2,
+        "ingest_wristalyzer": 2,
+        "make_dummy_trial": 2,
+        "ingest_plate_treadmill": 2,
+        **AFTER_DUMMY_TRIALS,
+        **AFTER_WRISTALYZER_TRIALS,
+        "lay_out_table": 3,
+        **RECORD,
+    }
 
 
 def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(own_study):
@@ -94,8 +119,8 @@ def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(own_
 
 
 def test_an_edit_of_one_task_makes_the_trials_of_this_task_again(own_study):
-    stiff = "stiffness_Nm_per_rad: [600.0, 1400.0, 900.0]"
-    planned = planned_after_an_edit(own_study, "config/virtual_lab.yaml", stiff, stiff.replace("600", "610"))
+    stiff = "stiffness_Nm_per_rad: [510.0, 1400.0, 900.0]"
+    planned = planned_after_an_edit(own_study, "config/virtual_lab.yaml", stiff, stiff.replace("510", "520"))
     assert planned == {
         "make_standing_trial": 1,
         "ingest_standing": 1,
@@ -162,19 +187,7 @@ def test_a_changed_setting_reruns_what_depends_on_it_and_nothing_else(own_study,
 
 def test_an_edit_of_a_module_reruns_what_uses_it_and_nothing_else(own_study):
     planned = planned_after_an_edit(own_study, "tepsipe/identification/admittance_fit.py")
-    assert planned == {
-        "fit_wristalyzer": 2,
-        "cross_validate_wristalyzer": 1,
-        "plot_wristalyzer": 1,
-        "write_wristalyzer_pages": 1,
-        "simulate_dummy": 2,
-        "collect_forward": 1,
-        "plot_simulation": 1,
-        "lay_out_table": 1,
-        **CELLS,
-        **ESTIMATES,
-        **REPORTS,
-    }
+    assert planned == AFTER_WRISTALYZER_TRIALS
 
 
 def test_an_edit_of_the_simulation_reruns_simulations_and_no_fit(own_study):

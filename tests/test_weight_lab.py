@@ -134,7 +134,9 @@ def artefact(truth, motion, **changes):
     """Fy (N) and Mx (Nm) that the belt adds, with a lag that does not change."""
     plate = plate_of(truth, **changes)
     lag = np.full(motion.time.size, plate.belt_lag_s)
-    wrench = belt_wrench(plate, motion.reaction[:, FZ], motion.belt_velocity, motion.belt_acceleration, lag)
+    wrench = belt_wrench(
+        plate, motion.reaction[:, FZ], motion.belt_velocity, motion.belt_acceleration, lag, RATE_HZ
+    )
     assert np.abs(np.delete(wrench, [FY, MX], axis=1)).max() == 0.0
     return wrench[:, FY], wrench[:, MX]
 
@@ -156,7 +158,7 @@ def test_friction_is_full_beyond_its_speed_and_grows_with_the_load(shipped_truth
     plate = plate_of(shipped_truth, friction_Ns_per_m=0.0, friction_N=15.0, friction_coefficient=0.08)
     velocity, still = np.array([1e-6, 10.0]), np.zeros(2)
     for load, full in ((0.0, 15.0), (200.0, 15.0 + 16.0)):
-        force = belt_wrench(plate, np.full(2, load), velocity, still, still)[:, FY]
+        force = belt_wrench(plate, np.full(2, load), velocity, still, still, RATE_HZ)[:, FY]
         assert force[1] == pytest.approx(full)
         assert force[0] == pytest.approx(full * 1e-6 / plate.friction_speed_m_per_s)
 

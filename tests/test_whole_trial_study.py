@@ -211,7 +211,9 @@ def test_a_study_of_c3d_files_gives_the_estimates_of_the_same_trials(own_study):
     several, one = (read(own_study / results / wanted[0]) for results in ("results", "results/c3d"))
     assert several.keys() == one.keys()
     for key in [key for key in several if key[-1] in ("B", "K")]:
-        assert one[key] == pytest.approx(several[key], rel=0.01), key
+        # other instants of the frames change B by K times a delay, here of 0.1 ms
+        late = 1e-4 * several[(*key[:-1], "K")] if key[-1] == "B" else 0.0
+        assert one[key] == pytest.approx(several[key], rel=0.01, abs=late), key
     with h5py.File(own_study / "results/c3d/trials/standing/a.h5") as trial:
         assert trial["emg"].shape[1] == 5
         assert "person.c3d" in trial.attrs["sources"]

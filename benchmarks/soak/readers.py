@@ -257,7 +257,8 @@ def text_table(folder: Path) -> list[Path]:
     """A log of the manipulator, also compressed."""
     path = folder / "log.txt"
     time = 812.5 + np.arange(60) / 163.0
-    write_dflow_log(path, ManipulatorRecording(time, rng().standard_normal(60), 812.6, np.zeros(9), 2048.0))
+    angle = rng().standard_normal(60)
+    write_dflow_log(path, ManipulatorRecording(time, angle, 812.6, np.zeros(9), 2048.0, motion=None))
     return [path, zipped(path)]
 
 

@@ -190,39 +190,20 @@ def _of_mat(path: Path) -> Contents:
 
 
 def _of_hdf5(path: Path) -> Contents:
-    from tepsipe.io.readers.guarded import guarded
+    from tepsipe.io.stored import read_stored
+    from tepsipe.io.trial import Trial
 
-    try:
-        is_trial = guarded(_is_trial, path, what=path)
-    except InputError:
-        raise
-    except Exception as error:  # h5py raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected an HDF5 file, found one that cannot be read: make it again"
-        ) from error
-    if is_trial:
-        from tepsipe.io.trial import read_trial
-
-        trial = read_trial(path)
-        facts = {key: str(trial.attributes[key]) for key in ("experiment", "condition")}
-        facts["duration"] = f"{trial.time[-1] - trial.time[0]:.6g} s"
+    stored = read_stored(path)
+    if isinstance(stored, Trial):
+        facts = {key: str(stored.attributes[key]) for key in ("experiment", "condition")}
+        facts["duration"] = f"{stored.time[-1] - stored.time[0]:.6g} s"
         channels = [
-            Channel.of(name, s.unit, trial.rate_hz if s.axes[0] == "time" else None, s.values)
-            for name, s in trial.signals.items()
+            Channel.of(name, s.unit, stored.rate_hz if s.axes[0] == "time" else None, s.values)
+            for name, s in stored.signals.items()
         ]
         return Contents("trial of the study", facts, channels)
-    from tepsipe.io.result import read_result
-
-    result = read_result(path)
-    channels = [Channel.of(name, result.units[name], None, x) for name, x in result.arrays.items()]
-    return Contents("result of the study", {"facts": ", ".join(result.facts)}, channels)
-
-
-def _is_trial(path: Path) -> bool:
-    import h5py
-
-    with h5py.File(path, "r") as file:
-        return "experiment" in file.attrs
+    channels = [Channel.of(name, stored.units[name], None, x) for name, x in stored.arrays.items()]
+    return Contents("result of the study", {"facts": ", ".join(stored.facts)}, channels)
 
 
 def _of_models(path: Path) -> Contents:

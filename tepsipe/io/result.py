@@ -7,8 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tepsipe.errors import InputError, quoted
-from tepsipe.io.readers.guarded import guarded
+from tepsipe.io.hdf5_file import read_hdf5
 
 
 @dataclass(frozen=True)
@@ -50,15 +49,7 @@ def read_result(path: str | Path) -> Result:
     InputError
         If the file is not such a file.
     """
-    try:
-        return guarded(_read, path, what=path)
-    except InputError:
-        raise
-    except Exception as error:  # h5py raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a result's HDF5 file, found one that cannot be read ({quoted(error)}): make "
-            "it again"
-        ) from error
+    return read_hdf5(_read, path, "a result's HDF5 file")
 
 
 def _read(path: str | Path) -> Result:

@@ -5,7 +5,7 @@ from pathlib import Path
 import h5py
 
 from tepsipe.errors import InputError
-from tepsipe.io.readers.guarded import guarded
+from tepsipe.io.hdf5_file import read_hdf5
 from tepsipe.io.result import Result, read_result
 from tepsipe.io.trial import Trial, read_trial
 
@@ -21,15 +21,13 @@ def read_stored(path: str | Path) -> Trial | Result:
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: expected a file of the study, found none: correct its path")
-    try:
-        is_trial = guarded(_is_trial, path, what=path)
-    except InputError:
-        raise
-    except Exception as error:  # h5py raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected an HDF5 file of the study (trials/ or fits/), found another kind or a damaged "
-            "one: correct its path or make it again"
-        ) from error
+    is_trial = read_hdf5(
+        _is_trial,
+        path,
+        expected="an HDF5 file of the study (trials/ or fits/)",
+        found="another kind or a damaged one",
+        advice="correct its path or make it again",
+    )
     return read_trial(path) if is_trial else read_result(path)
 
 

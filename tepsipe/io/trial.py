@@ -13,8 +13,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tepsipe.errors import InputError, quoted
-from tepsipe.io.readers.guarded import guarded
+from tepsipe.errors import InputError
+from tepsipe.io.hdf5_file import read_hdf5
 
 
 @dataclass(frozen=True)
@@ -171,15 +171,7 @@ def read_trial(path: str | Path) -> Trial:
     InputError
         If the file is not such a file.
     """
-    try:
-        return guarded(_read, path, what=path)
-    except InputError:
-        raise
-    except Exception as error:  # h5py raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a trial's HDF5 file, found one that cannot be read ({quoted(error)}): make it "
-            "again"
-        ) from error
+    return read_hdf5(_read, path, "a trial's HDF5 file")
 
 
 def _read(path: str | Path) -> Trial:
@@ -226,12 +218,4 @@ def read_sources(path: str | Path) -> tuple[str, dict[str, dict[str, str]]]:
         with h5py.File(path, "r") as file:
             return f"{file.attrs['experiment']}/{file.attrs['condition']}", json.loads(file.attrs["sources"])
 
-    try:
-        return guarded(named, path, what=path)
-    except InputError:
-        raise
-    except Exception as error:  # h5py raises many kinds on damaged files
-        raise InputError(
-            f"{path}: expected a trial's HDF5 file, found one that cannot be read ({quoted(error)}): make it "
-            "again"
-        ) from error
+    return read_hdf5(named, path, "a trial's HDF5 file")

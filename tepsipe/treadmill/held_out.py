@@ -204,8 +204,8 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
     """
     if abs(held_out.rate_hz - subject.rate_hz) > 1e-6 * held_out.rate_hz:
         raise InputError(
-            f"expected the subject at {held_out.rate_hz:g} Hz, the rate of the treadmill's calibration, found "
-            f"{subject.rate_hz:g} Hz: resample one of the two"
+            f"expected the subject at {held_out.rate_hz:g} Hz, the rate of the treadmill's calibration, "
+            f"found {subject.rate_hz:g} Hz: resample one of the two"
         )
     columns = subject.regressors
     if subject.own_zero:

@@ -1,7 +1,8 @@
 """The ankle dummy standing on the belt, from the Lagrangian of belt, foot and leg.
 
 Generalised coordinates: y belt position (m), th leg angle from the vertical, positive when the leg
-tips towards +y (rad). The foot is taped to the belt and does not rotate.
+tips towards +y (rad). The foot is taped to the belt; where the tape gives, see
+`tepsipe.virtual_lab.tilting_foot`, else:
 
     [ Mb + mf + m   m r cos th ] [ y'' ]   [ u - c y' + m r sin th th'^2      ]
     [ m r cos th    Il + m r^2 ] [ th'']  =  [ m g r sin th - rubber(th-th0, th') ]
@@ -20,6 +21,7 @@ from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.motion_capture import MarkerPath
 from tepsipe.virtual_lab.rubber import Rubber
+from tepsipe.virtual_lab.tilting_foot import FootTilt, tilting_derivative
 
 # names of the dummy's markers, in the strober's order
 MARKERS = ("foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4")
@@ -86,18 +88,22 @@ class DummyMarkers:
 
 @dataclass(frozen=True)
 class DummyMotion(BeltMotion):
-    """Exact motion of the rig; the foot moves with the belt.
+    """Exact motion of the rig.
 
     Attributes
     ----------
     angle, angle_rate : ndarray, shape (n,)
         Leg angle from the vertical (rad) and its rate (rad/s).
+    tilt, tilt_rate : ndarray, shape (n,)
+        Angle of the foot from where it rests (rad) and its rate (rad/s).
     joint_torque : ndarray, shape (n,)
         Torque of the joint, its inertia included (N·m), positive when it resists positive angles.
     """
 
     angle: np.ndarray
     angle_rate: np.ndarray
+    tilt: np.ndarray
+    tilt_rate: np.ndarray
     joint_torque: np.ndarray
 
 
@@ -108,6 +114,7 @@ def move_dummy(
     command,
     duration_s: float,
     rate_hz: float,
+    foot: FootTilt | None = None,
 ) -> DummyMotion:
     """Integrate belt and dummy together.
 
@@ -119,6 +126,8 @@ def move_dummy(
         Commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz : float
         Length of the run (s) and steps per second (Hz).
+    foot : FootTilt, optional
+        How the foot gives; without it, or without a compliance, it does not tilt.
 
     Returns
     -------
@@ -150,9 +159,16 @@ def move_dummy(
         return v, v_rate, q_rate, w, (moving * turn - coupling * push) / determinant
 
     start = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
-    time, states = integrate(derivative, start, duration_s, rate_hz)
-    y, v, _, th, w = states.T
-    resisting = np.array([moment(a - neutral, b) for a, b in zip(th.tolist(), w.tolist(), strict=True)])
+    if foot is not None and foot.compliance_rad_per_Nm > 0.0:
+        derivative = tilting_derivative(dummy, rubber, drive, foot, command, neutral, gravity_moment)
+        time, states = integrate(derivative, (*start, 0.0, 0.0), duration_s, rate_hz)
+        y, v, _, th, w, tilt, tilt_rate = states.T
+    else:
+        time, states = integrate(derivative, start, duration_s, rate_hz)
+        y, v, _, th, w = states.T
+        tilt = tilt_rate = np.zeros(time.size)
+    bent, bending = (th - tilt - neutral).tolist(), (w - tilt_rate).tolist()
+    resisting = np.array([moment(a, b) for a, b in zip(bent, bending, strict=True)])
     inertial = dummy.joint_inertia_kgm2 * scipy.interpolate.CubicSpline(time, w)(time, 1)
     return DummyMotion(
         time=time,
@@ -161,23 +177,31 @@ def move_dummy(
         belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
         angle=th,
         angle_rate=w,
+        tilt=tilt,
+        tilt_rate=tilt_rate,
         joint_torque=resisting + inertial,
-        reaction=_reaction(dummy, time, y, v, th, w),
+        reaction=_reaction(dummy, foot, time, states, tilt, tilt_rate),
     )
 
 
-def _reaction(dummy: DummyTruth, time, y, v, th, w) -> np.ndarray:
+def _reaction(dummy: DummyTruth, foot: FootTilt | None, time, states, tilt, tilt_rate) -> np.ndarray:
     """Wrench on foot and leg about the plate's origin, from the rates of their momenta."""
+    y, v, _, th, w = states.T[:5]
     m, r = dummy.leg_mass_kg, dummy.leg_com_m
     turning = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2
     forward, above = dummy.joint_offset_m
-    leg_y, leg_z = y + forward + r * np.sin(th), dummy.foot_height_m + above + r * np.cos(th)
-    leg_vy, leg_vz = v + r * np.cos(th) * w, -r * np.sin(th) * w
-    foot_y, foot_z = y + dummy.foot_com_m[0], dummy.foot_com_m[1]
-    momentum_y = dummy.foot_mass_kg * v + m * leg_vy
-    momentum_z = m * leg_vz
+    height = dummy.foot_height_m + above
+    leg_y, leg_z = y + forward + height * tilt + r * np.sin(th), height + r * np.cos(th)
+    leg_vy, leg_vz = v + height * tilt_rate + r * np.cos(th) * w, -r * np.sin(th) * w
+    ahead, up = dummy.foot_com_m
+    foot_y, foot_z = y + ahead + up * tilt, up - ahead * tilt
+    foot_vy, foot_vz = v + up * tilt_rate, -ahead * tilt_rate
+    momentum_y = dummy.foot_mass_kg * foot_vy + m * leg_vy
+    momentum_z = m * leg_vz + dummy.foot_mass_kg * foot_vz
     # about x, right-handed (positive turns y towards z); th turns z towards y, hence its minus
-    spin_x = m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * v - turning * w
+    spin_x = m * (leg_y * leg_vz - leg_z * leg_vy) - dummy.foot_mass_kg * foot_z * foot_vy - turning * w
+    if foot is not None and foot.compliance_rad_per_Nm > 0.0:
+        spin_x += dummy.foot_mass_kg * foot_y * foot_vz - foot.foot_inertia_kgm2 * tilt_rate
     rate = scipy.interpolate.CubicSpline(time, np.column_stack([momentum_y, momentum_z, spin_x]))(time, 1)
     g = dummy.gravity_m_per_s2
     fy = rate[:, 0]
@@ -205,6 +229,8 @@ def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMo
     """
     belt = scipy.interpolate.CubicSpline(motion.time, motion.belt_position)
     angle = scipy.interpolate.CubicSpline(motion.time, motion.angle)
+    still = not motion.tilt.any()
+    tilt = np.zeros_like if still else scipy.interpolate.CubicSpline(motion.time, motion.tilt)
 
     def place(instant: np.ndarray, forward, up) -> np.ndarray:
         x = np.full(instant.shape, dummy.position_x_m + markers.lateral_m)
@@ -212,7 +238,11 @@ def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMo
         return np.column_stack([x, y + forward, np.broadcast_to(up, instant.shape)])
 
     def on_foot(along: float, up: float) -> MarkerPath:
-        return lambda instant: place(instant, along, up)
+        def path(instant: np.ndarray) -> np.ndarray:
+            ph = tilt(instant)
+            return place(instant, along + up * ph, up - along * ph)
+
+        return path
 
     ahead, above = dummy.joint_offset_m
     pivot = dummy.foot_height_m + above
@@ -222,7 +252,7 @@ def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMo
 
         def path(instant: np.ndarray) -> np.ndarray:
             th = angle(instant)
-            forward = ahead + across * np.cos(th) + along * np.sin(th)
+            forward = ahead + pivot * tilt(instant) + across * np.cos(th) + along * np.sin(th)
             return place(instant, forward, pivot - across * np.sin(th) + along * np.cos(th))
 
         return path

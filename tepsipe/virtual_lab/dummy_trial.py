@@ -3,11 +3,22 @@
 from pathlib import Path
 
 import numpy as np
+import scipy
 
 from tepsipe.virtual_lab.belt import DriveTruth
-from tepsipe.virtual_lab.dummy import MARKERS, DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
+from tepsipe.virtual_lab.dummy import (
+    MARKERS,
+    DummyMarkers,
+    DummyMotion,
+    DummyTruth,
+    dummy_marker_paths,
+    move_dummy,
+)
+from tepsipe.virtual_lab.loose_markers import Slip, Wobble, shifted, slipping, wobbling
+from tepsipe.virtual_lab.motion_capture import MarkerPath
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.tilting_foot import FootTilt
 from tepsipe.virtual_lab.treadmill_trial import (
     INTEGRATION_RATE_HZ,
     record_capture,
@@ -49,6 +60,7 @@ def make_dummy_trial(
     seed, rig = truth["seed"], truth["treadmill"]
     dummy = DummyTruth(**truth["dummy"]["subject"])
     rng = generator(seed, "dummy", condition)
+    of_slip = generator(seed, "dummy", condition, "slip")
     rest_after_s = rig["protocol"]["rest_after_s"]
     schedule = schedule_trial(rig, profile, amplitude_m_per_s, interval_s, duration_s, rest_after_s, rng)
     motion = move_dummy(
@@ -58,15 +70,32 @@ def make_dummy_trial(
         schedule.command,
         schedule.ends_s,
         INTEGRATION_RATE_HZ,
+        FootTilt(**truth["dummy"]["foot_tilt"]),
     )
     load_kg = dummy.foot_mass_kg + dummy.leg_mass_kg
     record_log(rig, seed, schedule, motion, load_kg, rng, log, calibration)
-    paths = dummy_marker_paths(DummyMarkers(**truth["dummy"]["markers"]), dummy, motion)
+    paths = _marker_paths(truth["dummy"], dummy, motion, schedule.onsets_s, of_slip)
     record_capture(rig, schedule, MARKERS, paths, rng, markers)
     if motion_file is not None:
-        rate = motion.angle_rate
+        angle, rate = motion.angle - motion.tilt, motion.angle_rate - motion.tilt_rate
         acceleration = np.gradient(rate, motion.time)
         elapsed = motion.time - schedule.trigger_s
-        write_true_motion(
-            motion_file, TrueMotion(elapsed, motion.angle, rate, acceleration, motion.joint_torque)
-        )
+        write_true_motion(motion_file, TrueMotion(elapsed, angle, rate, acceleration, motion.joint_torque))
+
+
+def _marker_paths(truth: dict, dummy: DummyTruth, motion: DummyMotion, onsets_s, rng) -> list[MarkerPath]:
+    """Paths of the markers, with what bends between them and the body, and the tape that gives."""
+    layout = DummyMarkers(**truth["markers"])
+    paths = dummy_marker_paths(layout, dummy, motion)
+    wobble, slip = Wobble(**truth["wobble"]), Slip(**truth["slip"])
+    foot = len(layout.foot_m)
+    if wobble.common or wobble.growing_per_m:
+        lag = wobbling(wobble, motion.time, motion.belt_acceleration)
+        lags = scipy.interpolate.CubicSpline(motion.time, lag)
+        for k, (_, along) in enumerate([layout.ankle_m, *layout.leg_m], start=foot):
+            part = wobble.common + wobble.growing_per_m * along
+            paths[k] = shifted(paths[k], lambda instant, part=part: part * lags(instant))
+    for k, step in enumerate([slip.foot_m] * foot + [slip.ankle_m]):
+        if step:
+            paths[k] = shifted(paths[k], slipping(step, slip.settling_s, onsets_s, rng))
+    return paths

@@ -17,8 +17,10 @@ What the transducers feel is not the reaction on the load alone. In the order in
    Belt and rollers rub on deck and bearings with a friction that is full only at some speed, because a
    film has to form (v_0), that grows with the load N on the deck, and that has a viscous part:
 
-       F_friction = (F_0 + mu N) tanh(v_r / v_0) + c v_r
+       F_friction = (F_0 + mu N) ((1 - b) tanh(v_r / v_0) + b z) + c v_r
 
+   A share b of it is that of bristles z with a memory (`tepsipe.virtual_lab.bristles`). The friction acts on
+   deck and bearings, a lever below the surface of the belt, and has a moment M_x by it.
    At the load this friction leads the velocity and so resembles a mass, the more the slower the belt: the
    apparent mass c_eff T falls with amplitude as the friction saturates. The excess mass of the upper run
    of the belt over the lower run, which moves the other way, acts as a mass; the rollers, accelerated
@@ -27,7 +29,8 @@ What the transducers feel is not the reaction on the load alone. In the order in
    the height of the belt: a fore-aft force that is independent of the perturbations.
 3. Frame. It sways fore and aft, Fy and Mx, on the transducer's stiffness and with the mass of frame
    and load: a second-order resonance, lower under a heavier load. Its gain below the resonance makes
-   a load seem heavier at higher frequencies.
+   a load seem heavier at higher frequencies. A share of Fy, and another of Mx, takes a second mode, the
+   frame's pitch, with a moving mass of its own: H = (1 - s) H_1 + s H_2, with a static gain of 1.
 4. Mounts. Rubber seals bridge the gap between the deck and the floor around it, at the height of the
    belt. A quick force finds them stiff and passes a share s of itself to the floor; within T_m the
    rubber relaxes (a Maxwell element), so a static calibration cannot see it:
@@ -39,6 +42,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
+
+from tepsipe.virtual_lab.bristles import bristle_deflection
 
 BELTS = ("left", "right")
 TRANSDUCERS = ("z_front_left", "z_front_right", "z_rear_left", "z_rear_right", "x_front", "x_rear", "y")
@@ -75,10 +80,19 @@ class PlateTruth:
     friction_N, friction_coefficient, friction_speed_m_per_s, friction_Ns_per_m : float
         Friction of the moving unloaded belt (N) and per newton of load (-), the speed that brings it
         about (m/s), and its viscous part (Ns/m): F_0, mu, v_0, c.
+    bristle_share, bristle_m : float
+        Part of the friction, but for its viscous part, that has a memory (-), and displacement in which its
+        bristles bend (m): b, d. A share of 0 has no memory.
+    friction_lever_m : float
+        Depth under the belt's surface at which the friction acts (m).
     floor_m_per_s2, floor_hz, floor_damping : float
         Root mean square of the floor's acceleration (m/s²), its frequency (Hz) and damping ratio (-).
     resonance_hz, resonance_damping, resonance_mass_kg : float
         Fore-aft resonance of the unloaded frame (Hz), its damping ratio (-), its moving mass (kg).
+    second_share : list of 2 float
+        Parts of Fy and of Mx that the second mode takes (-); 0 is a frame with one mode.
+    second_hz, second_damping, second_mass_kg : float
+        The same constants of the second mode (Hz, -, kg).
     mount_share, mount_relaxation_s : float
         Part of a quick fore-aft force that the mounts take (-), and when they let go of it (s): s, T_m.
     rate_hz : float
@@ -106,12 +120,19 @@ class PlateTruth:
     friction_coefficient: float
     friction_speed_m_per_s: float
     friction_Ns_per_m: float
+    bristle_share: float
+    bristle_m: float
+    friction_lever_m: float
     floor_m_per_s2: float
     floor_hz: float
     floor_damping: float
     resonance_hz: float
     resonance_damping: float
     resonance_mass_kg: float
+    second_share: list
+    second_hz: float
+    second_damping: float
+    second_mass_kg: float
     mount_share: float
     mount_relaxation_s: float
     rate_hz: float
@@ -224,6 +245,7 @@ def belt_wrench(
     belt_velocity: np.ndarray,
     belt_acceleration: np.ndarray,
     belt_lag: np.ndarray,
+    rate_hz: float,
 ) -> np.ndarray:
     """What the moving belt adds to the reaction on the load.
 
@@ -237,6 +259,8 @@ def belt_wrench(
         Motion of the belt under the load (m/s, m/s²).
     belt_lag : ndarray, shape (n,)
         Time by which the load follows the rollers (s).
+    rate_hz : float
+        Samples per second (Hz).
 
     Returns
     -------
@@ -246,11 +270,15 @@ def belt_wrench(
     at_rollers = belt_velocity + belt_lag * belt_acceleration
     rubbing = truth.friction_N + truth.friction_coefficient * load
     friction = rubbing * np.tanh(at_rollers / truth.friction_speed_m_per_s)
+    if truth.bristle_share:
+        path = np.cumsum(at_rollers) / rate_hz
+        remembered = rubbing * bristle_deflection(path, truth.bristle_m)
+        friction += truth.bristle_share * (remembered - friction)
+    friction += truth.friction_Ns_per_m * at_rollers
     wrench = np.zeros((belt_velocity.size, 6))
-    wrench[:, 1] = friction + truth.friction_Ns_per_m * at_rollers
-    wrench[:, 1] += truth.felt_belt_mass_kg * belt_acceleration
+    wrench[:, 1] = friction + truth.felt_belt_mass_kg * belt_acceleration
     # the rollers' upper side moves towards +y: they spin up the other way round x
-    wrench[:, 3] = -truth.felt_roller_inertia_kgm * belt_acceleration
+    wrench[:, 3] = -truth.felt_roller_inertia_kgm * belt_acceleration + truth.friction_lever_m * friction
     return wrench
 
 
@@ -293,15 +321,19 @@ def plate_voltages(
     """
     of_lag, of_floor = rng.spawn(2)  # leaves what `rng` itself draws as it is
     lag = wandering_lag(truth, belt_velocity.size, grid_rate_hz, of_lag)
-    wrench = reaction + belt_wrench(truth, reaction[:, 2], belt_velocity, belt_acceleration, lag)
+    wrench = reaction + belt_wrench(
+        truth, reaction[:, 2], belt_velocity, belt_acceleration, lag, grid_rate_hz
+    )
     tremor = floor_tremor(truth, belt_velocity.size, grid_rate_hz, of_floor)
     wrench[:, 1] += truth.resonance_mass_kg * tremor
-    frequency = truth.resonance_hz * np.sqrt(truth.resonance_mass_kg / (truth.resonance_mass_kg + load_kg))
-    natural = 2.0 * np.pi * frequency
-    sway = ([natural**2], [1.0, 2.0 * truth.resonance_damping * natural, natural**2])
-    for column in (1, 3):
+    first = _mode(truth.resonance_hz, truth.resonance_damping, truth.resonance_mass_kg, load_kg)
+    second = _mode(truth.second_hz, truth.second_damping, truth.second_mass_kg, load_kg)
+    for column, share in zip((1, 3), truth.second_share, strict=True):
         start = wrench[0, column]
-        wrench[:, column] = start + _filtered(sway, wrench[:, column] - start, grid_rate_hz)
+        felt = _filtered(first, wrench[:, column] - start, grid_rate_hz)
+        if share:
+            felt += share * (_filtered(second, wrench[:, column] - start, grid_rate_hz) - felt)
+        wrench[:, column] = start + felt
     relaxing = ([truth.mount_relaxation_s, 0.0], [truth.mount_relaxation_s, 1.0])
     taken = truth.mount_share * _filtered(relaxing, wrench[:, 1] - wrench[0, 1], grid_rate_hz)
     wrench[:, 1] -= taken
@@ -315,6 +347,12 @@ def plate_voltages(
     elapsed = np.arange(sample.size)[:, None] / truth.rate_hz
     noise = truth.noise_V * rng.standard_normal(forces.shape)
     return forces @ volts_per_newton.T + drift * elapsed + noise
+
+
+def _mode(hz: float, damping: float, mass_kg: float, load_kg: float) -> tuple[list, list]:
+    """Transfer function of a mode of the frame, whose frequency falls as the load adds to its mass."""
+    natural = 2.0 * np.pi * (hz * np.sqrt(mass_kg / (mass_kg + load_kg)))
+    return [natural**2], [1.0, 2.0 * damping * natural, natural**2]
 
 
 def _filtered(transfer: tuple[list, list], x: np.ndarray, rate_hz: float) -> np.ndarray:

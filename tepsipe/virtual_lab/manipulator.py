@@ -91,8 +91,9 @@ class ManipulatorRecording:
         Torque command from the trigger on (N·m).
     command_rate_hz : float
         Rate of the command (Hz).
-    motion : TrueMotion
-        Hidden motion of the handle and the torque on it, that of the drive's ripple included (s, rad, N·m).
+    motion : TrueMotion or None
+        Hidden motion of the handle and the torque on it, that of the drive's ripple included (s, rad, N·m);
+        None where only the two files are written.
     """
 
     log_time: np.ndarray
@@ -100,7 +101,7 @@ class ManipulatorRecording:
     trigger_time: float
     command: np.ndarray
     command_rate_hz: float
-    motion: TrueMotion
+    motion: TrueMotion | None
 
 
 def multisine(truth: ManipulatorTruth, duration_s: float, rng: np.random.Generator) -> np.ndarray:

@@ -25,6 +25,8 @@ class Schedule:
         Trigger's edge on the laboratory's clock, and how long the trigger is high (s).
     ends_s : float
         End of the recording (s).
+    onsets_s : ndarray, shape (k,)
+        When the perturbations are commanded to start (s).
     command : callable
         Commanded belt velocity (m/s) at t (s).
     """
@@ -32,6 +34,7 @@ class Schedule:
     trigger_s: float
     duration_s: float
     ends_s: float
+    onsets_s: np.ndarray
     command: Callable[[float], float]
 
 
@@ -114,7 +117,7 @@ def _trigger(rig: dict, rng: np.random.Generator) -> float:
 def _schedule(rig: dict, profile, amplitude_m_per_s, onsets, trigger_s, duration_s) -> Schedule:
     protocol = rig["protocol"]
     command = velocity_command(profile, amplitude_m_per_s, onsets, protocol["pulse_s"])
-    return Schedule(trigger_s, duration_s, trigger_s + duration_s + protocol["tail_s"], command)
+    return Schedule(trigger_s, duration_s, trigger_s + duration_s + protocol["tail_s"], onsets, command)
 
 
 def record_log(

@@ -14,6 +14,7 @@ rule fit_dummy:
     output:
         fit="<results>/fits/dummy/{condition}.h5",
         estimates="<results>/estimates/dummy/{condition}.csv",
+        uncertainty="<results>/uncertainty/dummy/{condition}.csv",
     log:
         "<logs>/fit_dummy/{condition}.log",
     conda:
@@ -23,6 +24,8 @@ rule fit_dummy:
         analysis=DUMMY_ANALYSIS,
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         pathways=DUMMY["pathways"],
+        recommended=as_it_is(DUMMY["recommended"]),
+        uncertainty=SETTINGS["uncertainty"]["dummy"],
         belt_fixed_labels=as_it_is(DUMMY["foot"]["belt_fixed_labels"]),
         seed=SEED,
     script:
@@ -103,6 +106,7 @@ rule fit_foot:
     output:
         fit="<results>/fits/foot/{condition}.h5",
         estimates="<results>/estimates/foot/{condition}.csv",
+        uncertainty="<results>/uncertainty/foot/{condition}.csv",
     log:
         "<logs>/fit_foot/{condition}.log",
     conda:
@@ -112,6 +116,7 @@ rule fit_foot:
         analysis=DUMMY_ANALYSIS,
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         foot=DUMMY["foot"],
+        uncertainty=SETTINGS["uncertainty"]["dummy"],
         belt=lambda w: STUDY.belt_of("dummy", w.condition),
         seed=SEED,
     script:

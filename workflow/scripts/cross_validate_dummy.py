@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.dummy.leg_pathways import cross_validate_dummy, cross_validation_estimates
+from tepsipe.experiments.dummy.results import cross_validate_dummy, cross_validation_estimates
 from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import Result, read_result, write_result
 

@@ -6,10 +6,15 @@ from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.statistics.uncertainty import sources_of
 
 
-def dummy_options(geometry: dict, analysis: dict, belt_fixed_labels=()) -> DummyOptions:
-    """Options of dummy.geometry, dummy.analysis without bootstrap_draws, and dummy.foot.belt_fixed_labels."""
+def dummy_options(
+    geometry: dict, analysis: dict, belt_fixed_labels=(), uncertainty: dict | None = None
+) -> DummyOptions:
+    """Options of dummy.geometry, dummy.analysis without bootstrap_draws, dummy.foot.belt_fixed_labels and
+    uncertainty.dummy, without which Type B is not evaluated.
+    """
     placed, analysis = geometry["leg_markers"], dict(analysis)
     return DummyOptions(
         leg=Leg(
@@ -26,4 +31,5 @@ def dummy_options(geometry: dict, analysis: dict, belt_fixed_labels=()) -> Dummy
         lowpass_order=analysis.pop("lowpass_order"),
         window=WindowOptions(**analysis),
         belt_fixed_labels=tuple(belt_fixed_labels),
+        sources=sources_of(uncertainty or {}),
     )

@@ -7,7 +7,13 @@ job.start(snakemake)
 from dummy_choices import dummy_options
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
-from tepsipe.experiments.dummy.leg_pathways import bootstrap_pathways, dummy_estimates, dummy_result
+from tepsipe.experiments.dummy.results import (
+    bootstrap_pathways,
+    dummy_contributions,
+    dummy_estimates,
+    dummy_result,
+)
+from tepsipe.io.budget_table import write_budgets
 from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
@@ -19,7 +25,7 @@ condition = snakemake.wildcards.condition
 found = analyse_foot(
     read_trial(snakemake.input.trial),
     f"dummy/{condition}",
-    dummy_options(geometry, snakemake.params.analysis),
+    dummy_options(geometry, snakemake.params.analysis, (), snakemake.params.uncertainty),
     FootOptions(
         foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
         ankle_label=choice["ankle_label"],
@@ -33,5 +39,7 @@ found = analyse_foot(
     },
 )
 intervals = bootstrap_pathways(found, snakemake.params.bootstrap_draws, snakemake.params.seed)
-write_result(snakemake.output.fit, dummy_result(found, intervals))
-write_estimates(snakemake.output.estimates, dummy_estimates(condition, found, intervals))
+rows = dummy_estimates(condition, found, intervals)
+write_result(snakemake.output.fit, dummy_result(found))
+write_estimates(snakemake.output.estimates, rows)
+write_budgets(snakemake.output.uncertainty, dummy_contributions(rows, found))

@@ -132,6 +132,7 @@ EXPERIMENTS = {
         on_plate=True,
         names=CHANNELS,
         cross_validated=True,
+        budgets=True,
         thesis_tables={"table_4_2": "sine-", "table_4_3": "minjerk-"},
         category="TEP-SIPE on the ankle dummy",
         figures=(

@@ -15,16 +15,19 @@ def reached_by(script: str, root: str = ".") -> list[str]:
     found: set[Path] = set()
     waiting = [base / script]
     while waiting:
-        file = waiting.pop()
-        for module in _imported(file):
-            for candidate in _files_of(module, base, (base / script).parent):
-                if candidate not in found:
-                    found.add(candidate)
-                    waiting.append(candidate)
+        new = _needed(waiting.pop(), base, (base / script).parent) - found
+        found |= new
+        waiting += new
     return sorted(path.relative_to(base).as_posix() for path in found)
 
 
+# files and folders are looked up once, not once for every rule: that takes longer than all else at the start
 @cache
+def _needed(file: Path, base: Path, script_folder: Path) -> set[Path]:
+    """Files of this project that one file imports directly."""
+    return {found for module in _imported(file) for found in _files_of(module, base, script_folder)}
+
+
 def _imported(file: Path) -> set[str]:
     names = set()
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"), str(file))):
@@ -37,6 +40,7 @@ def _imported(file: Path) -> set[str]:
     return names
 
 
+@cache
 def _files_of(module: str, base: Path, script_folder: Path) -> list[Path]:
     """The module's own file and those of the packages around it, if they are this project's."""
     parts = module.split(".")

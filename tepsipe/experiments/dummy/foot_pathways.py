@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.experiments.dummy.foot_budget import FootKnowledge, foot_budget
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions
 from tepsipe.identification.estimators import Record, estimate
+from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMotion, segment_motion
@@ -136,10 +139,10 @@ def analyse_foot(
         if model is not None:
             loads = compensated_loads({c: pick(models[c], model) for c in recordings}, recordings)
         compensated |= {f"{component}/{model or MEASURED}": load for component, load in loads.items()}
-    regressions = {}
+    regressions, budgets = {}, {}
     for key, pathway in pathways.items():
         used = pathway.treadmill_model or MEASURED
-        loads = {component: compensated[f"{component}/{used}"] for component in recordings}
+        loads = {"Fz": measured["Fz"]} | {c: compensated[f"{c}/{used}"] for c in recordings}
         if pathway.torque == "foot":
             torque = foot_torque(options.foot, loads["Fy"], measured["Fz"], loads["Mx"], y_a, y_a_dd)
         elif pathway.torque == "foot-thesis":
@@ -150,9 +153,16 @@ def analyse_foot(
                 "correct its torque in dummy.foot.pathways"
             )
         windows = windows_from_onset(perturbations, pathway.window_s, rate, time.size, name)
-        regressions[key] = estimate(
-            pathway.estimator,
-            Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest),
+        by = partial(_by, pathway.estimator, windows, at_rest)
+        regressions[key] = by(motion, torque)
+        # of the thesis's equation no uncertainty of its inputs is to be stated
+        sources = dummy.sources if pathway.torque == "foot" else {}
+        budgets[key] = foot_budget(
+            regressions[key],
+            lambda motion, torque, by=by: by(motion, torque).mean,
+            motion,
+            torque,
+            FootKnowledge(options.foot, loads, y_a, y_a_dd, sources),
         )
     return DummyAnalysis(
         time=time,
@@ -160,11 +170,23 @@ def analyse_foot(
         belt_command=trial.optional("belt_command"),
         regressions=regressions,
         pathways=pathways,
+        budgets=budgets,
         damping_per_skew={},
         marker_residual_rms_m=motion.marker_residual_rms_m,
         marker_noise_m=0.0,
         loads=compensated,
     )
+
+
+def _by(
+    estimator: str,
+    windows: list[Perturbation],
+    at_rest: np.ndarray,
+    motion: SegmentMotion,
+    torque: np.ndarray,
+) -> WindowedFits:
+    """Estimates from a motion (s, rad) and a torque (N·m) in windows (samples)."""
+    return estimate(estimator, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
 
 
 @dataclass(frozen=True)

@@ -1,27 +1,30 @@
 """TEP-SIPE on the ankle dummy, from one trial to its parameters by every pathway (thesis section 3-1-2)."""
 
-import zlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
 from tepsipe.identification.output_error import OutputError
 from tepsipe.identification.window_regression import WindowedFits, damping_per_skew
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, impedance_torque
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.joint_torque import leg_pathway_torque
-from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
+from tepsipe.mechanics.segment_kinematics import (
+    SegmentMarkers,
+    SegmentMotion,
+    marker_positions,
+    motion_of_markers,
+    segment_motion,
+)
+from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
-from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
-from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.uncertainty import Budget, Source
 
-LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_as_sampled"}
 
 
@@ -60,7 +63,10 @@ class DummyOptions:
     window : WindowOptions
         Search for perturbations and rest (s).
     belt_fixed_labels : tuple of str
-        Belt-fixed markers, whose mean is the motion of the foot, for the output error only.
+        Belt-fixed markers, whose mean is the motion of the foot, for the output error only; that of them
+        which is on the leg is the ankle's.
+    sources : dict of str to Source
+        What is not known exactly (units in their names); without any, Type B is not evaluated.
     """
 
     leg: Leg
@@ -69,6 +75,7 @@ class DummyOptions:
     lowpass_order: int
     window: WindowOptions
     belt_fixed_labels: tuple[str, ...] = ()
+    sources: dict[str, Source] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,8 @@ class DummyAnalysis:
         Pathway -> parameters and predictions.
     pathways : dict of str to Pathway
         Definition of each pathway.
+    budgets : dict of str to Budget
+        Pathway -> uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
     damping_per_skew : dict of str to float
         Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s).
     marker_residual_rms_m : float
@@ -102,6 +111,7 @@ class DummyAnalysis:
     belt_command: np.ndarray | None
     regressions: dict[str, WindowedFits]
     pathways: dict[str, Pathway]
+    budgets: dict[str, Budget]
     damping_per_skew: dict[str, float]
     marker_residual_rms_m: float
     marker_noise_m: float
@@ -155,7 +165,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         )
         for instants in sorted({pathway.marker_instants for pathway in pathways.values()})
     }
-    regressions, skews = {}, {}
+    regressions, budgets, skews = {}, {}, {}
     for name, pathway in pathways.items():
         motion, estimator = motions[pathway.marker_instants], find_estimator(pathway.estimator)
         given = {"motion": motion, "perturbations": perturbations, "at_rest": at_rest, "leg": options.leg}
@@ -169,16 +179,61 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
             foot = belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)
             given |= {"foot_position": lowpass(foot), "belt_velocity": belt_velocity}
         regressions[name] = estimate(pathway.estimator, Record(**given))
+        budgets[name] = leg_budget(
+            regressions[name],
+            again_by(pathway, given) if "torque" in given else None,
+            known_leg(trial, options, pathway, motion, lowpass),
+        )
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
         belt_command=trial.optional("belt_command"),
         regressions=regressions,
         pathways=pathways,
+        budgets=budgets,
         damping_per_skew=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
     )
+
+
+def again_by(pathway: Pathway, given: dict) -> Callable[[SegmentMotion, Leg], np.ndarray]:
+    """Function of motion and leg (s, rad, m, kg) that estimates I, B, K, shape (3,), by a pathway.
+
+    ``given`` are the other parts of the `Record` (units there).
+    """
+
+    def again(motion: SegmentMotion, leg: Leg) -> np.ndarray:
+        torque = leg_pathway_torque(pathway.torque, leg, motion)
+        return estimate(pathway.estimator, Record(**given | {"motion": motion, "torque": torque})).mean
+
+    return again
+
+
+def known_leg(
+    trial: Trial, options: DummyOptions, pathway: Pathway, motion: SegmentMotion, lowpass: Callable
+) -> LegKnowledge:
+    """What a pathway takes as known of the leg (m, kg, s), and how well it is known.
+
+    The thesis's torque has Type A only: of a wrong equation no uncertainty of its inputs is to be stated.
+    """
+    markers, sources = options.leg_markers, options.sources
+    if pathway.torque != "leg":
+        return LegKnowledge(options.leg, markers, "", {}, motion)
+    ankle = next((label for label in markers.labels if label in options.belt_fixed_labels), "")
+    later = None
+    if "marker_sampling_s" in sources and pathway.marker_instants == "aligned":
+        labels = trial.axes["marker"].tolist()
+        positions = marker_positions(trial.values(MARKER_SIGNALS["aligned"]), labels, markers)
+        lag = sources["marker_sampling_s"].standard_uncertainty * np.array(
+            [labels.index(label) for label in markers.labels]
+        )
+        filtered = lowpass(positions)
+        moved = filtered + lag[:, None] * derivative(trial.time, filtered.reshape(len(filtered), -1)).reshape(
+            filtered.shape
+        )
+        later = motion_of_markers(trial.time, moved, markers, options.leg.com_m)
+    return LegKnowledge(options.leg, markers, ankle, sources, motion, later)
 
 
 def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:
@@ -219,196 +274,3 @@ def _noise_at_rest(trial: Trial, options: DummyOptions, lowpass, at_rest: np.nda
     columns = [labels.index(label) for label in options.leg_markers.labels]
     positions = trial.values(MARKER_SIGNALS["as-sampled"])[:, columns, 1:]
     return float(np.sqrt(np.mean((positions - lowpass(positions))[at_rest] ** 2)))
-
-
-def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
-    """Intervals of the means of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) and VAF (%) of every pathway.
-
-    Parameters
-    ----------
-    analysis : DummyAnalysis
-        Output of `analyse_dummy`.
-    draws : int
-        Bootstrap samples (-).
-    seed : int
-        Seed of the generators that draw perturbations, one per pathway (-): intervals do not depend on the
-        other pathways.
-
-    Returns
-    -------
-    dict of str to Interval
-        Pathway -> standard errors and intervals, each of shape (4,).
-    """
-    return {
-        name: bootstrap_mean(
-            np.column_stack([regression.parameters, regression.vaf_per_perturbation]),
-            draws,
-            np.random.default_rng([seed, zlib.crc32(name.encode())]),
-        )
-        for name, regression in analysis.regressions.items()
-    }
-
-
-def dummy_estimates(
-    condition: str, analysis: DummyAnalysis, intervals: dict[str, Interval]
-) -> list[Estimate]:
-    """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
-
-    For the output error also the VAF (%) of the angle, VAF_theta_trial.
-
-    Parameters
-    ----------
-    condition : str
-        Name of the condition.
-    analysis : DummyAnalysis
-        Output of `analyse_dummy`.
-    intervals : dict of str to Interval
-        From `bootstrap_pathways`.
-
-    Returns
-    -------
-    list of Estimate
-        Values are means over perturbations; intervals are bootstrapped over them. The output error has
-        no SEM as printed.
-    """
-    rows = []
-    for name, regression in analysis.regressions.items():
-        names = ("dummy", condition, name, analysis.pathways[name].estimator)
-        interval = intervals[name]
-        mean = [*regression.mean, regression.vaf_per_perturbation.mean()]
-        printed = np.mean([fit.sem_as_printed for fit in regression.fits], axis=0)
-        count = len(regression.fits)
-        quantities = [*[(q, UNITS[q]) for q in PARAMETERS], ("VAF_perturbation", "%")]
-        for k, (quantity, unit) in enumerate(quantities):
-            rows.append(
-                Estimate(
-                    *names,
-                    quantity,
-                    unit,
-                    float(mean[k]),
-                    float(interval.standard_error[k]),
-                    float(interval.low[k]),
-                    float(interval.high[k]),
-                    float(printed[k]) if quantity in PARAMETERS and np.isfinite(printed[k]) else None,
-                    count,
-                )
-            )
-        rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
-        if name in analysis.output_errors:
-            of_angle = analysis.output_errors[name].vaf_angle
-            rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
-    return rows
-
-
-def dummy_result(analysis: DummyAnalysis, intervals: dict[str, Interval]) -> Result:
-    """Arrays and facts of one trial, for figures and for cross-validation (units in the result).
-
-    ``intervals`` are those of `bootstrap_pathways`.
-    """
-    arrays: dict[str, np.ndarray] = {
-        "time": analysis.time,
-        "belt_velocity": analysis.belt_velocity,
-    }
-    units = {"time": "s", "belt_velocity": "m/s"}
-    if analysis.belt_command is not None:
-        arrays["belt_command"], units["belt_command"] = analysis.belt_command, "m/s"
-    some = next(iter(analysis.regressions.values()))
-    arrays["windows"] = np.array([[p.start, p.stop] for p in some.perturbations])
-    units["windows"] = "samples"
-    for name, regression in analysis.regressions.items():
-        for key, values, unit in (
-            ("torque", regression.torque, "Nm"),
-            ("predicted_torque", regression.predicted, "Nm"),
-            ("regressors", regression.regressors, "rad/s2, rad/s, rad"),
-            ("parameters", regression.parameters, "Nms2/rad, Nms/rad, Nm/rad"),
-            ("mean_and_interval", _mean_and_interval(regression, intervals[name]), "as parameters"),
-            ("vaf_per_perturbation", regression.vaf_per_perturbation, "%"),
-            ("standard_errors", _standard_errors(regression), "Nms2/rad, Nms/rad, Nm/rad"),
-        ):
-            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
-    for name, found in analysis.output_errors.items():
-        for key, values in (("angle", found.angle), ("simulated_angle", found.simulated)):
-            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, "rad"
-    for name, values in analysis.loads.items():
-        arrays[f"loads/{name}"] = values.astype(np.float32)
-        units[f"loads/{name}"] = LOAD_UNITS[name.partition("/")[0]]
-    lengths = np.diff(arrays["windows"], axis=1) * (analysis.time[1] - analysis.time[0])
-    facts = {
-        "pathways": list(analysis.regressions),
-        "marker_residual_rms_m": analysis.marker_residual_rms_m,
-        "marker_noise_m": analysis.marker_noise_m,
-        "theta_rest_rad": some.theta_rest_rad,
-        "mean_window_s": float(lengths.mean()),
-        "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
-        "output_error_delay_s": {name: found.delay_s for name, found in analysis.output_errors.items()},
-        "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
-        "condition_numbers": {
-            name: float(np.mean([fit.condition_number for fit in regression.fits]))
-            for name, regression in analysis.regressions.items()
-        },
-    }
-    return Result(arrays, units, facts)
-
-
-def _standard_errors(regression: WindowedFits) -> np.ndarray:
-    """Ordinary standard errors of I, B, K of every perturbation, for white residuals (units of I, B, K)."""
-    return np.array([fit.standard_error for fit in regression.fits])
-
-
-def _mean_and_interval(regression: WindowedFits, interval: Interval) -> np.ndarray:
-    """Rows mean, low, high; columns I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
-    return np.array([regression.mean, interval.low[:3], interval.high[:3]])
-
-
-def cross_validate_dummy(results: dict[str, Result], pathway: str) -> np.ndarray:
-    """Predict every trial's torque with every trial's mean parameters (thesis section 3-1-2).
-
-    Parameters
-    ----------
-    results : dict of str to Result
-        Condition -> `dummy_result`.
-    pathway : str
-        Name of the pathway.
-
-    Returns
-    -------
-    ndarray, shape (conditions, conditions)
-        VAF (%) over the whole trial, parameters of the row's condition, trial of the column's.
-
-    Raises
-    ------
-    InputError
-        If a trial lacks the pathway.
-    """
-    for condition, result in results.items():
-        if f"{pathway}/parameters" not in result.arrays:
-            raise InputError(f"{condition}: expected the pathway {pathway!r}, found none: fit it again")
-    matrix = np.empty((len(results), len(results)))
-    for i, reference in enumerate(results.values()):
-        mean = reference.arrays[f"{pathway}/parameters"].mean(axis=0)
-        for j, trial in enumerate(results.values()):
-            theta_dd, theta_d, theta = trial.arrays[f"{pathway}/regressors"].T
-            predicted = impedance_torque(mean, theta, theta_d, theta_dd)
-            matrix[i, j] = vaf(trial.arrays[f"{pathway}/torque"], predicted)
-    return matrix
-
-
-def cross_validation_estimates(
-    conditions: list[str], matrix: np.ndarray, pathway: str, estimator: str
-) -> list[Estimate]:
-    """Mean VAF (%) of each condition's parameters on the other conditions."""
-    if len(conditions) < 2:
-        return []
-    others = ~np.eye(len(conditions), dtype=bool)
-    return [
-        Estimate(
-            "dummy",
-            condition,
-            pathway,
-            estimator,
-            "VAF_cross_validated",
-            "%",
-            float(matrix[k][others[k]].mean()),
-        )
-        for k, condition in enumerate(conditions)
-    ]

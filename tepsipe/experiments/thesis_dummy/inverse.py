@@ -128,7 +128,7 @@ def fit_joint(
     def joint_at(x: np.ndarray) -> RubberJoint:
         return RubberJoint(**fixed, **dict(zip(free, (float(v) for v in np.exp(x)), strict=True)))
 
-    def misfits(joints: list[RubberJoint], names: list[str]) -> np.ndarray:
+    def deviations(joints: list[RubberJoint], names: list[str]) -> np.ndarray:
         """(value - printed) / scatter, shape (joints, 3 conditions)."""
         angles = swings(path, joints, {name: belts[name] for name in names})
         targets = {name: np.array([printed[q][name] for q in PARAMETERS]) for name in names}
@@ -142,7 +142,7 @@ def fit_joint(
 
     def residuals_and_slopes(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         tried = [joint_at(x), *(joint_at(x + step * row) for row in np.eye(x.size))]
-        found = misfits(tried, fitted)
+        found = deviations(tried, fitted)
         return found[0], (found[1:] - found[0]).T / step
 
     cache: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
@@ -168,7 +168,7 @@ def fit_joint(
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * (2.0 * found.cost / freedom)
     reach = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
     others = [name for name in belts if name not in fitted]
-    apart = misfits([joint], others)[0] if others else np.array([np.nan])
+    apart = deviations([joint], others)[0] if others else np.array([np.nan])
     return JointFit(
         joint=joint,
         free=free,
@@ -219,11 +219,11 @@ def fit_marker_noise(
     slope = np.maximum(with_noise - without, 1e-9) / tried**2
     wanted = np.log(100.0 - np.array([printed_vaf[n] for n in fitted]))
 
-    def misfit(log_noise: float) -> float:
+    def distance(log_noise: float) -> float:
         return float(np.sum((np.log(without + slope * math.exp(2.0 * log_noise)) - wanted) ** 2))
 
     found = scipy.optimize.minimize_scalar(
-        misfit, bounds=(math.log(1e-7), math.log(1e-3)), method="bounded", options={"xatol": 1e-4}
+        distance, bounds=(math.log(1e-7), math.log(1e-3)), method="bounded", options={"xatol": 1e-4}
     )
     return math.exp(found.x)
 

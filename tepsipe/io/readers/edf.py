@@ -8,6 +8,7 @@ number that the 16 lines make.
 import contextlib
 import io
 import warnings
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
@@ -87,18 +88,7 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | No
     path = Path(path)
     found = open_edf(path)
     triggers = [] if trigger_label is None else [trigger_label]
-    if triggers and trigger_label not in found:
-        raise InputError(
-            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: "
-            "correct standing.files.emg_trigger"
-        )
-    muscles = tuple(muscle for muscle, label in channels.items() if label in found)
-    if not muscles:
-        raise InputError(
-            f"{path}: expected at least one of the channels {listed(channels.values())}, found "
-            f"{listed(found)}: "
-            "correct the channels in standing.muscles"
-        )
+    muscles = muscles_found(path, found, channels, trigger_label)
     labels = [channels[muscle] for muscle in muscles]
     for label in (*labels, *triggers):
         if len(found[label]) > 1:
@@ -132,6 +122,41 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | No
         limits=np.array([np.sort(s * ends) for s, (_, _, ends) in zip(in_uv, scaled, strict=True)]),
         missing=tuple(muscle for muscle in channels if muscle not in muscles),
     )
+
+
+def muscles_found(
+    path: str | Path, found: Collection[str], channels: dict[str, str], trigger_label: str | None
+) -> tuple[str, ...]:
+    """Muscles whose channel is in a file, in the wanted order (no unit).
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, for messages.
+    found : collection of str
+        Labels of the channels in it.
+    channels : dict of str to str
+        Label of the channel of each muscle.
+    trigger_label : str or None
+        Label of the trigger's channel; None if the recorder was started by the trigger.
+
+    Raises
+    ------
+    InputError
+        If the trigger or all muscles are missing.
+    """
+    if trigger_label is not None and trigger_label not in found:
+        raise InputError(
+            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: "
+            "correct standing.files.emg_trigger"
+        )
+    muscles = tuple(muscle for muscle, label in channels.items() if label in found)
+    if not muscles:
+        raise InputError(
+            f"{path}: expected at least one of the channels {listed(channels.values())}, found "
+            f"{listed(found)}: correct the channels in standing.muscles"
+        )
+    return muscles
 
 
 def open_edf(path: Path) -> dict[str, list]:

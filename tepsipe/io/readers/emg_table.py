@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording
+from tepsipe.io.readers.edf import UV_PER_UNIT, EmgRecording, muscles_found
 from tepsipe.io.readers.file_kind import DELSYS, kind_of
 from tepsipe.io.readers.plain_table import PlainTable, read_plain_table
 from tepsipe.io.readers.signal_table import SECONDS, TIME, split_unit
@@ -129,18 +129,7 @@ def read_emg_table(path: str | Path, wanted: dict[str, str], trigger_label: str 
     found = read_emg_channels(path)
     wanted = {muscle: split_unit(label)[0] for muscle, label in wanted.items()}
     trigger_label = None if trigger_label is None else split_unit(trigger_label)[0]
-    if trigger_label is not None and trigger_label not in found:
-        raise InputError(
-            f"{path}: expected a trigger channel named {trigger_label!r}, found {listed(found)}: "
-            "correct standing.files.emg_trigger"
-        )
-    muscles = tuple(muscle for muscle, label in wanted.items() if label in found)
-    if not muscles:
-        raise InputError(
-            f"{path}: expected at least one of the channels {listed(wanted.values())}, found "
-            f"{listed(found)}: "
-            "correct the channels in standing.muscles"
-        )
+    muscles = muscles_found(path, found, wanted, trigger_label)
     channels = [found[wanted[muscle]] for muscle in muscles]
     for muscle, channel in zip(muscles, channels, strict=True):
         if channel.unit not in UV_PER_UNIT:

@@ -8,7 +8,10 @@ import pandas as pd
 from tepsipe.experiments.dummy.specification_curve import FILTERED, NONE, RECOMMENDED, Specification
 from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, OUTPUT_ERROR
 from tepsipe.io.result import Result
-from tepsipe.reporting.numbers.format import number, percent, span
+from tepsipe.reporting.numbers.format import _cell, number, percent, span, span_of_decimals
+from tepsipe.reporting.recovery import AT_WORK, SMALL
+
+MARKER_ACCURACY_M = 1e-4  # section 2-1-2
 
 
 def dummy_data(
@@ -72,8 +75,14 @@ def dummy_data(
         "recommended_mean_inertia": number(float(values("I", recommended)[clear].mean()), 2),
         "recommended_mean_stiffness": number(float(values("K", recommended)[clear].mean())),
         "recommended_mean_damping": number(values("B", recommended)[clear].mean()),
+        "inertia_found": _differs_from_zero(own, recommended, clear),
+        "falls": _falls(values("K", printed), amplitudes),
         "shift_inertia": number(float((values("I", printed) - values("I", recommended))[clear].mean())),
         "shift_stiffness": number(float((values("K", recommended) - values("K", printed))[clear].mean())),
+        "signs_explain": _signs_explain(values, printed, recommended, geometry, clear),
+        "noise_below_accuracy": bool(
+            np.mean([fit.facts["marker_noise_m"] for fit in fits.values()]) < 0.5 * MARKER_ACCURACY_M
+        ),
         "clear_from": number(min(map(amplitude, clear)), 1),
         "smallest": smallest,
         "largest": largest,
@@ -81,8 +90,10 @@ def dummy_data(
         "vaf_recommended_smallest": percent(values("VAF_perturbation", recommended)[smallest]),
         "vaf_printed_largest": percent(values("VAF_perturbation", printed)[largest], 2),
         "vaf_recommended_largest": percent(values("VAF_perturbation", recommended)[largest]),
-        "vaf_trial_printed": f"{percent(values('VAF_trial', printed).min())} to "
-        f"{percent(values('VAF_trial', printed).max())}",
+        "vaf_trial_printed": span_of_decimals(values("VAF_trial", printed), 2),
+        "vaf_lower": bool(
+            (values("VAF_perturbation", recommended) < values("VAF_perturbation", printed)).all()
+        ),
         "window_ms": number(1e3 * float(np.mean([fit.facts["mean_window_s"] for fit in fits.values()]))),
         "marker_noise_mm": number(
             1e3 * float(np.mean([fit.facts["marker_noise_m"] for fit in fits.values()])), 2
@@ -112,6 +123,13 @@ def dummy_data(
             "aligned": alike["aligned"],
             "frequency": number(strober, 4),
             "spread_ms": number(1e3 * (markers - 1) / strober, 2),
+            **{
+                f"change_{name}": percent(
+                    100.0
+                    * float((values(q, alike["as-sampled"]) / values(q, alike["aligned"]) - 1).abs().max())
+                )
+                for q, name in (("I", "inertia"), ("K", "stiffness"))
+            },
             "damping": number(values("B", alike["as-sampled"])[clear].mean(), 2),
             "damping_aligned": number(values("B", alike["aligned"])[clear].mean(), 2),
         }
@@ -123,14 +141,34 @@ def dummy_data(
         ]
         by = rows.groupby("quantity")
         covered = (rows.covered.astype(str).str.lower() == "true").mean()
+        small = recovery[(recovery.experiment == "dummy") & (recovery.truth_of == SMALL)]
         data["recovery"] = {
-            "truth": {q: number(g.truth.iloc[0]) for q, g in by},
+            "truth": {q: span(g.truth) for q, g in by},
+            "at_work": bool((rows.truth_of == AT_WORK).all()),
+            "small": {q: number(g.truth.iloc[0]) for q, g in small.groupby("quantity")},
+            "rows": _at_work(recovery, recommended, conditions),
             "worst_stiffness": percent(100.0 * by.get_group("K").relative_error.abs().max()),
             "worst_damping": percent(100.0 * by.get_group("B").relative_error.abs().max(), 0),
             "covered": percent(100.0 * covered, 0),
             "count": str(len(clear)),
         }
+        below = recovery[
+            (recovery.experiment == "dummy")
+            & (recovery.pathway == recommended)
+            & ~recovery.condition.isin(clear)
+        ]
+        for name, quantity in (("stiffness", "K"), ("damping", "B")):
+            errors = below[below.quantity == quantity].relative_error.abs()
+            data["recovery"][f"small_{name}"] = percent(100.0 * errors.max()) if len(errors) else number(None)
     return data
+
+
+def _signs_explain(values, printed: str, recommended: str, geometry: dict, clear: list[str]) -> bool:
+    """Whether I (N·m·s²/rad) and K (N·m/rad) differ by what the signs predict, within 5 %."""
+    weight = geometry["leg_mass_kg"] * geometry["gravity_m_per_s2"] * geometry["leg_com_m"]
+    expected = {"I": 2.0 * geometry["leg_inertia_kgm2"], "K": -2.0 * weight}
+    found = {q: float((values(q, printed) - values(q, recommended))[clear].mean()) for q in expected}
+    return all(abs(found[q] / expected[q] - 1.0) < 0.05 for q in expected)
 
 
 def _output_error_data(
@@ -143,10 +181,9 @@ def _output_error_data(
         "pathway": pathway,
         "stiffness": span(rows[rows.quantity == "K"].value, 4),
         "damping": span(rows[rows.quantity == "B"].value),
-        "inertia": number(1e3 * float(rows[rows.quantity == "I"].value.abs().max()), 1),
+        "inertia": span(rows[rows.quantity == "I"].value, 2),
         "error_stiffness": span(rows[rows.quantity == "K"].standard_error, 1),
-        "vaf_angle": f"{percent(rows[rows.quantity == 'VAF_theta_trial'].value.min())} to "
-        f"{percent(rows[rows.quantity == 'VAF_theta_trial'].value.max(), 2)}",
+        "vaf_angle": span_of_decimals(rows[rows.quantity == "VAF_theta_trial"].value, 2),
         "delay_ms": number(max(map(abs, delays)), 1),
         "recovery": None,
     }
@@ -157,10 +194,45 @@ def _output_error_data(
         data["recovery"] = {
             "worst_stiffness": percent(100.0 * by.get_group("K").relative_error.abs().max()),
             "worst_damping": percent(100.0 * by.get_group("B").relative_error.abs().max()),
+            "worst_inertia": percent(100.0 * by.get_group("I").relative_error.abs().max(), 0),
             "covered": str(int(covered.sum())),
             "total": str(len(known)),
+            "hold": bool(covered.mean() >= 0.8),
         }
     return data
+
+
+def _differs_from_zero(own: pd.DataFrame, pathway: str, conditions: list[str]) -> bool:
+    """Whether every 95 % interval of I (N·m·s²/rad) lies above 0."""
+    rows = own[(own.quantity == "I") & (own.pathway == pathway) & own.condition.isin(conditions)]
+    return bool((rows.ci_low > 0.0).all())
+
+
+def _falls(stiffness: pd.Series, amplitudes: dict[str, float | None]) -> bool:
+    """Whether K (N·m/rad) at the largest belt velocity is below that at the smallest by more than 5 %."""
+    known = {c: a for c, a in amplitudes.items() if a is not None and c in stiffness}
+    if len(set(known.values())) < 2:
+        return False
+    low, high = min(known.values()), max(known.values())
+    ends = [stiffness[[c for c, a in known.items() if a == end]].mean() for end in (low, high)]
+    return bool(ends[1] < 0.95 * ends[0])
+
+
+def _at_work(recovery: pd.DataFrame, pathway: str, conditions: list[str]) -> list[dict]:
+    """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every condition, true in its windows and estimated."""
+    own = recovery[(recovery.experiment == "dummy") & (recovery.pathway == pathway)]
+    by = own.set_index(["condition", "quantity"])
+    return [
+        {
+            "condition": condition,
+            **{
+                q: [_cell(q, by.truth[condition, q]), _cell(q, by.value[condition, q])]
+                for q in ("I", "B", "K")
+            },
+        }
+        for condition in conditions
+        if (condition, "K") in by.index
+    ]
 
 
 def specification_data(rows: list[Specification]) -> dict:

@@ -57,9 +57,41 @@ def forward_data(forward: pd.DataFrame, step_s: float, engine: str) -> dict:
         "engine": ENGINES[engine],
         "conditions": str(forward.condition.nunique()),
         "unsettled": [
-            f"{row.condition} with the {PARAMETER_SETS[row.parameter_set]} parameters ({row.state})"
-            for row in unsettled.itertuples()
+            f"{PARAMETER_SETS[name]} ({state}): {', '.join(group.condition)}"
+            for (name, state), group in unsettled.groupby(["parameter_set", "state"], sort=False)
         ],
+        **_comparisons(forward),
+    }
+
+
+def _comparisons(forward: pd.DataFrame) -> dict:
+    """Which parameters predict better (VAF, %): what the sentences of the chapter depend on."""
+
+    def of(name: str, quantity: str, key: str = "vaf_trial") -> pd.Series:
+        own = forward[(forward.parameter_set == name) & (forward.quantity == quantity)]
+        return own.set_index("condition")[key]
+
+    def low(name: str, quantity: str, key: str = "vaf_trial") -> float:
+        return float(of(name, quantity, key).min())
+
+    known = set(forward.parameter_set)
+    if not {"wristalyzer", "tep", "corrected"} <= known:
+        return {"compared": None}
+    best = pd.DataFrame({name: of(name, "theta") for name in ("wristalyzer", "tep", "corrected")}).idxmax(
+        axis=1
+    )
+    won = list(best.index[best == "corrected"])
+    printed_grow = forward[(forward.parameter_set == "tep") & (forward.state == "grows")].condition.nunique()
+    return {
+        "compared": {
+            "angle": bool(low("wristalyzer", "theta") > of("tep", "theta").max()),
+            "torque": bool(low("tep", "tau") > of("wristalyzer", "tau").max()),
+            "corrected_best": won,
+            "corrected_others": [c for c in best.index if c not in won],
+            "all": str(len(best)),
+            "growing": str(printed_grow),
+            "windows": percent(low("corrected", "theta", "vaf_perturbation"), 0),
+        }
     }
 
 

@@ -9,6 +9,7 @@ from tepsipe.io.estimates import FLAGS
 from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.ledger import VERDICTS
 from tepsipe.reporting.numbers.format import MINUS, _cell, _printed, number, percent, span
+from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.thesis_tables import TableRow
 
 LABELS = {
@@ -136,6 +137,8 @@ def reported_data(reported: dict, start_stiffness: float) -> dict:
         "stiffness": span(_on_belt("K"), 2),
         "sem_stiffness": span(_on_belt("SEM_K"), 2),
         "vaf": span(wristalyzer["VAF_trial"].values(), 2),
+        "vaf_end": float(list(wristalyzer["VAF_trial"].values())[-1]),
+        "coherence_low": float(reported["values"]["coherence_minimum"]),
         "vaf_trial": f"{percent(min(vaf_trial), 2)} to {percent(max(vaf_trial), 2)}",
     }
 
@@ -179,10 +182,16 @@ def claims_data(claims: pd.DataFrame) -> dict:
 
 
 def recovery_data(recovery: pd.DataFrame) -> list[dict]:
-    """Estimates and true values (in their units), by pathway, estimator, quantity and truth, as text."""
+    """Estimates and true values (in their units) as text.
+
+    One row for each pathway, estimator, quantity and truth; truths that differ from trial to trial, because
+    they hold for the fitted windows, share a row.
+    """
     rows = []
-    keys = ["experiment", "pathway", "estimator", "quantity", "truth"]
-    for (experiment, pathway, estimator, quantity, truth), group in recovery.groupby(keys, sort=False):
+    keys = ["experiment", "pathway", "estimator", "quantity", "shared"]
+    shared = recovery.truth.where(recovery.truth_of != AT_WORK, math.nan)
+    own = recovery.assign(shared=shared)
+    for (experiment, pathway, estimator, quantity, _), group in own.groupby(keys, sort=False, dropna=False):
         covered = (group.covered.astype(str).str.lower() == "true").sum()
         errors = group.relative_error.dropna()
         rows.append(
@@ -192,7 +201,8 @@ def recovery_data(recovery: pd.DataFrame) -> list[dict]:
                 "estimator": estimator,
                 "quantity": quantity,
                 "unit": unit_symbol(group.unit.iloc[0]),
-                "truth": number(truth),
+                "truth": span(group.truth),
+                "truth_of": group.truth_of.iloc[0],
                 "low": _cell(quantity, group.value.min()),
                 "high": _cell(quantity, group.value.max()),
                 "median_error": percent(100.0 * errors.median()) if len(errors) else number(None),

@@ -66,10 +66,18 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
         "damping": span(values("B")),
         "stiffness": span(values("K")),
         "damping_modulus": span(values("B", "spectral-fit-modulus")),
+        "coherence_low": float(coherence[lowest]),
+        "vaf_end": float(values("VAF_trial").fillna(-math.inf).clip(lower=-1e9).iloc[-1]),
+        "vaf_at_end": percent(values("VAF_trial").iloc[-1]),
         "coherence": number(float(coherence[lowest])),
         "coherence_at": number(float(frequency[inside][lowest]), 2),
         "natural_frequency": number(math.sqrt(stiffness / inertia) / 2.0 / math.pi, 2),
         "starts": str(len(fits[best].arrays["many_starts/start"])),
+        "one_minimum": bool(
+            max(f["many_starts_stiffness_spread_Nm_per_rad"] for f in facts) < 1e-3 * stiffness
+        ),
+        "modulus_depends": _depends_on_start(fits),
+        **_highest(values("VAF_trial")),
         "starts_converged": str(min(f["many_starts_converged"] for f in facts)),
         "starts_spread": number(max(f["many_starts_stiffness_spread_Nm_per_rad"] for f in facts), 2),
         "modulus_converged": str(sum(f["converged"]["spectral-fit-modulus"] for f in facts)),
@@ -96,6 +104,18 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
             ],
         }
     return data
+
+
+def _depends_on_start(fits: dict[str, Result]) -> bool:
+    """Whether K (N·m/rad) of the fit with the modulus differs by more than 1 % between starting values."""
+    found = [fit.arrays["tried/modulus"][:, 2] for fit in fits.values()]
+    return any(float(np.ptp(k)) > 0.01 * float(np.abs(k).min()) for k in found)
+
+
+def _highest(vaf: pd.Series) -> dict:
+    """Scale factor with the highest VAF (%), and whether VAF falls towards both ends."""
+    best = int(vaf.fillna(-math.inf).argmax())
+    return {"vaf_best": str(vaf.index[best]), "vaf_peaks": 0 < best < len(vaf) - 1}
 
 
 TERMS = {
@@ -147,6 +167,15 @@ def pooled_data(pooled: Result, estimates: pd.DataFrame, recovery: pd.DataFrame 
         for r in own.itertuples()
     ]
     friction = own[own.quantity == "friction"].iloc[0]
+    covered = {"covered": None}
+    if recovery is not None and len(together):
+        held = [str(c).lower() == "true" for c in together.covered]
+        linear_held = [str(c).lower() == "true" for c in each.covered]
+        covered = {
+            "covered": str(sum(held)),
+            "covered_linear": str(sum(linear_held)),
+            "total_linear": str(len(linear_held)),
+        }
     facts = pooled.facts
     order = np.argsort(pooled.arrays["rms_angle"])
     of_friction = pooled.arrays["shares/friction"][order, 1]
@@ -158,6 +187,7 @@ def pooled_data(pooled: Result, estimates: pd.DataFrame, recovery: pd.DataFrame 
         "damping": [number(float(rubber[k, 1])) for k in (0, -1)],
         "of_friction": [number(float(of_friction[k])) for k in (0, -1)],
         "terms": terms,
+        **covered,
         "rows": _amplitude_rows(pooled, estimates, linear),
         "has_truth": bool(truth),
         "softens": "K_softened" in set(own.quantity),

@@ -141,12 +141,9 @@ def _cells(report: dict) -> str:
     if not cells:
         return ""
     rows = [[text(row["table"]), *map(text, row["counts"])] for row in cells["tables"]]
-    outside = [
-        [text(row["table"]), text(row["row"]), text(row["cells"]), text(row["reason"])]
-        for row in cells["outside"]
-    ]
+    outside = [[text(row["table"]), text(row["cells"]), text(row["reason"])] for row in cells["outside"]]
     counts = table(("Table", *cells["verdicts"]), rows)
-    named = table(("Table", "Row", "Not reproduced (printed, this run)", "Reason"), outside)
+    named = table(("Table", "Not reproduced (printed, this run)", "Reason"), outside)
     return f"<details><summary>Every printed cell by verdict</summary>\n{counts}{named}</details>\n"
 
 

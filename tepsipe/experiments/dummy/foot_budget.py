@@ -1,0 +1,132 @@
+"""Uncertainty of I, B, K of the ankle dummy from the foot and the force plate: what each source contributes.
+
+The torque (`foot_torque`) is linear in forces, masses and lengths, and the parameters are linear in the
+torque: what a source contributes is the fit to the change of the torque. Only the clock and the delay of the
+markers after the forces change the regressors, too. Offsets of the leg's markers change the angle by a
+constant, which rest takes away.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.mechanics.segment_kinematics import SegmentMotion
+from tepsipe.signals.differentiation import derivative
+from tepsipe.statistics.uncertainty import Budget, Source, scatter
+
+FOOT_SOURCES = (
+    "foot_mass_kg",
+    "foot_com_m",
+    "joint_offset_m",
+    "ankle_marker_m",
+    "force_scale",
+    "vertical_leak",
+    "origin_height_m",
+    "log_delay_s",
+    "marker_scale",
+    "clock_ratio",
+)
+
+
+@dataclass(frozen=True)
+class FootKnowledge:
+    """What a pathway takes as known of foot and plate, and how well it is known.
+
+    Attributes
+    ----------
+    foot : Foot
+        The foot (kg, m).
+    loads : dict of str to ndarray, shape (n,)
+        Fy, Fz (N) and Mx (N·m) of which the torque is computed.
+    y_a, y_a_dd : ndarray, shape (n,)
+        Position of the ankle on the plate (m) and its acceleration (m/s²).
+    sources : dict of str to Source
+        What is not known exactly (units in their names); none where Type B is not evaluated.
+    """
+
+    foot: Foot
+    loads: dict[str, np.ndarray]
+    y_a: np.ndarray
+    y_a_dd: np.ndarray
+    sources: Mapping[str, Source]
+
+
+def changed_torques(known: FootKnowledge) -> dict[str, list[np.ndarray]]:
+    """Source -> changes of the torque for its standard uncertainty, independent ones apart, (n,) (N·m)."""
+    u = {name: source.standard_uncertainty for name, source in known.sources.items() if name in FOOT_SOURCES}
+    f_y, f_z, m_x = (known.loads[key] for key in ("Fy", "Fz", "Mx"))
+    m_f, l_f = known.foot.mass_kg, known.foot.height_m
+    per_unit = {
+        "foot_mass_kg": [-0.5 * l_f * known.y_a_dd],
+        "foot_com_m": [m_f * known.y_a_dd],
+        # along the belt, and in height
+        "joint_offset_m": [-f_z, f_y - m_f * known.y_a_dd],
+        "ankle_marker_m": [-f_z],
+        # fore-aft, and the vertical transducers, which measure the moment, too
+        "force_scale": [l_f * f_y, m_x - known.y_a * f_z],
+        "vertical_leak": [l_f * f_z],
+        "origin_height_m": [f_y],
+        "marker_scale": [-known.y_a * f_z - 0.5 * m_f * l_f * known.y_a_dd],
+    }
+    return {name: [u[name] * x for x in per_unit[name]] for name in u if name in per_unit}
+
+
+def delayed(motion: SegmentMotion, delay_s: float) -> SegmentMotion:
+    """The leg's angle (rad) and its derivatives, read ``delay_s`` (s) later, to first order."""
+    return replace(
+        motion,
+        theta=motion.theta + delay_s * motion.theta_d,
+        theta_d=motion.theta_d + delay_s * motion.theta_dd,
+        theta_dd=motion.theta_dd + delay_s * derivative(motion.time, motion.theta_dd),
+    )
+
+
+def foot_budget(
+    found: WindowedFits,
+    again: Callable[[SegmentMotion, np.ndarray], np.ndarray],
+    motion: SegmentMotion,
+    torque: np.ndarray,
+    known: FootKnowledge,
+) -> Budget:
+    """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+
+    Parameters
+    ----------
+    found : WindowedFits
+        The estimates (units there).
+    again : callable
+        Estimates them, shape (3,), from another motion (s, rad) and torque (N·m), linear in the torque.
+    motion : SegmentMotion
+        Motion of the leg on the clock of the forces (s, rad).
+    torque : ndarray, shape (n,)
+        Torque of the foot (N·m).
+    known : FootKnowledge
+        What was taken as known (units there).
+
+    Returns
+    -------
+    Budget
+        Type A and one entry per source that acts.
+    """
+    contributions = {
+        name: np.array([again(motion, change) for change in changes])
+        for name, changes in changed_torques(known).items()
+    }
+    shifts = {}
+    if "log_delay_s" in known.sources:
+        delay = known.sources["log_delay_s"].standard_uncertainty
+        y_a_d, jerk = derivative(motion.time, known.y_a), derivative(motion.time, known.y_a_dd)
+        moved = y_a_d * known.loads["Fz"] + 0.5 * known.foot.mass_kg * known.foot.height_m * jerk
+        shifts["log_delay_s"] = (delayed(motion, delay), torque - delay * moved)
+    if "clock_ratio" in known.sources:
+        slower = 1.0 / (1.0 + known.sources["clock_ratio"].standard_uncertainty)
+        other = replace(motion, theta_d=motion.theta_d * slower, theta_dd=motion.theta_dd * slower**2)
+        inertia = 0.5 * known.foot.mass_kg * known.foot.height_m * known.y_a_dd
+        shifts["clock_ratio"] = (other, torque - (slower**2 - 1.0) * inertia)
+    for name, changed in shifts.items():
+        contributions[name] = (again(*changed) - found.mean)[None]
+    freedom = {name: known.sources[name].freedom for name in contributions}
+    return Budget(*scatter(found.parameters), contributions, freedom)

@@ -1,0 +1,269 @@
+"""Uncertainty of I, B, K of the ankle dummy from the motion of its leg: what each source contributes.
+
+*From a torque* (windowed least squares). The torque is linear in m, m r and I_l, so central differences are
+exact for these. A layout of the markers that is wrong moves nothing but two constants, because the leg is
+rigid: the measured angle by a constant c, and the point that is taken for the centre of mass by (a, l) in the
+axes of the leg,
+
+    y'' -> y'' + (a cos theta + l sin theta)'',    z'' -> z'' + (l cos theta - a sin theta)''
+
+*From the angle over the trial* (output error, joint likelihood). The equation of motion is homogeneous in J,
+B, K and p = m r, so all three are proportional to p, and I = J - I_l - m r^2. With lengths that are s times
+too large and a clock that runs a times too fast,
+
+    J -> s J,    B -> s B / a,    K -> k_g + s (K - k_g) / a^2,    k_g = m g r
+
+Offsets of markers and delays change the angle at rest and the delay, which are estimated. Every derivative is
+that of what the analysis would return with another value for the source.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, SegmentMotion
+from tepsipe.statistics.uncertainty import Budget, Source, linear_contributions, scatter
+
+LEG_SOURCES = (
+    "leg_mass_kg",
+    "leg_com_m",
+    "leg_inertia_kgm2",
+    "joint_offset_m",
+    "leg_marker_m",
+    "ankle_marker_m",
+    "vertical_rad",
+    "marker_scale",
+    "clock_ratio",
+    "marker_sampling_s",
+)
+ANTERIOR, LONGITUDINAL = "anterior", "longitudinal"
+
+
+def type_a_of(found: WindowedFits) -> tuple[np.ndarray, float]:
+    """Type A of the means of I, B, K, shape (3,) (their units), and its degrees of freedom (-).
+
+    From the covariance of the fit where it has one, from the scatter of the perturbations elsewhere.
+    """
+    covariance = getattr(found, "covariance", None)
+    if covariance is not None:
+        return np.sqrt(np.diag(covariance)), np.inf
+    return scatter(found.parameters)
+
+
+@dataclass(frozen=True)
+class LegKnowledge:
+    """What a pathway takes as known of the leg, and how well it is known.
+
+    Attributes
+    ----------
+    leg : Leg
+        The leg (kg, m, kg·m²).
+    markers : SegmentMarkers
+        Its markers (m).
+    ankle_label : str
+        That of them which is on the ankle; empty if there is none.
+    sources : dict of str to Source
+        What is not known exactly (units in their names); none where Type B is not evaluated.
+    motion, sampled_later : SegmentMotion
+        As it was found, and as it is with a time between markers that is longer by its standard uncertainty
+        (s, rad, m); None if that time does not act.
+    """
+
+    leg: Leg
+    markers: SegmentMarkers
+    ankle_label: str
+    sources: Mapping[str, Source]
+    motion: SegmentMotion
+    sampled_later: SegmentMotion | None = None
+
+
+def leg_budget(
+    found: WindowedFits,
+    again: Callable[[SegmentMotion, Leg], np.ndarray] | None,
+    known: LegKnowledge,
+) -> Budget:
+    """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+
+    Parameters
+    ----------
+    found : WindowedFits
+        The estimates (units there).
+    again : callable or None
+        Estimates them, shape (3,), from another motion and leg (units there); None if they come from the
+        angle over the whole trial.
+    known : LegKnowledge
+        What was taken as known (units there).
+
+    Returns
+    -------
+    Budget
+        Type A and one entry per source that acts.
+    """
+    if not known.sources:
+        contributions = {}
+    elif again is None:
+        contributions = angle_contributions(found.mean, known.leg, known.sources)
+    else:
+        contributions = torque_contributions(again, known)
+    freedom = {name: known.sources[name].freedom for name in contributions}
+    return Budget(*type_a_of(found), contributions, freedom)
+
+
+def changed_leg(leg: Leg, deviations: Mapping[str, float]) -> Leg:
+    """The leg (kg, m, kg·m²) with deviations of its sources (their units)."""
+    return replace(
+        leg,
+        mass_kg=leg.mass_kg + deviations.get("leg_mass_kg", 0.0),
+        com_m=leg.com_m + deviations.get("leg_com_m", 0.0),
+        inertia_kgm2=leg.inertia_kgm2 + deviations.get("leg_inertia_kgm2", 0.0),
+    )
+
+
+def marker_sources(markers: SegmentMarkers, ankle_label: str, sources: Mapping[str, Source]) -> list[Source]:
+    """One source per marker of the leg and direction (m), named source/label/direction."""
+    found = []
+    for label in markers.labels:
+        kind = "ankle_marker_m" if label == ankle_label else "leg_marker_m"
+        if kind in sources:
+            found += [
+                replace(sources[kind], name=f"{kind}/{label}/{direction}")
+                for direction in (ANTERIOR, LONGITUDINAL)
+            ]
+    return found
+
+
+def of_layout(markers: SegmentMarkers, com_m: float, deviations: Mapping[str, float]) -> np.ndarray:
+    """C (rad), a and l (m) for deviations of `marker_sources` (m), shape (3,)."""
+    moved = markers.layout_m.copy()
+    for name, deviation in deviations.items():
+        kind, _, place = name.partition("/")
+        if kind in ("leg_marker_m", "ankle_marker_m"):
+            label, _, direction = place.rpartition("/")
+            moved[markers.labels.index(label), int(direction == LONGITUDINAL)] += deviation
+    if np.array_equal(moved, markers.layout_m):
+        return np.zeros(3)
+    pose = fit_rigid_segment(markers.layout_m[None], moved, np.array([0.0, com_m]))
+    return np.array([pose.angle[0], pose.point[0, 0], pose.point[0, 1] - com_m])
+
+
+def changed_motion(
+    motion: SegmentMotion, markers: SegmentMarkers, com_m: float, deviations: Mapping[str, float]
+) -> SegmentMotion:
+    """The motion of the leg (s, rad, m) as it would be found with deviations of the sources.
+
+    Parameters
+    ----------
+    motion : SegmentMotion
+        As it was found (s, rad, m).
+    markers : SegmentMarkers
+        Layout of the markers (m).
+    com_m : float
+        Distance of the centre of mass from the ankle (m).
+    deviations : mapping of str to float
+        Names of `LEG_SOURCES` and of `marker_sources`, joint_offset_m with its direction after a slash (units
+        in the names). marker_sampling_s is not among them.
+
+    Returns
+    -------
+    SegmentMotion
+        Units as ``motion``.
+    """
+    turned, a, b = of_layout(markers, com_m, deviations)
+    a += deviations.get(f"joint_offset_m/{ANTERIOR}", 0.0)
+    b += deviations.get(f"joint_offset_m/{LONGITUDINAL}", 0.0) + deviations.get("leg_com_m", 0.0)
+    # lengths that are too large move the markers, not their layout, from whose centre the point is found
+    wider = deviations.get("marker_scale", 0.0)
+    centre = markers.layout_m.mean(axis=0)
+    a, b = a + wider * centre[0], b - wider * (com_m - centre[1])
+    sine, cosine = np.sin(motion.theta), np.cos(motion.theta)
+    along, radial = motion.theta_dd, motion.theta_d**2
+    y_dd = motion.y_dd + a * (-sine * along - cosine * radial) + b * (cosine * along - sine * radial)
+    z_dd = motion.z_dd + a * (-cosine * along + sine * radial) + b * (-sine * along - cosine * radial)
+    tilt = deviations.get("vertical_rad", 0.0)
+    slower = 1.0 / (1.0 + deviations.get("clock_ratio", 0.0))
+    larger = (1.0 + wider) * slower**2
+    return replace(
+        motion,
+        theta=motion.theta + turned + tilt,
+        theta_d=motion.theta_d * slower,
+        theta_dd=motion.theta_dd * slower**2,
+        y_dd=larger * (y_dd * np.cos(tilt) + z_dd * np.sin(tilt)),
+        z_dd=larger * (z_dd * np.cos(tilt) - y_dd * np.sin(tilt)),
+    )
+
+
+def by_source(contributions: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Contributions of the parts of a source, source/part, as rows of the source, (k, 3) (same units)."""
+    rows: dict[str, list[np.ndarray]] = {}
+    for name, values in contributions.items():
+        rows.setdefault(name.partition("/")[0], []).append(values)
+    return {name: np.concatenate(parts) for name, parts in rows.items()}
+
+
+def torque_contributions(
+    again: Callable[[SegmentMotion, Leg], np.ndarray], known: LegKnowledge
+) -> dict[str, np.ndarray]:
+    """What each source contributes to I, B, K from a torque of the leg.
+
+    Arguments are those of `leg_budget` (units there). The result is for `Budget.contributions`, one row per
+    marker and direction.
+    """
+    sources, leg = known.sources, known.leg
+    apart = ("joint_offset_m", "leg_marker_m", "ankle_marker_m", "marker_sampling_s")
+    parts = [source for name, source in sources.items() if name in LEG_SOURCES and name not in apart]
+    if "joint_offset_m" in sources:
+        offset = sources["joint_offset_m"]
+        parts += [replace(offset, name=f"joint_offset_m/{d}") for d in (ANTERIOR, LONGITUDINAL)]
+    parts += marker_sources(known.markers, known.ankle_label, sources)
+    found = linear_contributions(
+        lambda deviations: again(
+            changed_motion(known.motion, known.markers, leg.com_m, deviations), changed_leg(leg, deviations)
+        ),
+        parts,
+    )
+    if known.sampled_later is not None:
+        found["marker_sampling_s"] = (again(known.sampled_later, leg) - again(known.motion, leg))[None]
+    return by_source(found)
+
+
+def angle_contributions(values: np.ndarray, leg: Leg, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
+    """What each source contributes to I, B, K from the angle over the whole trial, exact.
+
+    Parameters
+    ----------
+    values : ndarray, shape (3,)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    leg : Leg
+        The leg (kg, m, kg·m²).
+    sources : mapping of str to Source
+        What is not known exactly.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (1, 3)
+        For `Budget.contributions`.
+    """
+    about_ankle = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
+    p = leg.mass_kg * leg.com_m
+
+    def estimate(deviations: Mapping[str, float]) -> np.ndarray:
+        other = changed_leg(leg, deviations)
+        scale = other.mass_kg * other.com_m / p
+        length = 1.0 + deviations.get("marker_scale", 0.0)
+        rate = 1.0 + deviations.get("clock_ratio", 0.0)
+        critical = scale * p * leg.gravity_m_per_s2
+        inertia = scale * length * (values[0] + about_ankle)
+        return np.array(
+            [
+                inertia - other.inertia_kgm2 - other.mass_kg * other.com_m**2,
+                scale * length * values[1] / rate,
+                critical + length * (scale * values[2] - critical) / rate**2,
+            ]
+        )
+
+    acting = ("leg_mass_kg", "leg_com_m", "leg_inertia_kgm2", "marker_scale", "clock_ratio")
+    return linear_contributions(estimate, [sources[name] for name in acting if name in sources])

@@ -1,0 +1,227 @@
+"""Results of one trial of the ankle dummy: rows of estimates and budgets, arrays, and cross-validation."""
+
+import zlib
+from collections.abc import Sequence
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
+from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.io.budget_table import Contribution
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import Result
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, impedance_torque
+from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
+from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.uncertainty import Budget
+
+LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
+
+
+def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
+    """Intervals of the mean VAF (%) of every pathway, which ends at 100 % and is not symmetric.
+
+    Parameters
+    ----------
+    analysis : DummyAnalysis
+        Output of `analyse_dummy`.
+    draws : int
+        Bootstrap samples (-).
+    seed : int
+        Seed of the generators that draw perturbations, one per pathway (-): intervals do not depend on the
+        other pathways.
+
+    Returns
+    -------
+    dict of str to Interval
+        Pathway -> standard errors and intervals, each of shape (1,).
+    """
+    return {
+        name: bootstrap_mean(
+            regression.vaf_per_perturbation[:, None],
+            draws,
+            np.random.default_rng([seed, zlib.crc32(name.encode())]),
+        )
+        for name, regression in analysis.regressions.items()
+    }
+
+
+def dummy_estimates(
+    condition: str, analysis: DummyAnalysis, intervals: dict[str, Interval]
+) -> list[Estimate]:
+    """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
+
+    For the output error also the VAF (%) of the angle, VAF_theta_trial.
+
+    Parameters
+    ----------
+    condition : str
+        Name of the condition.
+    analysis : DummyAnalysis
+        Output of `analyse_dummy`.
+    intervals : dict of str to Interval
+        From `bootstrap_pathways`.
+
+    Returns
+    -------
+    list of Estimate
+        Values are means over perturbations, with the intervals of their budgets; that of the VAF is
+        bootstrapped. The output error has no SEM as printed.
+    """
+    rows = []
+    for name, regression in analysis.regressions.items():
+        names = ("dummy", condition, name, analysis.pathways[name].estimator)
+        interval, mean = intervals[name], regression.mean
+        printed = np.mean([fit.sem_as_printed for fit in regression.fits], axis=0)
+        count = len(regression.fits)
+        of_joint = [
+            Estimate(
+                *names,
+                quantity,
+                UNITS[quantity],
+                float(mean[k]),
+                sem_as_printed=float(printed[k]) if np.isfinite(printed[k]) else None,
+                n_perturbations=count,
+            )
+            for k, quantity in enumerate(PARAMETERS)
+        ]
+        rows += with_budget(of_joint, analysis.budgets[name], PARAMETERS)
+        rows.append(
+            Estimate(
+                *names,
+                "VAF_perturbation",
+                "%",
+                float(regression.vaf_per_perturbation.mean()),
+                float(interval.standard_error[0]),
+                float(interval.low[0]),
+                float(interval.high[0]),
+                n_perturbations=count,
+            )
+        )
+        rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
+        if name in analysis.output_errors:
+            of_angle = analysis.output_errors[name].vaf_angle
+            rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
+    return rows
+
+
+def dummy_contributions(rows: Sequence[Estimate], analysis: DummyAnalysis) -> list[Contribution]:
+    """Uncertainty of I, B, K of ``rows``, from `dummy_estimates`, source by source (units in the rows)."""
+    return [
+        part
+        for name, budget in analysis.budgets.items()
+        for part in contributions_of([row for row in rows if row.pathway == name], budget, PARAMETERS)
+    ]
+
+
+def dummy_result(analysis: DummyAnalysis) -> Result:
+    """Arrays and facts of one trial, for figures and for cross-validation (units in the result)."""
+    arrays: dict[str, np.ndarray] = {
+        "time": analysis.time,
+        "belt_velocity": analysis.belt_velocity,
+    }
+    units = {"time": "s", "belt_velocity": "m/s"}
+    if analysis.belt_command is not None:
+        arrays["belt_command"], units["belt_command"] = analysis.belt_command, "m/s"
+    some = next(iter(analysis.regressions.values()))
+    arrays["windows"] = np.array([[p.start, p.stop] for p in some.perturbations])
+    units["windows"] = "samples"
+    for name, regression in analysis.regressions.items():
+        for key, values, unit in (
+            ("torque", regression.torque, "Nm"),
+            ("predicted_torque", regression.predicted, "Nm"),
+            ("regressors", regression.regressors, "rad/s2, rad/s, rad"),
+            ("parameters", regression.parameters, "Nms2/rad, Nms/rad, Nm/rad"),
+            ("mean_and_interval", _mean_and_interval(regression, analysis.budgets[name]), "as parameters"),
+            ("vaf_per_perturbation", regression.vaf_per_perturbation, "%"),
+            ("standard_errors", _standard_errors(regression), "Nms2/rad, Nms/rad, Nm/rad"),
+        ):
+            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, unit
+    for name, found in analysis.output_errors.items():
+        for key, values in (("angle", found.angle), ("simulated_angle", found.simulated)):
+            arrays[f"{name}/{key}"], units[f"{name}/{key}"] = values, "rad"
+    for name, values in analysis.loads.items():
+        arrays[f"loads/{name}"] = values.astype(np.float32)
+        units[f"loads/{name}"] = LOAD_UNITS[name.partition("/")[0]]
+    lengths = np.diff(arrays["windows"], axis=1) * (analysis.time[1] - analysis.time[0])
+    facts = {
+        "pathways": list(analysis.regressions),
+        "marker_residual_rms_m": analysis.marker_residual_rms_m,
+        "marker_noise_m": analysis.marker_noise_m,
+        "theta_rest_rad": some.theta_rest_rad,
+        "mean_window_s": float(lengths.mean()),
+        "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
+        "output_error_delay_s": {name: found.delay_s for name, found in analysis.output_errors.items()},
+        "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
+        "condition_numbers": {
+            name: float(np.mean([fit.condition_number for fit in regression.fits]))
+            for name, regression in analysis.regressions.items()
+        },
+    }
+    return Result(arrays, units, facts)
+
+
+def _standard_errors(regression: WindowedFits) -> np.ndarray:
+    """Ordinary standard errors of I, B, K of every perturbation, for white residuals (units of I, B, K)."""
+    return np.array([fit.standard_error for fit in regression.fits])
+
+
+def _mean_and_interval(regression: WindowedFits, budget: Budget) -> np.ndarray:
+    """Rows mean, low, high; columns I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad)."""
+    return np.array([regression.mean, *budget.interval(regression.mean)])
+
+
+def cross_validate_dummy(results: dict[str, Result], pathway: str) -> np.ndarray:
+    """Predict every trial's torque with every trial's mean parameters (thesis section 3-1-2).
+
+    Parameters
+    ----------
+    results : dict of str to Result
+        Condition -> `dummy_result`.
+    pathway : str
+        Name of the pathway.
+
+    Returns
+    -------
+    ndarray, shape (conditions, conditions)
+        VAF (%) over the whole trial, parameters of the row's condition, trial of the column's.
+
+    Raises
+    ------
+    InputError
+        If a trial lacks the pathway.
+    """
+    for condition, result in results.items():
+        if f"{pathway}/parameters" not in result.arrays:
+            raise InputError(f"{condition}: expected the pathway {pathway!r}, found none: fit it again")
+    matrix = np.empty((len(results), len(results)))
+    for i, reference in enumerate(results.values()):
+        mean = reference.arrays[f"{pathway}/parameters"].mean(axis=0)
+        for j, trial in enumerate(results.values()):
+            theta_dd, theta_d, theta = trial.arrays[f"{pathway}/regressors"].T
+            predicted = impedance_torque(mean, theta, theta_d, theta_dd)
+            matrix[i, j] = vaf(trial.arrays[f"{pathway}/torque"], predicted)
+    return matrix
+
+
+def cross_validation_estimates(
+    conditions: list[str], matrix: np.ndarray, pathway: str, estimator: str
+) -> list[Estimate]:
+    """Mean VAF (%) of each condition's parameters on the other conditions."""
+    if len(conditions) < 2:
+        return []
+    others = ~np.eye(len(conditions), dtype=bool)
+    return [
+        Estimate(
+            "dummy",
+            condition,
+            pathway,
+            estimator,
+            "VAF_cross_validated",
+            "%",
+            float(matrix[k][others[k]].mean()),
+        )
+        for k, condition in enumerate(conditions)
+    ]
