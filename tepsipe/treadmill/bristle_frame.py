@@ -2,14 +2,16 @@
 
     F_y = R_M S [ true + m a + c w + (f_0 + f_1 M) w / sqrt(v_0^2 + w^2) + (b_0 + b_1 M) z ],   w = v + T a
     M_x = R_M [ true + m_x a + c_x v + lever F_friction + x F_true ]
-    R_M(s) = (1 - p) / (1 + d s + e s^2) + p / (1 + r d s + r^2 e s^2),    d = d_0 + d_1 M,    e = e_0 + e_1 M
+    R_M(s) = (1 - p) / (1 + d s + e s^2) + p / (1 + r d s + r^2 e s^2)
+    d = d_0 + d_1 M,    e = e_0 + e_1 M
     S(s) = 1 - k t s / (1 + t s)
 
 Symbols as in `tepsipe.treadmill.loaded_frame`; further z, how far the bristles between belt and deck are bent
 (`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u and
-its speed v_s; p the share of a second mode of the frame, r times slower; lever the height of the friction,
-all terms of F_y with w and z, about the x axis (m); x cross-talk from the true fore-aft force to the moment
-(m). The pulses of all trials are fitted together, force and moment with one frame.
+its speed v_s; p the share of a second mode of the frame, p_F of the force and p_M of the moment, r times
+slower; lever the height of the friction, all terms of F_y with w and z, about the x axis (m); x cross-talk
+from the true fore-aft force to the moment (m). The pulses of all trials are fitted together, force and moment
+with one frame.
 """
 
 from dataclasses import dataclass, replace
@@ -21,14 +23,22 @@ from tepsipe.treadmill.recording import BeltRecording
 
 # names of the constants in their order
 CONSTANTS = (
-    *("damping_s", "damping_s_per_kg", "slowness_s2", "slowness_s2_per_kg", "second_mode", "second_slowness"),
+    *(
+        "damping_s",
+        "damping_s_per_kg",
+        "slowness_s2",
+        "slowness_s2_per_kg",
+        "second_mode",
+        "second_mode_moment",
+        "second_slowness",
+    ),
     *("lag_s", "friction_speed_m_per_s", "mount_share", "mount_time_s"),
     *("bristle_m", "stribeck", "stribeck_speed_m_per_s"),
     *("force_mass", "force_viscous", "friction", "friction_per_kg", "bristle", "bristle_per_kg"),
     *("moment_mass", "moment_viscous", "lever_m", "cross_talk_m"),
 )
 AT = {name: k for k, name in enumerate(CONSTANTS)}
-SEARCHED = 13  # the first of the constants are searched for, the others follow by least squares
+SEARCHED = 14  # the first of the constants are searched for, the others follow by least squares
 
 
 @dataclass(frozen=True)
@@ -39,10 +49,10 @@ class BristleFrame:
     ----------
     component : {"Fy", "Mx"}
         The load that it predicts.
-    constants : ndarray, shape (23,)
-        In the order of `CONSTANTS`: d_0 (s), d_1 (s/kg), e_0 (s2), e_1 (s2/kg), p, r (-); T (s), v_0 (m/s),
-        k (-), t (s); d_z (m), u (-), v_s (m/s); m (N over m/s²), c (N over m/s), f_0 (N), f_1 (N/kg), b_0
-        (N), b_1 (N/kg); m_x (N·m over m/s²), c_x (N·m over m/s), lever (m), x (m).
+    constants : ndarray, shape (24,)
+        In the order of `CONSTANTS`: d_0 (s), d_1 (s/kg), e_0 (s2), e_1 (s2/kg), p_F, p_M, r (-); T (s), v_0
+        (m/s), k (-), t (s); d_z (m), u (-), v_s (m/s); m (N over m/s²), c (N over m/s), f_0 (N), f_1 (N/kg),
+        b_0 (N), b_1 (N/kg); m_x (N·m over m/s²), c_x (N·m over m/s), lever (m), x (m).
     terms : tuple of str
         Parts beyond the loaded frame that cross-validation kept, of `tepsipe.treadmill.bristle_fit.TERMS`.
     rate_hz : float
@@ -70,7 +80,7 @@ class BristleFrame:
         return float(self.constants[AT[name]])
 
     def moved(self, step: np.ndarray) -> "BristleFrame":
-        """The model with a step, shape (23,), added to its ``constants`` (their units)."""
+        """The model with a step, shape (24,), added to its ``constants`` (their units)."""
         return replace(self, constants=self.constants + step)
 
     def resonance_hz(self, carried_kg: float) -> float:
@@ -171,17 +181,20 @@ class BristleFrame:
         # the ends differ where bristles stay bent: a line between them is passed on as it is
         line = np.linspace(x[0], x[-1], x.size)
         s = 2j * np.pi * np.fft.rfftfreq(x.size, 1.0 / recording.rate_hz)
-        response = frame_response(self.constants, s, recording.carried_kg)
+        response = frame_response(self.constants, s, recording.carried_kg, self.component)
         if self.component == "Fy":
             response = response * mount_response(self.constants, s)
         return np.fft.irfft(np.fft.rfft(x - line) * (1.0 / response if inverse else response), x.size) + line
 
 
-def frame_response(constants: np.ndarray, s: np.ndarray, carried_kg: float | np.ndarray) -> np.ndarray:
-    """R_M at s (rad/s), for constants in their units and a mass on the belt (kg)."""
+def frame_response(
+    constants: np.ndarray, s: np.ndarray, carried_kg: float | np.ndarray, component: str
+) -> np.ndarray:
+    """R_M at s (rad/s), for constants in their units, a mass on the belt (kg), and Fy (N) or Mx (N·m)."""
     slowness = (constants[AT["slowness_s2"]] + constants[AT["slowness_s2_per_kg"]] * carried_kg) * s**2
     damping = (constants[AT["damping_s"]] + constants[AT["damping_s_per_kg"]] * carried_kg) * s
-    share, ratio = constants[AT["second_mode"]], constants[AT["second_slowness"]]
+    share = constants[AT["second_mode" if component == "Fy" else "second_mode_moment"]]
+    ratio = constants[AT["second_slowness"]]
     first = 1.0 / (1.0 + damping + slowness)
     if share == 0.0:
         return first

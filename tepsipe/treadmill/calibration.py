@@ -166,21 +166,31 @@ BOTH = "empty+weight"
 OF_BOTH = ("loaded-frame", "bristle-frame")
 
 
+def group_of(experiment: str, carried_kg: float, usual_kg: float) -> str:
+    """Group of a trial of the empty belt or of a weight: its experiment, with the mass of another weight.
+
+    The usual weight has the mass ``usual_kg`` (kg).
+    """
+    if experiment == "empty" or abs(carried_kg - usual_kg) <= 1e-6 * usual_kg:
+        return experiment
+    return f"{experiment} of {carried_kg:g} kg"
+
+
 def plate_groups(
     recordings: list[tuple[str, str, BeltRecording]],
 ) -> tuple[dict[str, list[BeltRecording]], dict[str, list[BeltRecording]]]:
-    """Group recordings of the empty belt and of the weight (units as in the recordings).
+    """Group recordings of the empty belt and of weights (units as in the recordings).
 
     Parameters
     ----------
-    recordings : list of (experiment, role, BeltRecording)
-        Experiment empty or weight, role calibrate or validate.
+    recordings : list of (group, role, BeltRecording)
+        Group by `group_of`, role calibrate or validate.
 
     Returns
     -------
     training, testing : dict of str to list of BeltRecording
-        Training by experiment, both experiments together, and all trials of the empty belt, whose mean is
-        subtracted condition by condition; testing by experiment.
+        Training by group, all groups together, and all trials of the empty belt, whose mean is
+        subtracted condition by condition; testing by group.
     """
     training: dict[str, list[BeltRecording]] = {}
     testing: dict[str, list[BeltRecording]] = {}

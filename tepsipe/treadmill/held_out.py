@@ -17,7 +17,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.io.result import Result
-from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, residuals
+from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, left_out_in_turn, residuals
 from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.pulse_windows import BEFORE_S, PulseWindows, longest_window, pulse_windows
 from tepsipe.treadmill.recording import BeltRecording
@@ -114,7 +114,7 @@ class PredictedError:
 
 
 def held_out_residuals(
-    calibrated: Calibrated,
+    calibrated: Calibrated | None,
     training: list[dict[str, BeltRecording]],
     testing: list[dict[str, BeltRecording]],
 ) -> Result:
@@ -122,8 +122,8 @@ def held_out_residuals(
 
     Parameters
     ----------
-    calibrated : Calibrated
-        The fit of the training trials.
+    calibrated : Calibrated or None
+        The fit of the training trials; without one there are no residuals.
     training, testing : list of dict of str to BeltRecording
         For each trial component -> recording (N, N·m).
 
@@ -137,6 +137,8 @@ def held_out_residuals(
     InputError
         If a recording has no separate pulses.
     """
+    if calibrated is None:
+        return Result({}, {}, {"trials": []})
     constants = calibrated.models["Fy"].constants
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
@@ -154,7 +156,7 @@ def held_out_residuals(
             single = windows.single[c][k] - windows.load[c][k] + left[c][k]
             arrays[f"{name}/{c}"], units[f"{name}/{c}"] = single[:, part].astype(np.float32), UNITS[c]
 
-    windows = pulse_windows(training, whole=True)
+    windows = pulse_windows(left_out_in_turn(training), whole=True)
     for k, change in enumerate(calibrated.without_trial):
         keep(windows, k, residuals(windows, constants + change))
     if testing:
@@ -165,9 +167,11 @@ def held_out_residuals(
     return Result(arrays, units, facts)
 
 
-def read_held_out(result: Result) -> HeldOut:
-    """Residuals from a result of `held_out_residuals` (units there)."""
+def read_held_out(result: Result) -> HeldOut | None:
+    """Residuals from a result of `held_out_residuals` (units there), None if there are none."""
     names = tuple(result.facts["trials"])
+    if not names:
+        return None
     return HeldOut(
         rate_hz=float(result.facts["rate_hz"]),
         before_s=float(result.facts["before_s"]),

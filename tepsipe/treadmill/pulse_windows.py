@@ -25,7 +25,7 @@ BEFORE_S, AFTER_S, BACK_S = 0.2, 0.8, 0.4  # window of a pulse, and the ramp bac
 MOVING_S = 0.6  # time from its onset in which a pulse moves the belt
 # a load that swings after a pulse moves the belt within the pre-sliding distance: the mean is followed longer
 LONGEST_S = 2.2
-FINER = 4  # steps of the bristles per sample
+FINER = 2  # steps of the bristles per sample
 ALIGNMENTS = 3
 ALIKE = 0.05  # largest deviation of a pulse from the mean of its trial, relative to that mean (rms)
 
@@ -259,11 +259,14 @@ def bent(velocity: np.ndarray, bristles: Bristles, rate_hz: float) -> tuple[np.n
     most = 1.0 + bristles.stribeck * np.exp(-((speed / bristles.stribeck_speed_m_per_s) ** 2))
     left = np.exp(-speed / (rate_hz * bristles.distance_m * most))
     pushed = np.sign(velocity).T * most * (1.0 - left)
-    z = np.empty_like(left)
+    z = np.zeros_like(left)
     state = np.zeros(velocity.shape[0])
-    for k in range(left.shape[0]):
+    moving = np.flatnonzero(velocity.any(axis=0))
+    first, last = (moving[0], moving[-1] + 1) if moving.size else (0, 0)
+    for k in range(first, last):
         state = left[k] * state + pushed[k]
         z[k] = state
+    z[last:] = state
     return np.cumprod(left, axis=0).T, z.T
 
 
