@@ -14,6 +14,11 @@ FLAGS = {
     "undefined": "the value is not a finite number: the parameters describe no stable joint",
     "no-interval": "its standard error or interval is not a number: record more perturbations",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",
+    "treadmill-model": "on trials that it has not seen, the treadmill model may err by more than a tenth of "
+    "K, or its constants are impossible: record the empty belt, and a weight near the subject's mass, with "
+    "the subject's pulses",
+    "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration: "
+    "record a weight near the subject's mass",
 }
 # quantities of which one estimate per trial is recommended
 QUOTED = ("I", "B", "K", "mass")
