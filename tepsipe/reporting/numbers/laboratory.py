@@ -7,8 +7,8 @@ from tepsipe.reporting.numbers.format import MINUS
 def laboratory_data(rows: list[LaboratoryRow]) -> dict | None:
     """Mechanisms and drawn constants as text (units in the keys).
 
-    Numbers of one list of constants that were drawn alike, for example of the markers of the leg, are one row,
-    with the largest deviation among them.
+    Numbers of one list of constants that were drawn alike, for example of the markers of the leg, are one
+    row, with the largest deviation among them.
 
     Returns
     -------
