@@ -8,6 +8,7 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, with_budget
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
+from tepsipe.experiments.dummy.joint_rows import joint_estimates, joint_facts
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
 from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.io.budget_table import Contribution
@@ -54,7 +55,8 @@ def dummy_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
 
-    For the output error also the VAF (%) of the angle, VAF_theta_trial.
+    For output error and joint likelihood also the VAF (%) of the angle, VAF_theta_trial, and for the joint
+    likelihood I, B, K of small movements.
 
     Parameters
     ----------
@@ -103,6 +105,9 @@ def dummy_estimates(
             )
         )
         rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
+        if name in analysis.joint_likelihoods:
+            found = analysis.joint_likelihoods[name]
+            rows += joint_estimates(names, found, analysis.small_budgets[name], count)
         if name in analysis.output_errors:
             of_angle = analysis.output_errors[name].vaf_angle
             rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
@@ -159,6 +164,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         "treadmill_errors": {
             name: _treadmill_error(check) for name, check in analysis.checks.items() if check.error
         },
+        "joint_likelihood": {name: joint_facts(f) for name, f in analysis.joint_likelihoods.items()},
         "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
         "condition_numbers": {
             name: float(np.mean([fit.condition_number for fit in regression.fits]))
