@@ -83,7 +83,8 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
         }
     if "weight" in truth:
         found["weight"] = {"mass": truth["weight"]["mass_kg"]}
-        found["weight/heavy"] = {"mass": truth.get("heavy_weight", truth["weight"])["mass_kg"]}
+    if "heavy_weight" in truth:
+        found["weight/heavy"] = {"mass": truth["heavy_weight"]["mass_kg"]}
     for task in truth.get("standing", {}).get("tasks", ()):
         found[f"standing/{task}"] = _of_person(truth["standing"], task)
     return found
