@@ -1,4 +1,7 @@
-"""The laboratory's standing person, through files and on a plate without belt: impedance and latencies."""
+"""The laboratory's standing person, through files and on a plate without belt: impedance and latencies.
+
+The person is the one that the analysis assumes, without the mechanisms that violate its assumptions.
+"""
 
 import copy
 from dataclasses import replace
@@ -17,6 +20,7 @@ from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import OnsetOptions
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.virtual_lab.person_mechanisms import without
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 
 pytestmark = pytest.mark.slow
@@ -79,6 +83,7 @@ def truth(shipped_truth):
     changed = copy.deepcopy(shipped_truth)
     assert NO_BELT.keys() <= changed["treadmill"]["plate"].keys()
     changed["treadmill"]["plate"] |= NO_BELT
+    changed["standing"] = without(changed["standing"])
     return changed
 
 

@@ -119,8 +119,8 @@ def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(own_
 
 
 def test_an_edit_of_one_task_makes_the_trials_of_this_task_again(own_study):
-    stiff = "stiffness_Nm_per_rad: [600.0, 1400.0, 900.0]"
-    planned = planned_after_an_edit(own_study, "config/virtual_lab.yaml", stiff, stiff.replace("600", "610"))
+    stiff = "stiffness_Nm_per_rad: [510.0, 1400.0, 900.0]"
+    planned = planned_after_an_edit(own_study, "config/virtual_lab.yaml", stiff, stiff.replace("510", "520"))
     assert planned == {
         "make_standing_trial": 1,
         "ingest_standing": 1,

@@ -57,8 +57,9 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
     """Experiment -> I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) for small movements, mass (kg) or latency (s).
 
     For the standing person the keys are experiment and task: standing/relax, standing/stiff. K and B are the
-    intrinsic values of the ankles; the latency of a muscle is the same in every task. For all trials of the
-    manipulator together the key is wristalyzer/pooled, with friction (N·m), hardening and softening.
+    intrinsic values of both ankles, K with the short range; the latency of a muscle, that of its first
+    reflex, is the same in every task. For all trials of the manipulator together the key is
+    wristalyzer/pooled, with friction (N·m), hardening and softening.
 
     ``truth`` is the laboratory's configuration, or sections of it. The rubber is the same in both rigs; in
     the manipulator the foot rotates with the handle, whose inertia and damping are those of the rig.
@@ -95,7 +96,7 @@ def _of_person(standing: dict, task: str) -> dict[str, float]:
     return {
         "I": 0.0,
         "B": constants["damping_Nms_per_rad"][0],
-        "K": constants["stiffness_Nm_per_rad"][0],
+        "K": constants["stiffness_Nm_per_rad"][0] + constants["short_range_Nm_per_rad"],
         **latencies,
     }
 
@@ -120,8 +121,8 @@ def compare_with_truth(
     tasks : dict of str to str
         Condition of the standing person -> task; a task of simulated trials only counts as a condition.
     at_work : dict of (str, str, str) to dict, optional
-        Experiment, condition and pathway -> I, B, K of the linear joint nearest to the true one in the fitted
-        windows (N·m·s²/rad, N·m·s/rad, N·m/rad).
+        Experiment, condition and pathway, for a standing person the estimator -> I, B, K of the linear joint
+        nearest to the true one in the fitted windows (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
     Returns
     -------
@@ -140,7 +141,9 @@ def compare_with_truth(
             known = parameters.get(f"{e.experiment}/pooled", {})
         else:
             known = parameters.get(e.experiment, {}) if e.condition in made.get(e.experiment, []) else {}
-        working = (at_work or {}).get((e.experiment, e.condition, e.pathway), {})
+        # windows belong to the pathway of the dummy and of the manipulator, to the estimator of a person
+        fitted = e.estimator if e.experiment == "standing" else e.pathway
+        working = (at_work or {}).get((e.experiment, e.condition, fitted), {})
         if e.quantity in working:
             rows.append(Recovery(e, working[e.quantity], AT_WORK))
         elif e.quantity in known:

@@ -5,6 +5,10 @@ of the true torque by the true motion, over the same windows:
 
     tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 
+A standing person sways: there every perturbation has its own rest, the time just before its onset, and the
+fit is to the mean responses of each trial, as that of the estimators. The torque is the intrinsic one of both
+ankles, the angle the mean of both.
+
 A joint in the manipulator is never at rest, because its drive ripples: angle and torque then count from their
 means, as in a spectral fit.
 """
@@ -99,3 +103,66 @@ def linear_truth(
             columns, torque = columns - columns.mean(axis=0), torque - torque.mean()
         found.append(np.linalg.lstsq(columns, torque, rcond=None)[0])
     return dict(zip("IBK", np.mean(found, axis=0).tolist(), strict=True))
+
+
+def linear_truth_standing(
+    motions: list[TrueMotion],
+    onsets_s: list[np.ndarray],
+    window_s: float,
+    inertia: bool,
+    baseline_s: tuple[float, float],
+) -> dict[str, float]:
+    """B (N·m·s/rad), K (N·m/rad) of the linear ankles nearest to the true ones in the mean responses.
+
+    Parameters
+    ----------
+    motions : list of TrueMotion
+        Of the trials that were fitted together (s, rad, N·m): mean angle and intrinsic torque of both ankles.
+    onsets_s : list of ndarray
+        Onsets of the fitted perturbations of each trial (s).
+    window_s : float
+        Length of the fitted window from the onset (s).
+    inertia : bool
+        Whether I (N·m·s²/rad) is fitted too.
+    baseline_s : tuple of float
+        From where to where a response counts as rest, from the onset (s).
+
+    Returns
+    -------
+    dict of str to float
+        B and K, and I if it is fitted.
+
+    Raises
+    ------
+    InputError
+        If a trial holds no motion in the window.
+    """
+    names = ("acceleration", "rate", "angle") if inertia else ("rate", "angle")
+    columns, torques = [], []
+    for motion, onsets in zip(motions, onsets_s, strict=True):
+        means = {name: _mean_response(motion, name, onsets, window_s, baseline_s) for name in SIGNALS[1:]}
+        if not onsets.size or not np.ptp(means["angle"]):
+            raise InputError(
+                f"expected motion within {window_s:g} s after every onset, found none: make the trial again"
+            )
+        columns.append(np.column_stack([means[name] for name in names]))
+        torques.append(means["torque"])
+    found = np.linalg.lstsq(np.concatenate(columns), np.concatenate(torques), rcond=None)[0]
+    return dict(zip("IBK" if inertia else "BK", found.tolist(), strict=True))
+
+
+def _mean_response(
+    motion: TrueMotion, name: str, onsets_s: np.ndarray, window_s: float, baseline_s: tuple[float, float]
+) -> np.ndarray:
+    """Mean over the perturbations of a signal in the window, less its mean before the onset (its unit)."""
+    step_s = float(motion.time[1] - motion.time[0])
+    signal = getattr(motion, name)
+    window, before = (
+        start + np.arange(0.0, stop - start + 0.5 * step_s, step_s)
+        for start, stop in ((0.0, window_s), baseline_s)
+    )
+
+    def at(instants: np.ndarray) -> np.ndarray:
+        return np.interp(onsets_s[:, None] + instants, motion.time, signal)
+
+    return (at(window) - at(before).mean(axis=1, keepdims=True)).mean(axis=0)

@@ -48,6 +48,11 @@ def _paired(row: tuple, mass_kg: float, scale: float) -> Segment:
     return Segment(mass, length, (1.0 - com) * length, mass * (gyration * length) ** 2)
 
 
+def scaled(segment: Segment, factor: float) -> Segment:
+    """The same shape (m) with ``factor`` (-) times the mass and the moment of inertia (kg, kg·m²)."""
+    return Segment(factor * segment.mass_kg, segment.length_m, segment.com_m, factor * segment.inertia_kgm2)
+
+
 def shanks(mass_kg: float, stature_m: float) -> Segment:
     """Both shanks of a body of mass (kg) and stature (m)."""
     return _paired(SHANK, mass_kg, stature_m / STATURE_M)

@@ -4,19 +4,21 @@ from pathlib import Path
 
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.electromyography import CHANNELS, EmgTruth, record_emg, sample_trigger, write_emg
-from tepsipe.virtual_lab.person import (
+from tepsipe.virtual_lab.person import move_person, true_ankles
+from tepsipe.virtual_lab.person_constants import (
     MARKERS,
     MUSCLES,
     MuscleTruth,
     NervesTruth,
     PersonMarkers,
     PersonTruth,
+    SkinTruth,
     TaskTruth,
-    move_person,
-    person_marker_paths,
 )
+from tepsipe.virtual_lab.person_markers import person_marker_paths
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.treadmill_trial import record_capture, record_log, schedule_at_random
+from tepsipe.virtual_lab.truth_file import write_true_motion
 
 # the body is slower than the dummy: half as many steps as for the other rigs are enough
 INTEGRATION_RATE_HZ = 1000.0
@@ -34,6 +36,7 @@ def make_standing_trial(
     calibration: Path,
     markers: Path,
     emg: Path,
+    motion_file: Path | None = None,
 ) -> None:
     """Make one trial of a person standing on the treadmill.
 
@@ -55,16 +58,18 @@ def make_standing_trial(
         Length of the trial (s).
     log, calibration, markers, emg : Path
         Files to write: treadmill log, calibration matrix, C3D and EDF+.
+    motion_file : Path, optional
+        File for the hidden motion of the ankles (s, rad, N·m).
     """
     seed, rig, standing = truth["seed"], truth["treadmill"], truth["standing"]
     rng = generator(seed, "standing", condition)
     of_nerves, of_emg = rng.spawn(2)
     schedule = schedule_at_random(rig, profile, amplitude_m_per_s, interval_s, duration_s, rng)
-    person = PersonTruth(**standing["person"])
+    person, doing = PersonTruth(**standing["person"]), TaskTruth(**standing["tasks"][task])
     motion = move_person(
         person,
         {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES},
-        TaskTruth(**standing["tasks"][task]),
+        doing,
         NervesTruth(**standing["nerves"]),
         DriveTruth(**rig["drive"]),
         schedule.command,
@@ -73,7 +78,8 @@ def make_standing_trial(
         of_nerves,
     )
     record_log(rig, seed, schedule, motion, person.mass_kg, rng, log, calibration)
-    paths = person_marker_paths(PersonMarkers(**standing["markers"]), person, motion)
+    skin = SkinTruth(**standing["skin"])
+    paths = person_marker_paths(PersonMarkers(**standing["markers"]), person, skin, motion)
     record_capture(rig, schedule, MARKERS, paths, rng, markers)
     recorder = EmgTruth(**standing["emg"])
     voltages, instants = record_emg(
@@ -81,3 +87,5 @@ def make_standing_trial(
     )
     trigger = sample_trigger(instants, schedule.trigger_s, schedule.duration_s)
     write_emg(emg, CHANNELS, voltages, trigger, recorder.rate_hz, recorder.limit_uV)
+    if motion_file is not None:
+        write_true_motion(motion_file, true_ankles(person, doing, motion, schedule.trigger_s))

@@ -30,6 +30,25 @@ class TrueMotion:
     torque: np.ndarray
 
 
+@dataclass(frozen=True)
+class StandingMotion(TrueMotion):
+    """Exact motion of a standing person's ankles: mean angle and intrinsic torque of both.
+
+    Attributes
+    ----------
+    active : ndarray, shape (n,)
+        Delayed torque of the muscles of both ankles (N·m).
+    marked_angle : ndarray, shape (n,)
+        Angle of the ankle that has the markers, from quiet standing (rad).
+    marked_torque : ndarray, shape (n,)
+        Its part of the intrinsic torque (N·m).
+    """
+
+    active: np.ndarray
+    marked_angle: np.ndarray
+    marked_torque: np.ndarray
+
+
 def write_true_motion(path: str | Path, motion: TrueMotion) -> None:
     """Write the motion as HDF5 at `RATE_HZ` (s, rad, N·m), from the trigger on."""
     every = max(1, round((1.0 / RATE_HZ) / (motion.time[1] - motion.time[0])))

@@ -97,6 +97,7 @@ rule compare_with_truth:
         made=STUDY.all_made(),
         tasks=STUDY.made_tasks(),
         windows_s=STUDY.dummy_windows(),
+        standing=STUDY.standing_windows(),
         at_foot=STUDY.foot_pathways(),
     script:
         "../scripts/compare_with_truth.py"

@@ -2,7 +2,7 @@
 # reads; only these rules, and the comparison of estimates with the truth in tables.smk, are given any.
 
 # the person's constants, but for those of a task
-PERSON = [f"standing.{part}" for part in ("person", "muscles", "nerves", "markers", "emg")]
+PERSON = [f"standing.{part}" for part in ("person", "muscles", "nerves", "markers", "skin", "emg")]
 
 
 rule make_wristalyzer_trial:
@@ -89,6 +89,7 @@ rule make_standing_trial:
         calibration="<results>/raw/standing/{condition}/calibration.csv",
         markers="<results>/raw/standing/{condition}/markers.c3d",
         emg="<results>/raw/standing/{condition}/emg.edf",
+        motion="<results>/truth/standing/{condition}.h5",
     log:
         "<logs>/make_standing_trial/{condition}.log",
     wildcard_constraints:

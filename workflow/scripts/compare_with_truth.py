@@ -7,7 +7,7 @@ job.start(snakemake)
 from tepsipe.io.estimates import read_estimates
 from tepsipe.io.result import read_result
 from tepsipe.reporting.recovery import compare_with_truth, write_recovery
-from tepsipe.reporting.true_motion import linear_truth, read_true_motion
+from tepsipe.reporting.true_motion import linear_truth, linear_truth_standing, read_true_motion
 
 params = snakemake.params
 at_work, motions, fits = {}, iter(snakemake.input.motions), iter(snakemake.input.fits)
@@ -24,6 +24,19 @@ for condition in params.made.get("dummy", ()):
         at_work["dummy", condition, pathway] = linear_truth(
             motion, list(zip(time[windows[:, 0]], ends, strict=True)), inertia_beyond=inertia
         )
+if params.standing is not None:
+    made = params.made["standing"]
+    ankles = {condition: read_true_motion(next(motions)) for condition in made}
+    onsets = {condition: read_result(next(fits)).arrays["onsets_s"] for condition in made}
+    for name, conditions in params.standing["trials"].items():
+        used = [condition for condition in conditions if onsets[condition].size]
+        for estimator, choice in params.standing["estimators"].items() if used else ():
+            at_work["standing", name, estimator] = linear_truth_standing(
+                [ankles[condition] for condition in used],
+                [onsets[condition] for condition in used],
+                **choice,
+                baseline_s=tuple(params.standing["baseline_s"]),
+            )
 rows = compare_with_truth(
     read_estimates(snakemake.input.estimates), params.truth, params.made, params.tasks, at_work
 )

@@ -17,4 +17,5 @@ make_standing_trial(
     calibration=Path(snakemake.output.calibration),
     markers=Path(snakemake.output.markers),
     emg=Path(snakemake.output.emg),
+    motion_file=Path(snakemake.output.motion),
 )

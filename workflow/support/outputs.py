@@ -153,13 +153,15 @@ def thesis_dummy(study: Study) -> list[str]:
 
 
 def true_motions(study: Study) -> list[str]:
-    """Hidden motion of the joint in every simulated trial, first of the manipulator, then of the dummy."""
-    return [f"<results>/truth/{e}/{c}.h5" for e in ("wristalyzer", "dummy") for c in study.made(e)]
+    """Hidden motion of the joint in every simulated trial: manipulator, dummy, standing person."""
+    of = ("wristalyzer", "dummy", "standing")
+    return [f"<results>/truth/{e}/{c}.h5" for e in of for c in study.made(e)]
 
 
 def fits_of_made(study: Study) -> list[str]:
-    """Fits of the same trials."""
-    return [f"<results>/fits/{e}/{c}.h5" for e in ("wristalyzer", "dummy") for c in study.made(e)]
+    """Results of the same trials that tell what was fitted: fits, and the epochs of a standing person."""
+    fits = [f"<results>/fits/{e}/{c}.h5" for e in ("wristalyzer", "dummy") for c in study.made(e)]
+    return fits + [f"<results>/epochs/standing/{c}.h5" for c in study.made("standing")]
 
 
 def recovery(study: Study) -> list[str]:

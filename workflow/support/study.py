@@ -9,7 +9,7 @@ from workflow.support.experiments import EXPERIMENTS, PARTS
 from workflow.support.names import check_distinct, check_name
 from workflow.support.people import check_people, person_of
 from workflow.support.row_names import check_names, named_by, with_names
-from workflow.support.settings import pick, plate_treadmill, settings_of
+from workflow.support.settings import only, pick, plate_treadmill, settings_of
 from workflow.support.trial_sheet import TrialRow, check_roles
 
 LEAST_PERIODS = 12  # of the perturbation in all trials of the manipulator, to fit them together
@@ -412,6 +412,19 @@ class Study:
         foot = dummy["foot"]["pathways"] if self.has("foot") else {}
         legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].windowed}
         return legs | {name: p["window_s"] for name, p in foot.items()}
+
+    def standing_windows(self) -> dict | None:
+        """Simulated trials of a person by condition and pool, their baseline, and the fitted windows."""
+        if not self.made("standing"):
+            return None
+        settings, pools = self.settings["standing"], self.pools()
+        return {
+            "trials": {
+                name: pools[name].conditions if name in pools else (name,) for name in self.made_tasks()
+            },
+            "baseline_s": settings["analysis"]["baseline_s"],
+            "estimators": {n: only(e, "window_s", "inertia") for n, e in settings["estimators"].items()},
+        }
 
     def foot_pathways(self) -> list[str]:
         """Pathways of the dummy with the torque from the foot."""

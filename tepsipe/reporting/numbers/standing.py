@@ -245,6 +245,9 @@ def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) 
         return f"{count} of {len(found)}"
 
     active = [n for n, choice in choices["estimators"].items() if choice["active"] != "none"]
+    recommended = truth[
+        truth.quantity.isin(["K", "B"]) & (truth.pathway == pathway) & (truth.estimator == estimator)
+    ]
     latencies = truth[
         truth.quantity.str.startswith("latency_") & (truth.estimator == choices["latency"]["detector"])
     ]
@@ -254,7 +257,7 @@ def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) 
         "truth": {
             task: {q: number(float(g.truth.iloc[0])) for q, g in of_task.groupby("quantity")}
             for task in task_fits
-            if len(of_task := truth[(truth.condition == task) & truth.quantity.isin(["K", "B"])])
+            if len(of_task := recommended[recommended.condition == task])
         },
         "stiffness": errors(rows("K", estimator, pooled)),
         "damping": errors(rows("B", estimator, pooled)),

@@ -1,0 +1,227 @@
+"""What each mechanism of the virtual person does to today's estimates of K and B: a table.
+
+    .venv/bin/python benchmarks/standing_mechanisms.py [--seeds 1]
+
+Two trials of each task, one in each direction, on a plate that feels nothing but the feet, are simulated and
+analysed by the shipped configuration. The truth is that of the comparison with the truth: the linear fit of
+the true intrinsic torque in the fitted window.
+"""
+
+import argparse
+import copy
+import math
+import os
+import sys
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+for library in ("OMP", "OPENBLAS", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+import numpy as np  # noqa: E402
+import yaml  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs  # noqa: E402
+from tepsipe.experiments.standing.impedance import fit_standing  # noqa: E402
+from tepsipe.experiments.standing.joint_torque import process_standing  # noqa: E402
+from tepsipe.experiments.standing.latency import muscle_latency  # noqa: E402
+from tepsipe.experiments.standing.options import (  # noqa: E402
+    StanceLimits,
+    StandingOptions,
+    TorquePathway,
+)
+from tepsipe.ingest.plate_treadmill import TreadmillOptions  # noqa: E402
+from tepsipe.ingest.standing import ingest_standing_files  # noqa: E402
+from tepsipe.reporting.true_motion import linear_truth_standing, read_true_motion  # noqa: E402
+from tepsipe.signals.emg import EmgOptions  # noqa: E402
+from tepsipe.signals.filters import Lowpass  # noqa: E402
+from tepsipe.signals.onsets import OnsetOptions  # noqa: E402
+from tepsipe.signals.perturbations import WindowOptions  # noqa: E402
+from tepsipe.virtual_lab.person_mechanisms import MECHANISMS, without  # noqa: E402
+from tepsipe.virtual_lab.standing_trial import make_standing_trial  # noqa: E402
+from workflow.scripts.standing_choices import active_options, estimators_of, person_of  # noqa: E402
+from workflow.support.settings import settings_of  # noqa: E402
+
+DURATION_S, INTERVAL_S = 45.0, (3.6, 3.8)
+TRIALS = (("sine", 0.4), ("negative-sine", 0.4))
+# a plate that feels nothing but the feet
+QUIET_PLATE = {
+    "felt_belt_mass_kg": 0.0,
+    "felt_roller_inertia_kgm": 0.0,
+    "friction_N": 0.0,
+    "friction_coefficient": 0.0,
+    "friction_Ns_per_m": 0.0,
+    "floor_m_per_s2": 0.0,
+    "mount_share": 0.0,
+    "resonance_hz": 2000.0,
+}
+# what is drawn has no shipped size: one standard deviation of its distribution
+DRAWN = {
+    "joint centre 4 mm forward": {("markers", "joint_centre_m"): [0.004, 0.0]},
+    "joint centre 3 mm up": {("markers", "joint_centre_m"): [0.0, 0.003]},
+    "feet 8 % heavier": {("person", "foot_mass"): 1.08 * 0.0145},
+}
+AS_ANALYSED = {("person", "foot_mass"): 0.0145}
+ESTIMATOR = "pre-reflex-window"
+
+
+def placed(section: dict, values: dict) -> dict:
+    """A copy of a configuration section with values at paths of keys."""
+    changed = copy.deepcopy(section)
+    for path, value in values.items():
+        inner = changed
+        for key in path[:-1]:
+            inner = inner[key]
+        inner[path[-1]] = value
+    return changed
+
+
+def variants(standing: dict) -> dict[str, dict]:
+    """Name -> section of the person: without mechanisms, with each alone, with all of the shipped ones."""
+    plain = placed(without(standing), AS_ANALYSED)
+    found = {"none": plain}
+    for name in MECHANISMS:
+        if name == "joint centre":
+            continue
+        others = [other for other in MECHANISMS if other != name]
+        found[name] = placed(without(standing, others), AS_ANALYSED)
+    found |= {name: placed(plain, values) for name, values in DRAWN.items()}
+    found["all that are shipped"] = standing
+    return found
+
+
+class Analysis:
+    """The shipped analysis of the standing person, on the torque of the plate as it is."""
+
+    def __init__(self):
+        config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+        self.section = section = settings_of(config)["standing"]
+        analysis = section["analysis"]
+        lowpass = analysis["lowpass_cutoff_hz"], analysis["lowpass_order"]
+        self.standing = StandingOptions(
+            person=person_of(section["person"]),
+            belt=section["belt"],
+            lowpass=Lowpass(*lowpass, True),
+            stretch_lowpass=Lowpass(analysis["stretch_cutoff_hz"], analysis["lowpass_order"], True),
+            window=WindowOptions(**analysis["window"]),
+            quiet_after_s=analysis["quiet_after_s"],
+            limits=StanceLimits(**section["stance"]),
+        )
+        self.cutting = EpochOptions(
+            before_s=analysis["before_s"],
+            after_s=analysis["after_s"],
+            baseline_s=tuple(analysis["baseline_s"]),
+            least_perturbations=analysis["least_perturbations"],
+            max_gap_s=section["ingest"]["max_gap_s"],
+            lowpass_cutoff_hz=lowpass[0],
+            lowpass_order=lowpass[1],
+            emg=EmgOptions(**section["emg"]),
+            mains_hz=analysis["line_hz"],
+        )
+        action = {muscle: choice["ankle_action"] for muscle, choice in section["muscles"].items()}
+        self.active = active_options(section["active"], action)
+        self.estimator = estimators_of(section["estimators"])[ESTIMATOR]
+
+    def responses(self, files: dict[str, Path], name: str):
+        """Epochs of one trial, from its raw files."""
+        section = self.section
+        channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
+        trial = ingest_standing_files(
+            files,
+            section["files"]["marker_labels"],
+            channels,
+            section["files"]["emg_trigger"],
+            section["files"]["emg_trigger_threshold"],
+            TreadmillOptions(**section["ingest"]),
+            DURATION_S,
+        )
+        processed = process_standing(trial, name, self.standing, {"ankle": TorquePathway("ankle", None)}, {})
+        return cut_standing_epochs(trial, processed, name, self.cutting)
+
+    def latency(self, epochs: list, muscle: str) -> float:
+        """From the onset of the stretch to that of the muscle (s), NaN without one."""
+        choice = self.section["latency"]
+        options = OnsetOptions(**choice | {"search_s": tuple(choice["search_s"]), "bootstrap_draws": 20})
+        stretched_by = self.section["muscles"][muscle]["lengthened_by"]
+        found = muscle_latency(epochs, muscle, stretched_by, options, np.random.default_rng(1))
+        onset = None if isinstance(found, str) else found.onsets[choice["detector"]].latency_s
+        return math.nan if onset is None else onset
+
+
+def measured(job: tuple[str, dict, str, int]) -> dict[str, float]:
+    """Errors of K and B (%), true K (N·m/rad) and latencies (ms) of a laboratory's task."""
+    name, truth, task, seed = job
+    analysis = Analysis()
+    epochs, motions = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for profile, amplitude in TRIALS:
+            kinds = {"log": "mat", "calibration": "csv", "markers": "c3d", "emg": "edf"}
+            files = {kind: Path(folder) / f"{profile}.{ending}" for kind, ending in kinds.items()}
+            motion = Path(folder) / f"{profile}.h5"
+            protocol = (f"{task}-{profile}", task, profile, amplitude, INTERVAL_S, DURATION_S)
+            make_standing_trial(truth | {"seed": seed}, *protocol, **files, motion_file=motion)
+            epochs.append(analysis.responses(files, f"{name}/{task}/{profile}"))
+            motions.append(read_true_motion(motion))
+    true = linear_truth_standing(
+        motions,
+        [e.onsets_s for e in epochs],
+        analysis.estimator.window_s,
+        analysis.estimator.inertia,
+        analysis.cutting.baseline_s,
+    )
+    fit = fit_standing(epochs, "ankle", analysis.estimator, analysis.active, 10, np.random.default_rng(1))
+    found = {key: fit.interval(key)[0] for key in "KB"}
+    return {
+        "K_true": true["K"],
+        "B_true": true["B"],
+        "K": 100.0 * (found["K"] / true["K"] - 1.0),
+        "B": 100.0 * (found["B"] / true["B"] - 1.0),
+        "SOL": 1e3 * analysis.latency(epochs, "SOL"),
+        "TA": 1e3 * analysis.latency(epochs, "TA"),
+        "count": min(e.count for e in epochs),
+        "rotation": 1e3 * fit.rotation_rad,
+    }
+
+
+def main() -> None:
+    """Print the table as Markdown."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=1, help="laboratories per row")
+    parser.add_argument("--processes", type=int, default=1)
+    options = parser.parse_args()
+    truth = yaml.safe_load((ROOT / "config" / "virtual_lab.yaml").read_text(encoding="utf-8"))
+    truth["treadmill"]["plate"] |= QUIET_PLATE
+    tasks = ("relax", "stiff")
+    named = variants(truth["standing"])
+    jobs = [
+        (name, truth | {"standing": standing}, task, seed)
+        for name, standing in named.items()
+        for task in tasks
+        for seed in range(1, options.seeds + 1)
+    ]
+    with ProcessPoolExecutor(options.processes) as pool:
+        results = list(pool.map(measured, jobs))
+    print("| mechanism | true K | K (%) | true B | B (%) | latency SOL, TA (ms) |")
+    print("|---|---|---|---|---|---|")
+    for name in named:
+        own = {
+            task: [r for j, r in zip(jobs, results, strict=True) if (j[0], j[2]) == (name, task)]
+            for task in tasks
+        }
+
+        def cell(key: str, form: str, own: dict = own) -> str:
+            return " / ".join(form.format(np.mean([r[key] for r in own[task]])) for task in tasks)
+
+        print(
+            f"| {name} | {cell('K_true', '{:.0f}')} | {cell('K', '{:+.1f}')} | {cell('B_true', '{:.1f}')} "
+            f"| {cell('B', '{:+.1f}')} | {cell('SOL', '{:.1f}')}, {cell('TA', '{:.1f}')} |",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
