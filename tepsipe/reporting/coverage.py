@@ -182,6 +182,62 @@ class DroppedRow:
     held_percent: float
 
 
+@dataclass(frozen=True)
+class OutcomeRow:
+    """One row of ``outcomes.csv``: an estimate beside its true value.
+
+    Attributes
+    ----------
+    laboratory : int
+        Its number (-).
+    mechanism : str
+        Its set.
+    experiment, condition, pathway, estimator, quantity, unit : str
+        As in the estimates.
+    truth, value, ci_low, ci_high, u_type_a, u_type_b : float or None
+        True value, estimate, interval and uncertainties (``unit``).
+    recommended : bool
+        Whether it is the one to quote (no unit).
+    flags : str
+        Checks that it failed (no unit).
+    """
+
+    laboratory: int
+    mechanism: str
+    experiment: str
+    condition: str
+    pathway: str
+    estimator: str
+    quantity: str
+    unit: str
+    truth: float
+    value: float | None
+    ci_low: float | None
+    ci_high: float | None
+    u_type_a: float | None
+    u_type_b: float | None
+    recommended: bool
+    flags: str
+
+
+def outcome_row(outcome: Outcome) -> OutcomeRow:
+    """An outcome as a row of ``outcomes.csv`` (units in its column ``unit``)."""
+    e, laboratory = outcome.estimate, outcome.laboratory
+    return OutcomeRow(
+        laboratory=laboratory.number,
+        mechanism=laboratory.set,
+        truth=outcome.truth,
+        value=e.value if math.isfinite(e.value) else None,
+        **{
+            name: getattr(e, name)
+            for name in (
+                *("experiment", "condition", "pathway", "estimator", "quantity", "unit"),
+                *("ci_low", "ci_high", "u_type_a", "u_type_b", "recommended", "flags"),
+            )
+        },
+    )
+
+
 def outcomes_of(
     laboratory: Laboratory,
     estimates: Sequence[Estimate],
