@@ -1,8 +1,8 @@
 """Coverage study: what many drawn laboratories say about the intervals of every estimator.
 
-Each laboratory is a study of its own, whose tables hold estimates, budgets and the truth. Here they become one
-table: per estimator and quantity how many intervals hold the truth, the bias, the width, and the flags; and
-the same with one source at a time taken out of the budgets, which needs no further run.
+Each laboratory is a study of its own, whose tables hold estimates, budgets and the truth. Here they become
+one table: per estimator and quantity how many intervals hold the truth, the bias, the width, and the flags;
+and the same with one source at a time taken out of the budgets, which needs no further run.
 """
 
 import csv

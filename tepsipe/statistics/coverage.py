@@ -45,7 +45,7 @@ class Share:
 
     @property
     def value(self) -> float:
-        """held / n (-); not a number without estimates."""
+        """Share held / n (-); not a number without estimates."""
         return self.held / self.n if self.n else math.nan
 
 
@@ -70,9 +70,7 @@ def clopper_pearson(held: float, n: float, confidence: float = CONFIDENCE) -> tu
     return low, high
 
 
-def share_of(
-    held: Sequence[bool], clusters: Sequence[object], confidence: float = CONFIDENCE
-) -> Share:
+def share_of(held: Sequence[bool], clusters: Sequence[object], confidence: float = CONFIDENCE) -> Share:
     """Share of estimates that count, with the interval for clusters described at the head of this module.
 
     Parameters

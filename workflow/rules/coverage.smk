@@ -64,8 +64,10 @@ rule write_coverage:
     output:
         pdf="<results>/report/coverage.pdf",
         data="<results>/report/coverage.json",
-        intervals="<results>/figures/figure_coverage_intervals.svg",
         shares="<results>/figures/figure_coverage.svg",
+        shares_png="<results>/figures/figure_coverage.png",
+        intervals="<results>/figures/figure_coverage_intervals.svg",
+        intervals_png="<results>/figures/figure_coverage_intervals.png",
     log:
         "<logs>/write_coverage.log",
     conda:

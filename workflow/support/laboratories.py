@@ -1,8 +1,8 @@
 """Coverage study: the configuration of each drawn laboratory, and a run of its study.
 
-Laboratory k has the coverage study's own configuration and trial sheet, but seeds of its own, and constants drawn from
-its set. Every other laboratory is of the first set, which the analysis assumes; the others take the further sets in
-turn. Neither depends on how many laboratories there are: more of them leave those that are done as they are.
+Laboratory k has the coverage study's own configuration and trial sheet, but seeds of its own, and constants
+drawn from its set. Every other laboratory is of the first set, which the analysis assumes; the others take
+the further sets in turn. Neither depends on how many laboratories there are: those that are done stay.
 """
 
 import copy
@@ -37,7 +37,7 @@ def seed_of(coverage: dict, number: int) -> int:
 
 
 def constants_of(constants: dict, coverage: dict, number: int) -> dict:
-    """The laboratory's constants before drawing, with what its set changes; InputError for an unknown one."""
+    """The constants before drawing, with what the laboratory's set changes; InputError for unknown ones."""
     name, found = set_of(coverage, number), copy.deepcopy(constants)
     chosen = coverage["sets"][name] or {}
     found["seed"] = seed_of(coverage, number)
@@ -57,8 +57,8 @@ def _replace(constants: dict, path: str, change, name: str) -> None:
         place = place.get(key) if isinstance(place, dict) else None
     if not isinstance(place, dict) or last not in place or isinstance(place[last], dict):
         raise InputError(
-            f"configuration: expected coverage.sets.{name} to name constants of the virtual laboratory, found "
-            f"{quoted(path)}: correct it"
+            f"configuration: expected coverage.sets.{name} to name constants of the virtual laboratory, "
+            f"found {quoted(path)}: correct it"
         )
     place[last] = change(place[last])
 
@@ -75,7 +75,8 @@ def _changed(entry: dict, chosen: dict) -> dict:
             deviation = entry.pop("rectangular") / 3.0**0.5
         else:
             deviation = entry.pop("normal", None)
-        entry["student"] = [entry["student"][0] if deviation is None else deviation, chosen["student_freedom"]]
+        deviation = entry["student"][0] if deviation is None else deviation
+        entry["student"] = [deviation, chosen["student_freedom"]]
     if chosen.get("shift"):
         entry["shift"] = chosen["shift"]
     return entry
@@ -114,9 +115,7 @@ class Laboratories:
 
     def files(self, number: int) -> dict[str, str]:
         """Path below the laboratory's folder -> text of the files that make it a study of its own."""
-        own = self.own_config | {
-            "study": self.own_config["study"] | {"seed": seed_of(self.coverage, number)}
-        }
+        own = self.own_config | {"study": self.own_config["study"] | {"seed": seed_of(self.coverage, number)}}
         return {
             "config/config.yaml": _text(own),
             "config/virtual_lab.yaml": _text(constants_of(self.constants, self.coverage, number)),
@@ -166,7 +165,9 @@ def run(files: dict[str, str], folder: Path) -> str:
         return ""
     if stopped.is_file():
         found = json.loads(stopped.read_text(encoding="utf-8"))
-        sentence = found["said"].splitlines()[-1] if found["said"] else f"{found['rule']} ended without a word"
+        sentence = (
+            found["said"].splitlines()[-1] if found["said"] else f"{found['rule']} ended without a word"
+        )
         if found["lasting"]:
             return sentence.removeprefix(STARTED)
         raise OSError(sentence)
@@ -205,7 +206,7 @@ def _snakemake(folder: Path, said: Path) -> int:
 
 @contextmanager
 def _elsewhere(said: Path):
-    """Give the folder, the environment and the outputs of this process back after something that changes them."""
+    """Give folder, environment and outputs of this process back after something that changes them."""
     here, kept = Path.cwd(), dict(os.environ)
     os.environ.pop("SNAKEMAKE_PROFILE", None)
     saved = [os.dup(stream) for stream in (1, 2)]

@@ -82,7 +82,8 @@ def _check_laboratories(config: dict, study: Study, name: str) -> None:
         )
     if config["study"]["participants"] is not None:
         raise InputError(
-            f"{name}: expected a coverage study without participants, found study.participants: set it to null"
+            f"{name}: expected a coverage study without participants, found study.participants "
+            f"{config['study']['participants']}: set it to null"
         )
     constants = checked_constants(path)
     for number in one_of_each_set(config["coverage"]):

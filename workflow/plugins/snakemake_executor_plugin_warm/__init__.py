@@ -1,8 +1,8 @@
 """Snakemake executor ``warm``: the scripts of all jobs, one after the other, in forks of one warm process.
 
 A job of Snakemake's own executor is a new Python, which takes 1.3 s to import what it needs. A fork has it
-already. Everything else is Snakemake's: the graph, its checks, outputs of jobs that stop, records of what has been done.
-A run takes one core, however many it is given, because laboratories are simulated side by side, not their jobs.
+already. Everything else is Snakemake's: the graph, its checks, outputs of jobs that stop, records of what has
+been done. A run takes one core, however many it is given: laboratories run side by side, not their jobs.
 
     PYTHONPATH=workflow/plugins snakemake --executor warm -c1
 
