@@ -24,6 +24,7 @@ Mechanics
 Identification: each returns an ImpedanceFit with .I .B .K, intervals, .vaf, .summary(), .to_frame(), .plot()
     fit_impedance         angle and torque, per perturbation or over one record
     fit_output_error      angle and motion of the foot, without a torque
+    fit_joint_likelihood  markers of leg and foot, and velocity of the belt, at once
     fit_admittance        a frequency response (Wristalyzer)
     fit_parallel_cascade  intrinsic stiffness and stretch reflex
     ImpedanceFit          the result
@@ -55,6 +56,7 @@ _PUBLIC = {
     "simulate_joint": "tepsipe.mechanics.joint_simulation",
     "fit_impedance": "tepsipe.identification.fits",
     "fit_output_error": "tepsipe.identification.fits",
+    "fit_joint_likelihood": "tepsipe.identification.joint_fit",
     "fit_admittance": "tepsipe.identification.fits",
     "fit_parallel_cascade": "tepsipe.identification.fits",
     "ImpedanceFit": "tepsipe.identification.result",

@@ -62,9 +62,15 @@ def shipped_truth():
 
 @pytest.fixture(scope="session")
 def short_truth(shipped_truth):
-    """The shipped laboratory with less rest, so that a short trial holds perturbations."""
+    """The shipped laboratory with less rest, so that a short trial holds perturbations.
+
+    It has a rigid foot and rod, and a plate whose friction has neither memory nor lever and whose frame has
+    one mode: from short trials, estimates of known accuracy.
+    """
     truth = copy.deepcopy(shipped_truth)
     truth["treadmill"]["protocol"] |= {"rest_before_s": 2.0, "rest_after_s": 3.0}
+    truth["treadmill"]["plate"] |= {"bristle_share": 0.0, "friction_lever_m": 0.0, "second_share": [0.0, 0.0]}
+    truth["dummy"]["foot_tilt"]["compliance_rad_per_Nm"] = truth["dummy"]["wobble"]["growing_per_m"] = 0.0
     return truth
 
 

@@ -128,7 +128,7 @@ def test_study_is_given_the_drawn_constants_and_refuses_an_unknown_one(root, tmp
     config = {"study": {"virtual_lab": str(path)}}
     path.write_text(text)
     found, shipped = checked_sections(config, "virtual_lab"), read_settings(path)
-    assert found == draw_laboratory(shipped) | {"nominal": shipped}
+    assert found == draw_laboratory(shipped) | {"drawn_numbers": [vars(n) for n in drawn_numbers(shipped)]}
     assert found["dummy"]["subject"]["leg_mass_kg"] != shipped["dummy"]["subject"]["leg_mass_kg"] == 0.4
     for entry, part in (
         ("  dummy.subject.leg_weight_kg: {normal: 0.1}", f"{path}: expected every entry of 'drawn'"),
@@ -168,7 +168,7 @@ def test_markers_turn_about_the_joint_and_not_about_the_point_they_are_measured_
     layout = shipped_truth["dummy"]["markers"]
     motion = type("Motion", (), {})()
     motion.time = np.linspace(0.0, 1.0, 50)
-    motion.belt_position, motion.angle = np.zeros(50), 0.2 * motion.time
+    motion.belt_position, motion.tilt, motion.angle = np.zeros(50), np.zeros(50), 0.2 * motion.time
     paths = dummy_marker_paths(DummyMarkers(**layout), subject, motion)
     # upright, every marker is where it was measured
     upright = np.array([path(np.array([0.0]))[0, 1:] for path in paths])

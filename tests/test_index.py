@@ -48,7 +48,7 @@ RECORDED = {
         "packages": [["numpy", "2.0"]],
         "files": [["sheet", "a.tsv", "ab"]],
     },
-    "flags": {"count": 0, "total": 10, "kinds": []},
+    "flags": {"count": 0, "total": 10, "kinds": [], "recommended": {"count": "0", "total": "4", "kinds": []}},
 }
 
 
@@ -166,8 +166,14 @@ def test_index_links_every_file_relatively_and_needs_no_script():
 
 def test_index_names_flagged_estimates():
     flags = {"count": 3, "total": 9, "kinds": [{"name": "at-bound", "count": "3", "meaning": "look <at> it"}]}
+    flags |= {"recommended": {"count": "2", "total": "4", "kinds": []}}
     words = " ".join(parsed(render_index(report(flags=flags), listing())).words)
-    assert "3 of 9" in words and "look <at> it" in words
+    assert "3 of 9" in words and "look <at> it" in words and "Look at these first" not in words
+    kinds = [{"name": "at-bound", "where": "K, B of dummy sine_0.1", "meaning": "the <bound> is met"}]
+    flags["recommended"]["kinds"] = kinds
+    words = " ".join(parsed(render_index(report(flags=flags), listing())).words)
+    assert "2 of the 4 recommended estimates failed a check" in words
+    assert "K, B of dummy sine_0.1" in words and "the <bound> is met." in words
     assert "Flagged" not in render_index(report(), listing())
 
 

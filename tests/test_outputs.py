@@ -98,7 +98,11 @@ def test_outputs_of_the_shipped_study(shipped):
     everything = outputs.everything(shipped)
     assert len(everything) == len(set(everything))
     figures = outputs.figures(shipped)
-    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8
+    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 3
+    assert outputs.budget_names(shipped) == ["dummy", "foot", "weight"]
+    assert shipped.budgeted_foot() == "foot-compensated"
+    # trials of the dummy, its foot, and the weight
+    assert len(outputs.budgets(shipped)) == 12 + 12 + 10
     assert "<results>/figures/figure_b_12.svg" in figures
     assert len(outputs.standing_figures(shipped)) == 32
     assert len(outputs.pages(shipped)) == 53
@@ -164,7 +168,8 @@ def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shippe
 
 def test_study_without_weight_and_wristalyzer_has_neither_foot_nor_simulation(study_of):
     study = study_of(row("dummy", "a"), row("dummy", "b"), row("dummy", "sine-1"))
-    assert [name for name in PARTS if study.has(name)] == []
+    assert [name for name in PARTS if study.has(name)] == ["budgets"]
+    assert outputs.budget_names(study) == ["dummy"] and study.budgeted_foot() is None
     names = [outputs.forward, outputs.noise, outputs.model_scores, outputs.task_fits]
     assert [files(study) for files in names] == [[]] * 4
     assert outputs.plate_models(study, "dummy", "a") == []
@@ -173,7 +178,7 @@ def test_study_without_weight_and_wristalyzer_has_neither_foot_nor_simulation(st
     assert [name for name in outputs.figures_of(study, "simulation") if name in APPENDIX] == list(
         APPENDIX[:3]
     )
-    assert not [path for path in outputs.figures(study) if "figure_b" in path]
+    assert not [path for path in outputs.figures(study) if "figure_b_" in path]
 
 
 def test_appendix_has_no_more_than_twelve_figures_of_trials(study_of):

@@ -147,6 +147,8 @@ def test_flagged_estimates_are_counted_and_marked_by_a_dagger():
             "quantity": ["K", "K", "B"],
             "condition": ["a", "b", "a"],
             "flags": [None, "at-bound;undefined", None],
+            "recommended": [True, False, True],
+            "experiment": "dummy",
         }
     )
     rows = [
@@ -163,3 +165,12 @@ def test_flagged_estimates_are_counted_and_marked_by_a_dagger():
         ("undefined", "1"),
     ]
     assert flags_data(frame.assign(flags=None))["count"] == 0
+    # only of estimates that are to be quoted, in words that say what to look at
+    assert told["recommended"] == {"count": "0", "total": "2", "kinds": []}
+    quoted = flags_data(frame.assign(recommended=True))["recommended"]
+    assert (quoted["count"], quoted["total"]) == ("1", "3")
+    assert [(k["name"], k["where"]) for k in quoted["kinds"]] == [
+        ("at-bound", "K of dummy b"),
+        ("undefined", "K of dummy b"),
+    ]
+    assert quoted["kinds"][0]["meaning"].endswith("check units and signs")

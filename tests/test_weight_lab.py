@@ -52,7 +52,9 @@ def drive_of(truth):
 
 
 def plate_of(truth, **changes):
-    return replace(PlateTruth(**truth["treadmill"]["plate"]), **changes)
+    """The shipped plate without memory, lever and second mode, which tests/test_mechanisms.py looks at."""
+    plain = {"bristle_share": 0.0, "friction_lever_m": 0.0, "second_share": [0.0, 0.0]}
+    return replace(PlateTruth(**truth["treadmill"]["plate"]), **plain | changes)
 
 
 def pulsed(truth, weight, amplitude=0.3, profile="sine"):

@@ -13,7 +13,7 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.identification.cascade_fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.parallel_cascade import MUSCLE_BOUNDS, identify_cascade
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
@@ -290,7 +290,7 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
         own.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
         own += _vaf_rows(names, muscle.vaf)
         rows += flagged(own, *["at-bound"] * at_bound)
-    return rows
+    return recommended(rows, PATHWAY, REFLEX_ESTIMATOR)
 
 
 def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:

@@ -16,7 +16,7 @@ from tepsipe.identification.admittance_fit import (
     profile_stiffness,
     standard_error_of_misfit,
 )
-from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
@@ -256,7 +256,8 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
         own.append(Estimate(*names, "error", "1", fit.cost))
         own.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters)))
         rows += flagged(own, *flags)
-    return rows
+    by_periods = "spectral-fit-periods" in analysis.fits
+    return recommended(rows, PATHWAY, "spectral-fit-periods" if by_periods else "spectral-fit")
 
 
 def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:

@@ -4,7 +4,7 @@ import numpy as np
 
 from tepsipe.experiments.wristalyzer import PATHWAY
 from tepsipe.identification.pooled_regression import UNITS, PerturbedRecord, PooledFit, fit_pooled
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import Estimate, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 
@@ -50,7 +50,7 @@ def fit_wristalyzer_together(
 
 def pooled_estimates(fit: PooledFit) -> list[Estimate]:
     """Tidy rows of the condition ``pooled`` (units in them): K and B are those of small movements."""
-    return [
+    rows = [
         Estimate(
             "wristalyzer",
             CONDITION,
@@ -66,6 +66,7 @@ def pooled_estimates(fit: PooledFit) -> list[Estimate]:
         for quantity, value in fit.values.items()
         if quantity not in NUISANCE
     ]
+    return recommended(rows, PATHWAY, ESTIMATOR)
 
 
 def pooled_result(conditions: list[str], fit: PooledFit) -> Result:

@@ -13,6 +13,7 @@ import numpy as np
 from tepsipe.errors import InputError, listed, quoted
 
 if TYPE_CHECKING:
+    from tepsipe.identification.joint_channels import DummyMarkers
     from tepsipe.identification.window_regression import WindowedFits
     from tepsipe.mechanics.inverse_dynamics import Leg
     from tepsipe.mechanics.segment_kinematics import JointMotion
@@ -38,6 +39,10 @@ class Record:
     foot_position, belt_velocity : ndarray or None, shape (n,)
         Position of the foot along the belt (m), and logged velocity of the belt (m/s), filtered as the
         motion is.
+    markers : DummyMarkers or None
+        Markers of foot and leg, not filtered (m).
+    belt_log : ndarray or None, shape (n,)
+        Logged velocity of the belt, not filtered (m/s); None also where it was derived from markers.
     """
 
     motion: "JointMotion | None" = None
@@ -47,6 +52,8 @@ class Record:
     leg: "Leg | None" = None
     foot_position: np.ndarray | None = None
     belt_velocity: np.ndarray | None = None
+    markers: "DummyMarkers | None" = None
+    belt_log: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -61,11 +68,15 @@ class Estimator:
         Parts of a `Record` that it uses.
     function : callable
         From the record to `WindowedFits` (units there).
+    of_windows : bool
+        Whether its estimates hold for the motion in the windows of the perturbations (-); those of the others
+        hold for small movements.
     """
 
     meaning: str
     needs: tuple[str, ...]
     function: Callable
+    of_windows: bool = False
 
     @property
     def windowed(self) -> bool:
@@ -98,24 +109,59 @@ def _output_error(record: Record):
     )
 
 
+def _joint_likelihood(softening: bool) -> Callable:
+    def function(record: Record):
+        from tepsipe.identification.joint_likelihood import fit_joint
+        from tepsipe.identification.joint_result import joint_impedance
+
+        found = fit_joint(
+            record.motion.time,
+            record.markers,
+            record.belt_log,
+            record.leg,
+            record.at_rest,
+            softening=softening,
+        )
+        return joint_impedance(found, record.motion, record.perturbations, record.at_rest)
+
+    return function
+
+
 LEAST_SQUARES_THESIS = "windowed-least-squares-thesis"
 LEAST_SQUARES = "windowed-least-squares"
 OUTPUT_ERROR = "output-error"
+JOINT_LIKELIHOOD = "joint-likelihood"
+JOINT_LIKELIHOOD_LINEAR = "joint-likelihood-linear"
 OF_WINDOWS = ("motion", "torque", "perturbations", "at_rest")
 OF_ANGLE = ("motion", "foot_position", "belt_velocity", "leg", "perturbations", "at_rest")
+OF_MARKERS = ("motion", "markers", "leg", "perturbations", "at_rest")
 ESTIMATORS = {
     LEAST_SQUARES_THESIS: Estimator(
         "least squares over every perturbation, torque at rest left in (eq 3-9 as printed)",
         OF_WINDOWS,
         _windowed(thesis=True),
+        of_windows=True,
     ),
     LEAST_SQUARES: Estimator(
         "least squares over every perturbation, angle and torque referred to rest",
         OF_WINDOWS,
         _windowed(thesis=False),
+        of_windows=True,
     ),
     OUTPUT_ERROR: Estimator(
         "angle simulated over the whole trial from the motion of the foot", OF_ANGLE, _output_error
+    ),
+    JOINT_LIKELIHOOD: Estimator(
+        "maximum likelihood of leg markers, foot markers and drive log, of a joint that may soften",
+        OF_MARKERS,
+        _joint_likelihood(softening=True),
+        of_windows=True,
+    ),
+    JOINT_LIKELIHOOD_LINEAR: Estimator(
+        "the same for a linear joint",
+        OF_MARKERS,
+        _joint_likelihood(softening=False),
+        of_windows=True,
     ),
 }
 

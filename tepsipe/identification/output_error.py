@@ -229,7 +229,7 @@ def match_angle(
     angle = simulate_leg(found.x, leg, time, motion.theta, used, found.half_rad)[0]
     each = found.each[:, :3].copy()
     each[:, 0] -= leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
-    regression = _with_torque(each, found.conditioning, motion, leg, perturbations, at_rest)
+    regression = intervals_as_windows(each, found.conditioning, motion, leg, perturbations, at_rest)
     return OutputError(
         **vars(regression),
         angle=motion.theta,
@@ -281,7 +281,7 @@ def _solve(task: _Task, x: np.ndarray, low, high, half_rad: float | None = None)
         if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e10:
             raise _undetermined("sensitivities that depend on each other")
         error = (instruments / scale) * (task.motion.theta - angle)[:, None]
-        steps = np.linalg.solve(normal, _by_interval(error, perturbations).T).T / scale
+        steps = np.linalg.solve(normal, sums_by_interval(error, perturbations).T).T / scale
         step = steps.sum(axis=0)
         x = x + step
         if (x[:5] <= low).any() or (x[:5] >= high).any():
@@ -350,13 +350,26 @@ def _start(motion: SegmentMotion, leg: Leg, at_rest: np.ndarray) -> tuple[np.nda
     return np.array(x), np.array(low), np.array([*largest, rest + 1.0, LONGEST_S])
 
 
-def _by_interval(products: np.ndarray, perturbations: list[Perturbation]) -> np.ndarray:
-    """Sums over the intervals from onset to onset, shape (intervals, p); first and last reach the ends."""
+def sums_by_interval(products: np.ndarray, perturbations: list[Perturbation]) -> np.ndarray:
+    """Sums over the intervals from onset to onset; first and last reach the ends of the trial.
+
+    Parameters
+    ----------
+    products : ndarray, shape (n, p)
+        What is summed (any units).
+    perturbations : list of Perturbation
+        Their starts delimit the intervals (samples).
+
+    Returns
+    -------
+    ndarray, shape (intervals, p)
+        Sums (units of ``products``).
+    """
     starts = [0, *(p.start for p in perturbations[1:])]
     return np.add.reduceat(products, starts, axis=0)
 
 
-def _with_torque(
+def intervals_as_windows(
     each: np.ndarray,
     conditioning: float,
     motion: SegmentMotion,
@@ -364,7 +377,27 @@ def _with_torque(
     perturbations: list[Perturbation],
     at_rest: np.ndarray,
 ) -> WindowedFits:
-    """Contributions of the intervals in the place of regressions, and the torque that their mean predicts."""
+    """Contributions of the intervals in the place of regressions, and the torque that their mean predicts.
+
+    Parameters
+    ----------
+    each : ndarray, shape (intervals, 3)
+        Contributions to I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    conditioning : float
+        Of the fit (-).
+    motion, leg, perturbations, at_rest
+        As for `match_angle`.
+
+    Returns
+    -------
+    WindowedFits
+        Torque of pathway ``leg`` (N·m) and its prediction.
+
+    Raises
+    ------
+    InputError
+        If a window does not determine the parameters of ``leg``.
+    """
     found = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
     theta_dd, theta_d, theta = found.regressors.T
     predicted = impedance_torque(each.mean(axis=0), theta, theta_d, theta_dd)

@@ -67,7 +67,8 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
     found = {}
     if "dummy" in truth:
         rubber, subject = truth["dummy"]["rubber"], truth["dummy"].get("subject", {})
-        found["dummy"] = _of_joint(subject.get("joint_inertia_kgm2", 0.0), rubber)
+        small = _of_joint(subject.get("joint_inertia_kgm2", 0.0), rubber)
+        found["dummy"] = small | {f"{quantity}_small": value for quantity, value in small.items()}
     if "wristalyzer" in truth:
         rig = truth["wristalyzer"]["manipulator"]
         found["wristalyzer"] = _of_joint(rig["inertia_kgm2"], rubber)

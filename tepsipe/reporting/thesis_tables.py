@@ -101,7 +101,7 @@ def lay_out_table(
                     {
                         "": estimate.value,
                         "SEM": estimate.sem_as_printed,
-                        "SE": estimate.standard_error,
+                        "SE": estimate.standard_error if estimate.u_type_a is None else estimate.u_type_a,
                     }[prefix]
                 )
             printed = [reported.get(name, {}).get(condition) for condition in conditions]

@@ -78,7 +78,8 @@ def make_dummy_trial(
     record_capture(rig, schedule, MARKERS, paths, rng, markers)
     if motion_file is not None:
         angle, rate = motion.angle - motion.tilt, motion.angle_rate - motion.tilt_rate
-        acceleration = np.gradient(rate, motion.time)
+        # what belongs to the joint's inertia turns with the leg
+        acceleration = np.gradient(motion.angle_rate, motion.time)
         elapsed = motion.time - schedule.trigger_s
         write_true_motion(motion_file, TrueMotion(elapsed, angle, rate, acceleration, motion.joint_torque))
 

@@ -29,6 +29,24 @@ rule collect_estimates:
         "../scripts/collect_estimates.py"
 
 
+rule plot_budgets:
+    input:
+        estimates="<results>/tables/estimates.csv",
+        uncertainty="<results>/tables/uncertainty.csv",
+        library=library_of("plot_budgets"),
+    output:
+        **figure_files("budgets"),
+    log:
+        "<logs>/plot_budgets.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        foot_pathway=as_it_is(STUDY.budgeted_foot()),
+        names=outputs.budget_names(STUDY),
+    script:
+        "../scripts/plot_budgets.py"
+
+
 rule collect_treadmill_models:
     input:
         scores=outputs.model_scores(STUDY),
@@ -88,12 +106,18 @@ rule compare_with_truth:
             category="Tables",
             labels={"table": "recovery of the truth"},
         ),
+        laboratory=report(
+            "<results>/tables/laboratory.csv",
+            caption="../../report/captions/laboratory.rst",
+            category="Tables",
+            labels={"table": "virtual laboratory"},
+        ),
     log:
         "<logs>/compare_with_truth.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        truth=truth_of(*STUDY.true()),
+        truth=truth_of(*STUDY.true(), *STUDY.mechanisms()),
         made=STUDY.all_made(),
         tasks=STUDY.made_tasks(),
         windows_s=STUDY.dummy_windows(),

@@ -6,6 +6,7 @@ job.start(snakemake)
 
 from tepsipe.io.estimates import read_estimates
 from tepsipe.io.result import read_result
+from tepsipe.reporting.laboratory import laboratory_rows, write_laboratory
 from tepsipe.reporting.recovery import compare_with_truth, write_recovery
 from tepsipe.reporting.true_motion import linear_truth, linear_truth_standing, read_true_motion
 
@@ -41,3 +42,5 @@ rows = compare_with_truth(
     read_estimates(snakemake.input.estimates), params.truth, params.made, params.tasks, at_work
 )
 write_recovery(snakemake.output.table, rows)
+made = [experiment for experiment, names in params.made.items() if names]
+write_laboratory(snakemake.output.laboratory, laboratory_rows(params.truth, made))

@@ -14,12 +14,17 @@ import typst
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.experiments.thesis_dummy.tables import read_cells
+from tepsipe.io.budget_table import read_budgets
+from tepsipe.io.estimates import read_estimates
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.laboratory import read_laboratory
 from tepsipe.reporting.ledger import read_ledger
 from tepsipe.reporting.numbers import (
     abstract,
+    budget,
     dummy,
+    laboratory,
     participants,
     position_manipulator,
     simulations,
@@ -67,8 +72,16 @@ data = {
     "claims": None if claims is None else study.claims_data(claims),
     "cells": cells_data(read_ledger(*snakemake.input.cells)) if snakemake.input.cells else None,
     "recovery": None if recovery is None else study.recovery_data(shown),
+    "laboratory": None
+    if recovery is None
+    else laboratory.laboratory_data(read_laboratory(snakemake.input.recovery[1])),
     "provenance": study.provenance_data(provenance),
     "flags": study.flags_data(estimates),
+    "budgets": budget.budgets_data(
+        read_budgets(snakemake.input.uncertainty),
+        read_estimates(snakemake.input.estimates),
+        snakemake.params.foot_pathway,
+    ),
     "choices": choices,
 }
 flagged = study.flagged_cells(estimates)

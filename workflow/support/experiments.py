@@ -287,6 +287,8 @@ PARTS = {
     ),
     # all trials of the manipulator together, if they hold enough periods of the perturbation
     "wristalyzer_pooled": Part(("wristalyzer",), "Wristalyzer", ("figure_wristalyzer_amplitudes",)),
+    # any experiment whose trials have uncertainty budgets
+    "budgets": Part((), "Uncertainty", ("figure_budget_dummy", "figure_budget_foot", "figure_budget_weight")),
     # any experiment whose trials name participants
     "participants": Part((), "Participants", ("figure_participants",)),
     "noise": Part(

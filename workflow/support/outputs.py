@@ -11,9 +11,24 @@ def shown(study: Study) -> list[str]:
 
 def figures_of(study: Study, name: str) -> dict[str, str]:
     """Figure -> its caption, of an experiment or part; of Figures B-1 to B-12 as many as there are trials."""
-    left_out = APPENDIX[len(study.conditions("dummy")) :]
+    left_out = [*APPENDIX[len(study.conditions("dummy")) :], *_without_budget(study)]
     names = (PARTS.get(name) or EXPERIMENTS[name]).figures
     return {figure: CAPTIONS.get(figure, figure) for figure in names if figure not in left_out}
+
+
+BUDGET = "figure_budget_"
+
+
+def budget_names(study: Study) -> list[str]:
+    """What of the study has a figure of its uncertainty budget: experiments, and the foot."""
+    names = [figure.removeprefix(BUDGET) for figure in PARTS["budgets"].figures]
+    return [name for name in names if study.has(name)]
+
+
+def _without_budget(study: Study) -> list[str]:
+    """Figures of budgets of what the study does not have."""
+    shown = [f"{BUDGET}{name}" for name in budget_names(study)]
+    return [figure for figure in PARTS["budgets"].figures if figure not in shown]
 
 
 def category_of(name: str) -> str:
@@ -165,8 +180,10 @@ def fits_of_made(study: Study) -> list[str]:
 
 
 def recovery(study: Study) -> list[str]:
-    """The comparison with the truth, if there is one."""
-    return [] if study.config["study"]["virtual_lab"] is None else ["<results>/tables/recovery.csv"]
+    """The comparison with the truth, if there is one, and what the laboratory is like."""
+    if study.config["study"]["virtual_lab"] is None:
+        return []
+    return ["<results>/tables/recovery.csv", "<results>/tables/laboratory.csv"]
 
 
 def claims(study: Study) -> list[str]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from tepsipe.errors import InputError
-from tepsipe.virtual_lab.drawn import draw_laboratory
+from tepsipe.virtual_lab.drawn import draw_laboratory, drawn_numbers
 from workflow.support.check import (
     check_against_schema,
     check_config,
@@ -100,7 +100,7 @@ def checked_constants(path: str) -> dict:
 def checked_sections(config: dict, key: str) -> dict | None:
     """Contents of the file that study.<key> names, checked; None where it names none.
 
-    Of the virtual laboratory, the constants after drawing; ``nominal`` holds those of the file.
+    Of the virtual laboratory, the constants after drawing; ``drawn_numbers`` says what was drawn.
     """
     path = config["study"][key]
     if path is None:
@@ -113,11 +113,11 @@ def checked_sections(config: dict, key: str) -> dict | None:
 def _drawn(content: dict, path: str) -> dict:
     """The constants of the laboratory after drawing, within the same limits."""
     try:
-        drawn = draw_laboratory(content)
+        drawn, numbers = draw_laboratory(content), drawn_numbers(content)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from None
     check_against_schema(drawn, SCHEMAS / "virtual_lab.schema.yaml", f"{path}, after drawing")
-    return drawn | {"nominal": content}
+    return drawn | {"drawn_numbers": [vars(number) for number in numbers]}
 
 
 def with_its_file(error: InputError, config: dict, configfiles: Iterable[str | Path]) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from tepsipe.errors import InputError
 from tepsipe.identification.estimators import ESTIMATORS
+from tepsipe.reporting.laboratory import MECHANISMS
 from workflow.support.experiments import EXPERIMENTS, PARTS
 from workflow.support.names import check_distinct, check_name
 from workflow.support.people import check_people, person_of
@@ -100,6 +101,8 @@ class Study:
         """Whether an experiment, or all experiments that a part needs, are in the study."""
         if name == "participants":
             return self.by_participant
+        if name == "budgets":
+            return any(EXPERIMENTS[experiment].budgets for experiment in self.experiments)
         if name not in PARTS:
             return name in self.experiments
         part = PARTS[name]
@@ -401,16 +404,22 @@ class Study:
             return [["admittance", "spectral-fit"], ["admittance", "spectral-fit-periods"]]
         return [[self.settings["dummy"][key], None] for key in ("as_printed", "recommended")]
 
+    def budgeted_foot(self) -> str | None:
+        """Pathway from the foot whose budget is shown: the last one with a treadmill model, None without."""
+        pathways = self.settings["dummy"]["foot"]["pathways"] if self.has("foot") else {}
+        compensated = [name for name, choice in pathways.items() if choice["treadmill_model"] is not None]
+        return compensated[-1] if compensated else None
+
     def active_estimators(self) -> list[str]:
         """Estimators of the standing person that separate the muscle torque."""
         choices = self.settings["standing"]["estimators"]
         return [name for name, choice in choices.items() if choice["active"] != "none"]
 
     def dummy_windows(self) -> dict[str, float | None]:
-        """Pathway of the dummy that fits windows -> their length (s), None if as long as the perturbation."""
+        """Pathway of the dummy with estimates of windows -> length (s), None if that of the pulse."""
         dummy = self.settings["dummy"]
         foot = dummy["foot"]["pathways"] if self.has("foot") else {}
-        legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].windowed}
+        legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].of_windows}
         return legs | {name: p["window_s"] for name, p in foot.items()}
 
     def standing_windows(self) -> dict | None:
@@ -448,6 +457,14 @@ class Study:
         """Constants of the laboratory, as the truth for the estimates of simulated trials."""
         paths = [path for e, made in self.all_made().items() if made for path in EXPERIMENTS[e].true]
         return list(dict.fromkeys(paths))
+
+    def mechanisms(self) -> list[str]:
+        """Constants that say what the laboratory is like: mechanisms, and what was drawn."""
+        made = [experiment for experiment, names in self.all_made().items() if names]
+        if any(EXPERIMENTS[experiment].on_plate for experiment in made):
+            made.append("treadmill")
+        paths = [mechanism.key for mechanism in MECHANISMS if mechanism.section in made]
+        return [*paths, "drawn_numbers"] if made else []
 
 
 def table_experiment(table: str) -> str:

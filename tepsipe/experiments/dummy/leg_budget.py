@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tepsipe.identification.joint_result import JointLikelihood
 from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
@@ -111,6 +112,13 @@ def leg_budget(
         contributions = torque_contributions(again, known)
     freedom = {name: known.sources[name].freedom for name in contributions}
     return Budget(*type_a_of(found), contributions, freedom)
+
+
+def small_budget(found: JointLikelihood, leg: Leg, sources: Mapping[str, Source]) -> Budget:
+    """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+    contributions = angle_contributions(found.small, leg, sources) if sources else {}
+    freedom = {name: sources[name].freedom for name in contributions}
+    return Budget(np.sqrt(np.diag(found.small_covariance)), np.inf, contributions, freedom)
 
 
 def changed_leg(leg: Leg, deviations: Mapping[str, float]) -> Leg:

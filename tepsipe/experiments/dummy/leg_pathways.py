@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget
+from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget, small_budget
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
+from tepsipe.identification.joint_channels import DummyMarkers, dummy_markers
+from tepsipe.identification.joint_result import JointLikelihood
 from tepsipe.identification.output_error import OutputError
 from tepsipe.identification.window_regression import WindowedFits, damping_per_skew
 from tepsipe.io.trial import Trial
@@ -25,6 +27,8 @@ from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
 from tepsipe.statistics.uncertainty import Budget, Source
 
+# attribute of a trial whose belt velocity was derived from markers
+MARKED_BELT = "belt_velocity_from"
 MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_as_sampled"}
 
 
@@ -38,9 +42,9 @@ class Pathway:
         Equation of the torque (`tepsipe.mechanics.inverse_dynamics`).
     marker_instants : {"aligned", "as-sampled"}
         Whether sequential marker sampling is corrected.
-    estimator : {"windowed-least-squares-thesis", "windowed-least-squares", "output-error"}
-        Estimator of the parameters (`window_regression`, `output_error`); output error does not use the
-        torque.
+    estimator : str
+        Estimator of the parameters (`tepsipe.identification.estimators`); output error and the joint
+        likelihood do not use the torque.
     """
 
     torque: str
@@ -63,8 +67,8 @@ class DummyOptions:
     window : WindowOptions
         Search for perturbations and rest (s).
     belt_fixed_labels : tuple of str
-        Belt-fixed markers, whose mean is the motion of the foot, for the output error only; that of them
-        which is on the leg is the ankle's.
+        Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood;
+        that of them which is on the leg is the ankle's.
     sources : dict of str to Source
         What is not known exactly (units in their names); without any, Type B is not evaluated.
     """
@@ -94,6 +98,8 @@ class DummyAnalysis:
         Definition of each pathway.
     budgets : dict of str to Budget
         Pathway -> uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    small_budgets : dict of str to Budget
+        The same of small movements, where the joint likelihood was the estimator.
     damping_per_skew : dict of str to float
         Pathway -> change of B per delay of the leg's position relative to its angle (N·m·s/rad per s).
     marker_residual_rms_m : float
@@ -112,15 +118,22 @@ class DummyAnalysis:
     regressions: dict[str, WindowedFits]
     pathways: dict[str, Pathway]
     budgets: dict[str, Budget]
+    small_budgets: dict[str, Budget]
     damping_per_skew: dict[str, float]
     marker_residual_rms_m: float
     marker_noise_m: float
     loads: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
-    def output_errors(self) -> dict[str, OutputError]:
-        """Pathway -> measured and simulated angle (rad), where the output error was the estimator."""
-        return {name: found for name, found in self.regressions.items() if isinstance(found, OutputError)}
+    def output_errors(self) -> dict[str, OutputError | JointLikelihood]:
+        """Pathway -> measured and simulated angle (rad), where the estimator simulates the angle."""
+        simulated = (OutputError, JointLikelihood)
+        return {name: found for name, found in self.regressions.items() if isinstance(found, simulated)}
+
+    @property
+    def joint_likelihoods(self) -> dict[str, JointLikelihood]:
+        """Pathway -> fit, where the joint likelihood was the estimator (units in it)."""
+        return {name: found for name, found in self.regressions.items() if isinstance(found, JointLikelihood)}
 
 
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
@@ -165,7 +178,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         )
         for instants in sorted({pathway.marker_instants for pathway in pathways.values()})
     }
-    regressions, budgets, skews = {}, {}, {}
+    regressions, budgets, small, skews = {}, {}, {}, {}
     for name, pathway in pathways.items():
         motion, estimator = motions[pathway.marker_instants], find_estimator(pathway.estimator)
         given = {"motion": motion, "perturbations": perturbations, "at_rest": at_rest, "leg": options.leg}
@@ -178,12 +191,17 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         if "foot_position" in estimator.needs:
             foot = belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)
             given |= {"foot_position": lowpass(foot), "belt_velocity": belt_velocity}
+        if "markers" in estimator.needs:
+            given["markers"] = markers_of(trial, options, pathway.marker_instants)
+            given["belt_log"] = None if MARKED_BELT in trial.attributes else trial.values("belt_velocity")
         regressions[name] = estimate(pathway.estimator, Record(**given))
         budgets[name] = leg_budget(
             regressions[name],
             again_by(pathway, given) if "torque" in given else None,
             known_leg(trial, options, pathway, motion, lowpass),
         )
+        if isinstance(regressions[name], JointLikelihood):
+            small[name] = small_budget(regressions[name], options.leg, options.sources)
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
@@ -191,9 +209,48 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,
+        small_budgets=small,
         damping_per_skew=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
         marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
+    )
+
+
+def markers_of(trial: Trial, options: DummyOptions, instants: str) -> DummyMarkers:
+    """Markers of foot and leg, not filtered.
+
+    Parameters
+    ----------
+    trial : Trial
+        Markers (m).
+    options : DummyOptions
+        Which of them are on the leg (m), and on the belt.
+    instants : {"aligned", "as-sampled"}
+        Whether sequential marker sampling is corrected.
+
+    Returns
+    -------
+    DummyMarkers
+        Positions (m) and samples that were filled.
+
+    Raises
+    ------
+    InputError
+        If a marker is missing.
+    """
+    hidden = trial.optional("marker_hidden")
+    if hidden is not None and instants == "aligned":
+        # a sample at a common instant lies between two that were recorded
+        around = np.asarray(hidden, dtype=bool)
+        hidden = around.copy()
+        hidden[1:] |= around[:-1]
+        hidden[:-1] |= around[1:]
+    return dummy_markers(
+        trial.values(MARKER_SIGNALS[instants]),
+        trial.axes["marker"].tolist(),
+        options.leg_markers,
+        options.belt_fixed_labels,
+        hidden,
     )
 
 

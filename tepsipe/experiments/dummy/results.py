@@ -7,6 +7,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.dummy.joint_rows import joint_estimates, joint_facts
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
 from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.io.budget_table import Contribution
@@ -53,7 +54,8 @@ def dummy_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
 
-    For the output error also the VAF (%) of the angle, VAF_theta_trial.
+    For output error and joint likelihood also the VAF (%) of the angle, VAF_theta_trial, and for the joint
+    likelihood I, B, K of small movements.
 
     Parameters
     ----------
@@ -101,6 +103,9 @@ def dummy_estimates(
             )
         )
         rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
+        if name in analysis.joint_likelihoods:
+            found = analysis.joint_likelihoods[name]
+            rows += joint_estimates(names, found, analysis.small_budgets[name], count)
         if name in analysis.output_errors:
             of_angle = analysis.output_errors[name].vaf_angle
             rows.append(Estimate(*names, "VAF_theta_trial", "%", of_angle, n_perturbations=count))
@@ -154,6 +159,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         "mean_window_s": float(lengths.mean()),
         "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
         "output_error_delay_s": {name: found.delay_s for name, found in analysis.output_errors.items()},
+        "joint_likelihood": {name: joint_facts(f) for name, f in analysis.joint_likelihoods.items()},
         "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
         "condition_numbers": {
             name: float(np.mean([fit.condition_number for fit in regression.fits]))

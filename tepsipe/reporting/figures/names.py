@@ -22,6 +22,7 @@ UNIT_SYMBOLS = {
 WORDS = {
     "leg-thesis-aligned": "leg, thesis equation, aligned markers",
     "leg-output-error": "leg, output error",
+    "leg-joint-likelihood": "leg, joint likelihood",
     "windowed-least-squares-thesis": "windowed least squares, thesis",
     "per segment": "per perturbation",
     "teager-kaiser": "Teager-Kaiser",

@@ -70,7 +70,7 @@ def source_of(data: dict) -> Paragraph:
 
 def abstract_of(data: dict) -> list[Paragraph]:
     """Findings of the run, one paragraph per experiment (units in them), from the data of the report."""
-    paragraphs: list[Paragraph] = []
+    paragraphs: list[Paragraph] = _failed_checks(data)
     for experiment, sentences in (
         ("wristalyzer", _wristalyzer),
         ("dummy", _dummy),
@@ -103,6 +103,22 @@ def abstract_of(data: dict) -> list[Paragraph]:
             )
         )
     return paragraphs
+
+
+def _failed_checks(data: dict) -> list[Paragraph]:
+    """Recommended estimates that failed a check: which, and what to look at."""
+    quoted = data.get("flags", {}).get("recommended")
+    if not quoted or not quoted["kinds"]:
+        return []
+    found = pieces(
+        "*Look at these first.* {count} of the {total} recommended estimates failed a check:",
+        count=quoted["count"],
+        total=quoted["total"],
+    )
+    for k, kind in enumerate(quoted["kinds"]):
+        end = "." if k == len(quoted["kinds"]) - 1 else ";"
+        found += pieces(" _{where}_: {meaning}{end}", where=kind["where"], meaning=kind["meaning"], end=end)
+    return [found]
 
 
 def _wristalyzer(data: dict) -> list[Paragraph]:

@@ -63,7 +63,7 @@ def dummy_data(
     stiffness = own[(own.quantity == "K") & (own.pathway == printed)]
     data = {
         "sem_stiffness": span(stiffness.sem_as_printed, 2),
-        "error_stiffness": span(stiffness.standard_error, 2),
+        "error_stiffness": span(stiffness.u_type_a, 2),
         "printed": printed,
         "recommended": recommended,
         "two_leg_inertia": number(2.0 * geometry["leg_inertia_kgm2"]),
@@ -182,7 +182,7 @@ def _output_error_data(
         "stiffness": span(rows[rows.quantity == "K"].value, 4),
         "damping": span(rows[rows.quantity == "B"].value),
         "inertia": span(rows[rows.quantity == "I"].value, 2),
-        "error_stiffness": span(rows[rows.quantity == "K"].standard_error, 1),
+        "error_stiffness": span(rows[rows.quantity == "K"].u_type_a, 1),
         "vaf_angle": span_of_decimals(rows[rows.quantity == "VAF_theta_trial"].value, 2),
         "delay_ms": number(max(map(abs, delays)), 1),
         "recovery": None,

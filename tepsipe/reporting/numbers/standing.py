@@ -7,6 +7,7 @@ import pandas as pd
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.numbers.format import number, percent, span
+from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.signals.onsets import DETECTORS
 
 
@@ -259,6 +260,7 @@ def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) 
             for task in task_fits
             if len(of_task := recommended[recommended.condition == task])
         },
+        "at_work": bool((recommended.truth_of == AT_WORK).all()),
         "stiffness": errors(rows("K", estimator, pooled)),
         "damping": errors(rows("B", estimator, pooled)),
         "covered": covered(rows("K", estimator, pooled)),

@@ -37,15 +37,38 @@ def flags_data(estimates: pd.DataFrame) -> dict:
     Returns
     -------
     dict
-        ``count`` of flagged estimates, ``total``, and ``kinds``: name, count and meaning of each flag.
+        ``count`` of flagged estimates, ``total``, and ``kinds``: name, count and meaning of each flag;
+        ``recommended``: the same of the recommended estimates, with ``where`` in place of the count.
     """
     named = estimates["flags"].fillna("").astype(str).str.split(";")
     kinds = [(name, int(named.map(lambda own, n=name: n in own).sum()), FLAGS[name]) for name in FLAGS]
+    quoted = estimates["recommended"].astype(str).str.lower() == "true"
+    failed = []
+    for name, meaning in FLAGS.items():
+        rows = estimates[quoted & named.map(lambda own, n=name: n in own)]
+        if len(rows):
+            failed.append({"name": name, "where": _where(rows), "meaning": meaning})
     return {
         "count": int((estimates["flags"].fillna("") != "").sum()),
         "total": len(estimates),
         "kinds": [{"name": n, "count": str(count), "meaning": m} for n, count, m in kinds if count],
+        "recommended": {
+            "count": str(int((estimates["flags"].fillna("") != "")[quoted].sum())),
+            "total": str(int(quoted.sum())),
+            "kinds": failed,
+        },
     }
+
+
+def _where(rows: pd.DataFrame, most: int = 4) -> str:
+    """Quantities and trials of some estimates, at most ``most`` trials of an experiment by name."""
+    parts = []
+    for experiment, own in rows.groupby("experiment", sort=False):
+        quantities = ", ".join(dict.fromkeys(own.quantity))
+        trials = list(dict.fromkeys(own.condition))
+        named = ", ".join(trials[:most]) + (f" and {len(trials) - most} more" if len(trials) > most else "")
+        parts.append(f"{quantities} of {experiment} {named}")
+    return "; ".join(parts)
 
 
 def flagged_cells(estimates: pd.DataFrame) -> set[tuple[str, str, str, str]]:

@@ -1,0 +1,202 @@
+"""Uncertainty budgets across trials, relative to the estimates: what a laboratory should measure better."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.io.budget_table import SCATTER, Contribution
+from tepsipe.io.estimates import QUOTED, Estimate
+from tepsipe.statistics.uncertainty import coverage_factor
+
+# name of a source -> what a reader understands by it
+SOURCES = {
+    SCATTER: "scatter over perturbations",
+    "leg_mass_kg": "mass of the leg",
+    "leg_com_m": "centre of mass of the leg",
+    "leg_inertia_kgm2": "moment of inertia of the leg",
+    "joint_offset_m": "place of the joint's axis",
+    "leg_marker_m": "places of the leg's markers",
+    "ankle_marker_m": "place of the ankle's marker",
+    "vertical_rad": "direction of gravity",
+    "marker_scale": "lengths of the motion capture",
+    "clock_ratio": "rate of the motion capture",
+    "marker_sampling_s": "time between markers",
+    "foot_mass_kg": "mass of the foot",
+    "foot_com_m": "centre of mass of the foot",
+    "force_scale": "scale of the force plate",
+    "vertical_leak": "cross-talk of the force plate",
+    "origin_height_m": "height of the plate's axes",
+    "log_delay_s": "delay of belt velocity after forces",
+    "belt_force_kg": "belt-induced force",
+    "treadmill_model": "calibration of the treadmill model",
+}
+UNITS_OF_NAMES = ("_kgm2", "_kg", "_m", "_s", "_rad", "_scale", "_ratio", "_Nm", "_N", "_hz")
+
+
+@dataclass(frozen=True)
+class RelativeBudget:
+    """Budget of one quantity over the trials of one pathway and estimator.
+
+    Attributes
+    ----------
+    quantity : str
+        For example K.
+    conditions : list of str
+        The trials.
+    percent : dict of str to ndarray, shape (conditions,)
+        Source -> standard uncertainty that it contributes, of the estimate (%); `SCATTER` is Type A. NaN for
+        trials whose estimate does not have the source.
+    """
+
+    quantity: str
+    conditions: list[str]
+    percent: dict[str, np.ndarray]
+
+    @property
+    def type_a(self) -> np.ndarray:
+        """Type A of every trial, shape (conditions,) (%)."""
+        return self.percent.get(SCATTER, np.zeros(len(self.conditions)))
+
+    @property
+    def type_b(self) -> np.ndarray:
+        """Type B of every trial, shape (conditions,) (%)."""
+        parts = [np.nan_to_num(x) ** 2 for name, x in self.percent.items() if name != SCATTER]
+        return np.sqrt(np.sum([np.zeros(len(self.conditions)), *parts], axis=0))
+
+    @property
+    def combined(self) -> np.ndarray:
+        """Combined standard uncertainty of every trial, shape (conditions,) (%)."""
+        return np.hypot(self.type_a, self.type_b)
+
+    @property
+    def by_size(self) -> list[str]:
+        """Sources (no unit), the largest in the typical trial first."""
+        return sorted(self.percent, key=lambda name: -float(np.nanmedian(self.percent[name])))
+
+    @property
+    def largest(self) -> str:
+        """The source (no unit) that contributes most in the typical trial."""
+        return self.by_size[0]
+
+    @property
+    def least_expanded(self) -> float:
+        """What 1.96 times Type B leaves in the typical trial, however often it is repeated (%)."""
+        return float(coverage_factor(np.array(np.inf)) * np.median(self.type_b))
+
+
+def relative_budgets(
+    contributions: Iterable[Contribution],
+    estimates: Iterable[Estimate],
+    quantities: Sequence[str] = QUOTED,
+) -> dict[str, RelativeBudget]:
+    """Budgets of some estimates, relative to their values.
+
+    Parameters
+    ----------
+    contributions : iterable of Contribution
+        Rows of the budgets (units in them).
+    estimates : iterable of Estimate
+        Those whose budgets are wanted, one per trial and quantity (units in them).
+    quantities : sequence of str
+        Names of quantities; those without a budget are left out, and I, which may be 0.
+
+    Returns
+    -------
+    dict of str to RelativeBudget
+        Quantity -> its budget (%).
+    """
+    values = {
+        (e.condition, e.pathway, e.estimator, e.quantity): e.value
+        for e in estimates
+        if e.quantity in quantities and e.quantity != "I" and math.isfinite(e.value) and e.value != 0.0
+    }
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for row in contributions:
+        value = values.get((row.condition, row.pathway, row.estimator, row.quantity))
+        if value is not None:
+            of_source = found.setdefault(row.quantity, {}).setdefault(row.source, {})
+            of_source[row.condition] = 100.0 * row.u / abs(value)
+    budgets = {}
+    for quantity in quantities:
+        if quantity in found:
+            conditions = list(dict.fromkeys(c for parts in found[quantity].values() for c in parts))
+            percent = {
+                source: np.array([parts.get(c, np.nan) for c in conditions])
+                for source, parts in found[quantity].items()
+            }
+            budgets[quantity] = RelativeBudget(quantity, conditions, percent)
+    return budgets
+
+
+def budgeted(estimates: Iterable[Estimate], foot_pathway: str | None) -> dict[str, list[Estimate]]:
+    """Estimates whose budgets are shown (units in them): an experiment -> its recommended ones.
+
+    ``foot`` are those of the dummy by ``foot_pathway``, if there is one.
+    """
+    found: dict[str, list[Estimate]] = {}
+    for e in estimates:
+        if e.recommended:
+            found.setdefault(e.experiment, []).append(e)
+        if e.experiment == "dummy" and e.pathway == foot_pathway and e.quantity in QUOTED:
+            found.setdefault("foot", []).append(e)
+    return found
+
+
+def parts_of(estimate: Estimate, contributions: Mapping[str, float] | None = None) -> dict[str, float]:
+    """Standard uncertainty of an estimate by source, in its unit; empty where it has none.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        The row (units in it).
+    contributions : mapping of str to float, optional
+        Source -> u of its budget, if it has one (unit of the estimate). Without one, Type A and all of Type B
+        are two sources, the second one of this trial alone.
+    """
+    if contributions:
+        return dict(contributions)
+    if estimate.u_type_b is not None and estimate.u_type_a is not None:
+        return {SCATTER: estimate.u_type_a, f"type_b/{estimate.condition}": estimate.u_type_b}
+    return {} if estimate.standard_error is None else {SCATTER: estimate.standard_error}
+
+
+def mean_parts(parts: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Standard uncertainty by source of a mean over trials of one person or rig (unit of the estimates).
+
+    Scatter is independent between trials; a source is the same quantity in all of them and acts with one
+    sign, so it does not average out.
+    """
+    names = dict.fromkeys(name for own in parts for name in own)
+    count = len(parts)
+    return {
+        name: math.hypot(*(own.get(name, 0.0) for own in parts)) / count
+        if name == SCATTER
+        else sum(own.get(name, 0.0) for own in parts) / count
+        for name in names
+    }
+
+
+def difference_parts(first: Mapping[str, float], second: Mapping[str, float]) -> dict[str, float]:
+    """Standard uncertainty by source of the difference of two estimates of one person or rig (their unit).
+
+    Scatter is independent. Of a source of both, which acts with one sign, only the difference counts
+    (JCGM 100, section 5.2); a source of one of them counts alone.
+    """
+    names = dict.fromkeys([*first, *second])
+    return {
+        name: math.hypot(first.get(name, 0.0), second.get(name, 0.0))
+        if name == SCATTER
+        else abs(second.get(name, 0.0) - first.get(name, 0.0))
+        for name in names
+    }
+
+
+def source_words(name: str) -> str:
+    """What a reader understands by the name of a source (no unit)."""
+    if name in SOURCES:
+        return SOURCES[name]
+    for unit in UNITS_OF_NAMES:
+        name = name.removesuffix(unit)
+    return name.replace("_", " ")

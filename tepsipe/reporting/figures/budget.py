@@ -1,0 +1,57 @@
+"""Figure of an uncertainty budget, source by source."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tepsipe.io.budget_table import SCATTER
+from tepsipe.reporting.budgets import RelativeBudget, source_words
+from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
+
+# sources below this part of the largest (-) are drawn together
+SMALL = 0.03
+TYPE_COLOURS = {"A": COLOURS["recommended"], "B": "#c28a0e", "combined": "#4b4b4b"}
+
+
+def bars_of(budget: RelativeBudget) -> list[tuple[str, str, np.ndarray]]:
+    """Label, type and percentages of every trial (%) of the bars: combined, Type A, then Type B by size.
+
+    Small sources of Type B are one bar.
+    """
+    largest = max(float(np.nanmedian(x)) for x in budget.percent.values())
+    bars = [("combined", "combined", budget.combined)]
+    if SCATTER in budget.percent:
+        bars.append((source_words(SCATTER), "A", budget.type_a))
+    of_type_b = [name for name in budget.by_size if name != SCATTER]
+    large = [name for name in of_type_b if float(np.nanmedian(budget.percent[name])) >= SMALL * largest]
+    small = [name for name in of_type_b if name not in large]
+    if len(small) == 1:
+        large, small = [*large, *small], []
+    bars += [(source_words(name), "B", budget.percent[name]) for name in large]
+    if small:
+        squares = [np.nan_to_num(budget.percent[name]) ** 2 for name in small]
+        bars.append((f"{len(small)} further sources", "B", np.sqrt(np.sum(squares, axis=0))))
+    return bars
+
+
+@in_style
+def plot_budgets(budgets: dict[str, RelativeBudget]) -> Figure:
+    """Standard uncertainty of every source, median over trials and range (% of the estimate)."""
+    drawn = {quantity: bars_of(budget) for quantity, budget in budgets.items()}
+    most = max(len(bars) for bars in drawn.values())
+    figure, axes = new_figure(1, len(drawn), 0.95 + 0.24 * most, squeeze=False)
+    for axis, (quantity, bars) in zip(axes[0], drawn.items(), strict=True):
+        for place, (_, kind, percent) in enumerate(bars):
+            low, middle, high = (f(percent) for f in (np.nanmin, np.nanmedian, np.nanmax))
+            axis.barh(place, middle, 0.62, color=TYPE_COLOURS[kind])
+            axis.plot([low, high], [place, place], color="#1b1b1b", linewidth=0.9)
+        axis.set_yticks(range(len(bars)), [label for label, _, _ in bars])
+        axis.invert_yaxis()
+        name = f"${quantity}$" if len(quantity) == 1 else quantity
+        axis.set(xlabel=f"Standard uncertainty of {name} (%)")
+        axis.grid(axis="y", visible=False)
+        axis.set_axisbelow(True)
+        axis.set_xlim(left=0.0)
+    kinds = {"A": "Type A: shrinks with more perturbations", "B": "Type B: does not"}
+    handles = [axes[0, 0].barh([0], [0], color=TYPE_COLOURS[k], label=label) for k, label in kinds.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure

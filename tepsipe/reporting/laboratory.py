@@ -1,0 +1,147 @@
+"""The simulated laboratory: which mechanisms are on, and which constants were drawn around what is known.
+
+Like the comparison with the truth, this is a part of the library that is given the laboratory's constants; it
+computes nothing with them.
+"""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+COLUMNS = ("kind", "key", "name", "nominal", "value", "distribution", "standard_deviation")
+MECHANISM, DRAWN = "mechanism", "drawn"
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A mechanism that a laboratory may have.
+
+    Attributes
+    ----------
+    section : str
+        Experiment that has it; ``treadmill`` is every experiment on the treadmill.
+    key : str
+        Constant by which it is measured, 0 where it is off; its name ends in its unit.
+    name : str
+        What it is.
+    """
+
+    section: str
+    key: str
+    name: str
+
+
+MECHANISMS = (
+    Mechanism("treadmill", "treadmill.plate.bristle_share", "part of the belt's friction that has a memory"),
+    Mechanism("treadmill", "treadmill.plate.friction_lever_m", "lever of the belt's friction"),
+    Mechanism("treadmill", "treadmill.plate.belt_lag_wander", "wandering lag of the belt"),
+    Mechanism("treadmill", "treadmill.plate.second_share", "second mode of the frame, in F_y and in M_x"),
+    Mechanism("treadmill", "treadmill.plate.mount_share", "mounts that take a part of fast forces"),
+    Mechanism("treadmill", "treadmill.plate.floor_m_per_s2", "vibration of the floor"),
+    Mechanism("dummy", "dummy.rubber.softening", "softening of the rubber"),
+    Mechanism("dummy", "dummy.foot_tilt.compliance_rad_per_Nm", "foot that tilts on its tape"),
+    Mechanism("dummy", "dummy.wobble.growing_per_m", "rod that bends"),
+    Mechanism("dummy", "dummy.wobble.common", "common wobble of the leg's markers"),
+    Mechanism("dummy", "dummy.slip.foot_m", "slip of the foot's markers in every pulse"),
+    Mechanism("dummy", "dummy.slip.ankle_m", "slip of the ankle's marker in every pulse"),
+    Mechanism("standing", "standing.skin.shank_share", "skin of the shanks that moves over the bone"),
+    Mechanism("standing", "standing.skin.thigh_share", "skin of the thighs that moves over the bone"),
+    Mechanism("standing", "standing.skin.slip_m_per_rad", "skin over the ankle that slides as it turns"),
+    Mechanism("standing", "standing.person.foot_stiffness_Nm_per_rad", "heel pads and arches that give"),
+    Mechanism("standing", "standing.tasks.relax.short_range_Nm_per_rad", "short-range stiffness, relaxed"),
+    Mechanism("standing", "standing.tasks.stiff.short_range_Nm_per_rad", "short-range stiffness, stiff"),
+    Mechanism("standing", "standing.tasks.relax.medium_reflex_s_per_rad", "second reflex (M2), relaxed"),
+    Mechanism("standing", "standing.tasks.stiff.medium_reflex_s_per_rad", "second reflex (M2), stiff"),
+    Mechanism("wristalyzer", "wristalyzer.manipulator.friction_Nm", "friction of the manipulator"),
+    Mechanism("wristalyzer", "wristalyzer.manipulator.contact_Nm_per_rad3", "hardening at large angles"),
+    Mechanism("wristalyzer", "wristalyzer.manipulator.ripple_Nm", "ripple of the drive's torque"),
+)
+
+
+@dataclass(frozen=True)
+class LaboratoryRow:
+    """One mechanism, or one constant that was drawn.
+
+    Attributes
+    ----------
+    kind : {"mechanism", "drawn"}
+        Which of the two.
+    key, name : str
+        Its path among the constants, whose last word ends in the unit; what a mechanism is.
+    nominal : float or None
+        What the analysis may know (unit of the key); None for a mechanism.
+    value : tuple of float
+        What the laboratory has (unit of the key); all 0 where a mechanism is off.
+    distribution, standard_deviation : str and float or None
+        From which a number was drawn (unit of the key); empty and None for a mechanism.
+    """
+
+    kind: str
+    key: str
+    name: str
+    nominal: float | None
+    value: tuple[float, ...]
+    distribution: str = ""
+    standard_deviation: float | None = None
+
+
+def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
+    """Mechanisms and drawn numbers of a laboratory.
+
+    Parameters
+    ----------
+    truth : dict
+        Constants of the laboratory after drawing, or those of mechanisms, and ``drawn_numbers``: the numbers
+        that were drawn, with their path, nominal number, value and distribution (units of their keys).
+    experiments : list of str
+        Experiments with simulated trials.
+
+    Returns
+    -------
+    list of LaboratoryRow
+        Mechanisms, then drawn numbers of these experiments and of the treadmill, if they are on it.
+    """
+    rows, sections = [], {*experiments} | ({"treadmill"} & {*truth})
+    for mechanism in MECHANISMS:
+        place = truth
+        for key in mechanism.key.split("."):
+            place = place.get(key) if isinstance(place, dict) else None
+        if place is not None:
+            value = tuple(place) if isinstance(place, list) else (place,)
+            rows.append(LaboratoryRow(MECHANISM, mechanism.key, mechanism.name, None, value))
+    for drawn in truth.get("drawn_numbers", ()):
+        if drawn["path"].partition(".")[0] not in sections:
+            continue
+        own = drawn["distribution"], drawn["standard_deviation"]
+        rows.append(LaboratoryRow(DRAWN, drawn["path"], "", drawn["nominal"], (drawn["value"],), *own))
+    return rows
+
+
+def write_laboratory(path: str | Path, rows: list[LaboratoryRow]) -> None:
+    """Write as CSV, several numbers of a mechanism joined by blanks (units in ``key``)."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for row in rows:
+            shown = [
+                "" if number is None else f"{number:.10g}" for number in (row.nominal, row.standard_deviation)
+            ]
+            value = " ".join(f"{number:.10g}" for number in row.value)
+            writer.writerow([row.kind, row.key, row.name, shown[0], value, row.distribution, shown[1]])
+
+
+def read_laboratory(path: str | Path) -> list[LaboratoryRow]:
+    """Read what `write_laboratory` wrote (units in ``key``)."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return [
+            LaboratoryRow(
+                row["kind"],
+                row["key"],
+                row["name"],
+                float(row["nominal"]) if row["nominal"] else None,
+                tuple(map(float, row["value"].split())),
+                row["distribution"],
+                float(row["standard_deviation"]) if row["standard_deviation"] else None,
+            )
+            for row in csv.DictReader(file)
+        ]

@@ -1,0 +1,53 @@
+"""Numbers of the report's section on the simulated laboratory."""
+
+from tepsipe.reporting.laboratory import DRAWN, MECHANISM, LaboratoryRow
+from tepsipe.reporting.numbers.format import MINUS
+
+
+def laboratory_data(rows: list[LaboratoryRow]) -> dict | None:
+    """Mechanisms and drawn constants as text (units in the keys).
+
+    Numbers of one list of constants, for example of the markers of the leg, are one row, with the largest
+    deviation among them.
+
+    Returns
+    -------
+    dict or None
+        ``on``, ``off``: mechanisms with name, key and magnitude; ``drawn``: key, count of numbers, nominal,
+        value, largest deviation, standard deviation and distribution. None without rows.
+    """
+    if not rows:
+        return None
+    mechanisms = [row for row in rows if row.kind == MECHANISM]
+    lists: dict[str, list[LaboratoryRow]] = {}
+    for row in rows:
+        if row.kind == DRAWN:
+            key = ".".join(part for part in row.key.split(".") if not part.isdigit())
+            lists.setdefault(key, []).append(row)
+    return {
+        "on": [_mechanism(row) for row in mechanisms if any(row.value)],
+        "off": [_mechanism(row) for row in mechanisms if not any(row.value)],
+        "drawn": [_drawn(key, own) for key, own in lists.items()],
+    }
+
+
+def _mechanism(row: LaboratoryRow) -> dict[str, str]:
+    return {"name": row.name, "key": row.key, "value": ", ".join(map(_short, row.value))}
+
+
+def _drawn(key: str, rows: list[LaboratoryRow]) -> dict[str, str]:
+    first, alone = rows[0], len(rows) == 1
+    largest = max((row.value[0] - (row.nominal or 0.0) for row in rows), key=abs)
+    return {
+        "key": key,
+        "count": str(len(rows)),
+        "nominal": _short(first.nominal or 0.0) if alone else "",
+        "value": f"{first.value[0]:.5g}".replace("-", MINUS) if alone else "",
+        "largest": _short(largest),
+        "standard_deviation": _short(first.standard_deviation or 0.0),
+        "distribution": first.distribution,
+    }
+
+
+def _short(number: float) -> str:
+    return f"{number:.3g}".replace("-", MINUS)

@@ -1,0 +1,102 @@
+"""What the report says of budgets: sentences and bars chosen by the numbers."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tepsipe.io.budget_table import Contribution
+from tepsipe.io.estimates import Estimate
+from tepsipe.reporting.budgets import budgeted, relative_budgets, source_words
+from tepsipe.reporting.figures.budget import bars_of, plot_budgets
+from tepsipe.reporting.numbers.budget import budgets_data, largest_source
+
+NAMES = ("dummy", "leg", "windowed-least-squares")
+
+
+def estimates(values=(10.0, 5.0), recommended=True):
+    return [
+        Estimate(
+            NAMES[0], c, *NAMES[1:], "K", "Nm/rad", v, 0.2, v - 0.4, v + 0.4, u_type_a=0.1,
+            recommended=recommended,
+        )
+        for c, v in zip(("a", "b"), values, strict=True)
+    ]  # fmt: skip
+
+
+def parts(scatter, mass, clock=0.0001):
+    sources = (("scatter", "A", scatter), ("leg_mass_kg", "B", mass), ("clock_ratio", "B", clock))
+    return [
+        Contribution(NAMES[0], c, *NAMES[1:], "K", "Nm/rad", *source)
+        for c in ("a", "b")
+        for source in sources
+    ]
+
+
+def test_budgets_are_relative_to_the_estimate_of_each_trial():
+    budget = relative_budgets(parts(0.1, 0.3), estimates())["K"]
+    assert budget.percent["leg_mass_kg"].tolist() == [3.0, 6.0]
+    assert budget.type_a.tolist() == [1.0, 2.0]
+    assert budget.combined == pytest.approx([math.hypot(1.0, 3.0), math.hypot(2.0, 6.0)], rel=1e-6)
+    assert budget.by_size == ["leg_mass_kg", "scatter", "clock_ratio"]
+    assert budget.least_expanded == pytest.approx(1.96 * 4.5, rel=1e-3)
+
+
+def test_what_may_be_zero_has_no_relative_budget():
+    inertia = [Estimate(*NAMES[:1], "a", *NAMES[1:], "I", "Nms2/rad", 0.001)]
+    rows = [Contribution(NAMES[0], "a", *NAMES[1:], "I", "Nms2/rad", "scatter", "A", 0.001)]
+    assert relative_budgets(rows, inertia) == {}
+    assert relative_budgets(parts(0.1, 0.3), estimates((0.0, math.nan))) == {}
+
+
+@pytest.mark.parametrize(
+    ("scatter", "mass", "largest", "repeating"),
+    [(0.1, 0.3, "mass of the leg", False), (0.3, 0.1, "scatter over perturbations", True)],
+)
+def test_the_sentence_on_the_largest_source_follows_the_numbers(scatter, mass, largest, repeating):
+    told = largest_source(relative_budgets(parts(scatter, mass), estimates((10.0, 10.0)))["K"])
+    assert (told["largest"], told["repeating"]) == (largest, repeating)
+    assert told["now"] == f"{1.96 * math.hypot(1.0, 3.0):.1f}"
+    after = math.hypot(1.5, 1.0) if repeating else 3.0
+    assert told["after"] == f"{1.96 * after:.1f}"
+
+
+def test_budgets_of_the_report_are_those_of_recommended_estimates_and_of_the_foot():
+    quoted = estimates()
+    foot = [
+        Estimate(
+            "dummy", "a", "foot-compensated", "windowed-least-squares", "K", "Nm/rad", 9.0, 1.0, 7.0, 11.0
+        )
+    ]
+    others = estimates(recommended=False)
+    assert list(budgeted([*others, *foot], None)) == []
+    assert budgeted([*quoted, *foot], "foot-compensated") == {"dummy": quoted, "foot": foot}
+    found = budgets_data(parts(0.1, 0.3), [*quoted, *foot], "foot-compensated")
+    assert list(found) == ["dummy"]  # the foot has no budget here
+    (quantity,) = found["dummy"]["quantities"]
+    assert quantity["type_b"] == "3.0 to 6.0" and quantity["type_a"] == "1.0 to 2.0"
+    assert quantity["expanded"] == "4.0 to 8.0"
+    assert found["dummy"]["trials"] == "2"
+
+
+def test_small_sources_are_one_bar_and_type_a_is_apart():
+    rows = parts(0.1, 0.3) + [
+        Contribution(NAMES[0], c, *NAMES[1:], "K", "Nm/rad", "vertical_rad", "B", 0.0002) for c in ("a", "b")
+    ]
+    budget = relative_budgets(rows, estimates((10.0, 10.0)))["K"]
+    bars = bars_of(budget)
+    assert [(label, kind) for label, kind, _ in bars] == [
+        ("combined", "combined"),
+        ("scatter over perturbations", "A"),
+        ("mass of the leg", "B"),
+        ("2 further sources", "B"),
+    ]
+    assert bars[-1][2] == pytest.approx([math.hypot(0.001, 0.002)] * 2)
+    figure = plot_budgets({"K": budget})
+    widths = [patch.get_width() for patch in figure.axes[0].patches[:4]]
+    assert widths == pytest.approx([float(np.median(p)) for _, _, p in bars])
+
+
+def test_a_source_without_a_name_in_words_is_readable():
+    assert source_words("skin_wobble_m") == "skin wobble"
+    assert source_words("leg_mass_kg") == "mass of the leg"

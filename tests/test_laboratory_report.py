@@ -1,0 +1,66 @@
+"""The report says which mechanisms of the laboratory are on and what was drawn."""
+
+import copy
+
+import pytest
+
+from tepsipe.reporting.laboratory import MECHANISMS, laboratory_rows, read_laboratory, write_laboratory
+from tepsipe.reporting.numbers.laboratory import laboratory_data
+from workflow.support.start import checked_sections
+
+EVERYTHING = ["wristalyzer", "dummy", "weight", "standing"]
+
+
+@pytest.fixture(scope="module")
+def truth(root):
+    return checked_sections({"study": {"virtual_lab": str(root / "config/virtual_lab.yaml")}}, "virtual_lab")
+
+
+def test_every_mechanism_is_a_constant_of_the_shipped_laboratory(truth):
+    rows = [row for row in laboratory_rows(truth, EVERYTHING) if row.kind == "mechanism"]
+    assert [row.key for row in rows] == [mechanism.key for mechanism in MECHANISMS]
+    assert len({row.name for row in rows}) == len(rows)
+
+
+def test_table_returns_what_was_written(truth, tmp_path):
+    rows = laboratory_rows(truth, EVERYTHING)
+    write_laboratory(tmp_path / "laboratory.csv", rows)
+    found = read_laboratory(tmp_path / "laboratory.csv")
+    assert [(row.kind, row.key, row.name, row.distribution) for row in found] == [
+        (row.kind, row.key, row.name, row.distribution) for row in rows
+    ]
+    for row, written in zip(found, rows, strict=True):
+        assert row.value == pytest.approx(written.value, rel=1e-9)
+        assert row.nominal == (None if written.nominal is None else pytest.approx(written.nominal, rel=1e-9))
+
+
+def test_report_tells_what_is_on_from_what_is_off(truth):
+    changed = copy.deepcopy(truth)
+    changed["treadmill"]["plate"] |= {"friction_lever_m": 0.0, "second_share": [0.0, 0.3]}
+    changed["dummy"]["slip"]["foot_m"] = 0.001
+    found = laboratory_data(laboratory_rows(changed, EVERYTHING))
+    off = {row["key"] for row in found["off"]}
+    on = {row["key"]: row["value"] for row in found["on"]}
+    assert "treadmill.plate.friction_lever_m" in off
+    assert on["treadmill.plate.second_share"] == "0, 0.3"
+    assert on["dummy.slip.foot_m"] == "0.001"
+
+
+def test_numbers_of_one_list_are_one_row_with_the_largest_deviation(truth):
+    found = {row["key"]: row for row in laboratory_data(laboratory_rows(truth, EVERYTHING))["drawn"]}
+    leg = found["dummy.markers.leg_m"]
+    assert (leg["count"], leg["nominal"], leg["standard_deviation"]) == ("8", "", "0.0005")
+    own = [n for n in truth["drawn_numbers"] if n["path"].startswith("dummy.markers.leg_m.")]
+    largest = max((n["value"] - n["nominal"] for n in own), key=abs)
+    assert leg["largest"] == f"{largest:.3g}".replace("-", "\N{MINUS SIGN}")
+    mass = found["dummy.subject.leg_mass_kg"]
+    assert mass["nominal"] == "0.4"
+    assert mass["value"] == f"{truth['dummy']['subject']['leg_mass_kg']:.5g}"
+
+
+def test_a_study_of_the_manipulator_says_nothing_of_the_treadmill(truth):
+    own = {key: truth[key] for key in ("wristalyzer", "drawn_numbers")}
+    keys = [row.key for row in laboratory_rows(own, ["wristalyzer"])]
+    assert keys
+    assert all(key.startswith("wristalyzer.") for key in keys)
+    assert laboratory_data([]) is None
