@@ -6,6 +6,12 @@
 ruleorder: write_coverage > write_report
 
 
+# on a cluster, beside the run itself
+localrules:
+    collect_coverage,
+    write_coverage,
+
+
 rule run_laboratory:
     input:
         source=laboratory_sources(),
@@ -23,6 +29,8 @@ rule run_laboratory:
         "laboratories"
     conda:
         "../envs/tepsipe.yaml"
+    resources:
+        laboratories=1,
     params:
         about=lambda w: LABORATORIES.about(int(w.laboratory)),
         files=lambda w: LABORATORIES.files(int(w.laboratory)),
