@@ -98,11 +98,11 @@ def test_outputs_of_the_shipped_study(shipped):
     everything = outputs.everything(shipped)
     assert len(everything) == len(set(everything))
     figures = outputs.figures(shipped)
-    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 3
-    assert outputs.budget_names(shipped) == ["dummy", "foot", "weight"]
+    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 4
+    assert outputs.budget_names(shipped) == ["dummy", "foot", "weight", "standing"]
     assert shipped.budgeted_foot() == "foot-compensated"
-    # trials of the dummy, its foot, and the weight
-    assert len(outputs.budgets(shipped)) == 12 + 12 + 10
+    # trials of the dummy, its foot, the weight, and the person, her tasks and their difference
+    assert len(outputs.budgets(shipped)) == 12 + 12 + 10 + 16 + 2 + 1
     assert "<results>/figures/figure_b_12.svg" in figures
     assert len(outputs.standing_figures(shipped)) == 32
     assert len(outputs.pages(shipped)) == 53
@@ -112,8 +112,9 @@ def test_outputs_of_the_shipped_study(shipped):
     tables = [name.removesuffix(".csv").rpartition("/")[2] for name in everything if name.endswith(".csv")]
     assert set(outputs.tables(shipped)) == set(tables)
     assert len(outputs.fits(shipped)) == len(outputs.trials(shipped)) == 53
-    # every trial, the foot's side, two tasks, the manipulator's trials together, two cross-validations
-    assert len(outputs.estimates(shipped)) == 53 + 12 + 2 + 1 + 2
+    # every trial, the foot's side, two tasks and their difference, the manipulator's trials together, two
+    # cross-validations
+    assert len(outputs.estimates(shipped)) == 53 + 12 + 3 + 1 + 2
     assert outputs.thesis_tables(shipped) == [f"<results>/tables/table_4_{n}.csv" for n in (1, 2, 3)]
     assert outputs.model_scores(shipped) == ["<results>/treadmill_models/plate.csv"]
     assert outputs.model_files(shipped, "belt") == []

@@ -31,6 +31,16 @@ SOURCES = {
     "log_delay_s": "delay of belt velocity after forces",
     "belt_force_kg": "belt-induced force",
     "treadmill_model": "calibration of the treadmill model",
+    "joint_centre_anterior_m": "place of the ankle's centre along the belt",
+    "joint_centre_height_m": "height of the ankle's centre",
+    "foot_mass": "mass of the feet",
+    "force_marker_delay_s": "delay of forces after markers",
+    "skin_m": "motion of soft tissue over bone",
+    "marked_rotation": "difference between the legs",
+    "moment_scale": "scale of the plate's moment",
+    "window_s": "choice of the window",
+    "model_discrepancy": "misfit of the rig's model",
+    "reflex_onset_s": "onset of the reflex",
 }
 UNITS_OF_NAMES = ("_kgm2", "_kg", "_m", "_s", "_rad", "_scale", "_ratio", "_Nm", "_N", "_hz")
 

@@ -1,6 +1,7 @@
 """Look-ups of the rules on the trials and settings of a study, independent of Snakemake."""
 
 from dataclasses import dataclass
+from itertools import permutations
 from pathlib import Path
 
 from tepsipe.errors import InputError
@@ -315,6 +316,15 @@ class Study:
         """Names of the pools: tasks of the person, in the order of the trial sheet."""
         return list(self.pools())
 
+    def task_pairs(self) -> dict[str, tuple[str, str]]:
+        """Name, for example stiff-relax, -> pools of two tasks of one person, the later first."""
+        found = {}
+        for less, more in permutations(self._pools(), 2):
+            order = [EXPERIMENTS["standing"].tasks.index(pool.task) for pool in (more, less)]
+            if (more.participant, more.belt) == (less.participant, less.belt) and order[0] > order[1]:
+                found[f"{more.name}-{less.task}"] = (more.name, less.name)
+        return found
+
     def task_of(self) -> dict[str, str]:
         """Condition -> name of its pool, in the order of the trial sheet."""
         found = {c: pool.name for pool in self._pools() for c in pool.conditions}
@@ -413,7 +423,7 @@ class Study:
     def active_estimators(self) -> list[str]:
         """Estimators of the standing person that separate the muscle torque."""
         choices = self.settings["standing"]["estimators"]
-        return [name for name, choice in choices.items() if choice["active"] != "none"]
+        return [name for name, choice in choices.items() if choice["active"] not in ("none", "free")]
 
     def dummy_windows(self) -> dict[str, float | None]:
         """Pathway of the dummy with estimates of windows -> length (s), None if that of the pulse."""
