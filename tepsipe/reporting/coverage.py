@@ -8,14 +8,14 @@ and the same with one source at a time taken out of the budgets, which needs no 
 import csv
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import scipy
 
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import QUOTED, Estimate
 from tepsipe.statistics.coverage import CONFIDENCE, Share, share_of
 
 SHIFTED = "shifted"  # all laboratories that are not of the first set, together
@@ -109,7 +109,7 @@ class CoverageRow:
     false_alarm_percent : float
         Estimates with a flag although their interval holds the truth (% of all).
     recommended : bool
-        Whether these are the estimates to quote (no unit).
+        Whether these are the estimates to quote, or are judged like them (no unit).
     laboratories : int
         Laboratories with any (-).
     coverage_low, coverage_high : float or None
@@ -244,6 +244,7 @@ def outcomes_of(
     truths: Mapping[tuple, float],
     budgets: Iterable[Contribution],
     pooled: Sequence[str] = (),
+    judged: Iterable[Sequence[str]] = (),
 ) -> list[Outcome]:
     """Estimates of one laboratory that have a true value.
 
@@ -259,6 +260,8 @@ def outcomes_of(
         Their budgets (units in them).
     pooled : sequence of str
         Conditions that hold several trials of the standing person; single trials of them do not count.
+    judged : iterable of (str, str, str)
+        Experiment, pathway and estimator whose I, B, K and mass are judged as if they were recommended.
 
     Returns
     -------
@@ -269,11 +272,19 @@ def outcomes_of(
     for row in budgets:
         if row.type == "B":
             sources.setdefault(_key(row), {})[row.source] = row.u
+    like_recommended = {tuple(names) for names in judged}
     return [
-        Outcome(laboratory, e, truths[_key(e)], sources.get(_key(e), {}))
+        Outcome(laboratory, _judged(e, like_recommended), truths[_key(e)], sources.get(_key(e), {}))
         for e in estimates
         if _key(e) in truths and (e.experiment != "standing" or not pooled or e.condition in pooled)
     ]
+
+
+def _judged(estimate: Estimate, like_recommended: set[tuple]) -> Estimate:
+    names = (estimate.experiment, estimate.pathway, estimate.estimator)
+    if names in like_recommended and estimate.quantity in QUOTED:
+        return replace(estimate, recommended=True)
+    return estimate
 
 
 def _key(row: Estimate | Contribution) -> tuple:

@@ -56,6 +56,7 @@ rule collect_coverage:
         "../envs/tepsipe.yaml"
     params:
         pooled=STUDY.tasks(),
+        judged=config["coverage"]["judged"],
         windows_s=STUDY.windows(),
     script:
         "../scripts/collect_coverage.py"

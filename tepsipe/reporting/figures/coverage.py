@@ -18,7 +18,7 @@ def plot_coverage(coverage: pd.DataFrame, first: str) -> Figure:
 
     ``coverage`` is the table of the coverage (units in its columns), ``first`` the nominal set.
     """
-    quoted = coverage[coverage.recommended & coverage.coverage.notna()]
+    quoted = coverage[coverage.recommended.astype(bool) & coverage.coverage.notna()]
     names = list(dict.fromkeys(_name(row) for row in quoted.itertuples()))
     figure, axis = new_figure(1, 1, 0.9 + 0.34 * max(1, len(names)))
     axis.axvline(95.0, color=COLOURS["other"], linewidth=0.8)
@@ -44,7 +44,7 @@ def plot_coverage(coverage: pd.DataFrame, first: str) -> Figure:
     axis.set(xlabel="coverage (%)", ylim=(len(names) - 0.4, -0.6))
     axis.grid(axis="y", visible=False)
     if names:
-        axis.legend(loc="best")
+        figure.legend(loc="outside upper right", ncols=2)
     return figure
 
 

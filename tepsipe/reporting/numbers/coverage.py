@@ -42,7 +42,7 @@ def coverage_data(
     """
     first = str(laboratories["set"].iloc[0])
     failed = laboratories[laboratories.failed.fillna("") != ""]
-    quoted = coverage[coverage.recommended]
+    quoted = coverage[coverage.recommended.astype(bool)]
     nominal, shifted = (quoted[quoted.mechanism == name] for name in (first, SHIFTED))
     sets = [
         {
@@ -85,7 +85,7 @@ def sentences(nominal: pd.DataFrame, shifted: pd.DataFrame, dropped: pd.DataFram
     found = _on_coverage(nominal) + _on_width(nominal)
     flagged = nominal[nominal.flagged_percent > MOST_FLAGGED_PERCENT]
     if flagged.empty:
-        most = percent(nominal.flagged_percent.max())
+        most = _percent(nominal.flagged_percent.max())
         found.append(f"At most {most} % of the estimates of any of them are flagged in nominal laboratories.")
     else:
         found.append(
@@ -97,7 +97,7 @@ def sentences(nominal: pd.DataFrame, shifted: pd.DataFrame, dropped: pd.DataFram
     if not dropped.empty:
         lacking = dropped[dropped.held_percent < LEAST_HELD_PERCENT]
         if lacking.empty:
-            least = percent(dropped.held_percent.min())
+            least = _percent(dropped.held_percent.min())
             found.append(
                 f"Without any one source of the budget, at least {least} % of each recommended estimate are "
                 "covered or flagged."
@@ -149,7 +149,7 @@ def _on_width(nominal: pd.DataFrame) -> list[str]:
 def _on_held(rows: pd.DataFrame, where: str) -> str:
     lacking = rows[rows.held_percent < LEAST_HELD_PERCENT]
     if lacking.empty:
-        least = percent(rows.held_percent.min())
+        least = _percent(rows.held_percent.min())
         return f"At least {least} % of each recommended estimate are covered or flagged {where}."
     return f"Fewer than {LEAST_HELD_PERCENT:g} % are covered or flagged {where}: " + _list(
         lacking, lambda row: f"{percent(row.held_percent)} %"
@@ -175,7 +175,7 @@ def _share(row) -> str:
 
 
 def _others(coverage: pd.DataFrame, first: str) -> pd.DataFrame:
-    return coverage[~coverage.recommended & (coverage.mechanism == first)]
+    return coverage[~coverage.recommended.astype(bool) & (coverage.mechanism == first)]
 
 
 def _cells(row) -> list[str]:
