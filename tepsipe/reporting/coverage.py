@@ -409,8 +409,8 @@ def interval_without(outcome: Outcome, source: str) -> tuple[float, float] | Non
     Returns
     -------
     (low, high) or None
-        Unit of the estimate; None where there is no interval. Each end moves with t u_c, where the degrees of
-        freedom shrink as u_c^4 (Welch and Satterthwaite).
+        Unit of the estimate; None where there is no interval. Each end moves with t u_c. Degrees of freedom
+        that Type A brings shrink as u_c^4 (Welch and Satterthwaite); those of other sources stay.
     """
     ends, e = outcome.interval, outcome.estimate
     if ends is None or not e.standard_error or not math.isfinite(ends[1] - ends[0]):
@@ -421,8 +421,9 @@ def interval_without(outcome: Outcome, source: str) -> tuple[float, float] | Non
     scale = left / u
     if factor > NORMAL_FACTOR and left > 0.0:
         tail = 0.5 * (1.0 + CONFIDENCE)
-        freedom = float(scipy.special.stdtridf(tail, factor)) * scale**4
-        scale *= float(scipy.special.stdtrit(max(freedom, 1.0), tail)) / factor
+        freedom = float(scipy.special.stdtridf(tail, factor))
+        if freedom * ((e.u_type_a or 0.0) / u) ** 4 >= 1.0:
+            scale *= float(scipy.special.stdtrit(max(freedom * scale**4, 1.0), tail)) / factor
     return e.value - scale * (e.value - ends[0]), e.value + scale * (ends[1] - e.value)
 
 

@@ -60,7 +60,9 @@ def plot_intervals(outcomes: pd.DataFrame, first: str) -> Figure:
     nominal set. Intervals that miss the truth are drawn dark.
     """
     quoted = outcomes[
-        outcomes.recommended & outcomes.quantity.isin(["K", "B", "mass"]) & (outcomes.truth != 0.0)
+        outcomes.recommended.astype(bool)
+        & outcomes.quantity.isin(["K", "B", "mass"])
+        & (outcomes.truth != 0.0)
     ]
     quoted = quoted[quoted[["value", "ci_low", "ci_high"]].notna().all(axis=1)]
     groups = list(quoted.groupby(["experiment", "pathway", "estimator", "quantity"], sort=False))[
