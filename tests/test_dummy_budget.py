@@ -91,6 +91,23 @@ def test_a_property_of_the_leg_contributes_what_the_whole_analysis_with_another_
         assert row == pytest.approx(expected, rel=2e-3, abs=2e-7), pathway
 
 
+def test_the_joint_likelihood_has_the_contributions_of_fits_with_another_leg():
+    trial = trial_of_swing(Joint(), noise_m=5e-5)
+    pathways = {"likelihood": Pathway("leg", "aligned", "joint-likelihood")}
+
+    def fitted(options):
+        return analyse_dummy(trial, options, pathways)
+
+    budget = fitted(KNOWN).budgets["likelihood"]
+    for field, name in (("mass_kg", "leg_mass_kg"), ("com_m", "leg_com_m")):
+        ends = [
+            fitted(replace(BARE, leg=replace(LEG, **{field: getattr(LEG, field) + sign * U[name]})))
+            for sign in (1.0, -1.0)
+        ]
+        above, below = (found.regressions["likelihood"].mean for found in ends)
+        assert budget.contributions[name][0] == pytest.approx(0.5 * (above - below), rel=2e-3, abs=1e-6)
+
+
 def test_stiffness_and_damping_are_proportional_to_mass_and_centre_of_mass(found):
     for pathway in ("leg", "simulated"):
         mean, budget = found.regressions[pathway].mean, found.budgets[pathway]

@@ -12,7 +12,7 @@ from tepsipe.statistics.uncertainty import coverage_factor
 
 # name of a source -> what a reader understands by it
 SOURCES = {
-    SCATTER: "scatter over perturbations",
+    SCATTER: "scatter of the trial",
     "leg_mass_kg": "mass of the leg",
     "leg_com_m": "centre of mass of the leg",
     "leg_inertia_kgm2": "moment of inertia of the leg",

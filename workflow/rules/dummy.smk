@@ -24,7 +24,7 @@ rule fit_dummy:
         analysis=DUMMY_ANALYSIS,
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         pathways=DUMMY["pathways"],
-        recommended=as_it_is(DUMMY["recommended"]),
+        quoted=as_it_is(DUMMY["quoted"]),
         uncertainty=SETTINGS["uncertainty"]["dummy"],
         belt_fixed_labels=as_it_is(DUMMY["foot"]["belt_fixed_labels"]),
         seed=SEED,

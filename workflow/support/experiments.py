@@ -159,6 +159,7 @@ EXPERIMENTS = {
             "foot.pathways",
             "as_printed",
             "recommended",
+            "quoted",
         ),
         true=("dummy.rubber", "dummy.subject.joint_inertia_kgm2"),
     ),

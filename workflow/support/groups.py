@@ -75,7 +75,7 @@ def shown_estimators(study: Study) -> dict[str, list[str]]:
     standing, dummy = study.settings["standing"], study.settings["dummy"]
     shown = {
         "standing": [standing["recommended"]["pathway"], standing["recommended"]["estimator"]],
-        "dummy": [dummy["recommended"], dummy["pathways"][dummy["recommended"]]["estimator"]],
+        "dummy": [dummy["quoted"], dummy["pathways"][dummy["quoted"]]["estimator"]],
         "position_manipulator": ["impedance", "parallel-cascade"],
     }
     return {name: choice for name, choice in shown.items() if study.participants(name)}

@@ -171,6 +171,7 @@ def analyse_foot(
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,
+        small_budgets={},
         damping_per_skew={},
         marker_residual_rms_m=motion.marker_residual_rms_m,
         marker_noise_m=0.0,

@@ -60,7 +60,8 @@ def sentences_list(heading: str, sentences: Sequence[str], otherwise: str) -> st
 def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -> str:
     """Estimates (in their units) with 95 % intervals, one row per pathway and estimator, then all of them.
 
-    ``recommended`` names the pathway to use, and the estimator if there are several for a pathway.
+    Recommended is what the rows say; where they say nothing, ``recommended`` names the pathway, and the
+    estimator if there are several for a pathway.
     """
     if not estimates:
         return "<p>This trial has no estimates of its own.</p>\n"
@@ -72,8 +73,10 @@ def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -
     header = ["Pathway", "Estimator", *(_heading(q, units[q]) for q in quantities)]
     rows = []
 
+    told = {(e.pathway, e.estimator) for e in estimates if e.recommended}
+
     def use(names: tuple[str, str]) -> bool:
-        return bool(recommended) and set(recommended) <= set(names)
+        return names in told if told else bool(recommended) and set(recommended) <= set(names)
 
     for pathway, estimator in sorted(groups, key=lambda names: not use(names)):
         found = groups[pathway, estimator]
