@@ -241,6 +241,14 @@ def pages(study: Study) -> list[str]:
     return [f"<results>/report/trials/{e}/{c}.html" for e, c in study.trials]
 
 
+def coverage(study: Study) -> list[str]:
+    """What a coverage study makes, none of another study."""
+    if study.config["coverage"] is None:
+        return []
+    names = ("coverage", "dropped", "outcomes", "laboratories")
+    return [f"<results>/tables/{name}.csv" for name in names] + ["<results>/report/coverage.pdf"]
+
+
 def everything(study: Study) -> list[str]:
     """Inputs of the rule `all` that the HTML report shows; its other inputs are pages for a browser."""
     return [

@@ -472,6 +472,14 @@ class Study:
             "estimators": {n: only(e, "window_s", "inertia") for n, e in settings["estimators"].items()},
         }
 
+    def windows(self) -> dict[str, dict[str, float | None]]:
+        """Experiment -> name of a pathway or estimator -> its window (s)."""
+        standing = self.settings["standing"]["estimators"]
+        return {
+            "dummy": self.dummy_windows(),
+            "standing": {name: choice["window_s"] for name, choice in standing.items()},
+        }
+
     def foot_pathways(self) -> list[str]:
         """Pathways of the dummy with the torque from the foot."""
         return list(self.settings["dummy"]["foot"]["pathways"]) if self.has("foot") else []

@@ -68,8 +68,7 @@ class DummyOptions:
     window : WindowOptions
         Search for perturbations and rest (s).
     belt_fixed_labels : tuple of str
-        Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood;
-        that of them which is on the leg is the ankle's.
+        Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood.
     sources : dict of str to Source
         What is not known exactly (units in their names); without any, Type B is not evaluated.
     """
@@ -280,8 +279,7 @@ def known_leg(
     """
     markers, sources = options.leg_markers, options.sources
     if pathway.torque != "leg":
-        return LegKnowledge(options.leg, markers, "", {}, motion)
-    ankle = next((label for label in markers.labels if label in options.belt_fixed_labels), "")
+        return LegKnowledge(options.leg, markers, {}, motion)
     later = None
     if "marker_sampling_s" in sources and pathway.marker_instants == "aligned":
         labels = trial.axes["marker"].tolist()
@@ -294,7 +292,7 @@ def known_leg(
             filtered.shape
         )
         later = motion_of_markers(trial.time, moved, markers, options.leg.com_m)
-    return LegKnowledge(options.leg, markers, ankle, sources, motion, later)
+    return LegKnowledge(options.leg, markers, sources, motion, later)
 
 
 def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:
