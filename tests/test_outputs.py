@@ -102,7 +102,7 @@ def test_outputs_of_the_shipped_study(shipped):
     assert outputs.budget_names(shipped) == ["dummy", "foot", "weight", "standing"]
     assert shipped.budgeted_foot() == "foot-compensated"
     # trials of the dummy, its foot, the weight, and the person, her tasks and their difference
-    assert len(outputs.budgets(shipped)) == 12 + 12 + 10 + 16 + 2 + 1
+    assert len(outputs.budgets(shipped)) == 12 + 12 + 13 + 16 + 2 + 1
     assert "<results>/figures/figure_b_12.svg" in figures
     assert len(outputs.standing_figures(shipped)) == 32
     assert len(outputs.pages(shipped)) == 56
