@@ -49,7 +49,7 @@ class Rubber:
 class Relaxation:
     """What relaxes in a rubber while a rig is integrated: spring k and dashpot in series (Maxwell element).
 
-    Besides `Rubber.moment` it has the moment ``k (phi - s)``, where the slack s follows the bending,
+    Besides `Rubber.moment` it has the moment ``k (phi - s)``, where the slack s (rad) follows the bending,
     ``s' = (phi - s) / T``. The slack is the last of the rig's states.
     """
 

@@ -43,10 +43,12 @@ def tilting_derivative(
 
     Parameters
     ----------
-    dummy, drive : DummyTruth, DriveTruth
+    dummy : DummyTruth
         Constants (units in their names).
     moment : callable
         Moment of the rubber (N·m) at a bending (rad) and its rate (rad/s).
+    drive : DriveTruth
+        Constants (units in their names).
     tilt : FootTilt
         The foot's support, with a compliance above 0.
     command : callable
