@@ -201,7 +201,7 @@ def tables(tmp_path, own, laboratories):
 def said(tmp_path, own, laboratories):
     found = tables(tmp_path, own, laboratories)
     about = {"title": "T", "sets": SETS, "drawn": {"weight.mass_kg": {"rectangular": 0.05}}}
-    about |= {"experiments": {"dummy": ["sine"]}, "code": {"commit": None, "modified": None}}
+    about |= {"experiments": {"dummy": ["sine"]}, "code": {"commit": None, "modified": None}, "seed": 1}
     plot_coverage(found["coverage"], "nominal")
     plot_intervals(found["outcomes"], "nominal")
     return coverage_data(found["coverage"], found["dropped"], found["laboratories"], about)
