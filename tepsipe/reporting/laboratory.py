@@ -39,6 +39,7 @@ MECHANISMS = (
     Mechanism("treadmill", "treadmill.plate.mount_share", "mounts that take a part of fast forces"),
     Mechanism("treadmill", "treadmill.plate.floor_m_per_s2", "vibration of the floor"),
     Mechanism("dummy", "dummy.rubber.softening", "softening of the rubber"),
+    Mechanism("dummy", "dummy.rubber.relaxation_share", "relaxation of the rubber"),
     Mechanism("dummy", "dummy.foot_tilt.compliance_rad_per_Nm", "foot that tilts on its tape"),
     Mechanism("dummy", "dummy.wobble.growing_per_m", "rod that bends"),
     Mechanism("dummy", "dummy.wobble.common", "common wobble of the leg's markers"),

@@ -108,6 +108,11 @@ def plate_models(study: Study, experiment: str, condition: str) -> list[str]:
     return [f"<results>/treadmill_models/{plate}_{load}.json" for load in loads]
 
 
+def held_out(study: Study, experiment: str, condition: str) -> str:
+    """Residuals of the belt of a trial that its treadmill model has not seen."""
+    return f"<results>/treadmill_models/{study.plate_of(study.belt_of(experiment, condition))}_held_out.h5"
+
+
 def plate_fits(study: Study) -> list[str]:
     """Responses of every calibration of the force plate, one per belt."""
     return [f"<results>/fits/{name}.h5" for name in study.plates()] if study.has("weight") else []
