@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget, small_budget
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
 from tepsipe.identification.joint_channels import DummyMarkers, dummy_markers
@@ -109,6 +110,8 @@ class DummyAnalysis:
     loads : dict of str to ndarray, shape (n,)
         ``Fy/measured`` (N), ``Mx/measured`` (N·m) and the same compensated by each treadmill model that a
         pathway uses, for example ``Fy/loaded-frame``; empty without pathways from the foot.
+    checks : dict of str to TreadmillCheck
+        Pathway -> examination of its treadmill model; empty without such pathways.
     """
 
     time: np.ndarray
@@ -122,6 +125,7 @@ class DummyAnalysis:
     marker_residual_rms_m: float
     marker_noise_m: float
     loads: dict[str, np.ndarray] = field(default_factory=dict)
+    checks: dict[str, TreadmillCheck] = field(default_factory=dict)
 
     @property
     def output_errors(self) -> dict[str, OutputError | JointLikelihood]:
