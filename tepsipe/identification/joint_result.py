@@ -177,12 +177,22 @@ def _working_amplitude(found: JointFit, names: list[str], perturbations: list[Pe
 def estimated_angle(found: JointFit) -> np.ndarray:
     """Estimated theta - theta_0 (rad), shape (n,), with the measured frequencies outside the band."""
     spectra = found.model.spectra(found.point)
-    measured = np.fft.rfft(found.channels.angle)
-    low = measured[: found.model.bins[0]]
-    whole = np.zeros_like(measured)
-    whole[: low.size] = low
-    whole[found.model.bins] = spectra.response[1] * found.residuals.foot + spectra.own[1]
-    return np.fft.irfft(whole, found.channels.angle.size)
+    return _in_band(found, found.channels.angle, spectra.response[1] * found.residuals.foot + spectra.own[1])
+
+
+def estimated_foot(found: JointFit) -> np.ndarray:
+    """Estimated position of the foot (m), shape (n,), with the measured frequencies outside the band.
+
+    Without the ramp of its net displacement.
+    """
+    return _in_band(found, found.channels.foot, found.residuals.foot)
+
+
+def _in_band(found: JointFit, signal: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
+    """A signal (n,) with another spectrum in the band (m,) (units of both)."""
+    whole = scipy.fft.rfft(signal)
+    whole[found.model.bins] = spectrum
+    return scipy.fft.irfft(whole, signal.size)
 
 
 def _contributions(
