@@ -15,7 +15,8 @@ sigma_v maximises the restricted likelihood. With noise in Y, |u|^2 overstates t
 
     F^-1 F_0 F^-1,    F_0 = 2 Re sum u^H u
 
-(Wald). No part of the trial is weighted by hand, nothing is filtered, and no spline is differentiated.
+(Wald), to which the error of d, the joint's place between the markers, is added. No part of the
+trial is weighted by hand, nothing is filtered, and no spline is differentiated.
 
 A joint that softens with bending and loses more as it softens has three more parameters, C, B_s and phi_h:
 
@@ -323,7 +324,7 @@ def _climb(task: _Task, point: Point, limits: tuple[float, float] | None = None)
             break
     else:
         raise _undetermined("no convergence")
-    covariance = _covariance(found)
+    covariance = _covariance(found) + _by_offset(task, found)
     return JointFit(point, covariance, found, task.log_noise, task.channels, task.model)
 
 
@@ -339,6 +340,19 @@ def _covariance(found: Residuals) -> np.ndarray:
     if not (np.diag(covariance) > 0.0).all():
         raise _undetermined("sensitivities that depend on each other")
     return covariance
+
+
+def _by_offset(task: _Task, found: Residuals) -> np.ndarray:
+    """What the standard error of the joint's place adds to the covariance, shape (p, p)."""
+    channels = task.channels
+    moved = np.zeros_like(task.measured)
+    moved[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, task.measured[1])
+    moved = task.whitening() @ moved
+    moved = moved - found.direction * np.sum(found.direction.conj() * moved, axis=0)
+    scale = np.sqrt(np.diag(found.information))
+    normal = (found.information - found.excess) / np.outer(scale, scale)
+    step = np.linalg.solve(normal, replace(found, left=moved).gradient / scale) / scale
+    return np.outer(step, step)
 
 
 def _solve(found: Residuals) -> tuple[np.ndarray, np.ndarray]:

@@ -25,6 +25,7 @@ rule fit_dummy:
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         pathways=DUMMY["pathways"],
         recommended=as_it_is(DUMMY["recommended"]),
+        checks=DUMMY["checks"],
         uncertainty=SETTINGS["uncertainty"]["dummy"],
         belt_fixed_labels=as_it_is(DUMMY["foot"]["belt_fixed_labels"]),
         seed=SEED,

@@ -1,13 +1,15 @@
 """Checks of a dummy trial that warn: what the markers, the log and two estimators say of each other.
 
-Every check has a size in a unit of its own, a tolerance below which it does not matter (it moves K by about a
-quarter of a per cent, less than the leg's mass is known), and the probability of so large a size in a laboratory
-without the fault. It fails if the size exceeds the tolerance and the probability lies below 0.05 / n, n the
-number of checks of the trial (Bonferroni): all together give false alarms in at most 5 % of the trials.
+Every check has a size in a unit of its own, a tolerance below which it does not matter (K moves by
+about a quarter of a per cent, less than the leg's mass is known), and the probability of so large a
+size in a laboratory without the fault. It fails if the size exceeds the tolerance and the
+probability lies below 0.05 / n, n the number of checks of the trial (Bonferroni): all together give
+false alarms in at most 5 % of the trials.
 
 leg-disagrees
-    K of the windowed fit against what it should find. Noise-free markers that move like the fitted joint are sent
-    through filter, pose, derivatives and regression; what noise adds by errors in variables is predicted.
+    K of the windowed fit against what it should find. Markers without noise that move like the fitted
+    joint go through filter, pose, derivatives and regression; what noise adds by errors in
+    variables is predicted.
 foot-leg-delay
     Delay of the angle after the foot: sampling instants, or a marker that slips.
 joint-inertia
@@ -33,7 +35,6 @@ import scipy
 from tepsipe.identification.joint_likelihood import JointFit
 from tepsipe.identification.joint_result import JointLikelihood, estimated_angle, estimated_foot, innovations
 from tepsipe.identification.window_regression import WindowedFits, regress_perturbations
-from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, motion_of_markers
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation
@@ -259,9 +260,9 @@ def expected_of_leg(
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
 ) -> np.ndarray:
-    """I, B, K that the windowed fit finds of noise-free markers that move like the fitted joint, shape (3,).
+    """I, B, K that the windowed fit finds of markers without noise that move like the fitted joint.
 
-    Arguments are those of `leg_check` (units there); I in N·m·s²/rad, B in N·m·s/rad, K in N·m/rad.
+    Arguments are those of `leg_check` (units there). Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
     """
     channels = found.fit.channels
     theta = estimated_angle(found.fit) + channels.theta_0_rad
@@ -284,7 +285,7 @@ def noise_bias(
 ) -> np.ndarray:
     """Bias of a windowed fit by the noise in its regressors (errors in variables), to first order.
 
-    Noise of the angle enters theta'', theta', theta and the torque; that of the markers' mean enters the torque
+    Noise of the angle enters theta'', theta', theta and the torque; that of the markers' mean the torque
     alone. With A the regressors of a window of N samples and C the covariances of their noise,
 
         bias = (A'A)^-1 N (C_Atau - C_AA x)
