@@ -107,7 +107,7 @@ def trials(motion: lab.Motion, instruments: lab.Instruments, seeds: range, broke
     for seed in seeds:
         trial = motion.trial(np.random.default_rng([seed, 11]), instruments, broken)
         analysis = analyse_dummy(trial, options, PATHWAYS)
-        verdict = check_dummy(trial, options, analysis, "leg", KNOWN_INERTIA)
+        verdict = check_dummy(trial, options, analysis, ("leg-joint-likelihood", "leg"), KNOWN_INERTIA)
         names.append({flag for flags in verdict.flags.values() for flag in flags} - {"noise-biased"})
         truth = motion.at_work(analysis.regressions["leg"].perturbations)[2]
         errors.append([100.0 * (analysis.regressions[n].mean[2] / truth - 1.0) for n in reversed(PATHWAYS)])

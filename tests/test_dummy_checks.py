@@ -33,6 +33,7 @@ PATHWAYS = {
     "leg": Pathway("leg", "aligned", "windowed-least-squares"),
     "leg-joint-likelihood": Pathway("leg", "aligned", "joint-likelihood"),
 }
+QUOTED = ("leg-joint-likelihood", "leg")
 RUBBER = RubberJoint(
     stiffness_Nm_per_rad=10.0,
     half_softening_rad=0.025,
@@ -77,7 +78,7 @@ def trial(rng, peak_m_per_s=0.3, noise_m=1e-5, broken=None):
 
 def checked(recording, options=OPTIONS, joint_inertia=(0.007, 0.0005)):
     analysis = analyse_dummy(recording, options, PATHWAYS)
-    return analysis, check_dummy(recording, options, analysis, "leg", joint_inertia)
+    return analysis, check_dummy(recording, options, analysis, QUOTED, joint_inertia)
 
 
 def test_clean_trials_raise_hardly_any_alarm_and_quote_the_joint_likelihood(rng):
@@ -176,7 +177,7 @@ def test_the_windowed_fit_is_quoted_where_the_model_does_not_fit(rng, monkeypatc
     analysis, _ = checked(recording)
     module = "tepsipe.experiments.dummy.checked"
     monkeypatch.setattr(f"{module}.fit_check", lambda *_: Check("lack-of-fit", 1.0, 0.0))
-    verdict = check_dummy(recording, OPTIONS, analysis, "leg")
+    verdict = check_dummy(recording, OPTIONS, analysis, QUOTED)
     assert verdict.flags["leg-joint-likelihood"] == ["lack-of-fit"]
     assert verdict.flags["leg"] == []
     assert verdict.quoted == "leg"
@@ -189,9 +190,9 @@ def test_a_check_fails_by_size_and_by_chance_together():
     assert failed([replace(sure, size=1e-6), likely]) == []
 
 
-def test_without_a_joint_likelihood_the_recommended_pathway_is_quoted(rng):
+def test_without_a_joint_likelihood_there_are_no_checks(rng):
     recording = trial(rng)
     analysis = analyse_dummy(recording, OPTIONS, {"leg": PATHWAYS["leg"]})
-    verdict = check_dummy(recording, OPTIONS, analysis, "leg")
+    verdict = check_dummy(recording, OPTIONS, analysis, ("leg", "leg"))
     assert verdict.checks == []
     assert verdict.quoted == "leg"

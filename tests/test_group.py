@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged, read_estimates, write_estimates
 from tepsipe.reporting.participants import (
     Member,
@@ -202,3 +203,56 @@ def test_labels_follow_the_columns_of_estimates_and_are_not_read(tmp_path):
     assert lines[0].endswith("n_perturbations,u_type_a,u_type_b,recommended,flags,participant")
     assert lines[1].endswith(",P1")
     assert read_estimates(path) == [replace(row, u_type_a=row.standard_error) for row in rows]
+
+
+# ---- Type A and Type B within a person ----------------------------------------------------------------
+
+
+def with_parts(name, value, type_a, type_b):
+    row = estimate(name, value, math.hypot(type_a, type_b))
+    return replace(row, u_type_a=type_a, u_type_b=type_b)
+
+
+def budget(name, **sources):
+    where = ("standing", name, "ankle", "window", "K", "Nm/rad")
+    return [Contribution(*where, s, "A" if s == "scatter" else "B", u) for s, u in sources.items()]
+
+
+def test_a_source_common_to_two_tasks_counts_by_its_change_in_their_difference():
+    rows = [with_parts("P1-relax", 300.0, 3.0, 30.0), with_parts("P1-stiff", 500.0, 4.0, 50.0)]
+    members = [member("P1", "relax"), member("P1", "stiff")]
+    parts = budget("P1-relax", scatter=3.0, joint_m=30.0) + budget(
+        "P1-stiff", scatter=4.0, joint_m=40.0, skin_m=30.0
+    )
+    by_source = person_estimates(rows, members, {}, parts)
+    (sharp,) = [p for p in by_source if p.condition == "stiff minus relax"]
+    assert sharp.standard_error == pytest.approx(math.sqrt(3.0**2 + 4.0**2 + 10.0**2 + 30.0**2))
+    # without the sources nothing is known to be common
+    (blunt,) = [p for p in person_estimates(rows, members, {}) if p.condition == "stiff minus relax"]
+    assert blunt.standard_error == pytest.approx(math.sqrt(3.0**2 + 4.0**2 + 30.0**2 + 50.0**2))
+    # a single trial keeps its own interval
+    assert {p.standard_error for p in by_source if "minus" not in p.condition} == {
+        rows[0].standard_error,
+        rows[1].standard_error,
+    }
+
+
+def test_repeated_trials_of_a_person_average_scatter_and_no_source():
+    rows = [with_parts(f"P1-{k}", 300.0, 4.0, 3.0) for k in range(4)]
+    members = [member("P1", "relax", name=row.condition) for row in rows]
+    parts = [part for row in rows for part in budget(row.condition, scatter=4.0, joint_m=3.0)]
+    (person,) = person_estimates(rows, members, {"standing": {"P1": None}}, parts)
+    assert person.standard_error == pytest.approx(math.hypot(4.0 / 2.0, 3.0))
+    assert person.ci_high - person.value == pytest.approx(1.96 * person.standard_error, rel=1e-4)
+
+
+def test_a_group_mean_has_the_scatter_between_people_whatever_is_common_to_them(tmp_path):
+    values = (300.0, 340.0, 320.0)
+    rows = [with_parts(f"P{k}-relax", v, 1.0, 50.0) for k, v in enumerate(values)]
+    members = [member(f"P{k}", "relax") for k in range(3)]
+    people = person_estimates(rows, members, {})
+    (group,) = group_estimates(people)
+    assert group.sem == pytest.approx(20.0 / math.sqrt(3.0))
+    assert group.u_within == pytest.approx(math.hypot(1.0, 50.0))
+    write_people(tmp_path / "people.csv", people, False)
+    assert "parts" not in (tmp_path / "people.csv").read_text().splitlines()[0]

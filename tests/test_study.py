@@ -27,6 +27,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
         "report/report.html",
         "provenance.json",
         "tables/estimates.csv",
+        "tables/uncertainty.csv",
         "tables/table_4_1.csv",
         "tables/table_4_2.csv",
         "tables/table_4_3.csv",
@@ -49,7 +50,7 @@ def test_the_study_writes_every_output_of_its_contract(study):
     assert (results / "report/thesis.pdf").read_bytes().startswith(b"%PDF")
     columns = (
         "experiment condition pathway estimator quantity unit value standard_error ci_low ci_high "
-        "sem_as_printed n_perturbations flags"
+        "sem_as_printed n_perturbations u_type_a u_type_b recommended flags"
     )
     assert list(estimates(study)[0]) == columns.split()
 
@@ -73,6 +74,36 @@ def test_a_trial_file_describes_itself(study):
             assert trial[name].dims[0].keys() == ["time"]
         assert trial["marker_position"].dims[1].keys() == ["marker"]
         assert np.isclose(np.diff(trial["time"][:]), 1.0 / 250.0).all()
+
+
+def test_exactly_one_estimate_of_a_quantity_is_recommended_and_its_parts_add_up(study):
+    rows, budgets = estimates(study), table(study, "uncertainty")
+    quoted = {}
+    for row in rows:
+        if row["recommended"] == "true":
+            assert row["quantity"] in ("I", "B", "K", "mass")
+            quoted.setdefault((row["experiment"], row["condition"], row["quantity"]), []).append(row)
+    assert all(len(own) == 1 for own in quoted.values())
+    wanted = {
+        (row["experiment"], row["condition"], row["quantity"])
+        for row in rows
+        # I of a standing person is not estimated by every estimator
+        if row["quantity"] in ("I", "B", "K", "mass") and row["experiment"] != "standing"
+    }
+    assert wanted <= set(quoted)
+    for key in (("dummy", "sine-0.5", "K"), ("weight", "sine-0.4", "mass")):
+        (row,) = quoted[key]
+        columns = ("experiment", "condition", "pathway", "estimator", "quantity")
+        parts = [p for p in budgets if all(p[c] == row[c] for c in columns)]
+        assert {p["type"] for p in parts} == {"A", "B"} and len(parts) > 3
+        total = sum(float(p["u"]) ** 2 for p in parts) ** 0.5
+        assert total == pytest.approx(float(row["standard_error"]), rel=1e-6)
+        assert total == pytest.approx(np.hypot(float(row["u_type_a"]), float(row["u_type_b"])), rel=1e-6)
+        assert float(row["ci_high"]) - float(row["value"]) == pytest.approx(1.96 * total, rel=0.02)
+    told = json.loads((study / "results/report/report.json").read_text(encoding="utf-8"))["budgets"]
+    assert {"dummy", "foot", "weight"} <= set(told)
+    largest = {q["quantity"]: q for q in told["dummy"]["quantities"]}["K"]
+    assert largest["largest"] == "mass of the leg" and not largest["repeating"]
 
 
 def test_the_recommended_pathway_recovers_the_truth_and_the_printed_one_its_prediction(study):

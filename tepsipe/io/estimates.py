@@ -26,7 +26,24 @@ FLAGS = {
     "lack-of-fit": "the model of the joint leaves a motion that repeats: look at the residuals, for wobble",
     "noise-biased": "noise of the markers biases the windowed fit by half of its uncertainty or more: use "
     "the joint likelihood, or larger perturbations",
+    "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
+    "look at the onset of the reflexes, the feet's mass, and the friction of the belt",
+    "window-sensitive": "K changes by more than 10 % between windows: look at the onset of the "
+    "reflexes and the treadmill model",
+    "skin-motion": "the ankle's centre moves with the pulses but not with sway, so soft tissue moves over "
+    "the bone: fasten the markers of the shank to bony places",
+    "centre-assumed": "quiet sway does not show the centre of the ankle, because it is too short or the foot "
+    "turns: palpate the centre carefully, or record more quiet standing",
+    "beyond-calibration": "the mass on the belt exceeds those that the treadmill model was calibrated with: "
+    "record trials with a weight near that mass",
+    "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
+    "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",
+    "treadmill-model": "on trials that it has not seen, the treadmill model may err by more than a tenth of "
+    "K, or its constants are impossible: record the empty belt, and a weight near the subject's mass, with "
+    "the subject's pulses",
+    "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration: "
+    "record a weight near the subject's mass",
 }
 # quantities of which one estimate per trial is recommended
 QUOTED = ("I", "B", "K", "mass")

@@ -41,6 +41,15 @@ def write_result(path: str | Path, result: Result) -> None:
             dataset.attrs["units"] = result.units[name]
 
 
+def joined(*results: Result) -> Result:
+    """One result with the arrays (their units) and facts of several, of which none has a name of another."""
+    return Result(
+        {name: x for result in results for name, x in result.arrays.items()},
+        {name: unit for result in results for name, unit in result.units.items()},
+        {name: fact for result in results for name, fact in result.facts.items()},
+    )
+
+
 def read_result(path: str | Path) -> Result:
     """Read a file written by `write_result` (arrays in the units that it names).
 

@@ -1,7 +1,7 @@
 """Uncertainty budgets across trials, relative to the estimates: what a laboratory should measure better."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +12,13 @@ from tepsipe.statistics.uncertainty import coverage_factor
 
 # name of a source -> what a reader understands by it
 SOURCES = {
-    SCATTER: "scatter over perturbations",
+    SCATTER: "scatter of the trial",
     "leg_mass_kg": "mass of the leg",
     "leg_com_m": "centre of mass of the leg",
     "leg_inertia_kgm2": "moment of inertia of the leg",
     "joint_offset_m": "place of the joint's axis",
-    "leg_marker_m": "places of the leg's markers",
-    "ankle_marker_m": "place of the ankle's marker",
+    "anterior_offset_m": "markers, across the leg",
+    "longitudinal_offset_m": "markers, along the leg",
     "vertical_rad": "direction of gravity",
     "marker_scale": "lengths of the motion capture",
     "clock_ratio": "rate of the motion capture",
@@ -31,6 +31,16 @@ SOURCES = {
     "log_delay_s": "delay of belt velocity after forces",
     "belt_force_kg": "belt-induced force",
     "treadmill_model": "calibration of the treadmill model",
+    "joint_centre_anterior_m": "place of the ankle's centre along the belt",
+    "joint_centre_height_m": "height of the ankle's centre",
+    "foot_mass": "mass of the feet",
+    "force_marker_delay_s": "delay of forces after markers",
+    "skin_m": "motion of soft tissue over bone",
+    "marked_rotation": "difference between the legs",
+    "moment_scale": "scale of the plate's moment",
+    "window_s": "choice of the window",
+    "model_discrepancy": "misfit of the rig's model",
+    "reflex_onset_s": "onset of the reflex",
 }
 UNITS_OF_NAMES = ("_kgm2", "_kg", "_m", "_s", "_rad", "_scale", "_ratio", "_Nm", "_N", "_hz")
 
@@ -142,6 +152,55 @@ def budgeted(estimates: Iterable[Estimate], foot_pathway: str | None) -> dict[st
         if e.experiment == "dummy" and e.pathway == foot_pathway and e.quantity in QUOTED:
             found.setdefault("foot", []).append(e)
     return found
+
+
+def parts_of(estimate: Estimate, contributions: Mapping[str, float] | None = None) -> dict[str, float]:
+    """Standard uncertainty of an estimate by source, in its unit; empty where it has none.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        The row (units in it).
+    contributions : mapping of str to float, optional
+        Source -> u of its budget, if it has one (unit of the estimate). Without one, Type A and all of Type B
+        are two sources, the second one of this trial alone.
+    """
+    if contributions:
+        return dict(contributions)
+    if estimate.u_type_b is not None and estimate.u_type_a is not None:
+        return {SCATTER: estimate.u_type_a, f"type_b/{estimate.condition}": estimate.u_type_b}
+    return {} if estimate.standard_error is None else {SCATTER: estimate.standard_error}
+
+
+def mean_parts(parts: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Standard uncertainty by source of a mean over trials of one person or rig (unit of the estimates).
+
+    Scatter is independent between trials; a source is the same quantity in all of them and acts with one
+    sign, so it does not average out.
+    """
+    names = dict.fromkeys(name for own in parts for name in own)
+    count = len(parts)
+    return {
+        name: math.hypot(*(own.get(name, 0.0) for own in parts)) / count
+        if name == SCATTER
+        else sum(own.get(name, 0.0) for own in parts) / count
+        for name in names
+    }
+
+
+def difference_parts(first: Mapping[str, float], second: Mapping[str, float]) -> dict[str, float]:
+    """Standard uncertainty by source of the difference of two estimates of one person or rig (their unit).
+
+    Scatter is independent. Of a source of both, which acts with one sign, only the difference counts
+    (JCGM 100, section 5.2); a source of one of them counts alone.
+    """
+    names = dict.fromkeys([*first, *second])
+    return {
+        name: math.hypot(first.get(name, 0.0), second.get(name, 0.0))
+        if name == SCATTER
+        else abs(second.get(name, 0.0) - first.get(name, 0.0))
+        for name in names
+    }
 
 
 def source_words(name: str) -> str:

@@ -52,6 +52,7 @@ MECHANISMS = (
     Mechanism("standing", "standing.tasks.stiff.short_range_Nm_per_rad", "short-range stiffness, stiff"),
     Mechanism("standing", "standing.tasks.relax.medium_reflex_s_per_rad", "second reflex (M2), relaxed"),
     Mechanism("standing", "standing.tasks.stiff.medium_reflex_s_per_rad", "second reflex (M2), stiff"),
+    Mechanism("standing", "standing.nerves.relaxation_s", "force of muscles that falls slowly"),
     Mechanism("wristalyzer", "wristalyzer.manipulator.friction_Nm", "friction of the manipulator"),
     Mechanism("wristalyzer", "wristalyzer.manipulator.contact_Nm_per_rad3", "hardening at large angles"),
     Mechanism("wristalyzer", "wristalyzer.manipulator.ripple_Nm", "ripple of the drive's torque"),

@@ -1,19 +1,24 @@
 """Estimates of each participant, also per kilogram of body mass, differences between tasks, and group means.
 
 A participant's value is that of the trials analysed together (the tasks of a standing person), or the mean
-over the participant's trials of a condition. A group mean counts every person once.
+over the participant's trials of a condition. Within a person, scatter is independent between trials and
+tasks, and what is not known of person and rig is the same (`tepsipe.reporting.budgets`): it does not average
+out, and only its change counts in a difference. A group mean counts every person once; its interval is from
+the scatter between people.
 """
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
+from tepsipe.io.budget_table import Contribution
 from tepsipe.io.csv_table import write_rows
 from tepsipe.io.estimates import Estimate
+from tepsipe.reporting.budgets import difference_parts, mean_parts, parts_of
 from tepsipe.statistics.group import group_mean, typical_uncertainty
 
 # quantities that are also given per kilogram of body mass
@@ -70,6 +75,8 @@ class PersonEstimate:
         Failed checks of the estimates, joined by ``;``.
     belt : str
         Belt of the treadmill, empty where the study does not separate them.
+    parts : dict of str to float
+        Source -> standard uncertainty (``unit``); not a column.
     """
 
     experiment: str
@@ -87,6 +94,7 @@ class PersonEstimate:
     mass_kg: float | None
     flags: str = ""
     belt: str = ""
+    parts: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -128,7 +136,10 @@ class GroupEstimate:
 
 
 def person_estimates(
-    estimates: Iterable[Estimate], members: list[Member], masses_kg: dict[str, dict[str, float | None]]
+    estimates: Iterable[Estimate],
+    members: list[Member],
+    masses_kg: dict[str, dict[str, float | None]],
+    budgets: Iterable[Contribution] = (),
 ) -> list[PersonEstimate]:
     """Estimates of every participant: as estimated, per kilogram, and differences between tasks.
 
@@ -140,6 +151,8 @@ def person_estimates(
         Trials, or trials analysed together, of the participants.
     masses_kg : dict of str to dict of str to float or None
         Experiment -> participant -> body mass (kg); None where it is not known.
+    budgets : iterable of Contribution
+        Rows of the uncertainty budgets, as far as there are any (units in them).
 
     Returns
     -------
@@ -147,6 +160,10 @@ def person_estimates(
         Sorted by name, so that the order of the rows does not matter.
     """
     member_of = {(m.experiment, m.condition): m for m in members}
+    sources: dict[tuple, dict[str, float]] = {}
+    for part in budgets:
+        key = (part.experiment, part.condition, part.pathway, part.estimator, part.quantity)
+        sources.setdefault(key, {})[part.source] = part.u
     found: dict[tuple, list[tuple[Member, Estimate]]] = {}
     for row in estimates:
         member = member_of.get((row.experiment, row.condition))
@@ -158,10 +175,19 @@ def person_estimates(
     for (experiment, label, belt, participant, *what), rows in found.items():
         rows.sort(key=lambda pair: pair[1].condition)
         mass = masses_kg.get(experiment, {}).get(participant)
-        numbers = _mean_of_trials([row for _, row in rows])
+        trials_parts = [
+            parts_of(
+                row, sources.get((row.experiment, row.condition, row.pathway, row.estimator, row.quantity))
+            )
+            for _, row in rows
+        ]
+        parts = mean_parts(trials_parts) if all(trials_parts) else {}
+        numbers = _mean_of_trials([row for _, row in rows], parts)
         trials = sum(member.trials for member, _ in rows)
         flags = _joined(row.flags for _, row in rows)
-        person = PersonEstimate(experiment, participant, label, *what, *numbers, trials, mass, flags, belt)
+        person = PersonEstimate(
+            experiment, participant, label, *what, *numbers, trials, mass, flags, belt, parts
+        )
         people.append(person)
         if mass is not None and person.quantity in PER_KG:
             people.append(_per_kg(person, mass))
@@ -169,16 +195,18 @@ def person_estimates(
     return sorted(people + _differences(people, tasks), key=_order)
 
 
-def _mean_of_trials(rows: list[Estimate]) -> tuple[float, float | None, float | None, float | None]:
-    """Value, standard error and interval of one trial, or of the mean of several with independent errors."""
+def _mean_of_trials(
+    rows: list[Estimate], parts: Mapping[str, float]
+) -> tuple[float, float | None, float | None, float | None]:
+    """Value, standard error and interval of one trial, or of the mean of several, by its parts."""
     if len(rows) == 1:
         (row,) = rows
         return row.value, *map(_finite, (row.standard_error, row.ci_low, row.ci_high))
     value = float(np.mean([row.value for row in rows]))
-    errors = [_finite(row.standard_error) for row in rows]
-    if None in errors:
+    error = math.hypot(*parts.values())
+    if not parts or not math.isfinite(error):
         return value, None, None, None
-    return _normal(value, float(np.sqrt(np.sum(np.square(errors)))) / len(rows))
+    return _normal(value, error)
 
 
 def _normal(value: float, error: float) -> tuple[float, float, float, float]:
@@ -198,7 +226,9 @@ def _per_kg(person: PersonEstimate, mass_kg: float) -> PersonEstimate:
         name: None if getattr(person, name) is None else getattr(person, name) / mass_kg
         for name in ("value", "standard_error", "ci_low", "ci_high")
     }
-    return replace(person, quantity=f"{person.quantity}_per_kg", unit=f"{person.unit}/kg", **numbers)
+    parts = {name: u / mass_kg for name, u in person.parts.items()}
+    unit = f"{person.unit}/kg"
+    return replace(person, quantity=f"{person.quantity}_per_kg", unit=unit, parts=parts, **numbers)
 
 
 def _differences(people: list[PersonEstimate], tasks: set[tuple[str, str]]) -> list[PersonEstimate]:
@@ -213,10 +243,13 @@ def _differences(people: list[PersonEstimate], tasks: set[tuple[str, str]]) -> l
         for first, second in combinations(sorted(by_task), 2):
             a, b = by_task[first], by_task[second]
             numbers: tuple = (b.value - a.value, None, None, None)
-            if a.standard_error is not None and b.standard_error is not None:
-                numbers = _normal(b.value - a.value, math.hypot(a.standard_error, b.standard_error))
+            parts = difference_parts(a.parts, b.parts) if a.parts and b.parts else {}
+            error = math.hypot(*parts.values())
+            if parts and math.isfinite(error):
+                numbers = _normal(b.value - a.value, error)
             named: dict = dict(zip(("value", "standard_error", "ci_low", "ci_high"), numbers, strict=True))
             named |= {"n_trials": a.n_trials + b.n_trials, "flags": _joined((a.flags, b.flags))}
+            named |= {"parts": parts}
             rows.append(replace(b, condition=f"{second} minus {first}", **named))
     return rows
 
@@ -245,7 +278,7 @@ def group_estimates(people: list[PersonEstimate]) -> list[GroupEstimate]:
 
 def write_people(path: str | Path, people: list[PersonEstimate], by_belt: bool) -> None:
     """Write the table of participants as CSV (units in the column ``unit``), with belts if ``by_belt``."""
-    write_rows(path, PersonEstimate, people, () if by_belt else ("belt",))
+    write_rows(path, PersonEstimate, people, ("parts",) if by_belt else ("parts", "belt"))
 
 
 def write_group(path: str | Path, group: list[GroupEstimate], by_belt: bool) -> None:

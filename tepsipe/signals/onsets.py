@@ -42,6 +42,8 @@ BEFORE_RAMP_S = 0.02
 HEIGHTS = np.geomspace(0.05, 100.0, 60)
 # refinements of the best of the ramps tried
 REFINEMENTS = 12
+# an onset so near to an end of the searched time is that end, not an onset (s)
+EDGE_S = 0.001
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,8 @@ class Onset:
         Fraction of the resampled ensembles that have an onset (-).
     reason : str or None
         One sentence if there is no onset.
+    at_edge : bool
+        Whether what was found is an end of the searched time (-).
     """
 
     latency_s: float | None
@@ -113,6 +117,7 @@ class Onset:
     interval_s: tuple[float, float] | None
     found_share: float | None
     reason: str | None
+    at_edge: bool = False
 
 
 def detect_onset(
@@ -162,6 +167,12 @@ def detect_onset(
             f"expected activity that begins to rise above {wanted:.3g} times its baseline {first:g} to "
             f"{last:g} ms after the event, found none: the muscle did not respond, or noise hides it"
         )
+    elif min(abs(onsets[0] - end) for end in options.search_s) < EDGE_S:
+        reason = (
+            f"expected an onset within the searched time, found one at its end, {1e3 * onsets[0]:.3g} ms "
+            "after the event: search elsewhere, the activity begins before or after"
+        )
+        return Onset(None, None, None, share, reason, at_edge=True)
     elif share is not None and share < options.trusted_share:
         reason = (
             f"expected an onset in at least {100 * options.trusted_share:g} % of the ensembles resampled "

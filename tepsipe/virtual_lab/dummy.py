@@ -44,7 +44,7 @@ class DummyTruth:
     joint_inertia_kgm2 : float
         What else turns with the rod: clamps, screws and half of the rubber (kg·m²).
     rest_angle_rad : float
-        Angle at which the leg stands still (rad).
+        Angle at which the leg stands still (rad); of a trial, as the motion capture sees it.
     position_x_m, position_y_m : float
         Where the foot stands on the plate (m).
     gravity_m_per_s2 : float

@@ -25,6 +25,7 @@ rule fit_dummy:
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         pathways=DUMMY["pathways"],
         recommended=as_it_is(DUMMY["recommended"]),
+        quoted=as_it_is(DUMMY["quoted"]),
         checks=DUMMY["checks"],
         uncertainty=SETTINGS["uncertainty"]["dummy"],
         belt_fixed_labels=as_it_is(DUMMY["foot"]["belt_fixed_labels"]),
@@ -103,6 +104,7 @@ rule fit_foot:
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
+        held_out=lambda w: outputs.held_out(STUDY, "dummy", w.condition),
         library=library_of("fit_foot"),
     output:
         fit="<results>/fits/foot/{condition}.h5",

@@ -4,6 +4,7 @@
 rule tabulate_participants:
     input:
         estimates="<results>/tables/estimates.csv",
+        uncertainty="<results>/tables/uncertainty.csv",
         library=library_of("tabulate_participants"),
     output:
         participants=report(

@@ -12,6 +12,7 @@ rule fit_standing:
         responses="<results>/epochs/standing/{condition}.h5",
         fit="<results>/fits/standing/{condition}.h5",
         estimates="<results>/estimates/standing/{condition}.csv",
+        uncertainty="<results>/uncertainty/standing/{condition}.csv",
     log:
         "<logs>/fit_standing/{condition}.log",
     conda:
@@ -27,8 +28,10 @@ rule fit_standing:
         pathways=STANDING["pathways"],
         estimators=STANDING["estimators"],
         active=STANDING["active"],
+        free_reflex=STANDING["free_reflex"],
+        uncertainty=SETTINGS["uncertainty"]["standing"],
         as_printed=STANDING["as_printed"],
-        recommended=STANDING["recommended"]["pathway"],
+        recommended=STANDING["recommended"],
         seed=SEED,
     script:
         "../scripts/fit_standing.py"
@@ -41,6 +44,7 @@ rule fit_standing_task:
     output:
         fit="<results>/fits/standing_tasks/{task}.h5",
         estimates="<results>/estimates/standing_tasks/{task}.csv",
+        uncertainty="<results>/uncertainty/standing_tasks/{task}.csv",
     log:
         "<logs>/fit_standing_task/{task}.log",
     conda:
@@ -54,10 +58,32 @@ rule fit_standing_task:
         estimators=STANDING["estimators"],
         active=STANDING["active"],
         latency=STANDING["latency"],
-        recommended=STANDING["recommended"]["pathway"],
+        free_reflex=STANDING["free_reflex"],
+        uncertainty=SETTINGS["uncertainty"]["standing"],
+        recommended=STANDING["recommended"],
         seed=SEED,
     script:
         "../scripts/fit_standing_task.py"
+
+
+rule compare_standing_tasks:
+    input:
+        more=lambda w: f"<results>/fits/standing_tasks/{STUDY.task_pairs()[w.pair][0]}.h5",
+        less=lambda w: f"<results>/fits/standing_tasks/{STUDY.task_pairs()[w.pair][1]}.h5",
+        library=library_of("compare_standing_tasks"),
+    output:
+        estimates="<results>/estimates/standing_pairs/{pair}.csv",
+        uncertainty="<results>/uncertainty/standing_pairs/{pair}.csv",
+    log:
+        "<logs>/compare_standing_tasks/{pair}.log",
+    wildcard_constraints:
+        pair=any_of(STUDY.task_pairs()),
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        recommended=STANDING["recommended"],
+    script:
+        "../scripts/compare_standing_tasks.py"
 
 
 rule plot_standing_trials:

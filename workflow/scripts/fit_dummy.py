@@ -24,7 +24,9 @@ options = dummy_options(params.geometry, params.analysis, params.belt_fixed_labe
 pathways = {name: Pathway(**choice) for name, choice in params.pathways.items()}
 trial = read_trial(snakemake.input.trial)
 found = analyse_dummy(trial, options, pathways)
-verdict = check_dummy(trial, options, found, params.recommended, known_inertia(params.checks))
+verdict = check_dummy(
+    trial, options, found, (params.quoted, params.recommended), known_inertia(params.checks)
+)
 intervals = bootstrap_pathways(found, params.bootstrap_draws, params.seed)
 rows = dummy_estimates(snakemake.wildcards.condition, found, intervals)
 result = dummy_result(found)

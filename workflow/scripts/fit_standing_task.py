@@ -4,9 +4,17 @@ import job
 
 job.start(snakemake)
 
-from standing_choices import active_options, estimators_of, person_of
+from standing_choices import active_options, estimators_of, free_reflex_choices, person_of
 
+from tepsipe.experiments.standing.broadband import broadband_of
 from tepsipe.experiments.standing.epochs import epochs_of
+from tepsipe.experiments.standing.free_results import (
+    budget_rows,
+    centre_facts,
+    fit_free,
+    reflex_onset,
+    with_budgets,
+)
 from tepsipe.experiments.standing.latency import muscle_latency
 from tepsipe.experiments.standing.results import (
     fit_all,
@@ -15,7 +23,8 @@ from tepsipe.experiments.standing.results import (
     standing_result,
     stiffness_by_window,
 )
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.budget_table import write_budgets
+from tepsipe.io.estimates import recommended, write_estimates
 from tepsipe.io.result import read_result, write_result
 from tepsipe.signals.onsets import OnsetOptions
 
@@ -24,12 +33,14 @@ name = f"standing/{task}"
 person = person_of(params.person)
 ankle_action = {muscle: choice["ankle_action"] for muscle, choice in params.muscles.items()}
 active = active_options(params.active, ankle_action)
-trials = [epochs_of(read_result(path)) for path in snakemake.input.responses]
+stored = [read_result(path) for path in snakemake.input.responses]
+trials = [epochs_of(result) for result in stored]
+estimators = estimators_of(params.estimators)
 fits, notes = fit_all(
     trials,
     name,
     list(params.pathways),
-    estimators_of(params.estimators),
+    estimators,
     active,
     params.bootstrap_draws,
     params.seed,
@@ -44,24 +55,36 @@ for muscle, choice in params.muscles.items() if anyone else ():
         notes.append(f"{name}: latency of {muscle} left out: {found}")
     else:
         latencies.append(found)
+choices = free_reflex_choices(
+    params.recommended["pathway"],
+    params.free_reflex,
+    params.uncertainty,
+    params.bootstrap_draws,
+    params.seed,
+)
+onset = reflex_onset(latencies, active.action, options.detector, choices.options)
+broadband = [found for result in stored if (found := broadband_of(result)) is not None]
+perturbations = sum(result.arrays["processed/onsets_s"].size for result in stored)
+fits |= fit_free(broadband, name, estimators, choices, fits, perturbations, onset)
 facts = {
     "left_out": notes,
     "muscles": list(params.muscles),
     "trials": sum(responses.count > 0 for responses in trials),
     "responses": sum(responses.count for responses in trials),
+    **centre_facts(broadband),
     "critical_stiffness_Nm_per_rad": person.body.critical_stiffness,
 }
 windows = stiffness_by_window(
     trials,
-    params.recommended,
+    choices.pathway,
     params.tried_windows_s,
     active,
     params.bootstrap_draws,
     generator(params.seed, name, "windows"),
 )
-write_result(
-    snakemake.output.fit, standing_result(trials, fits, params.recommended, latencies, facts, windows)
-)
-write_estimates(
-    snakemake.output.estimates, fit_estimates(task, fits, person.body.critical_stiffness, latencies)
-)
+result = standing_result(trials, fits, choices.pathway, latencies, facts, windows)
+write_result(snakemake.output.fit, with_budgets(result, fits))
+stretch = choices.sources.get("latency_s")
+rows = fit_estimates(task, fits, person.body.critical_stiffness, latencies, stretch)
+write_budgets(snakemake.output.uncertainty, budget_rows(rows, fits))
+write_estimates(snakemake.output.estimates, recommended(rows, **params.recommended))

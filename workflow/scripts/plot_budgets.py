@@ -16,6 +16,7 @@ own = budgeted(read_estimates(snakemake.input.estimates), snakemake.params.foot_
 budgets = {
     "figure_budget_dummy": "dummy",
     "figure_budget_foot": "foot",
+    "figure_budget_standing": "standing",
     "figure_budget_weight": "weight",
 }
 for figure, name in budgets.items():

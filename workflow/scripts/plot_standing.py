@@ -22,7 +22,9 @@ drawn = {
     "figure_standing_stiffness": figures.plot_stiffness(
         trials, tasks, params.task_of, pathway, [params.recommended["estimator"], *params.active]
     ),
-    "figure_standing_window": figures.plot_windows(tasks, params.window_s),
+    "figure_standing_window": figures.plot_windows(
+        tasks, params.window_s, pathway, params.recommended["estimator"]
+    ),
     "figure_standing_joints": figures.plot_joints(tasks),
 }
 for name, figure in drawn.items():

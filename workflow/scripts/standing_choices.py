@@ -2,10 +2,13 @@
 
 import numpy as np
 
+from tepsipe.experiments.standing.free_reflex import FreeReflexOptions
+from tepsipe.experiments.standing.free_results import FreeReflexChoices
 from tepsipe.experiments.standing.impedance import ActiveOptions, StandingEstimator
 from tepsipe.experiments.standing.options import Person
 from tepsipe.mechanics.anthropometry import both_feet, standing_body
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.statistics.uncertainty import sources_of
 
 
 def person_of(choice: dict) -> Person:
@@ -40,3 +43,13 @@ def active_options(choice: dict, ankle_action: dict[str, int]) -> ActiveOptions:
     """Options of the section standing.active, and of the muscles' ankle_action."""
     action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
     return ActiveOptions(**{key: tuple(times) for key, times in choice.items()}, action=action)
+
+
+def free_reflex_choices(
+    pathway: str, options: dict, uncertainty: dict, draws: int, seed: int
+) -> FreeReflexChoices:
+    """Choices of the sections standing.free_reflex and uncertainty.standing."""
+    windows = tuple(options["windows_s"])
+    return FreeReflexChoices(
+        pathway, FreeReflexOptions(**{**options, "windows_s": windows}), sources_of(uncertainty), draws, seed
+    )

@@ -4,6 +4,7 @@ import job
 
 job.start(snakemake)
 
+from tepsipe.io.budget_table import read_budgets
 from tepsipe.io.estimates import read_estimates
 from tepsipe.reporting.participants import (
     Member,
@@ -18,6 +19,7 @@ people = person_estimates(
     read_estimates(snakemake.input.estimates),
     [Member(**member) for member in params.members],
     params.masses_kg,
+    read_budgets(snakemake.input.uncertainty),
 )
 write_people(snakemake.output.participants, people, params.by_belt)
 write_group(snakemake.output.group, group_estimates(people), params.by_belt)

@@ -149,7 +149,7 @@ def check_config(config: dict, name: str) -> None:
     """Checks beyond the schema: names that refer to each other, and order."""
     config = settings_of(config)
     dummy, wristalyzer = config["dummy"], config["wristalyzer"]
-    for key in ("as_printed", "recommended"):
+    for key in ("as_printed", "recommended", "quoted"):
         _refuse_unknown(name, f"dummy.{key}", dummy[key], "dummy.pathways", dummy["pathways"])
     labels = [marker["label"] for marker in dummy["geometry"]["leg_markers"]]
     twice = sorted({label for label in labels if labels.count(label) > 1})
@@ -311,7 +311,11 @@ def _check_treadmill(config: dict, name: str) -> None:
     family = table["models"]["family"]
     _refuse_unknown(name, "belt.chosen", table["chosen"], "belt.models.family", family)
     for section, unsuited, why in (
-        ("belt", ("mean-subtraction", "loaded-frame"), "needs an empty belt beside a weight"),
+        (
+            "belt",
+            ("mean-subtraction", "loaded-frame", "bristle-frame"),
+            "needs an empty belt beside a weight",
+        ),
         ("weight", ("ripple-tracking",), "needs a belt that travels"),
     ):
         for model in unsuited:

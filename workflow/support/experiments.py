@@ -159,12 +159,13 @@ EXPERIMENTS = {
             "foot.pathways",
             "as_printed",
             "recommended",
+            "quoted",
         ),
         true=("dummy.rubber", "dummy.subject.joint_inertia_kgm2"),
     ),
     "weight": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
-        profiles=PULSES,
+        profiles=(*PULSES, "negative-sine"),
         on_plate=True,
         names=CHANNELS,
         models="plate",
@@ -178,7 +179,7 @@ EXPERIMENTS = {
             "figure_plate_responses",
         ),
         printed=("weight.mass_kg", "analysis.cutoffs_hz", "analysis.segment_s"),
-        true=("weight.mass_kg",),
+        true=("weight.mass_kg", "heavy_weight.mass_kg"),
     ),
     "empty": Experiment(
         raw_files=TREADMILL_FILES, profiles=PULSES, on_plate=True, names=CHANNELS, models="plate"
@@ -192,6 +193,7 @@ EXPERIMENTS = {
         on_plate=True,
         names=CHANNELS,
         tasks=("relax", "stiff"),
+        budgets=True,
         category="A person standing on the treadmill",
         figures=(
             "figure_4_13",
@@ -288,7 +290,11 @@ PARTS = {
     # all trials of the manipulator together, if they hold enough periods of the perturbation
     "wristalyzer_pooled": Part(("wristalyzer",), "Wristalyzer", ("figure_wristalyzer_amplitudes",)),
     # any experiment whose trials have uncertainty budgets
-    "budgets": Part((), "Uncertainty", ("figure_budget_dummy", "figure_budget_foot", "figure_budget_weight")),
+    "budgets": Part(
+        (),
+        "Uncertainty",
+        ("figure_budget_dummy", "figure_budget_foot", "figure_budget_weight", "figure_budget_standing"),
+    ),
     # any experiment whose trials name participants
     "participants": Part((), "Participants", ("figure_participants",)),
     "noise": Part(

@@ -15,6 +15,8 @@ def labels(study: Study) -> dict[str, dict[str, dict[str, str]]]:
             cells.setdefault(experiment, {})[condition] = cell or ""
         for pool in study.pools().values():
             cells["standing"][pool.name] = getattr(pool, column) or ""
+        for pair, (more, _) in study.task_pairs().items():
+            cells["standing"][pair] = getattr(study.pools()[more], column) or ""
         if study.has("wristalyzer_pooled"):
             cells["wristalyzer"]["pooled"] = ""
         found[column] = cells
@@ -73,7 +75,7 @@ def shown_estimators(study: Study) -> dict[str, list[str]]:
     standing, dummy = study.settings["standing"], study.settings["dummy"]
     shown = {
         "standing": [standing["recommended"]["pathway"], standing["recommended"]["estimator"]],
-        "dummy": [dummy["recommended"], dummy["pathways"][dummy["recommended"]]["estimator"]],
+        "dummy": [dummy["quoted"], dummy["pathways"][dummy["quoted"]]["estimator"]],
         "position_manipulator": ["impedance", "parallel-cascade"],
     }
     return {name: choice for name, choice in shown.items() if study.participants(name)}

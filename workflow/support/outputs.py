@@ -70,7 +70,7 @@ def estimates(study: Study) -> list[str]:
     """Rows of estimates of all trials and tasks, then of cross-validations."""
     files = [f"<results>/estimates/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].fitted]
     files += study.of_foot("<results>/estimates/foot/{condition}.csv")
-    files += [f"<results>/estimates/standing_tasks/{task}.csv" for task in study.tasks()]
+    files += [f"<results>/estimates/{name}.csv" for name in _of_tasks(study)]
     crossed = [e for e in study.experiments if EXPERIMENTS[e].cross_validated]
     files += pooled_wristalyzer(study)[1:]
     return files + [f"<results>/cross_validation/{e}.csv" for e in crossed]
@@ -79,7 +79,14 @@ def estimates(study: Study) -> list[str]:
 def budgets(study: Study) -> list[str]:
     """Uncertainty budgets of all trials that have one, in the order of `estimates`."""
     files = [f"<results>/uncertainty/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].budgets]
-    return files + study.of_foot("<results>/uncertainty/foot/{condition}.csv")
+    files += study.of_foot("<results>/uncertainty/foot/{condition}.csv")
+    return files + [f"<results>/uncertainty/{name}.csv" for name in _of_tasks(study)]
+
+
+def _of_tasks(study: Study) -> list[str]:
+    """Folder and name of what several trials of a standing person yield: tasks, then differences."""
+    pairs = [f"standing_pairs/{pair}" for pair in study.task_pairs()]
+    return [f"standing_tasks/{task}" for task in study.tasks()] + pairs
 
 
 def pooled_wristalyzer(study: Study) -> list[str]:
@@ -99,6 +106,11 @@ def plate_models(study: Study, experiment: str, condition: str) -> list[str]:
     loads = ("Fy", "Mx") if study.has("weight") else ()
     plate = study.plate_of(study.belt_of(experiment, condition))
     return [f"<results>/treadmill_models/{plate}_{load}.json" for load in loads]
+
+
+def held_out(study: Study, experiment: str, condition: str) -> str:
+    """Residuals of the belt of a trial that its treadmill model has not seen."""
+    return f"<results>/treadmill_models/{study.plate_of(study.belt_of(experiment, condition))}_held_out.h5"
 
 
 def plate_fits(study: Study) -> list[str]:
@@ -227,6 +239,14 @@ def captions(study: Study) -> list[str]:
 def pages(study: Study) -> list[str]:
     """A page per trial for a web browser."""
     return [f"<results>/report/trials/{e}/{c}.html" for e, c in study.trials]
+
+
+def coverage(study: Study) -> list[str]:
+    """What a coverage study makes, none of another study."""
+    if study.config["coverage"] is None:
+        return []
+    names = ("coverage", "dropped", "outcomes", "laboratories")
+    return [f"<results>/tables/{name}.csv" for name in names] + ["<results>/report/coverage.pdf"]
 
 
 def everything(study: Study) -> list[str]:

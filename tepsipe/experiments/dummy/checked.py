@@ -6,9 +6,8 @@ Which check concerns which pathway:
                                                markers-pulse-locked; noise-biased
     output error and joint likelihood          the same but noise-biased; foot-markers-apart, lack-of-fit
 
-The joint likelihood is quoted, because its errors are the smallest and do not depend on the window. If its
-model does not fit the trial (lack-of-fit) while the recommended windowed fit passes its own checks, that is
-quoted.
+The pathway of the configuration is quoted. If it is a joint likelihood whose model does not fit the trial
+(lack-of-fit), while the recommended windowed fit passes its own checks, that is quoted.
 """
 
 from collections.abc import Sequence
@@ -66,7 +65,7 @@ def check_dummy(
     trial: Trial,
     options: DummyOptions,
     analysis: DummyAnalysis,
-    recommended: str,
+    quoted: tuple[str, str],
     joint_inertia: tuple[float, float] | None = None,
 ) -> Verdict:
     """Check one trial.
@@ -79,26 +78,27 @@ def check_dummy(
         Those of the analysis (units in their names).
     analysis : DummyAnalysis
         Output of `analyse_dummy`.
-    recommended : str
-        Windowed pathway that is recommended.
+    quoted : tuple of (str, str)
+        The pathway to quote, and the recommended one with windows.
     joint_inertia : tuple of (float, float), optional
         The joint's own inertia and its standard uncertainty (N·m·s²/rad), if they are known.
 
     Returns
     -------
     Verdict
-        Without a joint likelihood among the pathways there are no checks, and ``recommended`` is quoted.
+        Without a joint likelihood among the pathways there are no checks.
     """
     fits = {
         name: found
         for name, found in analysis.joint_likelihoods.items()
         if analysis.pathways[name].marker_instants == "aligned"
     }
+    first, recommended = quoted
     if not fits:
-        return Verdict([], {}, recommended)
-    quoted, found = next(iter(fits.items()))
+        return Verdict([], {}, first)
+    name, found = next(iter(fits.items()))
     of_leg = analysis.regressions.get(recommended) if _windowed(analysis, recommended) else None
-    checks = _checks(trial, options, found, of_leg, analysis.small_budgets[quoted].type_b[0], joint_inertia)
+    checks = _checks(trial, options, found, of_leg, analysis.small_budgets[name].type_b[0], joint_inertia)
     names = failed(checks)
     flags = {}
     for name, pathway in analysis.pathways.items():
@@ -109,9 +109,9 @@ def check_dummy(
     if of_leg is not None:
         if _biased(of_leg, found, options, analysis, recommended):
             flags[recommended].append(NOISE_BIASED)
-        if "lack-of-fit" in names and not flags[recommended]:
-            quoted = recommended
-    return Verdict(checks, flags, quoted)
+        if first in fits and "lack-of-fit" in names and not flags[recommended]:
+            first = recommended
+    return Verdict(checks, flags, first)
 
 
 def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:

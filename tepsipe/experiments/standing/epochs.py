@@ -161,7 +161,7 @@ def cut_standing_epochs(
             kept[:] = False
     onsets = standing.onsets_s[kept]
     window = options.before_s, options.after_s
-    quiet = _unperturbed(trial, standing, name, options)
+    quiet = quiet_onsets(trial, standing, name, options)
     rate = trial.rate_hz
     signals = {key: getattr(standing, key) for key in UNITS}
     signals |= {f"torque/{key}": x for key, x in standing.torque.items()}
@@ -196,8 +196,14 @@ def cut_standing_epochs(
     )
 
 
-def _unperturbed(trial: Trial, standing: StandingTrial, name: str, options: EpochOptions) -> np.ndarray:
-    """Instants (s) of unperturbed standing with all markers visible and all signals recorded."""
+def quiet_onsets(trial: Trial, standing: StandingTrial, name: str, options: EpochOptions) -> np.ndarray:
+    """Instants (s) of unperturbed standing with all markers visible and all signals recorded.
+
+    Raises
+    ------
+    InputError
+        If there is not enough unperturbed time, or markers were hidden in all of it.
+    """
     clocks = standing.time, trial.axes.get("emg_time", standing.time)
     start, end = max(clock[0] for clock in clocks), min(clock[-1] for clock in clocks)
     found = start + unperturbed_onsets(

@@ -10,6 +10,7 @@ contribute:
     velocity   tau_active = h * [ G_+ [phi'(t - L)]_+  -  G_- [-phi'(t - L)]_+  +  P phi(t - D)
                                +  Q phi'(t - D) ]
     emg        tau_active = h * sum_m F_m e_m(t)
+    free       tau_active of unknown shape: `tepsipe.experiments.standing.free_reflex`
 
 with the delays L of the reflex and D of balance (s), gains G, P, Q, rectified electromyogram e_m (uV), torque
 per drive F_m >= 0 (N·m/uV), with the sign of the muscle's action at the ankle, and twitch response h,
@@ -21,7 +22,7 @@ Linear parameters follow from least squares; L, D and T are selected from a grid
 whole responses: perturbed and unperturbed responses are both resampled, torque and angle of each together.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -30,8 +31,11 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
 from tepsipe.identification.cascade_pathways import delayed
 from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.statistics.uncertainty import Budget
 
-ACTIVE = ("none", "velocity", "emg")
+# the last is fitted by `tepsipe.experiments.standing.free_reflex`
+FREE = "free"
+ACTIVE = ("none", "velocity", "emg", FREE)
 # time by which a zero-lag low-pass of about 20 Hz advances the start of a response (s)
 FILTER_WIDTH_S = 0.03
 
@@ -46,7 +50,7 @@ class StandingEstimator:
         Length of the fitted window from the onset (s).
     inertia : bool
         Whether I is estimated; the torque does not contain the inertia of the feet or of the body.
-    active : {"none", "velocity", "emg"}
+    active : {"none", "velocity", "emg", "free"}
         Model of the delayed torque of the muscles.
     """
 
@@ -98,6 +102,12 @@ class StandingFit:
         Number of responses (-).
     delays_at_bound : tuple of str
         Those of T, L and D that are the first or the last of the values tried (no unit).
+    budget : Budget or None
+        Type A and B of the parameters in their order; None if only their scatter is known.
+    flags : tuple of str
+        Checks that the parameters failed (no unit).
+    windows : ndarray, shape (w, 3), or None
+        Window (s), B and K by it, where the estimator tries several.
     """
 
     names: tuple[str, ...]
@@ -109,9 +119,16 @@ class StandingFit:
     curves: list[dict[str, np.ndarray]]
     responses: int
     delays_at_bound: tuple[str, ...] = ()
+    budget: Budget | None = None
+    flags: tuple[str, ...] = ()
+    windows: np.ndarray | None = None
 
     def interval(self, name: str) -> tuple[float, float, float, float]:
         """Value, standard error, and both ends of the 95 % interval of a parameter (its unit)."""
+        if self.budget is not None:
+            k = self.names.index(name)
+            low, high = self.budget.interval(self.parameters[0])
+            return float(self.parameters[0, k]), float(self.budget.combined[k]), float(low[k]), float(high[k])
         draws = self.parameters[:, self.names.index(name)]
         # resampling n responses within each trial underestimates their spread and the tails
         n, freedom = self.responses, self.responses - len(self.curves)
@@ -254,9 +271,9 @@ def fit_standing(
     InputError
         If the model is unknown, or the window is longer than the responses.
     """
-    if estimator.active not in ACTIVE:
+    if estimator.active not in ACTIVE[:-1]:
         raise InputError(
-            f"expected an active torque of {', '.join(ACTIVE)}, found {estimator.active!r}: "
+            f"expected an active torque of {', '.join(ACTIVE[:-1])}, found {estimator.active!r}: "
             "correct active in standing.estimators"
         )
     time = trials[0].time
@@ -383,7 +400,12 @@ def standing_estimates(
 
     def row(quantity: str, unit: str, name: str, scale: float) -> Estimate:
         value, error, low, high = (scale * x for x in fit.interval(name))
-        return Estimate(*about, quantity, unit, value, error, low, high, n_perturbations=n)
+        found = Estimate(*about, quantity, unit, value, error, low, high, n_perturbations=n)
+        if fit.budget is not None:
+            k = fit.names.index(name)
+            u_a, u_b = scale * float(fit.budget.type_a[k]), scale * float(fit.budget.type_b[k])
+            found = replace(found, u_type_a=u_a, u_type_b=u_b)
+        return flagged([found], *fit.flags)[0]
 
     for name in fit.names:
         if name in UNITS:

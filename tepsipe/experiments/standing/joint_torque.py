@@ -25,6 +25,7 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.perturbations import Perturbation, perturbations_of
 from tepsipe.signals.time_alignment import advanced, marker_delay
+from tepsipe.treadmill.compensation import compensated_loads
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
 
@@ -128,8 +129,8 @@ def process_standing(
     riding = coarse[:, [labels.index(label) for label in person.foot.labels], 0].mean(axis=1)
     hidden = trial.values("marker_hidden")[:, [labels.index(label) for label in person.labels]]
     _refuse_loose_segments(coarse[~hidden.any(axis=1)], labels, person, name)
-    poses = _poses(coarse, labels, person)
-    fine = _poses(options.stretch_lowpass(positions, rate), labels, person)
+    poses = segment_poses(coarse, labels, person)
+    fine = segment_poses(options.stretch_lowpass(positions, rate), labels, person)
     fault = stance_fault(trial, options, coarse, hidden, poses["shank"], belt, loads["Fz"])
     # after a step the foot is not belt-fixed: report the step, not a delay of the markers
     try:
@@ -157,11 +158,9 @@ def process_standing(
     for key, pathway in pathways.items():
         used = {c: loads[c] for c in COMPONENTS}
         if pathway.treadmill_model is not None:
-            used = {
-                c: pick(models.get(c, {}), pathway.treadmill_model).compensate(recordings[c])
-                + loads[c][unperturbed].mean()
-                for c in COMPONENTS
-            }
+            chosen = {c: pick(models.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}
+            found = compensated_loads(chosen, recordings)
+            used = {c: found[c] + loads[c][unperturbed].mean() for c in COMPONENTS}
         plate = PlateLoad(f_y=used["Fy"], f_z=loads["Fz"], m_x=used["Mx"])
         torque[key] = _torque(pathway.torque, person, plate, poses, time)
     return StandingTrial(
@@ -268,11 +267,30 @@ def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Per
             )
 
 
-def _poses(positions: np.ndarray, labels: list[str], person: Person) -> dict[str, np.ndarray]:
-    """Angles of foot, shank and thigh (rad), and positions of the ankle and of the feet's mass (m)."""
+def segment_poses(
+    positions: np.ndarray, labels: list[str], person: Person, centre_m: np.ndarray | None = None
+) -> dict[str, np.ndarray]:
+    """Angles of foot, shank and thigh (rad), and positions of the ankle and of the feet's mass (m).
+
+    Parameters
+    ----------
+    positions : ndarray, shape (n, markers, 2)
+        y, z (m).
+    labels : list of str
+        Names of the markers.
+    person : Person
+        Layout of the markers (m).
+    centre_m : ndarray, shape (2,), optional
+        Of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``foot``, ``shank``, ``thigh``, shape (n,) (rad); ``ankle_point``, ``foot_com``, shape (n, 2) (m).
+    """
     points = {
         "foot": (person.foot, np.array([person.foot_com_m, -0.5 * person.ankle_height_m])),
-        "shank": (person.shank, np.zeros(2)),
+        "shank": (person.shank, np.zeros(2) if centre_m is None else centre_m),
         "thigh": (person.thigh, np.zeros(2)),
     }
     fitted = {}

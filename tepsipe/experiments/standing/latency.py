@@ -7,6 +7,7 @@ instant is known to a fraction of a millisecond, more accurately than the onset 
 of the latency.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +15,10 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.signals.epochs import without_artefact
 from tepsipe.signals.onsets import DETECTORS, Onset, OnsetOptions, detect_onset
+from tepsipe.statistics.uncertainty import Budget, Source
 
 # baseline before the searched time (s)
 BASELINE_S = 0.15
@@ -152,22 +154,53 @@ def muscle_latency(
     return MuscleLatency(muscle, onsets, time, np.abs(emg).mean(axis=0), emg.shape[0])
 
 
-def latency_estimates(condition: str, latency: MuscleLatency) -> list[Estimate]:
-    """Tidy rows: latency (s) by every detector with an onset."""
-    return [
-        Estimate(
-            "standing",
-            condition,
-            "emg",
-            detector,
-            f"latency_{latency.muscle}",
-            "s",
-            onset.latency_s,
-            standard_error=onset.standard_error_s,
-            ci_low=onset.interval_s[0] if onset.interval_s else None,
-            ci_high=onset.interval_s[1] if onset.interval_s else None,
-            n_perturbations=latency.responses,
-        )
-        for detector, onset in latency.onsets.items()
-        if onset.latency_s is not None
-    ]
+def latency_estimates(condition: str, latency: MuscleLatency, source: Source | None = None) -> list[Estimate]:
+    """Tidy rows: latency (s) by every detector with an onset.
+
+    Parameters
+    ----------
+    condition : str
+        Trial or task.
+    latency : MuscleLatency
+        Onsets (s).
+    source : Source, optional
+        How well the start of a stretch that can be felt is known (s): Type B of every latency.
+
+    Returns
+    -------
+    list of Estimate
+        An onset at an end of the searched time has no value, and the flag ``edge-of-search``.
+    """
+    rows = []
+    for detector, onset in latency.onsets.items():
+        about = ("standing", condition, "emg", detector, f"latency_{latency.muscle}", "s")
+        n = latency.responses
+        if onset.at_edge:
+            rows += flagged([Estimate(*about, math.nan, n_perturbations=n)], "edge-of-search")
+        elif onset.latency_s is not None:
+            rows.append(_row(about, onset, n, source))
+    return rows
+
+
+def _row(about: tuple, onset: Onset, responses: int, source: Source | None) -> Estimate:
+    """A latency with its interval: that of the resampled ensembles, widened by Type B on both sides."""
+    if onset.standard_error_s is None or onset.interval_s is None or source is None:
+        low, high = onset.interval_s or (None, None)
+        error = onset.standard_error_s
+        return Estimate(*about, onset.latency_s, error, low, high, n_perturbations=responses)
+    u_b = source.standard_uncertainty
+    budget = Budget(np.array([onset.standard_error_s]), responses - 1.0, {source.name: np.array([[u_b]])})
+    below, above = (abs(end - onset.latency_s) for end in onset.interval_s)
+    half = float(budget.interval(np.zeros(1))[1][0]) - float(
+        Budget(budget.type_a, budget.freedom_a).interval(np.zeros(1))[1][0]
+    )
+    return Estimate(
+        *about,
+        onset.latency_s,
+        float(budget.combined[0]),
+        onset.latency_s - below - half,
+        onset.latency_s + above + half,
+        n_perturbations=responses,
+        u_type_a=onset.standard_error_s,
+        u_type_b=u_b,
+    )

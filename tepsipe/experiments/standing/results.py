@@ -10,6 +10,7 @@ import numpy as np
 
 from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_result
 from tepsipe.experiments.standing.impedance import (
+    FREE,
     ActiveOptions,
     StandingEstimator,
     StandingFit,
@@ -21,6 +22,7 @@ from tepsipe.experiments.standing.latency import MuscleLatency, latency_estimate
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.signals.epochs import ensemble
+from tepsipe.statistics.uncertainty import Source
 
 # mean responses that are stored to show the coordination of the joints
 SHOWN = {"ankle": "rad", "knee": "rad", "shank": "rad", "thigh": "rad", "belt_velocity": "m/s"}
@@ -52,7 +54,7 @@ def fit_all(
     draws: int,
     seed: int,
 ) -> tuple[Fits, list[str]]:
-    """Fit every estimator to every pathway.
+    """Fit every estimator to every pathway, but those with a free reflex torque.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ def fit_all(
     if not usable:
         return fits, [f"{name}: expected a trial with usable responses, found none: repeat the trials"]
     for key, estimator in estimators.items():
-        for pathway in pathways:
+        for pathway in pathways if estimator.active != FREE else ():
             rng = generator(seed, name, pathway, key)
             found = fit_standing(usable, pathway, estimator, options, draws, rng)
             if isinstance(found, StandingFit):
@@ -98,14 +100,37 @@ def fit_all(
 
 
 def fit_estimates(
-    name: str, fits: Fits, critical_stiffness: float, latencies: list[MuscleLatency]
+    name: str,
+    fits: Fits,
+    critical_stiffness: float,
+    latencies: list[MuscleLatency],
+    stretch: Source | None = None,
 ) -> list[Estimate]:
-    """Tidy rows of a trial or task (units in them); ``critical_stiffness`` is m g h (N·m/rad)."""
+    """Tidy rows of a trial or task (units in them).
+
+    Parameters
+    ----------
+    name : str
+        Trial or task.
+    fits : dict of (str, str) to StandingFit
+        (pathway, estimator) -> fit.
+    critical_stiffness : float
+        m g h (N·m/rad).
+    latencies : list of MuscleLatency
+        Of the muscles with a response (s).
+    stretch : Source, optional
+        Type B of the latencies (s).
+
+    Returns
+    -------
+    list of Estimate
+        Rows.
+    """
     rows = []
     for (pathway, estimator), fit in fits.items():
         rows += standing_estimates(name, pathway, estimator, fit, critical_stiffness)
     for latency in latencies:
-        rows += latency_estimates(name, latency)
+        rows += latency_estimates(name, latency, stretch)
     return rows
 
 

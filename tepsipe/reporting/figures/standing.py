@@ -247,8 +247,18 @@ def plot_stiffness(
 
 
 @in_style
-def plot_windows(results: dict[str, Result], window_s: float) -> Figure:
-    """Ankle stiffness against the length of the window, without active torque (ms, N·m/rad)."""
+def plot_windows(results: dict[str, Result], window_s: float, pathway: str, estimator: str) -> Figure:
+    """Ankle stiffness against the length of the window, without and with a free reflex torque (ms, N·m/rad).
+
+    Parameters
+    ----------
+    results : dict of str to Result
+        Task -> its result.
+    window_s : float
+        Window of the estimate (s).
+    pathway, estimator : str
+        The recommended ones, whose combined interval is shown.
+    """
     figure, axis = new_figure(height_in=3.0)
     for (task, result), colour in zip(results.items(), _task_colours(list(results)).values(), strict=True):
         length = 1e3 * result.arrays["windows/length"]
@@ -257,6 +267,14 @@ def plot_windows(results: dict[str, Result], window_s: float) -> Figure:
         value, low, high = result.arrays["windows/K"].T
         axis.fill_between(length, low, high, color=colour, alpha=0.2, linewidth=0.0)
         axis.plot(length, value, "o-", color=colour, markersize=3.5, label=task)
+        if f"budget/{estimator}/windows" in result.arrays:
+            tried = result.arrays[f"budget/{estimator}/windows"]
+            label = f"{task}, {words(estimator)}"
+            axis.plot(1e3 * tried[:, 0], tried[:, 2], "--", color=colour, linewidth=2.0, label=label)
+        if f"K/{pathway}/{estimator}" in result.arrays:
+            best, low, high = result.arrays[f"K/{pathway}/{estimator}"]
+            error = [[max(0.0, best - low)], [max(0.0, high - best)]]
+            axis.errorbar(1e3 * window_s, best, error, fmt="s", color=colour, markersize=4.5, capsize=3.0)
     axis.axvline(1e3 * window_s, color=COLOURS["other"], linestyle="--", label="window of the estimate")
     axis.axhline(0.0, color=COLOURS["measured"], linewidth=0.5)
     axis.set(xlabel="Length of the window from the onset (ms)", ylabel="$K$ (N·m/rad)")

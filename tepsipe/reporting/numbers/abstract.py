@@ -107,8 +107,8 @@ def abstract_of(data: dict) -> list[Paragraph]:
 
 def _failed_checks(data: dict) -> list[Paragraph]:
     """Recommended estimates that failed a check: which, and what to look at."""
-    quoted = data["flags"]["recommended"]
-    if not quoted["kinds"]:
+    quoted = data.get("flags", {}).get("recommended")
+    if not quoted or not quoted["kinds"]:
         return []
     found = pieces(
         "*Look at these first.* {count} of the {total} recommended estimates failed a check:",

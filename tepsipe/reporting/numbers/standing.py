@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pandas as pd
 
+from tepsipe.io.estimates import FLAGS
 from tepsipe.io.result import Result
-from tepsipe.reporting.numbers.format import number, percent, span
+from tepsipe.reporting.numbers.format import by_uncertainty, number, percent, span
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.signals.onsets import DETECTORS
 
@@ -42,6 +43,7 @@ def standing_data(
     own = estimates[estimates.experiment == "standing"]
     persons = list((people or {"": choices["person"]}).values())
     pathway, estimator = choices["recommended"]["pathway"], choices["recommended"]["estimator"]
+    short = _short_window(choices)
     facts = [fit.facts for fit in fits.values()]
     stood = [f for f in facts if f["responses"]]
     truth = None if recovery is None else recovery[recovery.experiment == "standing"]
@@ -59,15 +61,17 @@ def standing_data(
         "left_out": [s for fit in (*fits.values(), *task_fits.values()) for s in fit.facts["left_out"]],
         "tasks": list(task_fits),
         "recommended": {"pathway": pathway, "estimator": estimator},
-        "pre_reflex_ms": f"{1e3 * choices['estimators'][estimator]['window_s']:g}",
+        "pre_reflex": short,
+        "pre_reflex_ms": f"{1e3 * choices['estimators'][short]['window_s']:g}",
+        "free": _free(own, task_fits, choices, short),
         "estimators": _blocks(own, task_fits, "estimator", list(choices["estimators"]), "pathway", pathway),
-        "pathways": _blocks(own, task_fits, "pathway", list(choices["pathways"]), "estimator", estimator),
+        "pathways": _blocks(own, task_fits, "pathway", list(choices["pathways"]), "estimator", short),
         "by_trial": _by_trial(own, list(fits), pathway, estimator),
-        "window_spread": _window_spread(task_fits, choices["estimators"][estimator]["window_s"]),
+        "window_spread": _window_spread(task_fits, choices["estimators"][short]["window_s"]),
         "latencies": _latencies(task_fits, choices["latency"]["detector"], truth),
         "joints": _joints(task_fits),
-        "single_joint": _single_joint(own, task_fits, choices, estimator),
-        "apart": _apart(own, list(task_fits), pathway, estimator),
+        "single_joint": _single_joint(own, task_fits, choices, short),
+        "apart": _apart(own, fits, task_fits, pathway, estimator),
         "recovery": None if truth is None or truth.empty else _recovery(truth, task_fits, choices),
     }
 
@@ -212,20 +216,72 @@ def _range(values: list[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _apart(own: pd.DataFrame, tasks: list[str], pathway: str, estimator: str) -> dict | None:
-    """Difference of the stiffness between two tasks (N·m/rad), and in standard errors."""
-    found = {task: _rows(own, task, pathway, estimator) for task in tasks}
-    found = {task: rows.loc["K"] for task, rows in found.items() if "K" in rows.index}
-    if len(found) != 2:
-        return None
-    (first, a), (second, b) = found.items()
-    error = math.hypot(a.standard_error, b.standard_error)
-    return {
-        "tasks": [first, second],
-        "difference": number(abs(b.value - a.value)),
-        "errors": number(abs(b.value - a.value) / error, 2),
-        "ratio": number(max(a.value, b.value) / min(a.value, b.value), 2),
-    }
+def _apart(own: pd.DataFrame, fits: dict, tasks: dict, pathway: str, estimator: str) -> list[dict]:
+    """Differences of K between the tasks of a person (N·m/rad), with what both share subtracted."""
+    apart = (own.pathway == pathway) & (own.estimator == estimator) & (own.quantity == "K")
+    found = []
+    for row in own[apart & ~own.condition.isin([*fits, *tasks])].itertuples():
+        parts = [own[apart & (own.condition == task)] for task in row.condition.split("-")]
+        error = math.hypot(*[float(p.standard_error.iloc[0]) for p in parts if len(p)])
+        value, interval = by_uncertainty(row.value, row.ci_low, row.ci_high)
+        found.append(
+            {
+                "tasks": row.condition,
+                "difference": value,
+                "interval": interval,
+                "differs": row.ci_low * row.ci_high > 0.0,
+                "u": number(row.standard_error, 2),
+                "independent": number(error, 2),
+                "sharper": error > 1.05 * row.standard_error,
+            }
+        )
+    return found
+
+
+def _short_window(choices: dict) -> str:
+    """Name of the first estimator without active torque and inertia; the recommended one if there is none."""
+    for name, choice in choices["estimators"].items():
+        if choice["active"] == "none" and not choice["inertia"]:
+            return name
+    return choices["recommended"]["estimator"]
+
+
+def _free(own: pd.DataFrame, tasks: dict[str, Result], choices: dict, short: str) -> list[dict]:
+    """What the estimate with a free reflex torque rests on, task by task; empty without such estimates."""
+    pathway, estimator = choices["recommended"]["pathway"], choices["recommended"]["estimator"]
+    found = []
+    for task, fit in tasks.items():
+        if estimator not in fit.facts.get("budgets", {}):
+            continue
+        value = fit.arrays[f"budget/{estimator}/values"]
+        sources = {
+            key.rpartition("/")[2]: 100.0 * np.sqrt((rows**2).sum(axis=0)) / np.abs(value)
+            for key, rows in fit.arrays.items()
+            if key.startswith(f"budget/{estimator}/sources/")
+        }
+        largest = sorted(sources, key=lambda name: -sources[name][1])[:3]
+        windows = fit.arrays[f"budget/{estimator}/windows"]
+        plain = _rows(own, task, pathway, short)
+        other = plain.loc["K"].value if "K" in plain.index else math.nan
+        facts, flags = fit.facts, fit.facts["budgets"][estimator]["flags"]
+        found.append(
+            {
+                "task": task,
+                "window_ms": f"{1e3 * choices['estimators'][estimator]['window_s']:g}",
+                "windows_ms": f"{1e3 * windows[0, 0]:g} to {1e3 * windows[-1, 0]:g}",
+                "range": percent(100.0 * float(np.ptp(windows[:, 2])) / abs(value[1])),
+                "range_B": percent(100.0 * float(np.ptp(windows[:, 1])) / abs(value[0])),
+                "other": percent(100.0 * (other / value[1] - 1.0)),
+                "sources": [f"{name} ({percent(sources[name][1])} %)" for name in largest],
+                "centre": facts["centre_used"],
+                "centre_mm": ["\N{EN DASH}"] * 2
+                if facts["joint_centre_m"] is None
+                else [percent(1e3 * x) for x in facts["joint_centre_m"]],
+                "skin_mm": f"{1e3 * facts['skin_m']:.2f}",
+                "flags": [FLAGS[flag] for flag in flags],
+            }
+        )
+    return found
 
 
 def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) -> dict:
@@ -245,7 +301,7 @@ def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) 
         count = int((found.covered.astype(str).str.lower() == "true").sum())
         return f"{count} of {len(found)}"
 
-    active = [n for n, choice in choices["estimators"].items() if choice["active"] != "none"]
+    active = [n for n, choice in choices["estimators"].items() if choice["active"] not in ("none", "free")]
     recommended = truth[
         truth.quantity.isin(["K", "B"]) & (truth.pathway == pathway) & (truth.estimator == estimator)
     ]
@@ -264,6 +320,7 @@ def _recovery(truth: pd.DataFrame, task_fits: dict[str, Result], choices: dict) 
         "stiffness": errors(rows("K", estimator, pooled)),
         "damping": errors(rows("B", estimator, pooled)),
         "covered": covered(rows("K", estimator, pooled)),
+        "damping_covered": covered(rows("B", estimator, pooled)),
         "trials_stiffness": errors(trials),
         "trials_covered": covered(trials),
         "active": [

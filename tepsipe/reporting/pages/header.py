@@ -7,7 +7,7 @@ from pathlib import PurePath
 from tepsipe.io.estimates import FLAGS, Estimate
 from tepsipe.io.trial import Trial
 from tepsipe.reporting.figures.names import unit_symbol, words
-from tepsipe.reporting.numbers.format import by_uncertainty
+from tepsipe.reporting.numbers.format import by_uncertainty, number
 from tepsipe.reporting.pages.html import table, text
 
 # quantities in the first table; all others are in the second, which opens on demand
@@ -60,7 +60,8 @@ def sentences_list(heading: str, sentences: Sequence[str], otherwise: str) -> st
 def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -> str:
     """Estimates (in their units) with 95 % intervals, one row per pathway and estimator, then all of them.
 
-    ``recommended`` names the pathway to use, and the estimator if there are several for a pathway.
+    Recommended is what the rows say; where they say nothing, ``recommended`` names the pathway, and the
+    estimator if there are several for a pathway.
     """
     if not estimates:
         return "<p>This trial has no estimates of its own.</p>\n"
@@ -72,8 +73,10 @@ def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -
     header = ["Pathway", "Estimator", *(_heading(q, units[q]) for q in quantities)]
     rows = []
 
+    told = {(e.pathway, e.estimator) for e in estimates if e.recommended}
+
     def use(names: tuple[str, str]) -> bool:
-        return bool(recommended) and set(recommended) <= set(names)
+        return names in told if told else bool(recommended) and set(recommended) <= set(names)
 
     for pathway, estimator in sorted(groups, key=lambda names: not use(names)):
         found = groups[pathway, estimator]
@@ -85,18 +88,31 @@ def estimates_table(estimates: Sequence[Estimate], recommended: Sequence[str]) -
             text(words(e.pathway)),
             text(words(e.estimator)),
             text(e.quantity),
-            _cell(e),
+            _cell(e) + (" <b>(recommended)</b>" if e.recommended else ""),
+            *(_part(u) for u in (e.u_type_a, e.u_type_b)),
             text(_unit(e.unit)),
             "" if e.n_perturbations is None else text(e.n_perturbations),
             text(e.flags.replace(";", "; ")),
         ]
         for e in estimates
     ]
-    columns = ("Pathway", "Estimator", "Quantity", "Value (95 % interval)", "Unit", "Perturbations", "Flags")
+    columns = ("Pathway", "Estimator", "Quantity", "Value (95 % interval)", "Type A", "Type B")
+    columns += ("Unit", "Perturbations", "Flags")
     return (
-        table(header, rows, "Estimates of this trial; in brackets the 95 % interval")
+        table(header, rows, "Estimates of this trial; in brackets the 95 % interval" + _holds(estimates))
         + f"<details><summary>All {len(every)} estimates</summary>\n{table(columns, every)}</details>\n"
     )
+
+
+def _holds(estimates: Sequence[Estimate]) -> str:
+    """What the intervals hold, if more than the scatter of the trial."""
+    both = any(e.u_type_b is not None for e in estimates)
+    return ", of scatter (Type A) and of what the trial cannot show (Type B)" if both else ""
+
+
+def _part(u: float | None) -> str:
+    """A standard uncertainty of one type, in the unit of the estimate."""
+    return "" if u is None else text(number(u, 2))
 
 
 def flagged(estimates: Sequence[Estimate]) -> list[str]:

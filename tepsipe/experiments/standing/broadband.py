@@ -1,0 +1,267 @@
+"""Epochs for the estimator with a free reflex torque, and how they change with each source of uncertainty.
+
+The mean responses change in proportion to what is not known exactly, so one slope per source and trial is
+kept, and the trials of a task can be fitted again for any deviation without their recordings.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs, quiet_onsets
+from tepsipe.experiments.standing.free_body import SOURCES, FreeBody, free_body, tissue_motion, with_tissue
+from tepsipe.experiments.standing.joint_centre import (
+    JointCentre,
+    centre_from_pulses,
+    centre_from_sway,
+    relative_motion,
+)
+from tepsipe.experiments.standing.joint_torque import StandingTrial
+from tepsipe.experiments.standing.options import StandingOptions
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.signals.epochs import cut_epochs
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.registry import FittedModel
+
+# length of an epoch after its onset (s), beyond which no window of the estimator reaches
+AFTER_S = 0.2
+# responses within which the apparent centre of the joint is sought (s)
+PULSE_S = (-0.02, 0.1)
+# step of the sources for their slopes (their units)
+STEP = 1e-3
+# of a usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
+FOOT_SHARE, CENTRE_ERROR_M = 0.2, 0.002
+# largest distance of a usable centre from the palpated one (m)
+FAR_M = 0.03
+
+
+@dataclass(frozen=True)
+class BroadbandEpochs:
+    """Responses of one trial.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Time from the onset (s).
+    perturbed : ndarray, shape (responses, n, 3)
+        Torque (N·m), ankle angle (rad) and its rate (rad/s), relative to their mean in the baseline.
+    quiet_time : ndarray, shape (m,)
+        Time in an unperturbed epoch (s).
+    quiet : ndarray, shape (epochs, m, 3)
+        The same signals in quiet standing.
+    slopes : dict of str to ndarray, shape (n, 3)
+        Source -> change of the mean responses per unit of the source, relative to the baseline.
+    draws : ndarray, shape (draws, n)
+        Torque of the mean response by every draw of the treadmill model, relative to the best (N·m).
+    peak_m_per_s : float
+        Largest speed of the belt, median over responses (m/s).
+    carried_kg : float
+        Mass on the belt (kg).
+    calibrated_kg : float or None
+        Largest mass with which the treadmill model was calibrated (kg); None if it says none.
+    centre : JointCentre or None
+        Centre of the joint from quiet sway (m).
+    centre_used : bool
+        Whether the torque refers to that centre, not to the assumed one.
+    apparent : JointCentre or None
+        Apparent centre from the responses (m).
+    skin_m : float
+        Motion of the soft tissue over the bone at a pulse of 0.5 m/s, which quiet sway has not (m); 0 where
+        it is not known.
+    """
+
+    time: np.ndarray
+    perturbed: np.ndarray
+    quiet_time: np.ndarray
+    quiet: np.ndarray
+    slopes: dict[str, np.ndarray]
+    draws: np.ndarray
+    peak_m_per_s: float
+    carried_kg: float
+    calibrated_kg: float | None
+    centre: JointCentre | None
+    centre_used: bool
+    apparent: JointCentre | None
+    skin_m: float
+
+    @property
+    def count(self) -> int:
+        """Number of responses (-)."""
+        return self.perturbed.shape[0]
+
+
+def cut_broadband(
+    trial: Trial,
+    name: str,
+    standing: StandingTrial,
+    epochs: StandingEpochs,
+    options: StandingOptions,
+    cutting: EpochOptions,
+    lowpass: Lowpass,
+    models: dict[str, FittedModel],
+) -> BroadbandEpochs | None:
+    """Epochs of the same perturbations as ``epochs``, with their own filter.
+
+    Parameters
+    ----------
+    trial : Trial
+        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
+    name : str
+        Names the trial in messages.
+    standing : StandingTrial
+        The trial with the filter of all signals.
+    epochs : StandingEpochs
+        Its epochs: their onsets are used (s).
+    options, cutting : StandingOptions, EpochOptions
+        Choices (units in their names).
+    lowpass : Lowpass
+        Filter of all signals here (Hz).
+    models : dict of str to FittedModel
+        Component, Fy or Mx -> treadmill model; empty for the loads as measured.
+
+    Returns
+    -------
+    BroadbandEpochs or None
+        None if no perturbation of the trial is usable.
+
+    Raises
+    ------
+    InputError
+        As `free_body`.
+    """
+    if not epochs.count:
+        return None
+    centre = centre_from_sway(trial, options.person, standing.unperturbed, standing.hidden)
+    used = centre is not None and _usable(centre)
+    offset = centre.offset_m if centre is not None and used else np.zeros(2)
+    body = free_body(trial, name, standing, options, lowpass, models, offset)
+    start, rate = float(standing.time[0]), trial.rate_hz
+    before = -cutting.baseline_s[0] + 0.02
+
+    def cut(x: np.ndarray, at: np.ndarray, after: float):
+        found = cut_epochs(x, rate, at, before, after, start)
+        zero = (found.time >= cutting.baseline_s[0] - 1e-9) & (found.time <= cutting.baseline_s[1] + 1e-9)
+        return found.time, found.values - found.values[:, zero].mean(axis=1, keepdims=True)
+
+    best = body.signals()
+    quiet_time, quiet = cut(best, quiet_onsets(trial, standing, name, cutting), cutting.after_s)
+    time, perturbed = cut(best, epochs.onsets_s, AFTER_S)
+    moved = {
+        source: (body.signals({source: STEP}) - body.signals({source: -STEP})) / (2.0 * STEP)
+        for source in SOURCES
+    }
+    slopes = cut(np.column_stack(list(moved.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
+    apparent, shift = _apparent(trial, standing, epochs.onsets_s, options, lowpass, body.belt_dd)
+    masses = [getattr(model.model, "heaviest_kg", None) for model in models.values()]
+    known = [mass for mass in masses if mass is not None]
+    return BroadbandEpochs(
+        time=time,
+        perturbed=perturbed,
+        quiet_time=quiet_time,
+        quiet=quiet,
+        slopes={source: slopes[:, 3 * k : 3 * k + 3] for k, source in enumerate(SOURCES)},
+        draws=_mean_draws(body, epochs.onsets_s, time, cutting.baseline_s),
+        peak_m_per_s=float(np.median(np.abs(epochs.perturbed["belt_velocity"]).max(axis=1))),
+        carried_kg=float(body.load.f_z[standing.unperturbed].mean()) / options.person.body.gravity_m_per_s2,
+        calibrated_kg=max(known) if known else None,
+        centre=centre,
+        centre_used=used,
+        apparent=apparent,
+        skin_m=0.0 if centre is None or shift is None else _along(apparent.offset_m - centre.offset_m, shift),
+    )
+
+
+def _usable(centre: JointCentre) -> bool:
+    """Whether the centre of a joint is found well enough, and near enough to where it was felt."""
+    steady = centre.foot_rad < FOOT_SHARE * centre.sway_rad
+    return bool(
+        steady and centre.standard_error_m.max() < CENTRE_ERROR_M and np.hypot(*centre.offset_m) < FAR_M
+    )
+
+
+def _mean_draws(
+    body: FreeBody, onsets_s: np.ndarray, time: np.ndarray, baseline_s: tuple[float, float]
+) -> np.ndarray:
+    """Mean response of every draw, shape (draws, n), between samples by straight lines."""
+    if not body.draws.shape[0]:
+        return np.empty((0, time.size))
+    at = (onsets_s[:, None] + time - body.time[0]) / (body.time[1] - body.time[0])
+    low = np.clip(np.floor(at).astype(int), 0, body.time.size - 2)
+    part = at - low
+    mean = ((1.0 - part) * body.draws[:, low] + part * body.draws[:, low + 1]).mean(axis=1)
+    zero = (time >= baseline_s[0] - 1e-9) & (time <= baseline_s[1] + 1e-9)
+    return mean - mean[:, zero].mean(axis=1, keepdims=True)
+
+
+def _apparent(
+    trial: Trial,
+    standing: StandingTrial,
+    onsets_s: np.ndarray,
+    options: StandingOptions,
+    lowpass: Lowpass,
+    belt_dd: np.ndarray,
+) -> tuple[JointCentre, np.ndarray] | tuple[None, None]:
+    """Apparent centre of the joint while the belt moves, and its shift per metre of tissue motion (-)."""
+    if onsets_s.size < 2:
+        return None, None
+    labels = trial.axes["marker"].tolist()
+    positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), trial.rate_hz)
+    motion = relative_motion(positions, labels, options.person)
+    at_rest = float(motion[standing.unperturbed, 0].mean())
+    tissue = tissue_motion(belt_dd, float(np.abs(standing.belt_velocity).max()), trial.rate_hz)
+    moved = relative_motion(
+        with_tissue(positions, labels, options.person, STEP * tissue), labels, options.person
+    )
+
+    def centre(x: np.ndarray) -> JointCentre:
+        at = onsets_s + standing.delay_s
+        epochs = cut_epochs(x, trial.rate_hz, at, -PULSE_S[0], PULSE_S[1], float(standing.time[0]))
+        return centre_from_pulses(epochs.values, at_rest)
+
+    found = centre(motion)
+    return found, (centre(moved).offset_m - found.offset_m) / STEP
+
+
+def _along(difference: np.ndarray, shift: np.ndarray) -> float:
+    """How much of ``shift`` explains a difference, by least squares (unit of their ratio)."""
+    return float(difference @ shift / (shift @ shift))
+
+
+# ---- to and from a result's file -------------------------------------------------------------------
+
+UNITS = {"time": "s", "perturbed": "Nm, rad, rad/s", "quiet_time": "s", "quiet": "Nm, rad, rad/s"}
+PLAIN = ("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m")
+
+
+def broadband_result(epochs: BroadbandEpochs) -> Result:
+    """Epochs as arrays below ``broadband/`` with their units, and facts."""
+    arrays = {f"broadband/{key}": getattr(epochs, key).astype(np.float32) for key in UNITS}
+    units = {f"broadband/{key}": unit for key, unit in UNITS.items()}
+    for source, slope in epochs.slopes.items():
+        arrays[f"broadband/slopes/{source}"] = slope
+        units[f"broadband/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
+    arrays["broadband/draws"], units["broadband/draws"] = epochs.draws.astype(np.float32), "Nm"
+    facts = {key: getattr(epochs, key) for key in PLAIN}
+    for key in ("centre", "apparent"):
+        found = getattr(epochs, key)
+        facts[key] = (
+            None
+            if found is None
+            else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(found).items()}
+        )
+    return Result(arrays, units, {"broadband": facts})
+
+
+def broadband_of(result: Result) -> BroadbandEpochs | None:
+    """The epochs in a result that holds those of `broadband_result` (units as there); None without them."""
+    if "broadband" not in result.facts:
+        return None
+    facts = dict(result.facts["broadband"])
+    for key in ("centre", "apparent"):
+        if facts[key] is not None:
+            arrays = {k: np.array(facts[key][k]) for k in ("offset_m", "standard_error_m")}
+            facts[key] = JointCentre(**{**facts[key], **arrays})
+    arrays = {key: result.arrays[f"broadband/{key}"].astype(float) for key in (*UNITS, "draws")}
+    slopes = {source: result.arrays[f"broadband/slopes/{source}"] for source in SOURCES}
+    return BroadbandEpochs(**arrays, slopes=slopes, **facts)

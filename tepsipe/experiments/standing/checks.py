@@ -1,0 +1,65 @@
+"""Checks of the standing person's K and B: what the responses themselves say about broken assumptions.
+
+Each check compares two estimates of one thing, or a setting with what was seen. A difference fails it only if
+it exceeds what is expected of a healthy trial by more than chance, of which each check takes 1 in 100.
+"""
+
+import numpy as np
+
+from tepsipe.experiments.standing.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.free_reflex import FreeReflexFit
+from tepsipe.statistics.uncertainty import Budget, coverage_factor
+
+# each check alone warns of 1 healthy trial in 100
+CONFIDENCE = 0.99
+# what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one (-)
+DIFFERENCE, WINDOW_RANGE = 0.05, 0.1
+# motion of the soft tissue that matters (m)
+SKIN_M = 0.0005
+# share of the perturbations that must be usable (-), and mass beyond the calibrated one (-)
+USABLE, BEYOND = 0.7, 1.1
+
+
+def failed_checks(
+    fit: FreeReflexFit,
+    trials: list[BroadbandEpochs],
+    perturbations: int,
+    pre_reflex: tuple[float, Budget] | None,
+) -> tuple[str, ...]:
+    """Names of the checks, in `tepsipe.io.estimates.FLAGS`, that K and B fail.
+
+    Parameters
+    ----------
+    fit : FreeReflexFit
+        K and B of these trials.
+    trials : list of BroadbandEpochs
+        The trials.
+    perturbations : int
+        Number of perturbations in them, usable or not (-).
+    pre_reflex : tuple of float and Budget, or None
+        K of the pre-reflex window (N·m/rad), and the budget of its difference from that of ``fit``; None
+        without such an estimate.
+
+    Returns
+    -------
+    tuple of str
+        Names (no unit).
+    """
+    stiffness = float(fit.parameters[0, 1])
+    failed = []
+    if pre_reflex is not None:
+        value, budget = pre_reflex
+        chance = float(coverage_factor(budget.effective_freedom, CONFIDENCE)[1] * budget.combined[1])
+        if abs(value - stiffness) > DIFFERENCE * abs(stiffness) + chance:
+            failed.append("pre-reflex-differs")
+    if np.ptp(fit.windows[:, 2]) > WINDOW_RANGE * abs(stiffness):
+        failed.append("window-sensitive")
+    if np.sqrt(np.mean([trial.skin_m**2 for trial in trials])) > SKIN_M:
+        failed.append("skin-motion")
+    if not all(trial.centre_used for trial in trials):
+        failed.append("centre-assumed")
+    if any(t.calibrated_kg is not None and t.carried_kg > BEYOND * t.calibrated_kg for t in trials):
+        failed.append("beyond-calibration")
+    if sum(trial.count for trial in trials) < USABLE * perturbations:
+        failed.append("few-perturbations")
+    return tuple(failed)

@@ -1,0 +1,259 @@
+"""The feet as a free body up to 60 Hz, and how its torque follows from what is not known exactly.
+
+The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
+friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of
+the torque are computed in another way than at 20 Hz: the acceleration of the feet is that of the belt by its
+encoder, because noise grows with frequency, and the friction of the belt follows the vertical force at each
+instant instead of the weight.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from tepsipe.experiments.standing.joint_torque import StandingTrial, segment_poses
+from tepsipe.experiments.standing.options import Person, StandingOptions
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.anthropometry import Feet
+from tepsipe.mechanics.inverse_dynamics import PlateLoad, standing_torque
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.time_alignment import advanced
+from tepsipe.treadmill.compensation import added_per_kg, compensated_draws, compensated_loads
+from tepsipe.treadmill.registry import FittedModel
+from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
+
+SIGNALS = ("torque", "ankle", "ankle_d")
+# soft tissue on the shank: natural frequency (Hz) and damping ratio (-) of the one that is propagated
+# (Wakeling & Nigg 2001: 10 to 20 Hz while the muscles are relaxed)
+TISSUE_HZ, TISSUE_DAMPING = 12.0, 0.3
+# belt speed at which the size of the tissue's motion is stated (m/s)
+TISSUE_SPEED = 0.5
+STEP_M = 1e-4
+# sources of Type B that move the signals, with the unit in which they deviate
+SOURCES = (
+    "joint_centre_anterior_m",
+    "joint_centre_height_m",
+    "foot_mass",
+    "force_marker_delay_s",
+    "skin_m",
+    "marked_rotation",
+    "force_scale",
+    "moment_scale",
+    "origin_height_m",
+    "vertical_leak",
+)
+
+
+@dataclass(frozen=True)
+class FreeBody:
+    """Feet, plate and joint of one trial, low-pass filtered alike.
+
+    Attributes
+    ----------
+    person : Person
+        Masses and lengths (kg, m).
+    time : ndarray, shape (n,)
+        Instants (s).
+    load : PlateLoad
+        Compensated load of the plate (N, N·m).
+    load_d : PlateLoad
+        Its rate (N/s, N·m/s).
+    shank, foot, centre, foot_com : ndarray
+        Angles, shape (n,) (rad), and positions, shape (n, 2) (m).
+    belt_dd : ndarray, shape (n,)
+        Acceleration of the belt (m/s²).
+    tissue : ndarray, shape (n, 3)
+        Change of the shank's angle (rad/m) and of the centre (-) per metre of motion of the soft tissue.
+    draws : ndarray, shape (draws, n)
+        Torque for every draw of the treadmill model's constants, relative to the best one (N·m).
+    """
+
+    person: Person
+    time: np.ndarray
+    load: PlateLoad
+    load_d: PlateLoad
+    shank: np.ndarray
+    foot: np.ndarray
+    centre: np.ndarray
+    foot_com: np.ndarray
+    belt_dd: np.ndarray
+    tissue: np.ndarray
+    draws: np.ndarray
+
+    def signals(self, deviations: Mapping[str, float] | None = None) -> np.ndarray:
+        """Torque of both ankles (N·m), ankle angle (rad) and its rate (rad/s), shape (n, 3).
+
+        Parameters
+        ----------
+        deviations : mapping of str to float, optional
+            Source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint in the
+            shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m), of the height
+            of the plate's axes (m); relative for mass, scales and rotation; part of the vertical force in the
+            fore-aft one (-).
+        """
+        off = dict.fromkeys(SOURCES, 0.0) | dict(deviations or {})
+        late = off["force_marker_delay_s"]
+        f_y, f_z, m_x = (
+            getattr(self.load, key) + late * getattr(self.load_d, key) for key in ("f_y", "f_z", "m_x")
+        )
+        m_x = (1.0 + off["moment_scale"]) * m_x + off["origin_height_m"] * f_y
+        f_y = (1.0 + off["force_scale"]) * f_y + off["vertical_leak"] * f_z
+        plate = PlateLoad(f_y, (1.0 + off["force_scale"]) * f_z, m_x)
+        shank = self.shank + off["skin_m"] * self.tissue[:, 0]
+        sine, cosine = np.sin(self.shank), np.cos(self.shank)
+        across, along = off["joint_centre_anterior_m"], off["joint_centre_height_m"]
+        shift = np.column_stack([across * cosine + along * sine, along * cosine - across * sine])
+        feet = self.person.feet
+        scale = 1.0 + off["foot_mass"]
+        # the feet move with the belt: their other accelerations are noise at this cutoff
+        moved = np.column_stack([self.belt_dd, np.zeros_like(self.belt_dd)])
+        torque = standing_torque(
+            Feet(scale * feet.mass_kg, scale * feet.inertia_kgm2),
+            self.person.body.gravity_m_per_s2,
+            plate,
+            self.centre + shift + off["skin_m"] * self.tissue[:, 1:],
+            self.foot_com,
+            moved,
+            np.zeros_like(self.belt_dd),
+        )
+        ankle = (1.0 + off["marked_rotation"]) * (shank - self.foot)
+        return np.column_stack([torque, ankle, derivative(self.time, ankle)])
+
+
+def free_body(
+    trial: Trial,
+    name: str,
+    standing: StandingTrial,
+    options: StandingOptions,
+    lowpass: Lowpass,
+    models: dict[str, FittedModel],
+    offset_m: np.ndarray,
+) -> FreeBody:
+    """The feet of a standing person as a free body.
+
+    Parameters
+    ----------
+    trial : Trial
+        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
+    name : str
+        Names the trial in messages.
+    standing : StandingTrial
+        The same trial with the filter of all signals (s).
+    options : StandingOptions
+        Choices (units in their names).
+    lowpass : Lowpass
+        Filter of all signals here (Hz).
+    models : dict of str to FittedModel
+        Component, Fy or Mx -> treadmill model; empty for the loads as measured.
+    offset_m : ndarray, shape (2,)
+        Of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
+
+    Returns
+    -------
+    FreeBody
+        Signals (N, N·m, rad, m, s).
+
+    Raises
+    ------
+    InputError
+        If the belt or a marker is not in the trial, or the rate is not that of the calibration.
+    """
+    time, rate, person = trial.time, trial.rate_hz, options.person
+    loads = filtered_load(trial, name, options.belt, lowpass)
+    labels = trial.axes["marker"].tolist()
+    positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), rate)
+    origin = np.asarray(offset_m, dtype=float)
+    poses = segment_poses(positions, labels, person, origin)
+    rest = standing.unperturbed
+    carried_kg = float(loads["Fz"][rest].mean()) / person.body.gravity_m_per_s2
+    recordings = recordings_of_loads(
+        trial,
+        name,
+        name,
+        lowpass,
+        rest,
+        {key: loads[key] - loads[key][rest].mean() for key in COMPONENTS},
+        dict.fromkeys(COMPONENTS, np.zeros(time.size)),
+        carried_kg,
+        np.ones(time.size, dtype=bool),
+        tuple(np.searchsorted(time, standing.onsets_s).tolist()),
+    )
+    belt_dd = recordings["Fy"].acceleration
+    motion = tissue_motion(belt_dd, float(np.abs(standing.belt_velocity).max()), rate)
+    other = segment_poses(with_tissue(positions, labels, person, STEP_M * motion), labels, person, origin)
+    changed = [other[key] - poses[key] for key in ("shank", "ankle_point")]
+    tissue = np.column_stack(changed) / STEP_M
+    poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
+    used = {c: loads[c] for c in COMPONENTS}
+    draws = np.empty((0, time.size))
+    if models:
+        # the constants are those of a frame and of friction, not of a filter
+        models = {c: replace(m, lowpass=lowpass) for c, m in models.items()}
+        found = compensated_loads(models, recordings)
+        by_draw = compensated_draws(models, recordings)
+        height = poses["ankle_point"][:, 1]
+        draws = (by_draw["Mx"] - found["Mx"]) + height * (by_draw["Fy"] - found["Fy"])
+        pressed = loads["Fz"] / person.body.gravity_m_per_s2 - carried_kg
+        per_kg = added_per_kg(models, recordings)
+        used = {c: found[c] - pressed * per_kg[c] + loads[c][rest].mean() for c in COMPONENTS}
+    table = np.column_stack([used["Fy"], loads["Fz"], used["Mx"]])
+    return FreeBody(
+        person=person,
+        time=time,
+        load=PlateLoad(*table.T),
+        load_d=PlateLoad(*derivative(time, table).T),
+        shank=poses["shank"],
+        foot=poses["foot"],
+        centre=poses["ankle_point"],
+        foot_com=poses["foot_com"],
+        belt_dd=belt_dd,
+        tissue=advanced(time, tissue, standing.delay_s),
+        draws=draws,
+    )
+
+
+def tissue_motion(belt_dd: np.ndarray, peak_m_per_s: float, rate_hz: float) -> np.ndarray:
+    """Motion of soft tissue, a mass on a spring over the bone, shape (n,), 1 at `TISSUE_SPEED` (-).
+
+    Parameters
+    ----------
+    belt_dd : ndarray, shape (n,)
+        Acceleration of the belt, and nearly of the shank above it (m/s²).
+    peak_m_per_s, rate_hz : float
+        Largest speed of the belt (m/s), sampling rate (Hz).
+    """
+    width = 2.0 * np.pi * TISSUE_HZ
+    numerator, denominator, _ = scipy.signal.cont2discrete(
+        ([-1.0], [1.0, 2.0 * TISSUE_DAMPING * width, width**2]), 1.0 / rate_hz, method="bilinear"
+    )
+    motion = scipy.signal.lfilter(np.ravel(numerator), denominator, belt_dd)
+    return motion * (peak_m_per_s / TISSUE_SPEED / max(float(np.abs(motion).max()), 1e-300))
+
+
+def with_tissue(positions: np.ndarray, labels: list[str], person: Person, motion_m: np.ndarray) -> np.ndarray:
+    """Markers whose soft tissue moves: all of the shank but those that it shares with the foot, over bone.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (n, markers, 2)
+        y, z (m).
+    labels : list of str
+        Names of the markers.
+    person : Person
+        Which markers are on the shank.
+    motion_m : ndarray, shape (n,)
+        Of the tissue along the belt (m).
+
+    Returns
+    -------
+    ndarray, shape (n, markers, 2)
+        y, z (m).
+    """
+    moved = positions.copy()
+    for label in person.shank.labels:
+        if label not in person.foot.labels:
+            moved[:, labels.index(label), 0] += motion_m
+    return moved

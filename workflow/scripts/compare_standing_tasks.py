@@ -1,0 +1,16 @@
+"""K and B of one task of a standing person less those of another, with what both share subtracted."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.experiments.standing.free_results import task_difference
+from tepsipe.io.budget_table import write_budgets
+from tepsipe.io.estimates import recommended, write_estimates
+from tepsipe.io.result import read_result
+
+more, less = read_result(snakemake.input.more), read_result(snakemake.input.less)
+critical = more.facts["critical_stiffness_Nm_per_rad"]
+rows, contributions = task_difference(snakemake.wildcards.pair, more, less, critical)
+write_estimates(snakemake.output.estimates, recommended(rows, **snakemake.params.recommended))
+write_budgets(snakemake.output.uncertainty, contributions)
