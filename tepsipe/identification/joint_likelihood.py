@@ -22,11 +22,13 @@ A joint that softens with bending and loses more as it softens has three more pa
 
     tau = I phi'' + B phi' + K phi - C q phi + B_s q phi',    q = phi^2 / (phi^2 + phi_h^2)
 
-C and B_s are fitted whether or not they differ from 0: a joint taken as linear because a test finds no
-softening has intervals that are too narrow. phi_h is fitted where they differ from 0 together (chi-square
-above `SOFTENS`) and the trial determines it; else it is the best of several, or the largest bending. K, B
-and I of this law hold for small movements. What a linear fit finds at the amplitude of the perturbations is
-the mean over their windows of the least-squares fit of the law's torque on the measured motion,
+C and B_s are fitted whether or not they differ from 0: a joint taken as linear because a test finds
+no softening has intervals that are too narrow. phi_h is fitted where they differ from 0 together
+(chi-square above `SOFTENS`) and the trial determines it; else it is the best of several, or the
+largest bending. b_0, the bending at rest, is then fitted, too: a vertical that is wrong by a few
+milliradians makes the law asymmetric. K, B and I of this law hold for small movements. What a
+linear fit finds at the amplitude of the perturbations is the mean over their windows of the least-
+squares fit of the law's torque on the measured motion,
 
     tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 
@@ -395,16 +397,20 @@ def _softened(task: _Task, linear: JointFit) -> JointFit:
     # without softening phi_h has no meaning
     if fixed.softening_chi_square <= SOFTENS:
         return fixed
-    kept, free = task.log_noise, replace(fixed.point, names=(*fixed.point.names, "log_phi_h"))
-    try:
-        if _covariance(task.residuals(free))[-1, -1] > _UNDETERMINED**2:
-            return fixed
-        whole = _climb(task, free, limits)
+    kept, undetermined = task.log_noise, {"b_0": _UNDETERMINED * largest, "log_phi_h": _UNDETERMINED}
+    for names in (("b_0", "log_phi_h"), ("b_0",)):
+        free = replace(fixed.point, names=(*fixed.point.names, *names))
+        try:
+            errors = np.sqrt(np.diag(_covariance(task.residuals(free))))[-len(names) :]
+            if any(error > undetermined[n] for n, error in zip(names, errors, strict=True)):
+                continue
+            whole = _climb(task, free, limits)
+        except InputError:
+            continue
         inside = limits[0] * 1.01 < np.exp(whole.value("log_phi_h")) < limits[1] * 0.99
-        if inside and whole.standard_error("log_phi_h") < _UNDETERMINED:
+        if inside and all(whole.standard_error(n) < undetermined[n] for n in names):
             return whole
-    except InputError:
-        pass
+        task.log_noise = kept
     task.log_noise = kept
     return fixed
 

@@ -146,12 +146,15 @@ def joint_impedance(
 
 
 def _law_forces(found: JointFit) -> dict[str, np.ndarray]:
-    """Torque of the law per unit of C and B_s, and its derivative by log(phi_h), shape (n,)."""
+    """Torque of the law per unit of C and B_s, and its derivatives by log(phi_h) and b_0, shape (n,)."""
     motion = found.model.motion
     rest, half = found.value("b_0"), float(np.exp(found.value("log_phi_h")))
     forces = softening_forces(motion.phi, motion.phi_d, rest, half)
-    by_half = found.value("C") * forces["C_half"] + found.value("B_s") * forces["B_s_half"]
-    return {"C": -forces["C"], "B_s": -forces["B_s"], "log_phi_h": -by_half}
+    slopes = {
+        name: -found.value("C") * forces[f"C_{key}"] - found.value("B_s") * forces[f"B_s_{key}"]
+        for name, key in (("log_phi_h", "half"), ("b_0", "rest"))
+    }
+    return {"C": -forces["C"], "B_s": -forces["B_s"], **slopes}
 
 
 def _working_amplitude(found: JointFit, names: list[str], perturbations: list[Perturbation]) -> np.ndarray:

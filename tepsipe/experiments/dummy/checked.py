@@ -98,7 +98,8 @@ def check_dummy(
         return Verdict([], {}, first)
     name, found = next(iter(fits.items()))
     of_leg = analysis.regressions.get(recommended) if _windowed(analysis, recommended) else None
-    checks = _checks(trial, options, found, of_leg, analysis.small_budgets[name].type_b[0], joint_inertia)
+    own = (analysis.budgets[name].combined[2], analysis.small_budgets[name].type_b[0])
+    checks = _checks(trial, options, found, of_leg, own, joint_inertia)
     names = failed(checks)
     flags = {}
     for name, pathway in analysis.pathways.items():
@@ -140,7 +141,7 @@ def _checks(
     options: DummyOptions,
     found: JointLikelihood,
     of_leg,
-    type_b_kgm2: float,
+    uncertainties: tuple[float, float],
     joint_inertia: tuple[float, float] | None,
 ) -> list[Check]:
     markers, perturbations = markers_of(trial, options, "aligned"), found.perturbations
@@ -153,9 +154,9 @@ def _checks(
     checks += [fit_check(found.fit, perturbations), foot_check(foot, perturbations, trial.rate_hz)]
     if of_leg is not None:
         at_rest = rest_samples(trial.time, options.window)
-        checks.append(leg_check(of_leg, found, options.leg_markers, lowpass, at_rest))
+        checks.append(leg_check(of_leg, found, options.leg_markers, lowpass, at_rest, uncertainties[0]))
     if joint_inertia is not None:
-        checks.append(inertia_check(found, *joint_inertia, type_b_kgm2))
+        checks.append(inertia_check(found, *joint_inertia, uncertainties[1]))
     return [check for check in checks if check is not None]
 
 

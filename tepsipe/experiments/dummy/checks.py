@@ -77,17 +77,25 @@ class Check:
         How far the trial departs (unit of `UNITS`).
     probability : float
         Of a size this large without a fault (-).
+    tolerated : float or None
+        A larger tolerance than that of `TOLERATED` (unit of `UNITS`), if the trial has one.
     """
 
     name: str
     size: float
     probability: float
+    tolerated: float | None = None
+
+    @property
+    def tolerance(self) -> float:
+        """Size that does not matter (unit of `UNITS`)."""
+        return max(TOLERATED[self.name], self.tolerated or 0.0)
 
 
 def failed(checks: Sequence[Check]) -> list[str]:
     """Names of the checks that fail (no unit), by Bonferroni's bound over all of them."""
     bound = FALSE_ALARMS / max(1, len(checks))
-    return [c.name for c in checks if c.size > TOLERATED[c.name] and c.probability < bound]
+    return [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
 
 
 def delay_check(found: JointLikelihood, uncertainty_s: float = 0.0) -> Check:
@@ -222,6 +230,7 @@ def leg_check(
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
+    of_k: float = 0.0,
 ) -> Check:
     """K of the windowed fit against what it should find of the fitted joint.
 
@@ -237,6 +246,8 @@ def leg_check(
         Cutoff (Hz) and order of the filter of ``of_leg``.
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
+    of_k : float
+        Combined standard uncertainty of K; a smaller difference does not matter (N·m/rad).
 
     Returns
     -------
@@ -250,7 +261,8 @@ def leg_check(
     error = float(np.hypot(scatter, found.interval().standard_error[2]))
     difference = float(of_leg.mean[2] - expected[2])
     chance = 2.0 * float(scipy.stats.t.sf(abs(difference) / error, max(1, each.size - 1)))
-    return Check("leg-disagrees", abs(difference / expected[2]), chance)
+    matters = of_k / abs(expected[2])
+    return Check("leg-disagrees", abs(difference / expected[2]), chance, float(matters))
 
 
 def expected_of_leg(
