@@ -41,6 +41,11 @@ SOURCES = {
     "window_s": "choice of the window",
     "model_discrepancy": "misfit of the rig's model",
     "reflex_onset_s": "onset of the reflex",
+    "torque_scale": "scale of the torque",
+    "angle_scale": "scale of the angle",
+    "torque_delay_s": "delay of the torque after its record",
+    "fit_criterion": "criterion of the fit",
+    "fitted_band": "fitted band",
 }
 UNITS_OF_NAMES = ("_kgm2", "_kg", "_m", "_s", "_rad", "_scale", "_ratio", "_Nm", "_N", "_hz")
 
