@@ -52,13 +52,22 @@ include: "workflow/rules/report.smk"
 include: "workflow/rules/pages.smk"
 
 
+# how often intervals hold the truth: many drawn laboratories, each by all rules above
+if config["coverage"] is not None:
+
+    include: "workflow/rules/coverage.smk"
+
+
 rule all:
     default_target: True
     input:
-        outputs.everything(STUDY),
-        outputs.pages(STUDY),
-        "<results>/report/index.html",
-        "<results>/report/report.html",
+        outputs.coverage(STUDY)
+        or [
+            *outputs.everything(STUDY),
+            *outputs.pages(STUDY),
+            "<results>/report/index.html",
+            "<results>/report/report.html",
+        ],
 
 
 onstart:

@@ -13,8 +13,10 @@ SAME = {
     "dummy.subject.foot_mass_kg": ("dummy.foot_mass_kg", 1.0),
     "dummy.subject.foot_com_m": ("dummy.foot_com_m", 1.0),
     "dummy.subject.joint_offset_m": ("dummy.joint_offset_m", 1.0),
-    "dummy.markers.leg_m": ("dummy.leg_marker_m", 1.0),
-    "dummy.markers.ankle_m": ("dummy.ankle_marker_m", 1.0),
+    "dummy.markers.ankle_m.0": ("dummy.anterior_offset_m", 1.0),
+    "dummy.markers.ankle_m.1": ("dummy.longitudinal_offset_m", 1.0),
+    **{f"dummy.markers.leg_m.{k}.0": ("dummy.anterior_offset_m", 1.0) for k in range(4)},
+    **{f"dummy.markers.leg_m.{k}.1": ("dummy.longitudinal_offset_m", 1.0) for k in range(4)},
     "treadmill.plate.force_scale": ("dummy.force_scale", 1.0),
     "treadmill.plate.vertical_leak": ("dummy.vertical_leak", 1.0),
     "treadmill.plate.origin_height_m": ("dummy.origin_height_m", 1.0),
@@ -22,6 +24,10 @@ SAME = {
     "wristalyzer.manipulator.torque_scale": ("wristalyzer.torque_scale", 1.0),
     "wristalyzer.manipulator.angle_scale": ("wristalyzer.angle_scale", 1.0),
     "wristalyzer.manipulator.torque_delay_s": ("wristalyzer.torque_delay_s", 1.0),
+    "treadmill.capture.length_scale": ("dummy.marker_scale", 1.0),
+    "treadmill.capture.vertical_rad": ("dummy.vertical_rad", 1.0),
+    # the time between markers is the inverse of their rate
+    "treadmill.capture.marker_sampling_hz": ("dummy.marker_sampling_s", 1.0 / 2500.0**2),
 }
 # what is drawn and does not act on the dummy's estimates
 HARMLESS = {
@@ -31,11 +37,7 @@ HARMLESS = {
 }
 # what is believed and not drawn
 UNDRAWN = {
-    "dummy.vertical_rad": "the laboratory's motion capture is levelled",
-    "dummy.marker_scale": "its lengths are exact",
-    "dummy.marker_sampling_s": "its markers are sampled when they should be",
-    "dummy.log_delay_s": "its log is on one clock",
-    "weight.marker_scale": "as for the dummy",
+    "dummy.log_delay_s": "the laboratory's log is on one clock",
     "weight.belt_force_kg": "of the plate's mechanisms, which are not drawn",
 }
 
@@ -68,7 +70,8 @@ def test_what_only_one_of_them_has_is_named_with_its_reason(drawn, shipped_confi
         for experiment in ("wristalyzer", "dummy", "weight")
         for name in sources_of(shipped_config["uncertainty"][experiment])
     }
-    shared = {name for name, _ in SAME.values()} | {"weight.force_scale"}
+    shared = {name for name, _ in SAME.values()} | {"weight.force_scale", "weight.marker_scale"}
     assert believed == shared | set(UNDRAWN)
-    of_dummy, of_weight = (shipped_config["uncertainty"][e]["force_scale"] for e in ("dummy", "weight"))
-    assert of_dummy == of_weight
+    for shared in ("force_scale", "marker_scale"):
+        of_dummy, of_weight = (shipped_config["uncertainty"][e][shared] for e in ("dummy", "weight"))
+        assert of_dummy == of_weight

@@ -51,7 +51,7 @@ def test_what_may_be_zero_has_no_relative_budget():
 
 @pytest.mark.parametrize(
     ("scatter", "mass", "largest", "repeating"),
-    [(0.1, 0.3, "mass of the leg", False), (0.3, 0.1, "scatter over perturbations", True)],
+    [(0.1, 0.3, "mass of the leg", False), (0.3, 0.1, "scatter of the trial", True)],
 )
 def test_the_sentence_on_the_largest_source_follows_the_numbers(scatter, mass, largest, repeating):
     told = largest_source(relative_budgets(parts(scatter, mass), estimates((10.0, 10.0)))["K"])
@@ -87,7 +87,7 @@ def test_small_sources_are_one_bar_and_type_a_is_apart():
     bars = bars_of(budget)
     assert [(label, kind) for label, kind, _ in bars] == [
         ("combined", "combined"),
-        ("scatter over perturbations", "A"),
+        ("scatter of the trial", "A"),
         ("mass of the leg", "B"),
         ("2 further sources", "B"),
     ]

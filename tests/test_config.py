@@ -52,7 +52,7 @@ def test_shipped_file_agrees_with_its_schema(name, schema, root):
 def test_shipped_configuration_refers_to_what_is_there(config, root):
     check_config(config, "configuration")
     trials = read_trial_sheet(root / config["study"]["trial_sheet"], ".")
-    assert len(trials) == 53
+    assert len(trials) == 56
     assert ("wristalyzer", config["wristalyzer"]["best_condition"]) in trials
     assert ("dummy", config["dummy"]["example_condition"]) in trials
     assert ("standing", config["standing"]["example_condition"]) in trials
@@ -866,7 +866,7 @@ def test_a_standing_person_may_have_no_electromyograms(sheet):
 def test_models_of_a_treadmill_that_was_never_measured_are_refused_in_one_sentence(config):
     with pytest.raises(InputError) as caught:
         check_plate_models(config, "my-study")
-    names = ("standing.pathways.ankle-compensated", "'loaded-frame'", "weight and empty", "null")
+    names = ("standing.pathways.ankle-compensated", "'bristle-frame'", "weight and empty", "null")
     assert_one_sentence(caught.value, "my-study", *names)
     for pathway in config["standing"]["pathways"].values():
         pathway["treadmill_model"] = None
@@ -881,7 +881,10 @@ def test_models_of_a_treadmill_that_was_never_measured_are_refused_in_one_senten
     [
         ({"belt": {"chosen": "fir-quick"}}, "expected belt.chosen to name one of"),
         ({"belt": {"models": {"family": ["loaded-frame"]}, "chosen": "loaded-frame"}}, "'loaded-frame'"),
-        ({"weight": {"models": {"family": ["fir", "loaded-frame", "ripple-tracking"]}}}, "'ripple-tracking'"),
+        (
+            {"weight": {"models": {"family": ["fir", "loaded-frame", "bristle-frame", "ripple-tracking"]}}},
+            "'ripple-tracking'",
+        ),
         ({"weight": {"models": {"family": ["fir"]}}}, "dummy.foot.pathways.foot-compensated-short"),
         (
             {"weight": {"analysis": {"other_cutoffs_hz": [10.0, 125.0]}}},

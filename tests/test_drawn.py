@@ -4,6 +4,8 @@ import copy
 import math
 from dataclasses import replace
 
+import ezc3d
+import h5py
 import numpy as np
 import pytest
 from scipy import stats
@@ -12,6 +14,7 @@ from tepsipe.errors import InputError
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.drawn import draw_laboratory, drawn_numbers
 from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
+from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.force_plate import PlateTruth, plate_electronics, plate_voltages
 from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.rubber import Rubber
@@ -232,3 +235,27 @@ def test_fast_clock_takes_its_frames_early(shipped_truth):
     seen = record_markers(capture, clock, 2.0, 2501, np.random.default_rng(1))[:, 0, 0]
     assert seen[0] == 2.0
     assert seen[-1] == pytest.approx(12.0 - 0.001, abs=1e-6)  # 100 ppm of 10 s
+
+
+def test_tilted_axes_and_a_wrong_scale_move_markers_as_such(shipped_truth):
+    own = {"noise_m": 0.0, "occlusions_per_minute": 0.0, "vertical_rad": 0.01, "length_scale": 1.001}
+    capture = CaptureTruth(**shipped_truth["treadmill"]["capture"] | own)
+    point = [lambda instant: np.tile([0.3, 0.1, 0.9], (instant.size, 1))]
+    seen = record_markers(capture, point, 0.0, 3, np.random.default_rng(1))[0, 0]
+    # an upright rod leans by the angle: its upper end goes forwards
+    s, c = math.sin(0.01), math.cos(0.01)
+    assert seen == pytest.approx([0.3003, 1.001 * (0.1 * c + 0.9 * s), 1.001 * (0.9 * c - 0.1 * s)])
+
+
+def test_rod_is_set_upright_by_what_the_motion_capture_shows(short_truth, tmp_path):
+    truth = copy.deepcopy(short_truth)
+    truth["treadmill"]["capture"] |= {"vertical_rad": 0.01, "noise_m": 0.0, "occlusions_per_minute": 0.0}
+    names = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"}
+    files = {kind: tmp_path / name for kind, name in names.items()}
+    make_dummy_trial(truth, "sine-0.5", "sine", 0.5, 2.0, 5.5, **files, motion_file=tmp_path / "motion.h5")
+    ankle, top = ezc3d.c3d(str(files["markers"]))["data"]["points"][1:3, 3:5, 0].T / 1000.0
+    layout = truth["dummy"]["markers"]["leg_m"][0]
+    seen = math.atan2(*(top - ankle)) - math.atan2(*layout)
+    assert seen == pytest.approx(truth["dummy"]["subject"]["rest_angle_rad"], abs=1e-6)
+    with h5py.File(tmp_path / "motion.h5") as file:
+        assert file["angle"][0] == pytest.approx(0.0001 - 0.01, abs=1e-6)

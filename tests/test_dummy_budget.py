@@ -24,8 +24,8 @@ U = {
     "leg_com_m": 0.002,
     "leg_inertia_kgm2": 0.0003,
     "joint_offset_m": 0.001,
-    "leg_marker_m": 0.0005,
-    "ankle_marker_m": 0.0005,
+    "anterior_offset_m": 0.0005,
+    "longitudinal_offset_m": 0.0005,
     "vertical_rad": 0.003,
     "marker_scale": 0.001,
     "clock_ratio": 0.0001,
@@ -91,6 +91,23 @@ def test_a_property_of_the_leg_contributes_what_the_whole_analysis_with_another_
         assert row == pytest.approx(expected, rel=2e-3, abs=2e-7), pathway
 
 
+def test_the_joint_likelihood_has_the_contributions_of_fits_with_another_leg():
+    trial = trial_of_swing(Joint(), noise_m=5e-5)
+    pathways = {"likelihood": Pathway("leg", "aligned", "joint-likelihood")}
+
+    def fitted(options):
+        return analyse_dummy(trial, options, pathways)
+
+    budget = fitted(KNOWN).budgets["likelihood"]
+    for field, name in (("mass_kg", "leg_mass_kg"), ("com_m", "leg_com_m")):
+        ends = [
+            fitted(replace(BARE, leg=replace(LEG, **{field: getattr(LEG, field) + sign * U[name]})))
+            for sign in (1.0, -1.0)
+        ]
+        above, below = (found.regressions["likelihood"].mean for found in ends)
+        assert budget.contributions[name][0] == pytest.approx(0.5 * (above - below), rel=2e-3, abs=1e-6)
+
+
 def test_stiffness_and_damping_are_proportional_to_mass_and_centre_of_mass(found):
     for pathway in ("leg", "simulated"):
         mean, budget = found.regressions[pathway].mean, found.budgets[pathway]
@@ -111,12 +128,17 @@ def test_every_marker_and_direction_contributes_what_another_layout_shows(trial,
         other[labels.index(label), direction] += by
         return means(trial, replace(BARE, leg_markers=SegmentMarkers(labels, other)), "leg")["leg"]
 
-    of_leg = found.budgets["leg"].contributions["leg_marker_m"]
-    assert of_leg.shape == (8, 3) and found.budgets["leg"].contributions["ankle_marker_m"].shape == (2, 3)
-    for place, (label, direction) in ((1, ("leg1", 1)), (2, ("leg2", 0)), (7, ("leg4", 1))):
+    parts = found.budgets["leg"].contributions
+    for kind, direction, label in (
+        ("longitudinal_offset_m", 1, "leg1"),
+        ("anterior_offset_m", 0, "leg2"),
+        ("longitudinal_offset_m", 1, "ankle"),
+    ):
+        assert parts[kind].shape == (5, 3)
         expected = 0.5 * (moved(label, direction, 0.0005) - moved(label, direction, -0.0005))
-        assert of_leg[place] == pytest.approx(expected, rel=0.02, abs=2e-6), label
-    assert np.abs(of_leg[1]).max() > 1e-5
+        row = parts[kind][labels.index(label)]
+        assert row == pytest.approx(expected, rel=0.02, abs=2e-6), label
+    assert np.abs(parts["longitudinal_offset_m"][1]).max() > 1e-5
 
 
 def test_a_joint_elsewhere_contributes_what_a_layout_from_there_shows(trial, found):

@@ -102,19 +102,19 @@ def test_outputs_of_the_shipped_study(shipped):
     assert outputs.budget_names(shipped) == ["dummy", "foot", "weight", "standing"]
     assert shipped.budgeted_foot() == "foot-compensated"
     # trials of the dummy, its foot, the weight, and the person, her tasks and their difference
-    assert len(outputs.budgets(shipped)) == 12 + 12 + 10 + 16 + 2 + 1
+    assert len(outputs.budgets(shipped)) == 12 + 12 + 13 + 16 + 2 + 1
     assert "<results>/figures/figure_b_12.svg" in figures
     assert len(outputs.standing_figures(shipped)) == 32
-    assert len(outputs.pages(shipped)) == 53
+    assert len(outputs.pages(shipped)) == 56
     assert "<results>/report/trials/dummy/sine-0.3.html" in outputs.pages(shipped)
     shown = [name for own in outputs.figures_by_category(shipped).values() for name in own]
     assert sorted(f"<results>/figures/{name}.svg" for name in shown) == sorted(figures)
     tables = [name.removesuffix(".csv").rpartition("/")[2] for name in everything if name.endswith(".csv")]
     assert set(outputs.tables(shipped)) == set(tables)
-    assert len(outputs.fits(shipped)) == len(outputs.trials(shipped)) == 53
+    assert len(outputs.fits(shipped)) == len(outputs.trials(shipped)) == 56
     # every trial, the foot's side, two tasks and their difference, the manipulator's trials together, two
     # cross-validations
-    assert len(outputs.estimates(shipped)) == 53 + 12 + 3 + 1 + 2
+    assert len(outputs.estimates(shipped)) == 56 + 12 + 3 + 1 + 2
     assert outputs.thesis_tables(shipped) == [f"<results>/tables/table_4_{n}.csv" for n in (1, 2, 3)]
     assert outputs.model_scores(shipped) == ["<results>/treadmill_models/plate.csv"]
     assert outputs.model_files(shipped, "belt") == []
@@ -212,7 +212,7 @@ def test_fits_are_in_the_order_in_which_they_are_read_where_a_sheet_mixes_experi
 def test_truth_is_wanted_of_what_was_made_alone(study_of):
     study = study_of(row("dummy", "own"), row("weight", "w", "virtual_lab"))
     assert study.all_made() == {"dummy": [], "weight": ["w"]}
-    assert study.true() == ["weight.mass_kg"]
+    assert study.true() == ["weight.mass_kg", "heavy_weight.mass_kg"]
 
 
 def test_task_counts_as_made_only_if_all_of_its_trials_are(study_of):

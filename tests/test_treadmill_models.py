@@ -17,6 +17,8 @@ from scipy import signal
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.bristle_fit import Calibrated
+from tepsipe.treadmill.bristle_frame import AT, BristleFrame
 from tepsipe.treadmill.coherence_limit import coherence_limit
 from tepsipe.treadmill.impulse_response import fit_finite_response
 from tepsipe.treadmill.recording import check_recordings, score
@@ -314,8 +316,17 @@ def every_model():
         replace(r, onsets=onsets, evaluated=pulsed_evaluated(r.load.size, onsets, 250), condition=r.name)
         for r in recordings
     ]
+    constants = np.full(len(AT), 1e-3)
+    constants[AT["moment_mass"]] = 3.0
+    joint = Calibrated(
+        {"Mx": BristleFrame("Mx", constants, ("bristles",), 100.0, 20.0)},
+        rng.standard_normal((3, constants.size)),
+        np.zeros((2, constants.size)),
+        {"bristles": 1.0},
+    )
     models = [
-        fit_model(name, pulsed if name == "mean-subtraction" else recordings, OPTIONS) for name in FAMILY
+        fit_model(name, pulsed if name == "mean-subtraction" else recordings, replace(OPTIONS, joint=joint))
+        for name in FAMILY
     ]
     return models, pulsed[1]
 
@@ -350,7 +361,7 @@ def test_models_are_kept_exactly_and_applied_in_one_call(every_model, tmp_path):
 def test_compensation_takes_the_prediction_out_of_the_load(every_model):
     models, recording = every_model
     for model in models:
-        if model.name != "loaded-frame":
+        if model.name not in ("loaded-frame", "bristle-frame"):
             expected = recording.load - model.predict(recording)
             assert np.array_equal(model.compensate(recording), expected), model.name
 

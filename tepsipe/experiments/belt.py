@@ -13,8 +13,9 @@ from tepsipe.treadmill.calibration import ModelScore, calibrate, table_plan
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import MODEL_MEANINGS, FamilyOptions, FittedModel, pick, save_models
 
-# loaded frame and mean subtraction need pulses of an empty belt and of a weight
-SUITED = tuple(name for name in MODEL_MEANINGS if name not in ("mean-subtraction", "loaded-frame"))
+# frames and mean subtraction need pulses of an empty belt and of a weight
+UNSUITED = ("mean-subtraction", "loaded-frame", "bristle-frame")
+SUITED = tuple(name for name in MODEL_MEANINGS if name not in UNSUITED)
 
 
 def belt_recording(

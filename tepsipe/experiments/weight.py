@@ -159,6 +159,12 @@ def weight_result(analysis: WeightAnalysis) -> Result:
     return Result(arrays, units, facts)
 
 
+def usual_weight(results: dict[str, Result]) -> dict[str, Result]:
+    """Trials with the weight of the first trial: those of the thesis, without further weights (kg)."""
+    usual_kg = next(iter(results.values())).facts["carried_kg"] if results else 0.0
+    return {name: r for name, r in results.items() if r.facts["carried_kg"] == usual_kg}
+
+
 def shapes(empty: dict[str, Result], weight: dict[str, Result], filter_name: str) -> tuple[list, list]:
     """Correlation (-) and ratio of magnitudes (-) of the mean Fy0 and Delta Fy, condition by condition."""
     alike, sizes = [], []

@@ -85,12 +85,17 @@ class Estimator:
 
 
 # modules are imported when their estimator runs, to keep the start of other jobs short
-def _windowed(thesis: bool) -> Callable:
+def _windowed(thesis: bool, own_zero: bool = False) -> Callable:
     def function(record: Record):
         from tepsipe.identification.window_regression import regress_torque
 
         return regress_torque(
-            record.motion, record.torque, record.perturbations, record.at_rest, thesis=thesis
+            record.motion,
+            record.torque,
+            record.perturbations,
+            record.at_rest,
+            thesis=thesis,
+            own_zero=own_zero,
         )
 
     return function
@@ -129,6 +134,7 @@ def _joint_likelihood(softening: bool) -> Callable:
 
 LEAST_SQUARES_THESIS = "windowed-least-squares-thesis"
 LEAST_SQUARES = "windowed-least-squares"
+LEAST_SQUARES_OWN_ZERO = "windowed-least-squares-own-zero"
 OUTPUT_ERROR = "output-error"
 JOINT_LIKELIHOOD = "joint-likelihood"
 JOINT_LIKELIHOOD_LINEAR = "joint-likelihood-linear"
@@ -147,6 +153,11 @@ ESTIMATORS = {
         OF_WINDOWS,
         _windowed(thesis=False),
         of_windows=True,
+    ),
+    LEAST_SQUARES_OWN_ZERO: Estimator(
+        "the same with a free constant torque in every window",
+        OF_WINDOWS,
+        _windowed(thesis=False, own_zero=True),
     ),
     OUTPUT_ERROR: Estimator(
         "angle simulated over the whole trial from the motion of the foot", OF_ANGLE, _output_error

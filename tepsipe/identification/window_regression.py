@@ -123,6 +123,7 @@ def regress_torque(
     at_rest: np.ndarray,
     *,
     thesis: bool = False,
+    own_zero: bool = False,
 ) -> WindowedFits:
     """Estimate I, B, K over every perturbation from a given torque.
 
@@ -138,6 +139,9 @@ def regress_torque(
         Samples at rest (-).
     thesis : bool
         Whether the torque at rest is kept, as printed, or subtracted (-).
+    own_zero : bool
+        Whether each window has a free constant torque beside I, B, K, because the zero of a force plate
+        drifts, and friction of the belt leaves a force behind (-).
 
     Returns
     -------
@@ -156,8 +160,11 @@ def regress_torque(
     regressors = np.column_stack([motion.theta_dd, motion.theta_d, motion.theta - theta_rest])
     fits = []
     for p in perturbations:
+        rows, explained = regressors[p.start : p.stop], torque[p.start : p.stop]
+        if own_zero:
+            rows, explained = rows - rows.mean(axis=0), explained - explained.mean()
         try:
-            fits.append(least_squares_line(regressors[p.start : p.stop], torque[p.start : p.stop]))
+            fits.append(least_squares_line(rows, explained))
         except np.linalg.LinAlgError as error:
             raise InputError(
                 f"expected a perturbation at {motion.time[p.start]:.2f} s that determines "

@@ -26,6 +26,11 @@ FLAGS = {
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
     "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",
+    "treadmill-model": "on trials that it has not seen, the treadmill model may err by more than a tenth of "
+    "K, or its constants are impossible: record the empty belt, and a weight near the subject's mass, with "
+    "the subject's pulses",
+    "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration: "
+    "record a weight near the subject's mass",
 }
 # quantities of which one estimate per trial is recommended
 QUOTED = ("I", "B", "K", "mass")

@@ -193,6 +193,17 @@ def _median(seen: Seen, labels: list[str]) -> np.ndarray | None:
 # ---- experiments ---------------------------------------------------------------------------------
 
 
+def _state_uncertainty(plan: Plan, experiment: str) -> None:
+    """Type B of the intervals is the user's to state; the defaults are those of another rig."""
+    plan.check.append(
+        Missing(
+            f"uncertainty.{experiment}",
+            "the defaults were assumed: those of the simulated laboratory",
+            "state how well you know masses, lengths, calibrations and delays (docs/uncertainty.md)",
+        )
+    )
+
+
 def _plan_dummy(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> None:
     seen = trials[0][1]
     _plan_markers(plan, "dummy", trials)
@@ -226,6 +237,7 @@ def _plan_dummy(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> No
         ask(
             "dummy.foot.belt_fixed_labels", "labels of the belt-fixed markers", "name the markers on the foot"
         )
+    _state_uncertainty(plan, "dummy")
 
 
 def _plan_weight(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> None:
@@ -239,9 +251,11 @@ def _plan_weight(plan: Plan, trials: list[tuple[Group, Seen]], _: set[str]) -> N
         f"the plate shows {load / 9.81:.1f} kg",
     )
     plan.ask("weight.weight.com_height_m", "height of its centre of mass above the belt (m)", "measure it")
+    _state_uncertainty(plan, "weight")
 
 
 def _plan_standing(plan: Plan, trials: list[tuple[Group, Seen]], experiments: set[str]) -> None:
+    _state_uncertainty(plan, "standing")
     _plan_segments(plan, trials)
     _plan_window(plan, "standing.analysis.window", trials)
     load = max((abs(sum(s.loads_N.values())) for _, s in trials), default=0.0)

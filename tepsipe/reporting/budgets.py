@@ -12,13 +12,13 @@ from tepsipe.statistics.uncertainty import coverage_factor
 
 # name of a source -> what a reader understands by it
 SOURCES = {
-    SCATTER: "scatter over perturbations",
+    SCATTER: "scatter of the trial",
     "leg_mass_kg": "mass of the leg",
     "leg_com_m": "centre of mass of the leg",
     "leg_inertia_kgm2": "moment of inertia of the leg",
     "joint_offset_m": "place of the joint's axis",
-    "leg_marker_m": "places of the leg's markers",
-    "ankle_marker_m": "place of the ankle's marker",
+    "anterior_offset_m": "markers, across the leg",
+    "longitudinal_offset_m": "markers, along the leg",
     "vertical_rad": "direction of gravity",
     "marker_scale": "lengths of the motion capture",
     "clock_ratio": "rate of the motion capture",

@@ -10,7 +10,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.forward.scores import ForwardScore
-from tepsipe.experiments.weight import shapes, speed_at_peak
+from tepsipe.experiments.weight import shapes, speed_at_peak, usual_weight
 from tepsipe.reporting import further_measures
 from tepsipe.reporting.findings import Findings
 from tepsipe.reporting.ledger import EXPLAINED, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED
@@ -94,7 +94,7 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "weight_mass_minjerk_low": lambda f: f.by_condition("weight", "mass")["minjerk-0.1"],
     "weight_mass_minjerk_high": lambda f: f.by_condition("weight", "mass")["minjerk-0.5"],
     "weight_mass_spread_ratio": lambda f: _ratio(f.by_condition("weight", "mass_sd")),
-    "weight_speed_at_peak": lambda f: min(speed_at_peak(f.fits["weight"], "20 Hz")),
+    "weight_speed_at_peak": lambda f: min(speed_at_peak(usual_weight(f.fits["weight"]), "20 Hz")),
     "weight_least_step": lambda f: _least_step(f.by_condition("weight", "added_force_peak")),
     "weight_growth": lambda f: _ratio(f.by_condition("weight", "added_force_peak")),
     "weight_largest": lambda f: (

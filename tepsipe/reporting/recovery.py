@@ -2,6 +2,7 @@
 
 import csv
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -82,6 +83,8 @@ def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
         }
     if "weight" in truth:
         found["weight"] = {"mass": truth["weight"]["mass_kg"]}
+    if "heavy_weight" in truth:
+        found["weight/heavy"] = {"mass": truth["heavy_weight"]["mass_kg"]}
     for task in truth.get("standing", {}).get("tasks", ()):
         found[f"standing/{task}"] = _of_person(truth["standing"], task)
     return found
@@ -108,6 +111,7 @@ def compare_with_truth(
     made: dict[str, list[str]],
     tasks: dict[str, str],
     at_work: dict[tuple[str, str, str], dict[str, float]] | None = None,
+    heavy: Sequence[str] = (),
 ) -> list[Recovery]:
     """Compare every estimate of I, B, K, mass or latency from a simulated trial with the truth.
 
@@ -124,6 +128,8 @@ def compare_with_truth(
     at_work : dict of (str, str, str) to dict, optional
         Experiment, condition and pathway, for a standing person the estimator -> I, B, K of the linear joint
         nearest to the true one in the fitted windows (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    heavy : sequence of str
+        Conditions of the weight with the laboratory's heavy one.
 
     Returns
     -------
@@ -138,6 +144,8 @@ def compare_with_truth(
     for e in estimates:
         if e.experiment == "standing":
             known = parameters.get(f"standing/{tasks.get(e.condition)}", {})
+        elif e.experiment == "weight" and e.condition in heavy:
+            known = parameters.get("weight/heavy", {})
         elif (e.experiment, e.condition) in together:
             known = parameters.get(f"{e.experiment}/pooled", {})
         else:

@@ -162,23 +162,35 @@ def _score(cells: dict[str, str]) -> ModelScore:
 
 ALL_EMPTY = "empty, all"
 BOTH = "empty+weight"
+# models that need more than one mass on the belt
+OF_BOTH = ("loaded-frame", "bristle-frame")
+
+
+def group_of(experiment: str, carried_kg: float, usual_kg: float) -> str:
+    """Group of a trial of the empty belt or of a weight: its experiment, with the mass of another weight.
+
+    The usual weight has the mass ``usual_kg`` (kg).
+    """
+    if experiment == "empty" or abs(carried_kg - usual_kg) <= 1e-6 * usual_kg:
+        return experiment
+    return f"{experiment} of {carried_kg:g} kg"
 
 
 def plate_groups(
     recordings: list[tuple[str, str, BeltRecording]],
 ) -> tuple[dict[str, list[BeltRecording]], dict[str, list[BeltRecording]]]:
-    """Group recordings of the empty belt and of the weight (units as in the recordings).
+    """Group recordings of the empty belt and of weights (units as in the recordings).
 
     Parameters
     ----------
-    recordings : list of (experiment, role, BeltRecording)
-        Experiment empty or weight, role calibrate or validate.
+    recordings : list of (group, role, BeltRecording)
+        Group by `group_of`, role calibrate or validate.
 
     Returns
     -------
     training, testing : dict of str to list of BeltRecording
-        Training by experiment, both experiments together, and all trials of the empty belt, whose mean is
-        subtracted condition by condition; testing by experiment.
+        Training by group, all groups together, and all trials of the empty belt, whose mean is
+        subtracted condition by condition; testing by group.
     """
     training: dict[str, list[BeltRecording]] = {}
     testing: dict[str, list[BeltRecording]] = {}
@@ -196,14 +208,14 @@ def plate_groups(
 def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
     """Plan of the models to fit to the empty belt, to the weight, or to both, and of their tests.
 
-    The mean of the empty belt is subtracted from the trials of the weight only, and the loaded frame needs
+    The mean of the empty belt is subtracted from the trials of the weight only, and the frames need
     both experiments. Every other model is fitted to each experiment and evaluated on each (names, no unit).
     """
     plan = []
     for model in family:
         if model == "mean-subtraction":
             plan.append(Calibration(model, ALL_EMPTY, tuple(t for t in tests if t == "weight")))
-        elif model == "loaded-frame":
+        elif model in OF_BOTH:
             plan.append(Calibration(model, BOTH, tuple(tests)))
         else:
             plan += [Calibration(model, train, tuple(tests)) for train in ("empty", "weight")]

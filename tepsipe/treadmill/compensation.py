@@ -13,6 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.treadmill.bristle_frame import BristleFrame
+from tepsipe.treadmill.loaded_frame import LoadedFrame
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel
 
@@ -48,7 +50,54 @@ def compensated_loads(
                 f"{recordings[component].name}: expected a treadmill model of {component}, found models of "
                 f"{listed(models)}: calibrate it"
             )
-    return {component: models[component].compensate(r) for component, r in recordings.items()}
+    found, friction = {}, None
+    if _one_model(models):
+        friction = models["Fy"].model.friction(recordings["Fy"])
+    for component in sorted(recordings):  # the force first: its cross-talk is part of the moment
+        force = found["Fy"] + recordings["Fy"].carried if "Fy" in found else None
+        found[component] = models[component].compensate(recordings[component], force, friction)
+    return found
+
+
+def added_per_kg(
+    models: dict[str, FittedModel], recordings: dict[str, BeltRecording]
+) -> dict[str, np.ndarray]:
+    """Belt-induced loads that another kilogram on the belt would add, before the response of the frame.
+
+    A load that presses on the belt for a moment adds friction like a mass.
+
+    Parameters
+    ----------
+    models, recordings
+        As for `compensated_loads` (N, N·m).
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        Component -> load per mass (N/kg, N·m/kg); 0 for models that do not depend on the mass.
+
+    Raises
+    ------
+    InputError
+        If a model needs separate pulses, and the recording has none.
+    """
+    found = {}
+    for component, recording in recordings.items():
+        model = models[component].model
+        found[component] = np.zeros(recording.load.size)
+        heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
+        if isinstance(model, LoadedFrame):
+            found[component] = model.added(heavier) - model.added(recording)
+        elif isinstance(model, BristleFrame):
+            force = np.zeros(recording.load.size)
+            found[component] = model.added(heavier, force) - model.added(recording, force)
+    return found
+
+
+def _one_model(models: dict[str, FittedModel]) -> bool:
+    """Whether force and moment have the same constants, and so the same friction."""
+    kinds = [m.model for m in models.values() if isinstance(m.model, BristleFrame)]
+    return len(kinds) == 2 and np.array_equal(kinds[0].constants, kinds[1].constants)
 
 
 def compensated_draws(

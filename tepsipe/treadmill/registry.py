@@ -8,6 +8,8 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.bristle_fit import Calibrated
+from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.impulse_response import ImpulseResponse, fit_finite_response, fit_spectral
 from tepsipe.treadmill.loaded_frame import LoadedFrame, fit_loaded_frame
 from tepsipe.treadmill.mass_spring_damper import (
@@ -29,6 +31,8 @@ MODEL_MEANINGS = {
     "fir": "finite impulse response with a short look-ahead",
     "spectral": "spectral estimate H1, non-causal",
     "loaded-frame": "frame, friction and mounts, which depend on the load",
+    "bristle-frame": "loaded frame with bristle friction, its lever and a second mode, if cross-validation "
+    "asks for them",
     "ripple-tracking": "fir with tracking of the roller ripple",
 }
 FORMAT = "tepsipe treadmill models 1"
@@ -39,6 +43,7 @@ KINDS = (
     DiscreteTransfer,
     ImpulseResponse,
     LoadedFrame,
+    BristleFrame,
     RippleTracker,
 )
 
@@ -63,6 +68,9 @@ class FamilyOptions:
         Detection and tracking of ripple, added to the model "fir"; None where it is not tracked.
     frame : ndarray, shape (3,), optional
         The loaded frame's d (s), e_0 (s2), e_1 (s2/kg), if identified from another load.
+    joint : Calibrated or None
+        The model "bristle-frame", which is fitted to force and moment together
+        (`tepsipe.treadmill.bristle_fit.fit_bristle_frame`).
     """
 
     hnat2014_evaluations: int = 100
@@ -73,6 +81,7 @@ class FamilyOptions:
     shortest_s: float = 15.0
     ripple: RippleOptions | None = field(default_factory=RippleOptions)
     frame: np.ndarray | None = None
+    joint: Calibrated | None = None
 
 
 @dataclass(frozen=True)
@@ -114,8 +123,13 @@ class FittedModel:
         self._check(recording)
         return self.model.predict(recording)
 
-    def compensate(self, recording: BeltRecording) -> np.ndarray:
+    def compensate(
+        self, recording: BeltRecording, force: np.ndarray | None = None, friction: np.ndarray | None = None
+    ) -> np.ndarray:
         """Measured load less the predicted belt-induced load (unit of the load), shape (n,).
+
+        A "bristle-frame" of the moment needs the true fore-aft force ``force`` (N), shape (n,), and takes
+        the friction of the belt (N), shape (n,), where it is known already.
 
         Raises
         ------
@@ -123,6 +137,8 @@ class FittedModel:
             If the recording's rate or unit is not the calibration's.
         """
         self._check(recording)
+        if isinstance(self.model, BristleFrame):
+            return self.model.compensate(recording, force, friction)
         if isinstance(self.model, LoadedFrame):
             return self.model.compensate(recording)
         return recording.load - self.model.predict(recording)
@@ -178,6 +194,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
         "fir": lambda: fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
         "spectral": lambda: fit_spectral(recordings, options.spectral_segment_s),
         "loaded-frame": lambda: fit_loaded_frame(recordings, options.frame),
+        "bristle-frame": lambda: options.joint.models["Fy" if recordings[0].unit == "N" else "Mx"],
         "ripple-tracking": lambda: fit_ripple_tracker(
             recordings,
             fit_finite_response(recordings, options.fir_lead_s, options.fir_lag_s),
@@ -186,10 +203,21 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     }
     if name not in fits:
         raise InputError(f"expected a treadmill model of {', '.join(FAMILY)}, found {name!r}: correct it")
-    if name == "ripple-tracking" and options.ripple is None:
-        raise InputError(f"expected options of the ripple for the model {name!r}, found none: give them")
+    for needing, given in (("ripple-tracking", options.ripple), ("bristle-frame", options.joint)):
+        if name == needing and given is None:
+            what = (
+                "options of the ripple" if name == "ripple-tracking" else "the joint fit of force and moment"
+            )
+            raise InputError(f"expected {what} for the model {name!r}, found none: give them")
     first = recordings[0]
-    return FittedModel(name, fits[name](), first.unit, first.lowpass, tuple(r.name for r in recordings))
+    return FittedModel(
+        name,
+        fits[name](),
+        first.unit,
+        first.lowpass,
+        tuple(r.name for r in recordings),
+        options.joint.deviations if name == "bristle-frame" else None,
+    )
 
 
 def evaluate(fitted: FittedModel, recordings: list[BeltRecording]) -> Score:

@@ -5,7 +5,7 @@ x axis, both of the perturbed belt. Because transducers drift, a straight line t
 the first and after the last perturbation is subtracted.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -139,6 +139,38 @@ def plate_recordings(
         evaluated,
         onsets,
     )
+
+
+def zeroed_per_pulse(recording: BeltRecording, before_s: float = 1.0, gap_s: float = 0.04) -> BeltRecording:
+    """The recording with a zero of its own for every pulse: the mean load before it is subtracted.
+
+    Transducers drift, and the friction of a belt with memory leaves a force behind that lasts until the
+    next pulse. Both are constant within a pulse.
+
+    Parameters
+    ----------
+    recording : BeltRecording
+        A trial with separate pulses; others are returned unchanged (units in the class).
+    before_s, gap_s : float
+        The mean is that of ``before_s``, but at most of half the time since the last pulse, until
+        ``gap_s`` before the pulse (s).
+
+    Returns
+    -------
+    BeltRecording
+        With another load (unit of the load).
+    """
+    load = recording.load.copy()
+    gap = round(gap_s * recording.rate_hz)
+    starts = [0, *recording.onsets]
+    for k, onset in enumerate(recording.onsets, start=1):
+        longest = min(round(before_s * recording.rate_hz), (onset - starts[k - 1]) // 2)
+        end = max(1, onset - gap)
+        zero = recording.load[max(0, end - longest) : end].mean()
+        first = 0 if k == 1 else onset
+        last = starts[k + 1] if k + 1 < len(starts) else load.size
+        load[first:last] -= zero
+    return replace(recording, load=load)
 
 
 def recordings_of_loads(

@@ -47,7 +47,8 @@ def draw_laboratory(constants: dict) -> dict:
         The laboratory's configuration (units in its keys), with ``seed`` and ``drawn``: path of a number, or
         of a list of numbers, which are drawn one by one -> ``{"normal": standard deviation}``,
         ``{"rectangular": half width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the
-        unit of the key, or with ``"relative": True`` as parts of the number. None draws nothing.
+        unit of the key, or with ``"relative": True`` as parts of the number. ``"shift"`` moves the mean of
+        each number by so many standard deviations up or, as likely, down. None draws nothing.
 
     Returns
     -------
@@ -103,9 +104,10 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
                     f"expected a number other than 0 for the relative entry {path!r} of 'drawn', found 0 for "
                     f"{where!r}: make it absolute"
                 )
-            value = nominal + deviation * _standardised(
-                shape, freedom, Random(f"{constants['seed']}/{where}")
-            )
+            random = Random(f"{constants['seed']}/{where}")
+            value = nominal + deviation * _standardised(shape, freedom, random)
+            if choice.get("shift"):
+                value += choice["shift"] * deviation * (1.0 if random.random() < 0.5 else -1.0)
             found[where] = DrawnNumber(where, nominal, value, shape, deviation)
     return list(found.values())
 
@@ -113,7 +115,7 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
 def _shape(path: str, choice: dict) -> tuple[str, float, float]:
     """Shape, standard deviation and degrees of freedom of an entry."""
     named = [name for name in DISTRIBUTIONS if name in choice]
-    if len(named) != 1 or set(choice) - {*DISTRIBUTIONS, "relative"}:
+    if len(named) != 1 or set(choice) - {*DISTRIBUTIONS, "relative", "shift"}:
         raise ValueError(
             f"expected one of {', '.join(DISTRIBUTIONS)} for the entry {path!r} of 'drawn', with or without "
             f"'relative', found {', '.join(map(str, choice)) or 'nothing'}: correct it"

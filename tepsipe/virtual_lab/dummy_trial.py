@@ -1,5 +1,6 @@
 """One trial of the ankle dummy on the treadmill, from protocol and truth to raw files."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,9 @@ def make_dummy_trial(
     """
     seed, rig = truth["seed"], truth["treadmill"]
     dummy = DummyTruth(**truth["dummy"]["subject"])
+    # the rod is set upright by what the motion capture shows
+    upright = dummy.rest_angle_rad - rig["capture"]["vertical_rad"]
+    dummy = replace(dummy, rest_angle_rad=upright)
     rng = generator(seed, "dummy", condition)
     of_slip = generator(seed, "dummy", condition, "slip")
     rest_after_s = rig["protocol"]["rest_after_s"]

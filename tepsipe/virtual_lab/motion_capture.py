@@ -21,6 +21,8 @@ class CaptureTruth:
         From the trigger's edge to the first marker of the first frame (s).
     clock_ppm : float
         How much faster its clock runs than that of the treadmill's log, in parts per million (-).
+    length_scale, vertical_rad : float
+        Measured over true lengths (-), and angle by which an upright rod is seen to lean towards +y (rad).
     noise_m : float
         Standard deviation of each coordinate (m).
     occlusions_per_minute, occlusion_frames : float
@@ -31,6 +33,8 @@ class CaptureTruth:
     marker_sampling_hz: float
     latency_s: float
     clock_ppm: float
+    length_scale: float
+    vertical_rad: float
     noise_m: float
     occlusions_per_minute: float
     occlusion_frames: float
@@ -69,6 +73,11 @@ def record_markers(
     positions = np.empty((frames, len(paths), 3))
     for k, path in enumerate(paths):
         positions[:, k] = path(first + k / capture.marker_sampling_hz)
+    if capture.vertical_rad:
+        lean, upright = np.sin(capture.vertical_rad), np.cos(capture.vertical_rad)
+        y, z = positions[:, :, 1].copy(), positions[:, :, 2].copy()
+        positions[:, :, 1], positions[:, :, 2] = upright * y + lean * z, upright * z - lean * y
+    positions *= capture.length_scale
     positions += capture.noise_m * rng.standard_normal(positions.shape)
     expected = capture.occlusions_per_minute * frames / capture.rate_hz / 60.0
     for k in range(len(paths)):

@@ -29,10 +29,11 @@ def make_weight_trial(
     Parameters
     ----------
     truth : dict
-        The laboratory's constants, as its configuration file holds them (units in the keys).
+        The laboratory's constants, as its configuration file holds them (units in the keys), with the section
+        ``weight`` or ``heavy_weight``.
     condition : str
         Name of the condition: it seeds the trial's noise.
-    profile : {"sine", "minjerk"}
+    profile : {"sine", "negative-sine", "minjerk"}
         Shape of the perturbations.
     amplitude_m_per_s, interval_s, duration_s : float
         Velocity amplitude (m/s), time between perturbations (s), length of the trial (s).
@@ -42,7 +43,7 @@ def make_weight_trial(
         C3D file of the weight's markers to write; None leaves the belt empty.
     """
     seed, rig = truth["seed"], truth["treadmill"]
-    weight = None if markers is None else WeightTruth(**truth["weight"])
+    weight = None if markers is None else WeightTruth(**truth.get("weight", truth.get("heavy_weight")))
     rng = generator(seed, "empty" if weight is None else "weight", condition)
     rest_after_s = rig["protocol"]["rest_after_weight_s"]
     schedule = schedule_trial(rig, profile, amplitude_m_per_s, interval_s, duration_s, rest_after_s, rng)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support import groups, outputs, runs
+from workflow.support.laboratories import Laboratories
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.settings import pick, without
@@ -28,6 +29,7 @@ def sections_of(key):
 
 try:
     STUDY = checked_study(config, CONFIGFILES)
+    LABORATORIES = Laboratories(config)
     # a rule is given no more of these files than it reads, and runs again for nothing else. Only the rules that
     # make raw files, and the comparison of estimates with the truth, may call truth_of
     truth_of, reported_of = sections_of("virtual_lab"), sections_of("reported")
@@ -111,6 +113,14 @@ def library_of(script):
 def here(path):
     """A file of this project, as seen from the folder that the study runs in."""
     return os.path.relpath(Path(workflow.basedir) / path)
+
+
+def laboratory_sources():
+    """Everything that a laboratory's study runs through: an edit runs all laboratories again."""
+    folder = Path(workflow.basedir)
+    files = [folder / "Snakefile", *(folder / "workflow").rglob("*"), *(folder / "tepsipe").rglob("*.py")]
+    kept = [path for path in files if path.suffix in ("", ".py", ".smk", ".yaml") and path.is_file()]
+    return sorted(here(path) for path in kept)
 
 
 def report_sources():

@@ -102,6 +102,7 @@ rule fit_foot:
     input:
         trial="<results>/trials/dummy/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
+        held_out=lambda w: outputs.held_out(STUDY, "dummy", w.condition),
         library=library_of("fit_foot"),
     output:
         fit="<results>/fits/foot/{condition}.h5",

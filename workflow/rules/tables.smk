@@ -123,6 +123,7 @@ rule compare_with_truth:
         windows_s=STUDY.dummy_windows(),
         standing=STUDY.standing_windows(),
         at_foot=STUDY.foot_pathways(),
+        heavy=[c for c in STUDY.made("weight") if c not in STUDY.usual_weight()],
     script:
         "../scripts/compare_with_truth.py"
 

@@ -5,6 +5,11 @@
 PERSON = [f"standing.{part}" for part in ("person", "muscles", "nerves", "markers", "skin", "emg")]
 
 
+def weight_section(w):
+    """Constants of the weight of a trial: a row that names a mass has the heavy one."""
+    return "weight" if STUDY.trials["weight", w.condition].mass_kg is None else "heavy_weight"
+
+
 rule make_wristalyzer_trial:
     input:
         library=library_of("make_wristalyzer_trial"),
@@ -61,7 +66,7 @@ rule make_weight_trial:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        truth=truth_of("seed", "treadmill", "weight"),
+        truth=lambda w: truth_of("seed", "treadmill", weight_section(w)),
         protocol=protocol("weight"),
     script:
         "../scripts/make_weight_trial.py"

@@ -18,7 +18,7 @@ rule fit_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        weight=lambda w: WEIGHT["weight"] if w.experiment == "weight" else None,
+        weight=lambda w: STUDY.weight_of(w.experiment, w.condition),
         belt=lambda w: STUDY.belt_of(w.experiment, w.condition),
         analysis=WEIGHT["analysis"],
         uncertainty=SETTINGS["uncertainty"]["weight"],
@@ -36,6 +36,7 @@ rule calibrate_plate:
         Fy="<results>/treadmill_models/{plate}_Fy.json",
         Mx="<results>/treadmill_models/{plate}_Mx.json",
         fit="<results>/fits/{plate}.h5",
+        held_out="<results>/treadmill_models/{plate}_held_out.h5",
         scores="<results>/treadmill_models/{plate}.csv",
     log:
         "<logs>/calibrate_{plate}.log",
@@ -45,17 +46,19 @@ rule calibrate_plate:
         "../envs/tepsipe.yaml"
     params:
         trials=lambda w: STUDY.plate_trials(STUDY.plates()[w.plate]),
-        weight=WEIGHT["weight"],
+        weights=lambda w: [STUDY.weight_of(e, c) for e, c, _ in STUDY.plate_trials(STUDY.plates()[w.plate])],
+        usual_kg=WEIGHT["weight"]["mass_kg"],
         belt=lambda w: STUDY.plates()[w.plate],
         analysis=WEIGHT["analysis"],
         models=WEIGHT["models"],
+        seed=SEED,
     script:
         "../scripts/calibrate_plate.py"
 
 
 rule plot_weight:
     input:
-        weight=STUDY.of_trials("<results>/fits/weight/{condition}.h5", "weight"),
+        weight=[f"<results>/fits/weight/{c}.h5" for c in STUDY.usual_weight()],
         empty=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
         plate=f"<results>/fits/{STUDY.shown_plate()}.h5",
         scores=f"<results>/treadmill_models/{STUDY.shown_plate()}.csv",
@@ -67,7 +70,7 @@ rule plot_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        weight=STUDY.conditions("weight"),
+        weight=STUDY.usual_weight(),
         empty=STUDY.conditions("empty"),
         cutoffs_hz=WEIGHT["analysis"]["cutoffs_hz"],
         mass_kg=WEIGHT["weight"]["mass_kg"],

@@ -1,4 +1,4 @@
-"""Fit treadmill models to trials with the empty belt and with the weight, and evaluate them on others."""
+"""Fit treadmill models to trials with the empty belt and with weights, and evaluate them on others."""
 
 import job
 
@@ -6,45 +6,63 @@ job.start(snakemake)
 
 from dataclasses import replace
 
+import numpy as np
 from model_choices import family_options
 
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
-from tepsipe.treadmill.calibration import calibrate, mean_responses, plate_groups, plate_plan, write_scores
+from tepsipe.treadmill.bristle_fit import fit_bristle_frame
+from tepsipe.treadmill.calibration import (
+    calibrate,
+    group_of,
+    mean_responses,
+    plate_groups,
+    plate_plan,
+    write_scores,
+)
+from tepsipe.treadmill.held_out import held_out_residuals
 from tepsipe.treadmill.registry import save_models
-from tepsipe.treadmill.trial_recordings import COMPONENTS, PlateOptions, Weight, plate_recordings
+from tepsipe.treadmill.trial_recordings import (
+    COMPONENTS,
+    PlateOptions,
+    Weight,
+    plate_recordings,
+    zeroed_per_pulse,
+)
 
 analysis, options = snakemake.params.analysis, family_options(snakemake.params.models)
-family = snakemake.params.models["family"]
-weight = Weight(**snakemake.params.weight)
+family, draws = snakemake.params.models["family"], snakemake.params.models["calibration_draws"]
 window = WindowOptions(**analysis["window"])
-trials = [read_trial(path) for path in snakemake.input.trials]
 filters = [Lowpass(cutoff, analysis["lowpass_order"], True) for cutoff in analysis["cutoffs_hz"]]
 files = {"Fy": snakemake.output.Fy, "Mx": snakemake.output.Mx}
+weights = [None if weight is None else Weight(**weight) for weight in snakemake.params.weights]
+usual_kg = snakemake.params.usual_kg
+rows = list(zip(snakemake.params.trials, weights, map(read_trial, snakemake.input.trials), strict=True))
 scores = []
 for lowpass in filters:
     plate = PlateOptions(snakemake.params.belt, lowpass, filters[0], window, analysis["segment_s"])
-    recordings = [
-        plate_recordings(
-            trial,
-            f"{experiment}/{condition}",
-            condition,
-            plate,
-            weight if experiment == "weight" else None,
-        )
-        for (experiment, condition, _), trial in zip(snakemake.params.trials, trials, strict=True)
-    ]
+    recordings, labels = [], []
+    for (experiment, condition, role), weight, trial in rows:
+        found = plate_recordings(trial, f"{experiment}/{condition}", condition, plate, weight)
+        recordings.append({load: zeroed_per_pulse(r) for load, r in found.items()})
+        labels.append((group_of(experiment, recordings[-1]["Fy"].carried_kg, usual_kg), role))
+    by_role = {
+        role: [r for r, (_, own) in zip(recordings, labels, strict=True) if own == role]
+        for role in ("calibrate", "validate")
+    }
+    joint = None
+    if "bristle-frame" in family:
+        generator = np.random.default_rng(snakemake.params.seed)
+        joint = fit_bristle_frame(by_role["calibrate"], draws, generator)
     frame = None
     for load in COMPONENTS:
-        labelled = [
-            (experiment, role, found[load])
-            for (experiment, _, role), found in zip(snakemake.params.trials, recordings, strict=True)
-        ]
-        training, testing = plate_groups(labelled)
+        training, testing = plate_groups(
+            [(*label, found[load]) for label, found in zip(labels, recordings, strict=True)]
+        )
         plan = plate_plan(family, list(testing))
-        found, fitted = calibrate(plan, training, testing, load, replace(options, frame=frame))
+        found, fitted = calibrate(plan, training, testing, load, replace(options, frame=frame, joint=joint))
         scores += found
         frame = next((m.model.frame for m in fitted if m.name == "loaded-frame"), None)
         if lowpass == filters[0]:
@@ -53,4 +71,7 @@ for lowpass in filters:
             save_models(files[load], kept)
             if load == "Fy":
                 write_result(snakemake.output.fit, mean_responses(kept, testing["weight"]))
+    if lowpass == filters[0]:
+        left = held_out_residuals(joint, by_role["calibrate"], by_role["validate"])
+        write_result(snakemake.output.held_out, left)
 write_scores(snakemake.output.scores, scores)

@@ -39,7 +39,7 @@ if params.standing is not None:
                 baseline_s=tuple(params.standing["baseline_s"]),
             )
 rows = compare_with_truth(
-    read_estimates(snakemake.input.estimates), params.truth, params.made, params.tasks, at_work
+    read_estimates(snakemake.input.estimates), params.truth, params.made, params.tasks, at_work, params.heavy
 )
 write_recovery(snakemake.output.table, rows)
 made = [experiment for experiment, names in params.made.items() if names]

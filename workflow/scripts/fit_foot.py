@@ -15,9 +15,10 @@ from tepsipe.experiments.dummy.results import (
 )
 from tepsipe.io.budget_table import write_budgets
 from tepsipe.io.estimates import write_estimates
-from tepsipe.io.result import write_result
+from tepsipe.io.result import read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.treadmill.held_out import read_held_out
 from tepsipe.treadmill.registry import load_treadmill_models
 
 geometry, choice = snakemake.params.geometry, snakemake.params.foot
@@ -31,6 +32,7 @@ found = analyse_foot(
         ankle_label=choice["ankle_label"],
         belt_fixed_labels=tuple(choice["belt_fixed_labels"]),
         belt=snakemake.params.belt,
+        held_out=read_held_out(read_result(snakemake.input.held_out)),
     ),
     {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},
     {

@@ -5,8 +5,8 @@ from tepsipe.treadmill.ripple import RippleOptions
 
 
 def family_options(models: dict) -> FamilyOptions:
-    """Options of a section ``models`` but for its ``family``; that of the weight has no ``ripple``."""
-    models = {key: value for key, value in models.items() if key != "family"}
+    """Options of a section ``models``; ``ripple`` is that of a travelling belt only."""
+    models = {key: value for key, value in models.items() if key not in ("family", "calibration_draws")}
     if "ripple" in models:
         models["ripple"] = RippleOptions(**models["ripple"])
     return FamilyOptions(**models)

@@ -311,7 +311,11 @@ def _check_treadmill(config: dict, name: str) -> None:
     family = table["models"]["family"]
     _refuse_unknown(name, "belt.chosen", table["chosen"], "belt.models.family", family)
     for section, unsuited, why in (
-        ("belt", ("mean-subtraction", "loaded-frame"), "needs an empty belt beside a weight"),
+        (
+            "belt",
+            ("mean-subtraction", "loaded-frame", "bristle-frame"),
+            "needs an empty belt beside a weight",
+        ),
         ("weight", ("ripple-tracking",), "needs a belt that travels"),
     ):
         for model in unsuited:

@@ -166,7 +166,7 @@ EXPERIMENTS = {
     ),
     "weight": Experiment(
         raw_files=TREADMILL_FILES | {"markers": "markers.c3d"},
-        profiles=PULSES,
+        profiles=(*PULSES, "negative-sine"),
         on_plate=True,
         names=CHANNELS,
         models="plate",
@@ -180,7 +180,7 @@ EXPERIMENTS = {
             "figure_plate_responses",
         ),
         printed=("weight.mass_kg", "analysis.cutoffs_hz", "analysis.segment_s"),
-        true=("weight.mass_kg",),
+        true=("weight.mass_kg", "heavy_weight.mass_kg"),
     ),
     "empty": Experiment(
         raw_files=TREADMILL_FILES, profiles=PULSES, on_plate=True, names=CHANNELS, models="plate"

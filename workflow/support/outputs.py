@@ -109,6 +109,11 @@ def plate_models(study: Study, experiment: str, condition: str) -> list[str]:
     return [f"<results>/treadmill_models/{plate}_{load}.json" for load in loads]
 
 
+def held_out(study: Study, experiment: str, condition: str) -> str:
+    """Residuals of the belt of a trial that its treadmill model has not seen."""
+    return f"<results>/treadmill_models/{study.plate_of(study.belt_of(experiment, condition))}_held_out.h5"
+
+
 def plate_fits(study: Study) -> list[str]:
     """Responses of every calibration of the force plate, one per belt."""
     return [f"<results>/fits/{name}.h5" for name in study.plates()] if study.has("weight") else []
@@ -235,6 +240,14 @@ def captions(study: Study) -> list[str]:
 def pages(study: Study) -> list[str]:
     """A page per trial for a web browser."""
     return [f"<results>/report/trials/{e}/{c}.html" for e, c in study.trials]
+
+
+def coverage(study: Study) -> list[str]:
+    """What a coverage study makes, none of another study."""
+    if study.config["coverage"] is None:
+        return []
+    names = ("coverage", "dropped", "outcomes", "laboratories")
+    return [f"<results>/tables/{name}.csv" for name in names] + ["<results>/report/coverage.pdf"]
 
 
 def everything(study: Study) -> list[str]:

@@ -14,6 +14,7 @@ from workflow.support.check import (
     check_recordings,
 )
 from workflow.support.folders import check_folders, check_path, check_paths
+from workflow.support.laboratories import constants_of, one_of_each_set
 from workflow.support.people import read_participants
 from workflow.support.placeholders import placeholders, refuse_placeholders
 from workflow.support.study import Study
@@ -65,7 +66,35 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = N
         check_recordings(found.settings_of(*trial), {trial: row}, name)
     if found.has("standing") and not found.has("weight"):
         check_plate_models(config, name)
+    if config["coverage"] is not None:
+        _check_laboratories(config, found, name)
     return found
+
+
+def _check_laboratories(config: dict, study: Study, name: str) -> None:
+    """A coverage study makes all of its trials, and every set can be drawn."""
+    path, recorded = config["study"]["virtual_lab"], [t for e in study.experiments for t in study.recorded(e)]
+    if path is None or recorded:
+        found = "study.virtual_lab null" if path is None else f"the recorded trial {recorded[0]}"
+        raise InputError(
+            f"{name}: expected a coverage study of simulated trials, whose truth is known, found {found}: "
+            "correct it, or set coverage to null"
+        )
+    if config["study"]["participants"] is not None:
+        raise InputError(
+            f"{name}: expected a coverage study without participants, found study.participants "
+            f"{config['study']['participants']}: set it to null"
+        )
+    constants = checked_constants(path)
+    for number in one_of_each_set(config["coverage"]):
+        _drawn(constants_of(constants, config["coverage"], number), path)
+
+
+def checked_constants(path: str) -> dict:
+    """Constants of a file of the virtual laboratory, before drawing."""
+    content = read_settings(path)
+    check_against_schema(content, SCHEMAS / "virtual_lab.schema.yaml", path)
+    return content
 
 
 def checked_sections(config: dict, key: str) -> dict | None:

@@ -193,6 +193,8 @@ class Study:
             section["belt"] = self.belt_of(experiment, condition)
         if experiment == "standing":
             section["person"] = self.person(row.participant)
+        if experiment == "weight":
+            section["weight"] = self.weight_of(experiment, condition)
         return section
 
     def settings_of(self, experiment: str, condition: str) -> dict:
@@ -232,6 +234,29 @@ class Study:
             for c, role in self.roles(e).items()
             if belt is None or self.belt_of(e, c) == belt
         ]
+
+    def weight_of(self, experiment: str, condition: str) -> dict | None:
+        """Weight of a trial: the usual one, or a further one of the mass in its row; None without any."""
+        if experiment != "weight":
+            return None
+        usual = self.settings["weight"]["weight"]
+        mass = self.trials[experiment, condition].mass_kg
+        if mass is None or mass == usual["mass_kg"]:
+            return usual
+        others = {other["mass_kg"]: other for other in self.settings["weight"]["further_weights"]}
+        if mass not in others:
+            known = " or ".join(f"{kg:g}" for kg in (usual["mass_kg"], *others))
+            raise InputError(
+                f"{self.config['study']['trial_sheet']}: expected a mass_kg of {known} for "
+                f"weight/{condition}, found {mass:g}: correct it, or add the weight to "
+                "weight.further_weights in the configuration"
+            )
+        return usual | others[mass]
+
+    def usual_weight(self) -> list[str]:
+        """Conditions of the weight of the thesis, without those of further weights."""
+        usual = self.settings["weight"]["weight"]
+        return [c for c in self.conditions("weight") if self.weight_of("weight", c) == usual]
 
     def described(self, experiment: str) -> dict[str, dict]:
         """Condition -> what a trial's page says of it: simulated or not, belt, role, task, participant."""
@@ -390,11 +415,13 @@ class Study:
     def shown(self, experiment: str, wanted: str, role: str | None = None) -> str:
         """The configured condition; if the study lacks it, the last of its role in the sheet."""
         names = [c for c, own in self.roles(experiment).items() if role in (None, own)]
+        if experiment == "weight":
+            names = [c for c in names if c in self.usual_weight()] or names
         return wanted if wanted in names or not names else names[-1]
 
     def shown_several(self, experiment: str, wanted: list[str]) -> list[str]:
         """The configured conditions that the study has, or all if it has none of them."""
-        names = self.conditions(experiment)
+        names = self.usual_weight() if experiment == "weight" else self.conditions(experiment)
         return [name for name in names if name in wanted] or names
 
     def thesis_tables(self) -> dict[str, str]:
@@ -443,6 +470,14 @@ class Study:
             },
             "baseline_s": settings["analysis"]["baseline_s"],
             "estimators": {n: only(e, "window_s", "inertia") for n, e in settings["estimators"].items()},
+        }
+
+    def windows(self) -> dict[str, dict[str, float | None]]:
+        """Experiment -> name of a pathway or estimator -> its window (s)."""
+        standing = self.settings["standing"]["estimators"]
+        return {
+            "dummy": self.dummy_windows(),
+            "standing": {name: choice["window_s"] for name, choice in standing.items()},
         }
 
     def foot_pathways(self) -> list[str]:

@@ -31,7 +31,7 @@ COLUMNS = (
     "markers",
 )
 # which a sheet needs only if one of its experiments does
-OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS, "participant", "belt")
+OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS, "participant", "belt", "mass_kg")
 ROLES = ("calibrate", "validate")
 EMPTY = "-"
 
@@ -44,7 +44,8 @@ class TrialRow:
     maps kinds of raw file to paths, and is empty for simulated trials. ``role`` and ``task`` (instruction of
     the person) are None where trials have none. ``names`` maps settings of the experiment to what the
     row says in their place, for example ``files.columns.time`` to the name of a column. ``participant``
-    is None where the row names none, ``belt`` (left or right) where it is that of the configuration.
+    is None where the row names none, ``belt`` (left or right) where it is that of the configuration, and
+    ``mass_kg`` (of the weight, kg) where it is that of the configuration or there is no weight.
     """
 
     experiment: str
@@ -61,6 +62,7 @@ class TrialRow:
     names: dict[str, str | int] = field(default_factory=dict)
     participant: str | None = None
     belt: str | None = None
+    mass_kg: float | None = None
 
 
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
@@ -239,7 +241,19 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         names=names_of(cells, here),
         participant=participant_of(cells, here),
         belt=belt_of(cells, here),
+        mass_kg=_mass(cells, here),
     )
+
+
+def _mass(cells: dict[str, str], here: str) -> float | None:
+    """Mass of the weight of a trial (kg), if the row names one."""
+    mass = _positive(cells.get("mass_kg") or EMPTY, "mass_kg", here)
+    if mass is not None and cells["experiment"] != "weight":
+        raise InputError(
+            f"{here}: expected {EMPTY!r} for mass_kg, because trials of {cells['experiment']} have no "
+            f"weight, found {quoted(cells['mass_kg'])}: correct it"
+        )
+    return mass
 
 
 def _refuse_beside_whole_trial(files: dict[str, str], trial: str, here: str) -> None:

@@ -21,7 +21,7 @@ FOOT_SOURCES = (
     "foot_mass_kg",
     "foot_com_m",
     "joint_offset_m",
-    "ankle_marker_m",
+    "anterior_offset_m",
     "force_scale",
     "vertical_leak",
     "origin_height_m",
@@ -64,7 +64,8 @@ def changed_torques(known: FootKnowledge) -> dict[str, list[np.ndarray]]:
         "foot_com_m": [m_f * known.y_a_dd],
         # along the belt, and in height
         "joint_offset_m": [-f_z, f_y - m_f * known.y_a_dd],
-        "ankle_marker_m": [-f_z],
+        # of the marker on the ankle
+        "anterior_offset_m": [-f_z],
         # fore-aft, and the vertical transducers, which measure the moment, too
         "force_scale": [l_f * f_y, m_x - known.y_a * f_z],
         "vertical_leak": [l_f * f_z],

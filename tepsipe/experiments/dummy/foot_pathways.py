@@ -8,8 +8,9 @@ import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.dummy.foot_budget import FootKnowledge, foot_budget
+from tepsipe.experiments.dummy.foot_treadmill import check_treadmill
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions
-from tepsipe.identification.estimators import Record, estimate
+from tepsipe.identification.estimators import LEAST_SQUARES_OWN_ZERO, Record, estimate
 from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
@@ -18,6 +19,8 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
 from tepsipe.signals.time_alignment import advanced, marker_delay
+from tepsipe.treadmill.compensation import compensated_loads
+from tepsipe.treadmill.held_out import HeldOut
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, measured_load, recordings_of_loads, zero_line
 
@@ -38,8 +41,8 @@ class FootPathway:
     window_s : float or None
         Length of the fitted windows from the onset of a perturbation (s); None for the perturbation
         itself. A longer window includes the swing of the leg on the resting belt, without belt-induced load.
-    estimator : {"windowed-least-squares-thesis", "windowed-least-squares"}
-        Estimator of the parameters (`tepsipe.identification.window_regression`).
+    estimator : str
+        Estimator of the parameters from a torque in windows (`tepsipe.identification.estimators`).
     """
 
     torque: str
@@ -62,12 +65,15 @@ class FootOptions:
         Belt-fixed markers, from which the delay of markers relative to forces is estimated.
     belt : str
         The belt on which the dummy stands, left or right.
+    held_out : HeldOut or None
+        Residuals of trials that the treadmill model has not seen (units there).
     """
 
     foot: Foot
     ankle_label: str
     belt_fixed_labels: tuple[str, ...]
     belt: str
+    held_out: HeldOut | None = None
 
 
 def analyse_foot(
@@ -132,14 +138,13 @@ def analyse_foot(
         np.ones(time.size, dtype=bool),
         tuple(p.start for p in perturbations),
     )
-    compensated = {
-        f"{component}/{model or MEASURED}": recording.load
-        if model is None
-        else pick(models[component], model).compensate(recording)
-        for model in dict.fromkeys([None, *(pathway.treadmill_model for pathway in pathways.values())])
-        for component, recording in recordings.items()
-    }
-    regressions, budgets = {}, {}
+    compensated = {}
+    for model in dict.fromkeys([None, *(pathway.treadmill_model for pathway in pathways.values())]):
+        loads = {component: recording.load for component, recording in recordings.items()}
+        if model is not None:
+            loads = compensated_loads({c: pick(models[c], model) for c in recordings}, recordings)
+        compensated |= {f"{component}/{model or MEASURED}": load for component, load in loads.items()}
+    regressions, budgets, checks = {}, {}, {}
     for key, pathway in pathways.items():
         used = pathway.treadmill_model or MEASURED
         loads = {"Fz": measured["Fz"]} | {c: compensated[f"{c}/{used}"] for c in recordings}
@@ -164,6 +169,19 @@ def analyse_foot(
             torque,
             FootKnowledge(options.foot, loads, y_a, y_a_dd, sources),
         )
+        if pathway.treadmill_model is not None and pathway.torque == "foot":
+            checks[key] = check_treadmill(
+                {c: pick(models[c], pathway.treadmill_model) for c in recordings},
+                recordings,
+                regressions[key],
+                options.foot.height_m,
+                options.held_out,
+                pathway.estimator == LEAST_SQUARES_OWN_ZERO,
+            )
+            budgets[key] = replace(
+                budgets[key],
+                contributions=budgets[key].contributions | (checks[key].contributions if sources else {}),
+            )
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
@@ -171,10 +189,12 @@ def analyse_foot(
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,
+        small_budgets={},
         damping_per_skew={},
         marker_residual_rms_m=motion.marker_residual_rms_m,
         marker_noise_m=0.0,
         loads=compensated,
+        checks=checks,
     )
 
 

@@ -34,14 +34,16 @@ LEG_SOURCES = (
     "leg_com_m",
     "leg_inertia_kgm2",
     "joint_offset_m",
-    "leg_marker_m",
-    "ankle_marker_m",
+    "anterior_offset_m",
+    "longitudinal_offset_m",
     "vertical_rad",
     "marker_scale",
     "clock_ratio",
     "marker_sampling_s",
 )
 ANTERIOR, LONGITUDINAL = "anterior", "longitudinal"
+# of the markers, in the order of the columns of a layout
+OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
 
 
 def type_a_of(found: WindowedFits) -> tuple[np.ndarray, float]:
@@ -65,8 +67,6 @@ class LegKnowledge:
         The leg (kg, m, kg·m²).
     markers : SegmentMarkers
         Its markers (m).
-    ankle_label : str
-        That of them which is on the ankle; empty if there is none.
     sources : dict of str to Source
         What is not known exactly (units in their names); none where Type B is not evaluated.
     motion, sampled_later : SegmentMotion
@@ -76,7 +76,6 @@ class LegKnowledge:
 
     leg: Leg
     markers: SegmentMarkers
-    ankle_label: str
     sources: Mapping[str, Source]
     motion: SegmentMotion
     sampled_later: SegmentMotion | None = None
@@ -131,27 +130,23 @@ def changed_leg(leg: Leg, deviations: Mapping[str, float]) -> Leg:
     )
 
 
-def marker_sources(markers: SegmentMarkers, ankle_label: str, sources: Mapping[str, Source]) -> list[Source]:
-    """One source per marker of the leg and direction (m), named source/label/direction."""
-    found = []
-    for label in markers.labels:
-        kind = "ankle_marker_m" if label == ankle_label else "leg_marker_m"
-        if kind in sources:
-            found += [
-                replace(sources[kind], name=f"{kind}/{label}/{direction}")
-                for direction in (ANTERIOR, LONGITUDINAL)
-            ]
-    return found
+def marker_sources(markers: SegmentMarkers, sources: Mapping[str, Source]) -> list[Source]:
+    """One source per marker of the leg and direction (m), named source/label."""
+    return [
+        replace(sources[name], name=f"{name}/{label}")
+        for name in OFFSETS
+        if name in sources
+        for label in markers.labels
+    ]
 
 
 def of_layout(markers: SegmentMarkers, com_m: float, deviations: Mapping[str, float]) -> np.ndarray:
     """C (rad), a and l (m) for deviations of `marker_sources` (m), shape (3,)."""
     moved = markers.layout_m.copy()
     for name, deviation in deviations.items():
-        kind, _, place = name.partition("/")
-        if kind in ("leg_marker_m", "ankle_marker_m"):
-            label, _, direction = place.rpartition("/")
-            moved[markers.labels.index(label), int(direction == LONGITUDINAL)] += deviation
+        kind, _, label = name.partition("/")
+        if kind in OFFSETS:
+            moved[markers.labels.index(label), OFFSETS.index(kind)] += deviation
     if np.array_equal(moved, markers.layout_m):
         return np.zeros(3)
     pose = fit_rigid_segment(markers.layout_m[None], moved, np.array([0.0, com_m]))
@@ -221,12 +216,12 @@ def torque_contributions(
     marker and direction.
     """
     sources, leg = known.sources, known.leg
-    apart = ("joint_offset_m", "leg_marker_m", "ankle_marker_m", "marker_sampling_s")
+    apart = ("joint_offset_m", "marker_sampling_s", *OFFSETS)
     parts = [source for name, source in sources.items() if name in LEG_SOURCES and name not in apart]
     if "joint_offset_m" in sources:
         offset = sources["joint_offset_m"]
         parts += [replace(offset, name=f"joint_offset_m/{d}") for d in (ANTERIOR, LONGITUDINAL)]
-    parts += marker_sources(known.markers, known.ankle_label, sources)
+    parts += marker_sources(known.markers, sources)
     found = linear_contributions(
         lambda deviations: again(
             changed_motion(known.motion, known.markers, leg.com_m, deviations), changed_leg(leg, deviations)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tepsipe.errors import InputError, listed
+from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget, small_budget
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
 from tepsipe.identification.joint_channels import DummyMarkers, dummy_markers
@@ -67,8 +68,7 @@ class DummyOptions:
     window : WindowOptions
         Search for perturbations and rest (s).
     belt_fixed_labels : tuple of str
-        Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood;
-        that of them which is on the leg is the ankle's.
+        Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood.
     sources : dict of str to Source
         What is not known exactly (units in their names); without any, Type B is not evaluated.
     """
@@ -110,6 +110,8 @@ class DummyAnalysis:
     loads : dict of str to ndarray, shape (n,)
         ``Fy/measured`` (N), ``Mx/measured`` (N·m) and the same compensated by each treadmill model that a
         pathway uses, for example ``Fy/loaded-frame``; empty without pathways from the foot.
+    checks : dict of str to TreadmillCheck
+        Pathway -> examination of its treadmill model; empty without such pathways.
     """
 
     time: np.ndarray
@@ -123,6 +125,7 @@ class DummyAnalysis:
     marker_residual_rms_m: float
     marker_noise_m: float
     loads: dict[str, np.ndarray] = field(default_factory=dict)
+    checks: dict[str, TreadmillCheck] = field(default_factory=dict)
 
     @property
     def output_errors(self) -> dict[str, OutputError | JointLikelihood]:
@@ -276,8 +279,7 @@ def known_leg(
     """
     markers, sources = options.leg_markers, options.sources
     if pathway.torque != "leg":
-        return LegKnowledge(options.leg, markers, "", {}, motion)
-    ankle = next((label for label in markers.labels if label in options.belt_fixed_labels), "")
+        return LegKnowledge(options.leg, markers, {}, motion)
     later = None
     if "marker_sampling_s" in sources and pathway.marker_instants == "aligned":
         labels = trial.axes["marker"].tolist()
@@ -290,7 +292,7 @@ def known_leg(
             filtered.shape
         )
         later = motion_of_markers(trial.time, moved, markers, options.leg.com_m)
-    return LegKnowledge(options.leg, markers, ankle, sources, motion, later)
+    return LegKnowledge(options.leg, markers, sources, motion, later)
 
 
 def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) -> np.ndarray:

@@ -7,11 +7,12 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.joint_rows import joint_estimates, joint_facts
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
 from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate
+from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, impedance_torque
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
@@ -89,7 +90,8 @@ def dummy_estimates(
             )
             for k, quantity in enumerate(PARAMETERS)
         ]
-        rows += with_budget(of_joint, analysis.budgets[name], PARAMETERS)
+        failed = analysis.checks[name].flags if name in analysis.checks else ()
+        rows += flagged(with_budget(of_joint, analysis.budgets[name], PARAMETERS), *failed)
         rows.append(
             Estimate(
                 *names,
@@ -159,6 +161,9 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         "mean_window_s": float(lengths.mean()),
         "damping_per_skew_Nms_per_rad_per_s": analysis.damping_per_skew,
         "output_error_delay_s": {name: found.delay_s for name, found in analysis.output_errors.items()},
+        "treadmill_errors": {
+            name: _treadmill_error(check) for name, check in analysis.checks.items() if check.error
+        },
         "joint_likelihood": {name: joint_facts(f) for name, f in analysis.joint_likelihoods.items()},
         "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
         "condition_numbers": {
@@ -167,6 +172,17 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         },
     }
     return Result(arrays, units, facts)
+
+
+def _treadmill_error(check: TreadmillCheck) -> dict:
+    """What held-out trials of the treadmill predict for the errors of I, B, K (units of I, B, K)."""
+    error = check.error
+    return {
+        "parameters": error.parameters.tolist(),
+        "standard_error": error.standard_error.tolist(),
+        "trials": list(error.trials),
+        "difference": error.difference,
+    }
 
 
 def _standard_errors(regression: WindowedFits) -> np.ndarray:

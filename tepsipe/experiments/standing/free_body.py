@@ -21,9 +21,7 @@ from tepsipe.mechanics.inverse_dynamics import PlateLoad, standing_torque
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.time_alignment import advanced
-from tepsipe.treadmill.compensation import compensated_draws, compensated_loads
-from tepsipe.treadmill.loaded_frame import LoadedFrame
-from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.compensation import added_per_kg, compensated_draws, compensated_loads
 from tepsipe.treadmill.registry import FittedModel
 from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
 
@@ -199,8 +197,8 @@ def free_body(
         height = poses["ankle_point"][:, 1]
         draws = (by_draw["Mx"] - found["Mx"]) + height * (by_draw["Fy"] - found["Fy"])
         pressed = loads["Fz"] / person.body.gravity_m_per_s2 - carried_kg
-        found["Fy"] = found["Fy"] - pressed * _friction_per_kg(models["Fy"], recordings["Fy"])
-        used = {c: found[c] + loads[c][rest].mean() for c in COMPONENTS}
+        per_kg = added_per_kg(models, recordings)
+        used = {c: found[c] - pressed * per_kg[c] + loads[c][rest].mean() for c in COMPONENTS}
     table = np.column_stack([used["Fy"], loads["Fz"], used["Mx"]])
     return FreeBody(
         person=person,
@@ -215,14 +213,6 @@ def free_body(
         tissue=advanced(time, tissue, standing.delay_s),
         draws=draws,
     )
-
-
-def _friction_per_kg(fitted: FittedModel, recording: BeltRecording) -> np.ndarray | float:
-    """Friction of the belt per mass on it (N/kg), shape (n,); 0 for a model whose friction has no load."""
-    if not isinstance(fitted.model, LoadedFrame):
-        return 0.0
-    heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
-    return fitted.model.added(heavier) - fitted.model.added(recording)
 
 
 def tissue_motion(belt_dd: np.ndarray, peak_m_per_s: float, rate_hz: float) -> np.ndarray:

@@ -25,6 +25,7 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.onsets import ramp_onset
 from tepsipe.signals.perturbations import Perturbation, perturbations_of
 from tepsipe.signals.time_alignment import advanced, marker_delay
+from tepsipe.treadmill.compensation import compensated_loads
 from tepsipe.treadmill.registry import FittedModel, pick
 from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
 
@@ -157,11 +158,9 @@ def process_standing(
     for key, pathway in pathways.items():
         used = {c: loads[c] for c in COMPONENTS}
         if pathway.treadmill_model is not None:
-            used = {
-                c: pick(models.get(c, {}), pathway.treadmill_model).compensate(recordings[c])
-                + loads[c][unperturbed].mean()
-                for c in COMPONENTS
-            }
+            chosen = {c: pick(models.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}
+            found = compensated_loads(chosen, recordings)
+            used = {c: found[c] + loads[c][unperturbed].mean() for c in COMPONENTS}
         plate = PlateLoad(f_y=used["Fy"], f_z=loads["Fz"], m_x=used["Mx"])
         torque[key] = _torque(pathway.torque, person, plate, poses, time)
     return StandingTrial(

@@ -19,6 +19,7 @@ MODEL_COLOURS = {
     "fir": "#1668a8",
     "spectral": "#4b4b4b",
     "loaded-frame": "#2f8f4e",
+    "bristle-frame": "#0b5d3b",
     "ripple-tracking": "#2f8f4e",
 }
 

@@ -7,8 +7,8 @@ from tepsipe.reporting.numbers.format import MINUS
 def laboratory_data(rows: list[LaboratoryRow]) -> dict | None:
     """Mechanisms and drawn constants as text (units in the keys).
 
-    Numbers of one list of constants, for example of the markers of the leg, are one row, with the largest
-    deviation among them.
+    Numbers of one list of constants that were drawn alike, for example of the markers of the leg, are one
+    row, with the largest deviation among them.
 
     Returns
     -------
@@ -19,15 +19,15 @@ def laboratory_data(rows: list[LaboratoryRow]) -> dict | None:
     if not rows:
         return None
     mechanisms = [row for row in rows if row.kind == MECHANISM]
-    lists: dict[str, list[LaboratoryRow]] = {}
+    lists: dict[tuple, list[LaboratoryRow]] = {}
     for row in rows:
         if row.kind == DRAWN:
             key = ".".join(part for part in row.key.split(".") if not part.isdigit())
-            lists.setdefault(key, []).append(row)
+            lists.setdefault((key, row.distribution, row.standard_deviation), []).append(row)
     return {
         "on": [_mechanism(row) for row in mechanisms if any(row.value)],
         "off": [_mechanism(row) for row in mechanisms if not any(row.value)],
-        "drawn": [_drawn(key, own) for key, own in lists.items()],
+        "drawn": [_drawn(alike[0], own) for alike, own in lists.items()],
     }
 
 
@@ -42,12 +42,14 @@ def _drawn(key: str, rows: list[LaboratoryRow]) -> dict[str, str]:
         "key": key,
         "count": str(len(rows)),
         "nominal": _short(first.nominal or 0.0) if alone else "",
-        "value": f"{first.value[0]:.5g}".replace("-", MINUS) if alone else "",
+        "value": _short(first.value[0], 5) if alone else "",
         "largest": _short(largest),
         "standard_deviation": _short(first.standard_deviation or 0.0),
         "distribution": first.distribution,
     }
 
 
-def _short(number: float) -> str:
-    return f"{number:.3g}".replace("-", MINUS)
+def _short(number: float, digits: int = 3) -> str:
+    """Without exponents: 0.00008, 2650."""
+    text = f"{float(f'{number:.{digits}g}'):.9f}".rstrip("0").rstrip(".")
+    return text.replace("-", MINUS)

@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 
-from tepsipe.experiments.weight import shapes, speed_at_peak
+from tepsipe.experiments.weight import shapes, speed_at_peak, usual_weight
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import short_name, unit_symbol
 from tepsipe.reporting.numbers.format import number, percent, span, span_of_decimals
-from tepsipe.treadmill.calibration import ModelScore
+from tepsipe.treadmill.calibration import OF_BOTH, ModelScore
 from tepsipe.treadmill.registry import MODEL_MEANINGS
 
 CLEAR_FROM_M_PER_S = 0.3
@@ -58,10 +58,10 @@ def weight_data(
     dict
         Text.
     """
-    weight, empty = fits["weight"], fits["empty"]
+    weight, empty = usual_weight(fits["weight"]), fits["empty"]
     fine, coarse = (f"{choices['analysis']['cutoffs_hz'][k]:g} Hz" for k in (0, -1))
     fine_hz = float(choices["analysis"]["cutoffs_hz"][0])
-    own = estimates[estimates.experiment == "weight"]
+    own = estimates[(estimates.experiment == "weight") & estimates.condition.isin(list(weight))]
     masses = own[own.quantity == "mass"].set_index("condition").value
     spread = own[own.quantity == "mass_sd"].set_index("condition").value
     alike, sizes = {}, {}
@@ -86,7 +86,7 @@ def weight_data(
             s.r2
             for s in scores
             if (s.train, s.test, s.load, s.cutoff_hz) == (train, test, "Fy", fine_hz)
-            and s.model not in ("loaded-frame", "mean-subtraction")
+            and s.model not in (*OF_BOTH, "mean-subtraction")
         ]
         return span(found, 2) if found else number(None)
 

@@ -1,0 +1,128 @@
+"""What the treadmill model does to the estimates from the foot: its calibration, its gate, and its limits."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.statistics.uncertainty import root_of_draws
+from tepsipe.treadmill.bristle_frame import BristleFrame
+from tepsipe.treadmill.compensation import compensated_draws
+from tepsipe.treadmill.held_out import HeldOut, PredictedError, Subject, model_flags, predicted_error
+from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.registry import FittedModel
+
+# sources of uncertainty: draws of the constants, and what the model leaves of trials that it has not seen
+CALIBRATION, RESIDUAL = "treadmill_calibration", "treadmill_residual"
+
+
+@dataclass(frozen=True)
+class TreadmillCheck:
+    """Uncertainty of I, B, K from the treadmill model, and whether it may be trusted.
+
+    Attributes
+    ----------
+    error : PredictedError or None
+        Error of I, B, K that the model's held-out residual predicts (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    contributions : dict of str to ndarray, shape (k, 3)
+        Source -> root of its covariance, for a `Budget` (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    flags : tuple of str
+        Failed checks, names in `tepsipe.io.estimates.FLAGS`.
+    """
+
+    error: PredictedError | None = None
+    contributions: dict[str, np.ndarray] = field(default_factory=dict)
+    flags: tuple[str, ...] = ()
+
+
+def check_treadmill(
+    models: dict[str, FittedModel],
+    recordings: dict[str, BeltRecording],
+    found: WindowedFits,
+    lever_m: float,
+    held_out: HeldOut | None,
+    own_zero: bool,
+) -> TreadmillCheck:
+    """Examine a treadmill model for one trial of the dummy.
+
+    Parameters
+    ----------
+    models : dict of str to FittedModel
+        Component of the load, Fy or Mx -> model.
+    recordings : dict of str to BeltRecording
+        Component -> recording of the trial (N, N·m).
+    found : WindowedFits
+        Estimates from the compensated torque (units there).
+    lever_m : float
+        Height of the joint over the belt (m).
+    held_out : HeldOut or None
+        Residuals of trials that the model has not seen (units there).
+    own_zero : bool
+        Whether each window has a free constant torque (-).
+
+    Returns
+    -------
+    TreadmillCheck
+        Without any part that the model cannot give: only "bristle-frame" holds draws and residuals.
+
+    Raises
+    ------
+    InputError
+        If the trial's rate is not that of the calibration.
+    """
+    model = models["Fy"].model
+    if not isinstance(model, BristleFrame):
+        return TreadmillCheck()
+    recording = recordings["Fy"]
+    flags, contributions = model_flags(model, recording.carried_kg), {}
+    draws = compensated_draws(models, recordings)
+    if len(draws["Fy"]):
+        torque = draws["Mx"] + lever_m * draws["Fy"]
+        estimates = of_torques(found, torque - torque.mean(axis=0), own_zero)
+        contributions[CALIBRATION] = root_of_draws(estimates)
+    error = None
+    if held_out is not None:
+        error = predicted_error(held_out, _subject(recording, found, lever_m, own_zero))
+        beyond_noise = np.maximum(error.parameters**2 - error.standard_error**2, 0.0)
+        contributions[RESIDUAL] = (np.sign(error.parameters) * np.sqrt(beyond_noise))[None]
+        if not error.trusted(float(found.mean[2])):
+            flags.append("treadmill-model")
+    return TreadmillCheck(error, contributions, tuple(dict.fromkeys(flags)))
+
+
+def of_torques(found: WindowedFits, torques: np.ndarray, own_zero: bool) -> np.ndarray:
+    """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of many torques in the windows of a fit.
+
+    Parameters
+    ----------
+    found : WindowedFits
+        Windows and regressors.
+    torques : ndarray, shape (draws, n)
+        Torques (N·m).
+    own_zero : bool
+        Whether each window has a free constant torque (-).
+
+    Returns
+    -------
+    ndarray, shape (draws, 3)
+        As `regress_torque` would estimate them from every row.
+    """
+    total = np.zeros((len(torques), 3))
+    for p in found.perturbations:
+        rows = found.regressors[p.start : p.stop]
+        part = torques[:, p.start : p.stop]
+        if own_zero:
+            rows, part = rows - rows.mean(axis=0), part - part.mean(axis=1, keepdims=True)
+        size = np.linalg.norm(rows, axis=0)
+        total += part @ (np.linalg.pinv(rows / size) / size[:, None]).T
+    return total / len(found.perturbations)
+
+
+def _subject(recording: BeltRecording, found: WindowedFits, lever_m: float, own_zero: bool) -> Subject:
+    """Mean pulse of the belt and mean motion of the joint over the shortest of the fitted windows."""
+    length = min(p.stop - p.start for p in found.perturbations)
+    velocity, regressors = (
+        np.mean([x[p.start : p.start + length] for p in found.perturbations], axis=0)
+        for x in (recording.velocity, found.regressors)
+    )
+    return Subject(recording.carried_kg, lever_m, velocity, regressors, recording.rate_hz, own_zero)

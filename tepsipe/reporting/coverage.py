@@ -1,0 +1,465 @@
+"""Coverage study: what many drawn laboratories say about the intervals of every estimator.
+
+Each laboratory is a study of its own, whose tables hold estimates, budgets and the truth. Here they become
+one table: per estimator and quantity how many intervals hold the truth, the bias, the width, and the flags;
+and the same with one source at a time taken out of the budgets, which needs no further run.
+"""
+
+import csv
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import scipy
+
+from tepsipe.io.budget_table import Contribution
+from tepsipe.io.estimates import QUOTED, Estimate
+from tepsipe.statistics.coverage import CONFIDENCE, Share, share_of
+
+SHIFTED = "shifted"  # all laboratories that are not of the first set, together
+LEAST_FOR_QUANTILE = 20  # estimates, for the 95 % quantile of their errors
+NORMAL_FACTOR = 1.9605  # a coverage factor up to this one belongs to infinite degrees of freedom
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """One drawn laboratory.
+
+    Attributes
+    ----------
+    number : int
+        From 1 (-).
+    set : str
+        What it was drawn from.
+    seed : int
+        Of all its random numbers (-).
+    failed : str
+        Why there is no result, in one sentence; empty if there is one (no unit).
+    """
+
+    number: int
+    set: str
+    seed: int
+    failed: str = ""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One estimate of one laboratory, and its true value.
+
+    Attributes
+    ----------
+    laboratory : Laboratory
+        Where it comes from.
+    estimate : Estimate
+        Value, interval, flags (its ``unit``).
+    truth : float
+        The true value (same unit).
+    sources : dict of str to float
+        Source of Type B -> standard uncertainty that it contributes (same unit).
+    """
+
+    laboratory: Laboratory
+    estimate: Estimate
+    truth: float
+    sources: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Ends of the 95 % interval (unit of the estimate); None if it has none, or no value."""
+        e = self.estimate
+        if e.ci_low is None or e.ci_high is None or not math.isfinite(e.value):
+            return None
+        return e.ci_low, e.ci_high
+
+    @property
+    def flagged(self) -> bool:
+        """Whether it failed a check (no unit)."""
+        return bool(self.estimate.flags)
+
+    def relative(self, value: float) -> float:
+        """A number (unit of the estimate) in percent of the truth (%); not a number where that is 0."""
+        return 100.0 * value / abs(self.truth) if self.truth else math.nan
+
+
+@dataclass(frozen=True)
+class CoverageRow:
+    """One row of ``coverage.csv``.
+
+    Attributes
+    ----------
+    experiment, pathway, estimator, quantity : str
+        As in the estimates.
+    window_s : float or None
+        Window of the estimator (s); None if the perturbation or the whole trial is its window.
+    mechanism : str
+        Set of the laboratories; `SHIFTED` for all sets but the first.
+    n, n_covered : int
+        Estimates with an interval, and those whose interval holds the truth (-).
+    coverage : float or None
+        n_covered / n (-).
+    bias_percent : float or None
+        Mean error (% of the truth).
+    median_width_percent : float or None
+        Median width of the interval (% of the truth).
+    flagged_percent : float
+        Estimates with a flag (% of all).
+    false_alarm_percent : float
+        Estimates with a flag although their interval holds the truth (% of all).
+    recommended : bool
+        Whether these are the estimates to quote, or are judged like them (no unit).
+    laboratories : int
+        Laboratories with any (-).
+    coverage_low, coverage_high : float or None
+        95 % interval of the coverage, laboratories as clusters (-).
+    withdrawn : int
+        Estimates without a value or without an interval (-).
+    held_percent : float
+        Estimates that are covered, flagged or withdrawn (% of all).
+    width_ratio : float or None
+        Median width over that of the interval about the truth that holds 95 % of the errors (-): 1 is the
+        narrowest that knowledge of the distribution of errors allows.
+    """
+
+    experiment: str
+    pathway: str
+    estimator: str
+    quantity: str
+    window_s: float | None
+    mechanism: str
+    n: int
+    n_covered: int
+    coverage: float | None
+    bias_percent: float | None
+    median_width_percent: float | None
+    flagged_percent: float
+    false_alarm_percent: float
+    recommended: bool
+    laboratories: int
+    coverage_low: float | None
+    coverage_high: float | None
+    withdrawn: int
+    held_percent: float
+    width_ratio: float | None
+
+
+@dataclass(frozen=True)
+class DroppedRow:
+    """One row of ``dropped.csv``: recommended estimates, with one source taken out of their budgets.
+
+    Attributes
+    ----------
+    experiment, pathway, estimator, quantity : str
+        As in the estimates.
+    mechanism : str
+        As in `CoverageRow`.
+    source : str
+        The source.
+    share_percent : float
+        Median share of the source in the variance (%).
+    n, n_covered : int
+        Estimates with the source in their budgets, and those covered without it (-).
+    coverage, coverage_low, coverage_high : float
+        Share with its 95 % interval, laboratories as clusters (-).
+    held_percent : float
+        Estimates that are covered or flagged (%).
+    """
+
+    experiment: str
+    pathway: str
+    estimator: str
+    quantity: str
+    mechanism: str
+    source: str
+    share_percent: float
+    n: int
+    n_covered: int
+    coverage: float
+    coverage_low: float
+    coverage_high: float
+    held_percent: float
+
+
+@dataclass(frozen=True)
+class OutcomeRow:
+    """One row of ``outcomes.csv``: an estimate beside its true value.
+
+    Attributes
+    ----------
+    laboratory : int
+        Its number (-).
+    mechanism : str
+        Its set.
+    experiment, condition, pathway, estimator, quantity, unit : str
+        As in the estimates.
+    truth, value, ci_low, ci_high, u_type_a, u_type_b : float or None
+        True value, estimate, interval and uncertainties (``unit``).
+    recommended : bool
+        Whether it is the one to quote (no unit).
+    flags : str
+        Checks that it failed (no unit).
+    """
+
+    laboratory: int
+    mechanism: str
+    experiment: str
+    condition: str
+    pathway: str
+    estimator: str
+    quantity: str
+    unit: str
+    truth: float
+    value: float | None
+    ci_low: float | None
+    ci_high: float | None
+    u_type_a: float | None
+    u_type_b: float | None
+    recommended: bool
+    flags: str
+
+
+def outcome_row(outcome: Outcome) -> OutcomeRow:
+    """An outcome as a row of ``outcomes.csv`` (units in its column ``unit``)."""
+    e, laboratory = outcome.estimate, outcome.laboratory
+    return OutcomeRow(
+        laboratory=laboratory.number,
+        mechanism=laboratory.set,
+        truth=outcome.truth,
+        value=e.value if math.isfinite(e.value) else None,
+        **{
+            name: getattr(e, name)
+            for name in (
+                *("experiment", "condition", "pathway", "estimator", "quantity", "unit"),
+                *("ci_low", "ci_high", "u_type_a", "u_type_b", "recommended", "flags"),
+            )
+        },
+    )
+
+
+def outcomes_of(
+    laboratory: Laboratory,
+    estimates: Sequence[Estimate],
+    truths: Mapping[tuple, float],
+    budgets: Iterable[Contribution],
+    pooled: Sequence[str] = (),
+    judged: Iterable[Sequence[str]] = (),
+) -> list[Outcome]:
+    """Estimates of one laboratory that have a true value.
+
+    Parameters
+    ----------
+    laboratory : Laboratory
+        The laboratory.
+    estimates : sequence of Estimate
+        All estimates (units in them).
+    truths : mapping
+        Experiment, condition, pathway, estimator and quantity -> true value (unit of the estimate).
+    budgets : iterable of Contribution
+        Their budgets (units in them).
+    pooled : sequence of str
+        Conditions that hold several trials of the standing person; single trials of them do not count.
+    judged : iterable of (str, str, str)
+        Experiment, pathway and estimator whose I, B, K and mass are judged as if they were recommended.
+
+    Returns
+    -------
+    list of Outcome
+        In the order of the estimates (units in them).
+    """
+    sources: dict[tuple, dict[str, float]] = {}
+    for row in budgets:
+        if row.type == "B":
+            sources.setdefault(_key(row), {})[row.source] = row.u
+    like_recommended = {tuple(names) for names in judged}
+    return [
+        Outcome(laboratory, _judged(e, like_recommended), truths[_key(e)], sources.get(_key(e), {}))
+        for e in estimates
+        if _key(e) in truths and (e.experiment != "standing" or not pooled or e.condition in pooled)
+    ]
+
+
+def _judged(estimate: Estimate, like_recommended: set[tuple]) -> Estimate:
+    names = (estimate.experiment, estimate.pathway, estimate.estimator)
+    if names in like_recommended and estimate.quantity in QUOTED:
+        return replace(estimate, recommended=True)
+    return estimate
+
+
+def _key(row: Estimate | Contribution) -> tuple:
+    return row.experiment, row.condition, row.pathway, row.estimator, row.quantity
+
+
+def read_truths(path: str | Path) -> dict[tuple, float]:
+    """True values of ``recovery.csv`` by experiment, condition, pathway, estimator, quantity (unit there)."""
+    names = ("experiment", "condition", "pathway", "estimator", "quantity")
+    with open(path, newline="", encoding="utf-8") as file:
+        return {tuple(row[name] for name in names): float(row["truth"]) for row in csv.DictReader(file)}
+
+
+def covered(outcome: Outcome) -> bool:
+    """Whether the interval holds the truth (no unit); an estimate without one is not covered."""
+    ends = outcome.interval
+    return ends is not None and ends[0] <= outcome.truth <= ends[1]
+
+
+def coverage_rows(
+    outcomes: Sequence[Outcome], windows_s: Mapping[str, Mapping[str, float | None]]
+) -> list[CoverageRow]:
+    """The table of the coverage.
+
+    Parameters
+    ----------
+    outcomes : sequence of Outcome
+        Of all laboratories (units in them). The set of the first laboratory is the nominal one.
+    windows_s : mapping
+        Experiment -> name of a pathway or estimator -> window (s), where there is one.
+
+    Returns
+    -------
+    list of CoverageRow
+        Recommended estimates first, then in the order of the estimates; for each, set by set, then all sets
+        but the first together. Estimators without any interval are left out.
+    """
+    rows = []
+    for key, own in _groups(outcomes).items():
+        experiment, pathway, estimator, quantity, recommended = key
+        if not any(o.interval for o in own):
+            continue
+        named = windows_s.get(experiment, {})
+        window = named.get(pathway, named.get(estimator))
+        for mechanism, chosen in _by_set(own, outcomes).items():
+            names = (experiment, pathway, estimator, quantity, window, mechanism)
+            rows.append(_coverage_row(names, recommended, chosen))
+    return sorted(rows, key=lambda row: not row.recommended)
+
+
+def _groups(outcomes: Sequence[Outcome]) -> dict[tuple, list[Outcome]]:
+    found: dict[tuple, list[Outcome]] = {}
+    for o in outcomes:
+        e = o.estimate
+        key = (e.experiment, e.pathway, e.estimator, e.quantity, e.recommended)
+        found.setdefault(key, []).append(o)
+    return found
+
+
+def _by_set(own: Sequence[Outcome], outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
+    """Set -> its outcomes, in the order of the laboratories; then those of all sets but the first."""
+    sets = {o.laboratory.number: o.laboratory.set for o in outcomes}
+    names = list(dict.fromkeys(sets[number] for number in sorted(sets)))
+    found = {name: [o for o in own if o.laboratory.set == name] for name in names}
+    if len(names) > 1:
+        found[SHIFTED] = [o for o in own if o.laboratory.set != names[0]]
+    return {name: chosen for name, chosen in found.items() if chosen}
+
+
+def _coverage_row(names: tuple, recommended: bool, own: Sequence[Outcome]) -> CoverageRow:
+    told = [o for o in own if o.interval]
+    share = _share(told, covered)
+    errors = _finite(o.relative(o.estimate.value - o.truth) for o in told)
+    widths = _finite(o.relative(o.interval[1] - o.interval[0]) for o in told if o.interval)
+    width = float(np.median(widths)) if len(widths) else None
+    ratio = None
+    if width is not None and len(errors) >= LEAST_FOR_QUANTILE:
+        narrowest = 2.0 * float(np.quantile(np.abs(errors), CONFIDENCE))
+        ratio = width / narrowest if narrowest > 0.0 else None
+    return CoverageRow(
+        *names,
+        n=share.n,
+        n_covered=share.held,
+        coverage=share.value if share.n else None,
+        bias_percent=float(np.mean(errors)) if len(errors) else None,
+        median_width_percent=width,
+        flagged_percent=_percent(own, lambda o: o.flagged),
+        false_alarm_percent=_percent(own, lambda o: o.flagged and covered(o)),
+        recommended=recommended,
+        laboratories=len({o.laboratory.number for o in own}),
+        coverage_low=share.low if share.n else None,
+        coverage_high=share.high if share.n else None,
+        withdrawn=len(own) - len(told),
+        held_percent=_percent(own, lambda o: o.flagged or not o.interval or covered(o)),
+        width_ratio=ratio,
+    )
+
+
+def _share(outcomes: Sequence[Outcome], counts: Callable[[Outcome], bool]) -> Share:
+    return share_of([counts(o) for o in outcomes], [o.laboratory.number for o in outcomes])
+
+
+def _percent(outcomes: Sequence[Outcome], counts: Callable[[Outcome], bool]) -> float:
+    return 100.0 * sum(map(counts, outcomes)) / len(outcomes)
+
+
+def _finite(values: Iterable[float]) -> np.ndarray:
+    found = np.array(list(values), dtype=float)
+    return found[np.isfinite(found)]
+
+
+def interval_without(outcome: Outcome, source: str) -> tuple[float, float] | None:
+    """The interval with one source of Type B taken out of the budget.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The estimate with its budget (units in it).
+    source : str
+        The source; its own uncertainty is taken to have infinite degrees of freedom.
+
+    Returns
+    -------
+    (low, high) or None
+        Unit of the estimate; None where there is no interval. Each end moves with t u_c. Degrees of freedom
+        that Type A brings shrink as u_c^4 (Welch and Satterthwaite); those of other sources stay.
+    """
+    ends, e = outcome.interval, outcome.estimate
+    if ends is None or not e.standard_error or not math.isfinite(ends[1] - ends[0]):
+        return ends
+    u = e.standard_error
+    left = math.sqrt(max(u**2 - outcome.sources.get(source, 0.0) ** 2, 0.0))
+    factor = 0.5 * (ends[1] - ends[0]) / u
+    scale = left / u
+    if factor > NORMAL_FACTOR and left > 0.0:
+        tail = 0.5 * (1.0 + CONFIDENCE)
+        freedom = float(scipy.special.stdtridf(tail, factor))
+        if freedom * ((e.u_type_a or 0.0) / u) ** 4 >= 1.0:
+            scale *= float(scipy.special.stdtrit(max(freedom * scale**4, 1.0), tail)) / factor
+    return e.value - scale * (e.value - ends[0]), e.value + scale * (ends[1] - e.value)
+
+
+def dropped_rows(outcomes: Sequence[Outcome]) -> list[DroppedRow]:
+    """Coverage of the recommended estimates with one source at a time taken out of their budgets.
+
+    ``outcomes`` are those of all laboratories (units in them); rows in their order, source by source.
+    """
+    rows = []
+    for key, own in _groups(outcomes).items():
+        if not key[-1]:
+            continue
+        for mechanism, chosen in _by_set(own, outcomes).items():
+            for source in dict.fromkeys(name for o in chosen for name in o.sources):
+                told = [o for o in chosen if source in o.sources and o.interval]
+                if told:
+                    rows.append(_dropped_row(key[:-1], mechanism, source, told))
+    return rows
+
+
+def _dropped_row(names: tuple, mechanism: str, source: str, told: Sequence[Outcome]) -> DroppedRow:
+    def still(o: Outcome) -> bool:
+        ends = interval_without(o, source)
+        return ends is not None and ends[0] <= o.truth <= ends[1]
+
+    share = _share(told, still)
+    parts = [(o.sources[source] / o.estimate.standard_error) ** 2 for o in told if o.estimate.standard_error]
+    return DroppedRow(
+        *names,
+        mechanism=mechanism,
+        source=source,
+        share_percent=100.0 * float(np.median(parts)) if parts else 0.0,
+        n=share.n,
+        n_covered=share.held,
+        coverage=share.value,
+        coverage_low=share.low,
+        coverage_high=share.high,
+        held_percent=_percent(told, lambda o: o.flagged or still(o)),
+    )

@@ -1,0 +1,232 @@
+"""Model of the belt-induced load with friction that remembers: the loaded frame, bristles and a lever.
+
+    F_y = R_M S [ true + m a + c w + (f_0 + f_1 M) w / sqrt(v_0^2 + w^2) + (b_0 + b_1 M) z ],   w = v + T a
+    M_x = R_M [ true + m_x a + c_x v + lever F_friction + x F_true ]
+    R_M(s) = (1 - p) / (1 + d s + e s^2) + p / (1 + r d s + r^2 e s^2)
+    d = d_0 + d_1 M,    e = e_0 + e_1 M
+    S(s) = 1 - k t s / (1 + t s)
+
+Symbols as in `tepsipe.treadmill.loaded_frame`; further z, how far the bristles between belt and deck are bent
+(`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u and
+its speed v_s; p the share of a second mode of the frame, p_F of the force and p_M of the moment, r times
+slower; lever the height of the friction, all terms of F_y with w and z, about the x axis (m); x cross-talk
+from the true fore-aft force to the moment (m). The pulses of all trials are fitted together, force and moment
+with one frame.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.treadmill.pulse_windows import FINER, Bristles, Pulses, bent, held, pulses_of
+from tepsipe.treadmill.recording import BeltRecording
+
+# names of the constants in their order
+CONSTANTS = (
+    *(
+        "damping_s",
+        "damping_s_per_kg",
+        "slowness_s2",
+        "slowness_s2_per_kg",
+        "second_mode",
+        "second_mode_moment",
+        "second_slowness",
+    ),
+    *("lag_s", "friction_speed_m_per_s", "mount_share", "mount_time_s"),
+    *("bristle_m", "stribeck", "stribeck_speed_m_per_s"),
+    *("force_mass", "force_viscous", "friction", "friction_per_kg", "bristle", "bristle_per_kg"),
+    *("moment_mass", "moment_viscous", "lever_m", "cross_talk_m"),
+)
+AT = {name: k for k, name in enumerate(CONSTANTS)}
+SEARCHED = 14  # the first of the constants are searched for, the others follow by least squares
+
+
+@dataclass(frozen=True)
+class BristleFrame:
+    """The model's constants, the same for fore-aft force and moment.
+
+    Attributes
+    ----------
+    component : {"Fy", "Mx"}
+        The load that it predicts.
+    constants : ndarray, shape (24,)
+        In the order of `CONSTANTS`: d_0 (s), d_1 (s/kg), e_0 (s2), e_1 (s2/kg), p_F, p_M, r (-); T (s), v_0
+        (m/s), k (-), t (s); d_z (m), u (-), v_s (m/s); m (N over m/s²), c (N over m/s), f_0 (N), f_1 (N/kg),
+        b_0 (N), b_1 (N/kg); m_x (N·m over m/s²), c_x (N·m over m/s), lever (m), x (m).
+    terms : tuple of str
+        Parts beyond the loaded frame that cross-validation kept, of `tepsipe.treadmill.bristle_fit.TERMS`.
+    rate_hz : float
+        Sampling rate of the calibration (Hz).
+    heaviest_kg : float
+        Largest mass of the calibration (kg).
+    converged : bool
+        Whether the optimisation converged inside its bounds.
+    """
+
+    component: str
+    constants: np.ndarray
+    terms: tuple[str, ...]
+    rate_hz: float
+    heaviest_kg: float
+    converged: bool = True
+
+    @property
+    def order(self) -> int:
+        """Order of the frame's response (-)."""
+        return 4 if self.constant("second_mode") else 2
+
+    def constant(self, name: str) -> float:
+        """One constant by its name in `CONSTANTS` (its unit)."""
+        return float(self.constants[AT[name]])
+
+    def moved(self, step: np.ndarray) -> "BristleFrame":
+        """The model with a step, shape (24,), added to its ``constants`` (their units)."""
+        return replace(self, constants=self.constants + step)
+
+    def resonance_hz(self, carried_kg: float) -> float:
+        """Natural frequency of the frame (Hz) with a mass on the belt (kg)."""
+        slowness = self.constant("slowness_s2") + carried_kg * self.constant("slowness_s2_per_kg")
+        return float(1.0 / (2.0 * np.pi * np.sqrt(slowness))) if slowness > 0.0 else float("inf")
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """L (unit of the load), shape (n,), relative to its value before each pulse.
+
+        The known load carried moves with the belt: its force is its mass times the belt's acceleration.
+
+        Raises
+        ------
+        InputError
+            If the belt was not perturbed by separate pulses.
+        """
+        carried_force = recording.carried_kg * recording.acceleration
+        load = recording.carried + self.added(recording, carried_force)
+        predicted = self._through(recording, load, inverse=False) - recording.carried
+        return _from_each_pulse(recording, predicted)
+
+    def compensate(
+        self, recording: BeltRecording, force: np.ndarray | None = None, friction: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Measured load, corrected for the frame's response and the belt-induced load, less the known load.
+
+        Parameters
+        ----------
+        recording : BeltRecording
+            The trial (N or N·m).
+        force : ndarray, shape (n,), optional
+            True fore-aft force (N), whose cross-talk is subtracted from the moment.
+        friction : ndarray, shape (n,), optional
+            Output of `friction`, if it is known already (N).
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            True load less the load carried, but for a constant (unit of the load).
+
+        Raises
+        ------
+        InputError
+            If the belt was not perturbed by separate pulses.
+        """
+        before = self._through(recording, recording.load + recording.carried, inverse=True)
+        added = self.added(recording, np.zeros_like(before) if force is None else force, friction)
+        return before - added - recording.carried
+
+    def added(
+        self, recording: BeltRecording, force: np.ndarray, friction: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Belt-induced load before the response of the frame (unit of the load), shape (n,).
+
+        ``force`` is the true fore-aft force, ``friction`` the output of `friction` (N), both of shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the belt was not perturbed by separate pulses.
+        """
+        needed = self.component == "Fy" or self.constant("lever_m") != 0.0
+        if friction is None and needed:
+            friction = self.friction(recording)
+        if self.component == "Fy":
+            return self.constant("force_mass") * recording.acceleration + friction
+        added = (
+            self.constant("moment_mass") * recording.acceleration
+            + self.constant("moment_viscous") * recording.velocity
+            + self.constant("cross_talk_m") * force
+        )
+        return added + self.constant("lever_m") * friction if needed else added
+
+    def friction(self, recording: BeltRecording) -> np.ndarray:
+        """Force of friction on the belt, viscous, smooth and of the bristles (N), shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the belt was not perturbed by separate pulses.
+        """
+        kg, lag_s = recording.carried_kg, self.constant("lag_s")
+        pulses = pulses_of(recording)
+        w = pulses.velocity + lag_s * pulses.acceleration
+        smooth = self.constant("friction") + kg * self.constant("friction_per_kg")
+        bristle = self.constant("bristle") + kg * self.constant("bristle_per_kg")
+        rubbing, last = smooth * w / np.hypot(self.constant("friction_speed_m_per_s"), w), 0.0
+        if bristle != 0.0:
+            z, last = _bristles(pulses, w, self.constants)
+            rubbing = rubbing + bristle * z
+        sliding = recording.velocity + lag_s * recording.acceleration
+        last = np.broadcast_to(bristle * last, pulses.start.shape)
+        return self.constant("force_viscous") * sliding + held(recording, pulses, rubbing, last)
+
+    def _through(self, recording: BeltRecording, x: np.ndarray, *, inverse: bool) -> np.ndarray:
+        """``x`` filtered by the response to a force or a moment, or by its inverse, shape (n,)."""
+        # the ends differ where bristles stay bent: a line between them is passed on as it is
+        line = np.linspace(x[0], x[-1], x.size)
+        s = 2j * np.pi * np.fft.rfftfreq(x.size, 1.0 / recording.rate_hz)
+        response = frame_response(self.constants, s, recording.carried_kg, self.component)
+        if self.component == "Fy":
+            response = response * mount_response(self.constants, s)
+        return np.fft.irfft(np.fft.rfft(x - line) * (1.0 / response if inverse else response), x.size) + line
+
+
+def frame_response(
+    constants: np.ndarray, s: np.ndarray, carried_kg: float | np.ndarray, component: str
+) -> np.ndarray:
+    """R_M at s (rad/s), for constants in their units, a mass on the belt (kg), and Fy (N) or Mx (N·m)."""
+    slowness = (constants[AT["slowness_s2"]] + constants[AT["slowness_s2_per_kg"]] * carried_kg) * s**2
+    damping = (constants[AT["damping_s"]] + constants[AT["damping_s_per_kg"]] * carried_kg) * s
+    share = constants[AT["second_mode" if component == "Fy" else "second_mode_moment"]]
+    ratio = constants[AT["second_slowness"]]
+    first = 1.0 / (1.0 + damping + slowness)
+    if share == 0.0:
+        return first
+    return (1.0 - share) * first + share / (1.0 + ratio * damping + ratio**2 * slowness)
+
+
+def mount_response(constants: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """S at s (rad/s), for constants in their units."""
+    share, time_s = constants[AT["mount_share"]], constants[AT["mount_time_s"]]
+    return 1.0 - share * time_s * s / (1.0 + time_s * s)
+
+
+def bristles_of(constants: np.ndarray) -> Bristles:
+    """Bristles of a model from its constants in their units."""
+    return Bristles(*constants[AT["bristle_m"] : AT["bristle_m"] + 3].tolist())
+
+
+def _bristles(pulses: Pulses, w: np.ndarray, constants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """State of the bristles in every pulse (-), shape (pulses, n), and at its end, shape (pulses,)."""
+    kept, z = bent(w, bristles_of(constants), FINER * pulses.rate_hz)
+    last, before = np.empty(z.shape[0]), 0.0
+    for k in range(z.shape[0]):
+        z[k] += kept[k] * before
+        last[k] = before = z[k, -1]
+    return z, last
+
+
+def _from_each_pulse(recording: BeltRecording, x: np.ndarray) -> np.ndarray:
+    """``x`` less its value before the last pulse that has begun, shape (n,) (unit of ``x``)."""
+    found = x.copy()
+    before = round(0.1 * recording.rate_hz)
+    ends = [*recording.onsets[1:], x.size]
+    for onset, end in zip(recording.onsets, ends, strict=True):
+        found[onset:end] -= x[max(0, onset - before)]
+    return found

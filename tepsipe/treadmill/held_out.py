@@ -1,0 +1,299 @@
+"""Gate of a treadmill model in units of the joint's parameters: what its error does to I, B and K.
+
+R2 does not show whether a model is good enough: 0.998 is compatible with a wrong stiffness. What counts is
+the error of the torque, e = M_x + l F_y of the residuals, with the lever l of the joint, as far as it looks
+like the joint's own motion. The residual of trials that the fit has not seen, with the pulses of the subject
+and near its mass, is regressed on the subject's own motion,
+
+    e(t) = dI theta'' + dB theta' + dK theta (+ constant),
+
+which is the error that the compensated estimates inherit. Residuals of calibration trials are those of a fit
+without that trial. What the gate cannot see: the state of friction before a pulse, and wrong geometry.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.io.result import Result
+from tepsipe.treadmill.bristle_fit import COMPONENTS, Calibrated, left_out_in_turn, residuals
+from tepsipe.treadmill.bristle_frame import BristleFrame
+from tepsipe.treadmill.pulse_windows import BEFORE_S, PulseWindows, longest_window, pulse_windows
+from tepsipe.treadmill.recording import BeltRecording
+
+# largest predicted error of K that is trusted, with two standard errors, relative to K (-)
+TRUSTED = 0.1
+# largest mass of a subject relative to the heaviest weight of the calibration (-)
+BEYOND = 1.2
+# trials whose pulses differ from the subject's by this much more than the most similar ones count, too (-)
+ALIKE = 0.1
+# what a treadmill can be: resonance (Hz), share of the mounts (-), lag of the belt (s)
+LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
+UNITS = {"Fy": "N", "Mx": "Nm"}
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Residuals of trials that a model has not seen.
+
+    Attributes
+    ----------
+    rate_hz, before_s, after_s : float
+        Sampling rate (Hz), and time of a window before and after the onset of its pulse (s).
+    names : tuple of str
+        The trials.
+    kg : ndarray, shape (trials,)
+        Mass on the belt (kg).
+    velocity : ndarray, shape (trials, n)
+        Mean velocity of the belt (m/s).
+    residual : dict of str to list of ndarray, each of shape (pulses, n)
+        Component -> measured less modelled load of every pulse, trial by trial (N, N·m).
+    """
+
+    rate_hz: float
+    before_s: float
+    after_s: float
+    names: tuple[str, ...]
+    kg: np.ndarray
+    velocity: np.ndarray
+    residual: dict[str, list[np.ndarray]]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What the gate has to know of the subject.
+
+    Attributes
+    ----------
+    mass_kg : float
+        Mass on the belt (kg).
+    lever_m : float
+        Height of the joint over the belt l (m).
+    velocity : ndarray, shape (m,)
+        Mean velocity of the belt from the onset of the pulses (m/s).
+    regressors : ndarray, shape (m, 3)
+        Mean theta'' (rad/s²), theta' (rad/s), theta (rad) over the window of the estimate, from the onset.
+    rate_hz : float
+        Sampling rate (Hz).
+    own_zero : bool
+        Whether the estimator has a free constant torque in every window (-).
+    """
+
+    mass_kg: float
+    lever_m: float
+    velocity: np.ndarray
+    regressors: np.ndarray
+    rate_hz: float
+    own_zero: bool
+
+
+@dataclass(frozen=True)
+class PredictedError:
+    """What the treadmill model's error adds to the parameters.
+
+    Attributes
+    ----------
+    parameters, standard_error : ndarray, shape (3,)
+        dI (N·m·s²/rad), dB (N·m·s/rad), dK (N·m/rad), and their standard errors over the pulses.
+    trials : tuple of str
+        The held-out trials that were used.
+    difference : float
+        Root mean square difference between their pulses and the subject's, relative to the latter (-).
+    """
+
+    parameters: np.ndarray
+    standard_error: np.ndarray
+    trials: tuple[str, ...]
+    difference: float
+
+    def trusted(self, stiffness: float) -> bool:
+        """Whether |dK| and two standard errors stay below a tenth of K (N·m/rad)."""
+        largest = abs(self.parameters[2]) + 2.0 * self.standard_error[2]
+        return bool(largest <= TRUSTED * abs(stiffness))
+
+
+def held_out_residuals(
+    calibrated: Calibrated | None,
+    training: list[dict[str, BeltRecording]],
+    testing: list[dict[str, BeltRecording]],
+) -> Result:
+    """Residuals of all trials, each of a model that has not seen it.
+
+    Parameters
+    ----------
+    calibrated : Calibrated or None
+        The fit of the training trials; without one there are no residuals.
+    training, testing : list of dict of str to BeltRecording
+        For each trial component -> recording (N, N·m).
+
+    Returns
+    -------
+    Result
+        For `read_held_out` (N, N·m, m/s).
+
+    Raises
+    ------
+    InputError
+        If a recording has no separate pulses.
+    """
+    if calibrated is None:
+        return Result({}, {}, {"trials": []})
+    constants = calibrated.models["Fy"].constants
+    arrays: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+    after_s = min(longest_window(trial["Fy"]) for trial in (*training, *testing))
+    facts: dict = {"trials": [], "kg": [], "before_s": BEFORE_S, "after_s": after_s}
+
+    def keep(windows: PulseWindows, k: int, left: dict[str, np.ndarray]) -> None:
+        name = windows.names[k]
+        facts["trials"].append(name)
+        facts["kg"].append(float(windows.kg[k]))
+        facts["rate_hz"] = windows.rate_hz
+        part = slice(0, round((BEFORE_S + after_s) * windows.rate_hz))
+        arrays[f"{name}/velocity"], units[f"{name}/velocity"] = windows.velocity[k, part], "m/s"
+        for c in COMPONENTS:
+            single = windows.single[c][k] - windows.load[c][k] + left[c][k]
+            arrays[f"{name}/{c}"], units[f"{name}/{c}"] = single[:, part].astype(np.float32), UNITS[c]
+
+    windows = pulse_windows(left_out_in_turn(training), whole=True)
+    for k, change in enumerate(calibrated.without_trial):
+        keep(windows, k, residuals(windows, constants + change))
+    if testing:
+        windows = pulse_windows(testing, whole=True)
+        left = residuals(windows, constants)
+        for k in range(windows.kg.size):
+            keep(windows, k, left)
+    return Result(arrays, units, facts)
+
+
+def read_held_out(result: Result) -> HeldOut | None:
+    """Residuals from a result of `held_out_residuals` (units there), None if there are none."""
+    names = tuple(result.facts["trials"])
+    if not names:
+        return None
+    return HeldOut(
+        rate_hz=float(result.facts["rate_hz"]),
+        before_s=float(result.facts["before_s"]),
+        after_s=float(result.facts["after_s"]),
+        names=names,
+        kg=np.array(result.facts["kg"], dtype=float),
+        velocity=np.array([result.arrays[f"{name}/velocity"] for name in names]),
+        residual={c: [np.asarray(result.arrays[f"{n}/{c}"], dtype=float) for n in names] for c in COMPONENTS},
+    )
+
+
+def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
+    """Error of the subject's I, B, K that the treadmill model's held-out residuals predict.
+
+    Between the masses of two groups of trials the prediction is interpolated. The residual of a pulse the
+    other way round counts with the opposite sign. After the window of the residuals its last value holds.
+
+    Parameters
+    ----------
+    held_out : HeldOut
+        Residuals (units there).
+    subject : Subject
+        Mass, motion and lever of the subject (units there).
+
+    Returns
+    -------
+    PredictedError
+        Of the compensated estimates (N·m·s²/rad, N·m·s/rad, N·m/rad).
+
+    Raises
+    ------
+    InputError
+        If the subject was recorded at another rate than the calibration.
+    """
+    if abs(held_out.rate_hz - subject.rate_hz) > 1e-6 * held_out.rate_hz:
+        raise InputError(
+            f"expected the subject at {held_out.rate_hz:g} Hz, the rate of the treadmill's calibration, "
+            f"found {subject.rate_hz:g} Hz: resample one of the two"
+        )
+    columns = subject.regressors
+    if subject.own_zero:
+        columns = np.column_stack([columns, np.ones(columns.shape[0])])
+    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    solve = (np.linalg.pinv(columns / size) / size[:, None])[:3]
+    total, variance, used, differences = np.zeros(3), np.zeros(3), [], []
+    for weight, kg in _masses(held_out.kg, subject.mass_kg):
+        rows = np.flatnonzero(held_out.kg == kg)
+        signs, apart = _compare(held_out, rows, subject)
+        near = np.flatnonzero(apart <= apart.min() + ALIKE)
+        means, errors = [], []
+        for k in near:
+            found = signs[k] * _torque_errors(held_out, rows[k], subject) @ solve.T
+            means.append(found.mean(axis=0))
+            count = found.shape[0]
+            errors.append(found.var(axis=0, ddof=1) / count if count > 1 else np.full(3, np.inf))
+        total += weight * np.mean(means, axis=0)
+        variance += weight**2 * np.mean(errors, axis=0) / near.size
+        used += [held_out.names[rows[k]] for k in near]
+        differences.append(float(apart.min()))
+    return PredictedError(total, np.sqrt(variance), tuple(used), max(differences))
+
+
+def _masses(known: np.ndarray, mass_kg: float) -> list[tuple[float, float]]:
+    """(weight, mass in kg) of the groups of trials on both sides of the subject's mass, or of the nearest."""
+    masses = np.unique(known)
+    above = int(np.searchsorted(masses, mass_kg))
+    if above in (0, masses.size):
+        return [(1.0, float(masses[min(above, masses.size - 1)]))]
+    low, high = masses[above - 1], masses[above]
+    share = float((mass_kg - low) / (high - low))
+    return [(w, float(m)) for w, m in ((1.0 - share, low), (share, high)) if w > 0.0]
+
+
+def _compare(held_out: HeldOut, rows: np.ndarray, subject: Subject) -> tuple[np.ndarray, np.ndarray]:
+    """Signs and relative differences of the pulses of some trials from the subject's, shape (rows,) (-)."""
+    onset = round(held_out.before_s * held_out.rate_hz)
+    length = min(subject.velocity.size, held_out.velocity.shape[1] - onset, round(0.3 * held_out.rate_hz))
+    own, others = subject.velocity[:length], held_out.velocity[rows, onset : onset + length]
+    norm = max(float(np.linalg.norm(own)), 1e-300)
+    both = np.array([np.linalg.norm(sign * others - own, axis=1) / norm for sign in (1.0, -1.0)])
+    return np.where(both[0] <= both[1], 1.0, -1.0), both.min(axis=0)
+
+
+def _torque_errors(held_out: HeldOut, k: int, subject: Subject) -> np.ndarray:
+    """Residual torque of every pulse of a trial over the subject's window (N·m), shape (pulses, m)."""
+    error = held_out.residual["Mx"][k] + subject.lever_m * held_out.residual["Fy"][k]
+    onset, rate = round(held_out.before_s * held_out.rate_hz), held_out.rate_hz
+    whole = round(held_out.after_s * rate) - 1  # beyond it the window returns to zero
+    error = error - error[:, : round(0.8 * onset)].mean(axis=1, keepdims=True)
+    inside = error[:, onset : onset + whole]
+    length = subject.regressors.shape[0]
+    if length <= whole:
+        return inside[:, :length]
+    last = inside[:, -round(0.2 * rate) :].mean(axis=1, keepdims=True)
+    return np.concatenate([inside, np.tile(last, (1, length - whole))], axis=1)
+
+
+def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
+    """Flags of estimates that a model compensates at a mass on the belt (kg): names in `FLAGS`.
+
+    ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a fifth,
+    ``treadmill-model`` where a constant is out of the range that a treadmill can have.
+    """
+    flags = []
+    if mass_kg > BEYOND * model.heaviest_kg:
+        flags.append("beyond-calibrated-mass")
+    if not _physical(model, mass_kg):
+        flags.append("treadmill-model")
+    return flags
+
+
+def _physical(model: BristleFrame, mass_kg: float) -> bool:
+    """Whether resonance, mounts, friction and lag at a mass (kg) are such as a treadmill can have."""
+    slowness = model.constant("slowness_s2") + mass_kg * model.constant("slowness_s2_per_kg")
+    sliding = sum(
+        model.constant(name) + mass_kg * model.constant(f"{name}_per_kg") for name in ("friction", "bristle")
+    )
+    low, high = MOUNT_SHARES
+    return bool(
+        np.isfinite(model.constants).all()
+        and 0.0 <= slowness <= (1.0 / (2.0 * np.pi * LOWEST_HZ)) ** 2
+        and low <= model.constant("mount_share") <= high
+        and abs(model.constant("lag_s")) <= LONGEST_LAG_S
+        and sliding + 0.5 * model.constant("force_viscous") >= 0.0
+    )

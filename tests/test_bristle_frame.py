@@ -1,0 +1,200 @@
+"""Treadmill with friction that remembers: an independently integrated one is predicted, and its error known.
+
+Friction here is that of three elastic stops (Prandtl), which share no equation with the model.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from belt_builders import belt_recording, framed, pulsed_evaluated
+from builders import assert_one_sentence
+
+from tepsipe.errors import InputError
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.bristle_fit import fit_bristle_frame, left_out_in_turn
+from tepsipe.treadmill.bristle_frame import AT
+from tepsipe.treadmill.compensation import compensated_draws, compensated_loads
+from tepsipe.treadmill.held_out import (
+    Subject,
+    held_out_residuals,
+    model_flags,
+    predicted_error,
+    read_held_out,
+)
+from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
+from tepsipe.treadmill.trial_recordings import zeroed_per_pulse
+
+RATE_HZ, DENSE = 250.0, 8
+ONSETS_S = 1.2 + 1.8 * np.arange(4)
+LENGTH_S = 9.0
+LOWPASS = Lowpass(20.0, 4, True)
+SPRING_N_PER_M, MOVED_KG, DAMPING_S = 4.0e6, 150.0, 4.0e-4
+HEIGHT_M, LEVER_M = 0.1, 0.04
+NOISE = {"Fy": 0.05, "Mx": 0.005}
+
+
+def stops(travelled, share):
+    """Force of elastic stops along a path, in parts of the friction in motion."""
+    x = np.zeros(3)
+    limit, weight = 1e-3 * np.array([0.2, 0.5, 1.0]), np.array([0.3, 0.4, 0.3])
+    force = np.empty(travelled.size)
+    for k, step in enumerate(np.diff(travelled, prepend=travelled[0])):
+        x = np.clip(x + step, -limit, limit)
+        force[k] = weight @ (x / limit)
+    return share * force
+
+
+def treadmill(kg, peak, rng, *, memory, lever_m=0.0, extra=None, zeroed=True):
+    """Fore-aft force and moment of a weight on the treadmill, with noise; ``extra`` is a force (N)."""
+    time = np.arange(round(LENGTH_S * RATE_HZ * DENSE)) / (RATE_HZ * DENSE)
+    phase = np.clip((time[:, None] - ONSETS_S) / 0.12, 0.0, 1.0)
+    v = peak * (np.sin(2.0 * np.pi * phase) * np.sin(np.pi * phase)).sum(axis=1)
+    a = np.gradient(v, time)
+    y = np.cumsum(v) / (RATE_HZ * DENSE)
+    friction = (15.0 + 0.8 * kg) * (stops(y, 1.0) if memory else np.tanh(v / 0.1)) + 20.0 * v
+    true = kg * a + (0.0 if extra is None else extra(time))
+    loads = {
+        "Fy": (true + 0.5 * a + friction, kg * a, "N"),
+        "Mx": (9.81 * kg * y - HEIGHT_M * true - 0.02 * a + lever_m * friction, None, "Nm"),
+    }
+    loads["Mx"] = (loads["Mx"][0], 9.81 * kg * y - HEIGHT_M * kg * a, "Nm")
+    found = {}
+    onsets = tuple(np.round(ONSETS_S * RATE_HZ).astype(int).tolist())
+    moving = v[::DENSE] + 2e-4 * rng.standard_normal(v[::DENSE].size)
+    for c, (load, carried, unit) in loads.items():
+        measured = framed(load, RATE_HZ * DENSE, DAMPING_S, (MOVED_KG + kg) / SPRING_N_PER_M)
+        noisy = (measured - carried)[::DENSE] + NOISE[c] * rng.standard_normal(moving.size)
+        r = belt_recording(v[::DENSE], a[::DENSE], noisy, rate_hz=RATE_HZ, carried=carried[::DENSE])
+        r = replace(r, carried_kg=kg, unit=unit, name=f"{kg:g} kg {peak:g}", raw_velocity=moving)
+        evaluated = pulsed_evaluated(r.load.size, onsets, 75)
+        found[c] = replace(r.filtered(LOWPASS), onsets=onsets, evaluated=evaluated)
+        if zeroed:
+            found[c] = zeroed_per_pulse(found[c])
+    return found
+
+
+def calibration(rng, **choice):
+    pulses = [(0.0, 0.2), (0.0, 0.4), (20.0, 0.2), (20.0, 0.4), (60.0, 0.2), (60.0, -0.4)]
+    return [treadmill(kg, peak, rng, **choice) for kg, peak in pulses]
+
+
+def models_of(calibrated):
+    return {
+        c: FittedModel("bristle-frame", calibrated.models[c], unit, LOWPASS, (), calibrated.deviations)
+        for c, unit in (("Fy", "N"), ("Mx", "Nm"))
+    }
+
+
+@pytest.fixture(scope="module")
+def remembered():
+    """Calibration trials of a treadmill with memory and a lever of its friction, and the fit."""
+    rng = np.random.default_rng(11)
+    trials = calibration(rng, memory=True, lever_m=LEVER_M)
+    return trials, fit_bristle_frame(trials, 40, np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def unseen():
+    return treadmill(40.0, 0.3, np.random.default_rng(12), memory=True, lever_m=LEVER_M)
+
+
+def test_memory_and_lever_are_found_and_predict_another_mass_and_speed(remembered, unseen):
+    trials, calibrated = remembered
+    model = calibrated.models["Fy"]
+    assert {"bristles", "lever"} <= set(model.terms)
+    assert model.constant("lever_m") == pytest.approx(LEVER_M, abs=0.002)
+    assert model.resonance_hz(60.0) == pytest.approx(
+        np.sqrt(SPRING_N_PER_M / (MOVED_KG + 60.0)) / (2.0 * np.pi), rel=0.05
+    )
+    without = fit_model("loaded-frame", [t["Mx"] for t in trials], FamilyOptions(shortest_s=0.5))
+    for c, fitted in models_of(calibrated).items():
+        assert evaluate(fitted, [unseen[c]]).r2 > 0.99, c
+    left = evaluate(models_of(calibrated)["Mx"], [unseen["Mx"]]).rms_after
+    assert left < 0.7 * evaluate(without, [unseen["Mx"]]).rms_after
+
+
+def test_treadmill_without_memory_gets_a_model_without_bristles():
+    rng = np.random.default_rng(13)
+    trials = calibration(rng, memory=False)
+    calibrated = fit_bristle_frame(trials, 10, rng)
+    assert "bristles" not in calibrated.models["Fy"].terms
+    frame = fit_model("loaded-frame", [t["Mx"] for t in trials], FamilyOptions(shortest_s=0.5))
+    options = FamilyOptions(shortest_s=0.5, frame=frame.model.frame)
+    today = {"Mx": frame, "Fy": fit_model("loaded-frame", [t["Fy"] for t in trials], options)}
+    other = treadmill(20.0, 0.3, rng, memory=False)
+    for c, fitted in models_of(calibrated).items():
+        left, before = (evaluate(m, [other[c]]).rms_after for m in (fitted, today[c]))
+        assert left <= 1.1 * before, c
+
+
+def test_compensation_returns_the_true_load_within_the_spread_of_its_draws(remembered):
+    def extra(t):
+        return 10.0 * np.exp(-0.5 * ((t - 3.1) / 0.05) ** 2)
+
+    trial = treadmill(
+        40.0, 0.3, np.random.default_rng(14), memory=True, lever_m=LEVER_M, extra=extra, zeroed=False
+    )
+    models = models_of(remembered[1])
+    time = np.arange(trial["Fy"].load.size) / RATE_HZ
+    inside = slice(round(3.0 * RATE_HZ), round(3.3 * RATE_HZ))
+    loads, draws = compensated_loads(models, trial), compensated_draws(models, trial)
+    for c, scale in (("Fy", 1.0), ("Mx", -HEIGHT_M)):
+        expected = LOWPASS(scale * extra(time), RATE_HZ)
+        left, before = (np.std((x - expected)[inside]) for x in (loads[c], trial[c].load))
+        assert left < 0.15 * before, c
+        assert draws[c].shape == (40, time.size)
+        assert 0.0 < draws[c][:, inside].std(axis=0).max() < before
+
+
+def test_gate_predicts_the_error_of_the_stiffness(remembered, unseen):
+    trials, calibrated = remembered
+    held_out = read_held_out(held_out_residuals(calibrated, trials, [unseen]))
+    assert held_out.kg.tolist() == [0.0, 0.0, 20.0, 20.0, 60.0, 60.0, 40.0]
+    time = np.arange(200) / RATE_HZ
+    theta = 0.03 * np.exp(-3.0 * time) * np.sin(9.0 * time)
+    regressors = np.column_stack(
+        [np.gradient(np.gradient(theta, time), time), np.gradient(theta, time), theta]
+    )
+    onset = round(ONSETS_S[1] * RATE_HZ)
+    subject = Subject(40.0, 0.08, unseen["Fy"].velocity[onset : onset + 200], regressors, RATE_HZ, True)
+    found = predicted_error(held_out, subject)
+    assert found.trials == ("40 kg 0.3",)
+    # a torque that looks like 25 N m/rad of the subject's motion, left in the residual
+    onset = round(held_out.before_s * RATE_HZ)
+    wrong = {c: [x.copy() for x in parts] for c, parts in held_out.residual.items()}
+    for x in wrong["Mx"]:
+        x[:, onset : onset + 200] += 25.0 * theta[: x.shape[1] - onset]
+    worse = predicted_error(replace(held_out, residual=wrong), subject)
+    assert worse.parameters[2] - found.parameters[2] == pytest.approx(25.0, rel=0.02)
+    assert found.trusted(1e6)
+    assert not worse.trusted(100.0)
+    reversed_pulse = replace(subject, velocity=-subject.velocity, regressors=-subject.regressors)
+    assert predicted_error(held_out, reversed_pulse).parameters == pytest.approx(found.parameters)
+
+
+def test_heavier_subjects_and_impossible_constants_are_flagged(remembered):
+    model = remembered[1].models["Fy"]
+    assert model_flags(model, 64.0) == []
+    assert model_flags(model, 80.0) == ["beyond-calibrated-mass"]
+    for name, value in (
+        ("slowness_s2", -1e-4),
+        ("slowness_s2", 1e-3),
+        ("mount_share", 0.95),
+        ("lag_s", 0.02),
+    ):
+        step = np.zeros(model.constants.size)
+        step[AT[name]] = value - model.constant(name)
+        assert model_flags(model.moved(step), 64.0) == ["treadmill-model"], name
+
+
+def test_one_mass_is_refused_and_a_lone_trial_of_a_mass_is_halved(remembered):
+    trials = remembered[0]
+    with pytest.raises(InputError) as caught:
+        fit_bristle_frame(trials[2:4], 10, np.random.default_rng(1))
+    assert_one_sentence(caught.value, "20 kg", "near that of the subject")
+    halves = left_out_in_turn(trials[:3])
+    assert [len(t["Fy"].onsets) for t in halves] == [4, 4, 2, 2]
+    with pytest.raises(InputError) as caught:
+        remembered[1].models["Fy"].predict(replace(trials[0]["Fy"], onsets=()))
+    assert_one_sentence(caught.value, "separate pulses")

@@ -1,0 +1,359 @@
+"""Coverage of intervals: shares of clusters, rows of the study, dropped sources, drawn laboratories."""
+
+import json
+import math
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+import scipy
+import yaml
+
+from tepsipe.errors import InputError
+from tepsipe.io.budget_table import Contribution
+from tepsipe.io.csv_table import write_rows
+from tepsipe.io.estimates import Estimate
+from tepsipe.reporting.coverage import (
+    CoverageRow,
+    DroppedRow,
+    Laboratory,
+    Outcome,
+    OutcomeRow,
+    coverage_rows,
+    dropped_rows,
+    interval_without,
+    outcome_row,
+    outcomes_of,
+    read_truths,
+)
+from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
+from tepsipe.reporting.numbers.coverage import coverage_data
+from tepsipe.statistics.coverage import clopper_pearson, share_of
+from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
+
+SETS = {"nominal": {}, "shifted-means": {"shift": 1.0}, "heavy-tails": {"student_freedom": 3}}
+COVERAGE = {"laboratories": 6, "seed": 1, "judged": [], "sets": SETS}
+
+
+# ---- shares ------------------------------------------------------------------------------------
+
+
+def test_interval_of_a_share_is_that_of_clopper_and_pearson():
+    # all of ten: low = 0.025^(1/10); none of ten: high = 1 - 0.025^(1/10)
+    assert clopper_pearson(10, 10) == pytest.approx((0.025**0.1, 1.0))
+    assert clopper_pearson(0, 10) == pytest.approx((0.0, 1.0 - 0.025**0.1))
+    # tables of the binomial distribution: 0.443905 to 0.974789 for 8 of 10
+    assert clopper_pearson(8, 10) == pytest.approx((0.443905, 0.974789), abs=1e-6)
+    low, _ = clopper_pearson(8, 10)
+    assert scipy.stats.binom.sf(7, 10, low) == pytest.approx(0.025)
+
+
+def test_independent_estimates_have_the_binomial_interval():
+    share = share_of([True] * 8 + [False] * 2, list(range(10)))
+    # one estimate per laboratory: var = 10/9 (8 0.2^2 + 2 0.8^2) / 100, n_eff = 0.16 / var = 9
+    assert (share.n, share.held, share.clusters, share.value) == (10, 8, 10, 0.8)
+    # not fewer than there are laboratories
+    assert (share.low, share.high) == pytest.approx(clopper_pearson(8, 10))
+
+
+def test_estimates_of_a_laboratory_count_together_when_they_agree():
+    held = [True, True] * 8 + [False, False] * 2
+    whole = share_of(held, [k // 2 for k in range(20)])
+    assert (whole.n, whole.clusters) == (20, 10)
+    # each laboratory wholly covered or not: as ten, not as twenty
+    assert (whole.low, whole.high) == pytest.approx(clopper_pearson(8, 10))
+    # x = 2, 1, 1, 0 of 2 each: p = 0.5, var = 4/3 (1 + 0 + 0 + 1) / 64 = 1/24, n_eff = 0.25 24 = 6
+    mixed = share_of([True, True, True, False, True, False, False, False], [0, 0, 1, 1, 2, 2, 3, 3])
+    assert (mixed.low, mixed.high) == pytest.approx(clopper_pearson(3, 6))
+
+
+def test_share_of_all_counts_laboratories_and_of_none_is_not_a_number():
+    all_held = share_of([True] * 20, [k // 4 for k in range(20)])
+    assert (all_held.low, all_held.high) == pytest.approx((0.025**0.2, 1.0))
+    nothing = share_of([], [])
+    assert nothing.n == 0 and math.isnan(nothing.value) and math.isnan(nothing.low)
+
+
+# ---- rows --------------------------------------------------------------------------------------
+
+
+def estimate(value, half=2.0, flags="", recommended=True, condition="sine", quantity="K", pathway="leg"):
+    return Estimate(
+        *("dummy", condition, pathway, "fit", quantity, "Nm/rad", value, half / 2.0),
+        ci_low=value - half,
+        ci_high=value + half,
+        u_type_a=0.0,
+        u_type_b=half / 2.0,
+        recommended=recommended,
+        flags=flags,
+    )
+
+
+def laboratory(number, name="nominal"):
+    return Laboratory(number, name, 1)
+
+
+def outcomes():
+    """Nominal: two covered, one of them flagged, one missed; others: one missed but flagged, one lost."""
+    lost = replace(estimate(10.0, flags="no-interval"), ci_low=None, ci_high=None)
+    return [
+        Outcome(laboratory(1), estimate(101.0), 100.0),
+        Outcome(laboratory(1), estimate(98.5, flags="at-bound"), 100.0),
+        Outcome(laboratory(3), estimate(110.0), 100.0),
+        Outcome(laboratory(2, "shifted-means"), estimate(90.0, flags="at-bound"), 100.0),
+        Outcome(laboratory(4, "heavy-tails"), lost, 100.0),
+    ]
+
+
+def test_rows_count_covered_flagged_and_withdrawn_estimates():
+    rows = {row.mechanism: row for row in coverage_rows(outcomes(), {"dummy": {"leg": 0.1}})}
+    assert list(rows) == ["nominal", "shifted-means", "heavy-tails", "shifted"]
+    nominal = rows["nominal"]
+    assert (nominal.n, nominal.n_covered, nominal.laboratories, nominal.window_s) == (3, 2, 2, 0.1)
+    assert nominal.coverage == pytest.approx(2 / 3)
+    assert nominal.bias_percent == pytest.approx((1.0 - 1.5 + 10.0) / 3)
+    assert nominal.median_width_percent == pytest.approx(4.0)
+    assert nominal.flagged_percent == nominal.false_alarm_percent == pytest.approx(100 / 3)
+    assert nominal.held_percent == pytest.approx(200 / 3)
+    shifted = rows["shifted"]
+    assert (shifted.n, shifted.n_covered, shifted.withdrawn, shifted.held_percent) == (1, 0, 1, 100.0)
+    assert (shifted.flagged_percent, shifted.false_alarm_percent) == (100.0, 0.0)
+    assert (rows["heavy-tails"].n, rows["heavy-tails"].coverage) == (0, None)
+
+
+def test_width_is_compared_with_the_errors_that_occur():
+    # errors of 1 to 20 %: 95 % lie within 19.05 %, intervals of +-19.05 % have a ratio of 1
+    own = [Outcome(laboratory(k), estimate(100.0 + k, half=19.05), 100.0) for k in range(1, 21)]
+    (row,) = coverage_rows(own, {})
+    assert row.width_ratio == pytest.approx(1.0)
+    assert (row.n, row.n_covered, row.laboratories) == (20, 19, 20)
+
+
+def test_recommended_estimates_come_first_and_judged_ones_count_as_such(tmp_path):
+    rows = [estimate(1.0, recommended=False), estimate(2.0, pathway="foot"), estimate(3.0, quantity="VAF")]
+    path = tmp_path / "recovery.csv"
+    header = "experiment,condition,pathway,estimator,quantity,truth\n"
+    path.write_text(header + "dummy,sine,leg,fit,K,1.5\ndummy,sine,foot,fit,K,2.5\n")
+    budget = Contribution("dummy", "sine", "leg", "fit", "K", "Nm/rad", "leg_mass_kg", "B", 0.5)
+    judged = [["dummy", "leg", "fit"]]
+    found = outcomes_of(laboratory(1), rows, read_truths(path), [budget], (), judged)
+    assert [(o.truth, o.estimate.recommended, dict(o.sources)) for o in found] == [
+        (1.5, True, {"leg_mass_kg": 0.5}),
+        (2.5, True, {}),
+    ]
+    plain = outcomes_of(laboratory(1), rows, read_truths(path), [budget])
+    assert [row.pathway for row in coverage_rows(plain, {})] == ["foot", "leg"]
+
+
+def test_single_trials_of_a_person_do_not_count_beside_their_task():
+    rows = [replace(estimate(1.0, condition=c), experiment="standing") for c in ("relax-1", "relax")]
+    truths = {("standing", c, "leg", "fit", "K"): 1.0 for c in ("relax-1", "relax")}
+    found = outcomes_of(laboratory(1), rows, truths, [], ["relax"])
+    assert [o.estimate.condition for o in found] == ["relax"]
+
+
+# ---- without a source --------------------------------------------------------------------------
+
+
+def test_interval_without_a_source_shrinks_with_its_variance():
+    # u = 5 of 3 and 4, normal: without the 4, 3 remain
+    e = replace(estimate(100.0, half=1.959964 * 5.0), standard_error=5.0, u_type_a=3.0, u_type_b=4.0)
+    own = Outcome(laboratory(1), e, 100.0, {"leg_mass_kg": 4.0})
+    assert interval_without(own, "leg_mass_kg") == pytest.approx((100 - 1.959964 * 3, 100 + 1.959964 * 3))
+    assert interval_without(own, "another") == pytest.approx(own.interval)
+
+
+def test_interval_without_a_source_has_the_degrees_of_freedom_that_remain():
+    # Type A 3 with 13 degrees of freedom, Type B 4: nu_eff = 13 5^4 / 3^4; without Type B 13
+    freedom = 13.0 * 5.0**4 / 3.0**4
+    half = 5.0 * scipy.stats.t.ppf(0.975, freedom)
+    e = replace(estimate(100.0, half=half), standard_error=5.0, u_type_a=3.0, u_type_b=4.0)
+    own = Outcome(laboratory(1), e, 100.0, {"leg_mass_kg": 4.0})
+    low, high = interval_without(own, "leg_mass_kg")
+    assert 0.5 * (high - low) == pytest.approx(3.0 * 2.160369, rel=1e-5)
+
+
+def test_dropped_rows_say_which_source_the_coverage_needs():
+    sources = {"leg_mass_kg": 0.99, "leg_com_m": 0.1}
+    own = [Outcome(laboratory(k), estimate(101.5), 100.0, sources) for k in (1, 3)]
+    rows = {row.source: row for row in dropped_rows(own)}
+    assert (rows["leg_mass_kg"].n_covered, rows["leg_mass_kg"].held_percent) == (0, 0.0)
+    assert (rows["leg_com_m"].n_covered, rows["leg_com_m"].coverage) == (2, 1.0)
+    assert rows["leg_mass_kg"].share_percent == pytest.approx(98.01)
+
+
+# ---- report ------------------------------------------------------------------------------------
+
+
+def tables(tmp_path, own, laboratories):
+    written = {
+        "coverage": (CoverageRow, coverage_rows(own, {})),
+        "dropped": (DroppedRow, dropped_rows(own)),
+        "outcomes": (OutcomeRow, map(outcome_row, own)),
+        "laboratories": (Laboratory, laboratories),
+    }
+    for name, (kind, rows) in written.items():
+        write_rows(tmp_path / f"{name}.csv", kind, rows)
+    text = {"condition": str, "flags": str, "failed": str}
+    return {name: pd.read_csv(tmp_path / f"{name}.csv", dtype=text) for name in written}
+
+
+def said(tmp_path, own, laboratories):
+    found = tables(tmp_path, own, laboratories)
+    about = {"title": "T", "sets": SETS, "drawn": {"weight.mass_kg": {"rectangular": 0.05}}}
+    about |= {"experiments": {"dummy": ["sine"]}, "code": {"commit": None, "modified": None}, "seed": 1}
+    plot_coverage(found["coverage"], "nominal")
+    plot_intervals(found["outcomes"], "nominal")
+    return coverage_data(found["coverage"], found["dropped"], found["laboratories"], about)
+
+
+def many(covered, count, flags="", name="nominal"):
+    """Estimates of as many laboratories, so many of them covered, with errors of up to 2 %."""
+    values = [100.0 + 1.9 * (k / count) if k < covered else 110.0 for k in range(count)]
+    return [Outcome(laboratory(k + 1, name), estimate(v, flags=flags), 100.0) for k, v in enumerate(values)]
+
+
+def test_sentences_say_what_contrary_numbers_show(tmp_path):
+    good = said(tmp_path, many(96, 100), [laboratory(1)])["sentences"]
+    assert "coverage of 1 of 1 recommended estimates is compatible with 95 %" in good[0]
+    assert not any("below 95 %" in sentence for sentence in good)
+    assert any("At most 0.0 % of the estimates" in sentence for sentence in good)
+    bad = said(tmp_path, many(70, 100, "at-bound"), [laboratory(1)])["sentences"]
+    assert "coverage of 0 of 1" in bad[0]
+    assert "below 95 %: K of the dummy by leg, fit (70.0 %" in bad[1]
+    assert any("More than 5 % are flagged" in sentence for sentence in bad)
+    wide = [Outcome(laboratory(k), estimate(100.0 + 0.01 * k, half=9.0), 100.0) for k in range(1, 101)]
+    sentences = said(tmp_path, wide, [laboratory(1)])["sentences"]
+    assert any("wider than needed" in s for s in sentences) and any("Wider than 1.3" in s for s in sentences)
+
+
+def test_report_tells_few_laboratories_and_failed_ones(tmp_path):
+    failed = Laboratory(2, "shifted-means", 1, "markers.c3d: expected 8 markers, found 7: export it again")
+    data = said(tmp_path, many(2, 2), [laboratory(1), failed])
+    assert (data["count"], data["done"]) == ("2", "1")
+    assert data["failed"] == [["2", "shifted-means", failed.failed]]
+    text = " ".join(data["sentences"])
+    assert "more laboratories are needed" in text and "1 of the laboratories failed" in text
+    nothing = said(tmp_path, [], [failed])
+    assert nothing["sentences"][0].startswith("No recommended estimate") and nothing["nominal"] == []
+
+
+def test_report_is_typeset(tmp_path, root):
+    typst = pytest.importorskip("typst")
+    data = said(tmp_path, many(96, 100) + many(50, 60, "", "shifted-means"), [laboratory(1)])
+    assert data["shifted"] and data["by_set"]["rows"]
+    for name in ("coverage.typ", "style.typ"):
+        (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
+    for name in ("coverage.svg", "intervals.svg"):
+        (tmp_path / name).write_text('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>')
+    (tmp_path / "report.json").write_text(json.dumps(data), encoding="utf-8")
+    pdf = typst.compile(str(tmp_path / "coverage.typ"), root=str(tmp_path), ignore_system_fonts=True)
+    assert pdf.startswith(b"%PDF")
+
+
+# ---- laboratories ------------------------------------------------------------------------------
+
+
+def test_sets_take_turns_and_do_not_depend_on_the_number_of_laboratories():
+    names = [set_of(COVERAGE, k) for k in range(1, 9)]
+    assert names == ["nominal", "shifted-means", "nominal", "heavy-tails"] * 2
+    assert [set_of(COVERAGE, k) for k in one_of_each_set(COVERAGE)] == list(SETS)
+    assert set_of(COVERAGE | {"sets": {"nominal": {}}}, 2) == "nominal"
+    seeds = [seed_of(COVERAGE, k) for k in range(1, 200)]
+    assert len(set(seeds)) == len(seeds)
+    assert seed_of(COVERAGE | {"laboratories": 200}, 5) == seeds[4]
+
+
+def test_a_set_changes_distributions_and_constants():
+    constants = {
+        "seed": 1,
+        "weight": {"mass_kg": 20.0, "sides_m": [1.0, 2.0]},
+        "drawn": {
+            "weight.mass_kg": {"rectangular": 0.3},
+            "weight.sides_m": {"normal": 0.1, "relative": True},
+        },
+    }
+    kept = json.dumps(constants)
+    shifted, heavy = (constants_of(constants, COVERAGE, k)["drawn"] for k in (2, 4))
+    assert shifted["weight.mass_kg"] == {"rectangular": 0.3, "shift": 1.0}
+    assert heavy["weight.mass_kg"]["student"] == pytest.approx([0.3 / 3**0.5, 3])
+    assert heavy["weight.sides_m"] == {"student": [0.1, 3], "relative": True}
+    stronger = {"a": {}, "b": {"factors": {"weight.sides_m": 2.0}, "constants": {"weight.mass_kg": 5.0}}}
+    found = constants_of(constants, COVERAGE | {"sets": stronger}, 2)
+    assert found["weight"] == {"mass_kg": 5.0, "sides_m": [2.0, 4.0]}
+    assert found["seed"] == seed_of(COVERAGE, 2)
+    assert json.dumps(constants) == kept
+    with pytest.raises(InputError, match=r"coverage\.sets\.b to name constants .*found 'weight\.mass'"):
+        constants_of(constants, COVERAGE | {"sets": {"a": {}, "b": {"factors": {"weight.mass": 2.0}}}}, 2)
+
+
+def test_shift_moves_a_drawn_number_by_standard_deviations():
+    from tepsipe.virtual_lab.drawn import draw_laboratory
+
+    def drawn(**entry):
+        made = {"seed": 7, "x": [0.0] * 40, "drawn": {"x": {"normal": 1.0, **entry}}}
+        return draw_laboratory(made)["x"]
+
+    moves = [b - a for a, b in zip(drawn(), drawn(shift=2.0), strict=True)]
+    assert sorted({round(move, 9) for move in moves}) == [-2.0, 2.0]
+    assert 8 < moves.count(max(moves)) < 32
+
+
+def test_a_laboratory_is_a_study_of_its_own(root, monkeypatch):
+    monkeypatch.chdir(root)
+    config = yaml.safe_load((root / "config/config.yaml").read_text(encoding="utf-8"))
+    made = Laboratories(config | {"coverage": COVERAGE})
+    files = made.files(3)
+    own = json.loads(files["config/config.yaml"])
+    assert own["coverage"] is None and own["study"]["seed"] == made.about(3)["seed"]
+    assert own["study"]["virtual_lab"] == "config/virtual_lab.yaml" in files
+    assert own["study"]["trial_sheet"] == "config/trials.tsv" in files
+    assert config["study"]["reported"] is not None and own["study"]["reported"] is None
+    assert made.all("x") == [f"<results>/laboratories/{k}/x" for k in range(1, 7)]
+
+
+@pytest.fixture
+def checked(root, monkeypatch):
+    """Check the shipped coverage study with other values of some keys."""
+    from workflow.support.start import checked_study, merged_settings
+
+    monkeypatch.chdir(root)
+    files = ["config/config.yaml", "config/coverage/config.yaml"]
+
+    def check(changes=()):
+        config = merged_settings(files)
+        for path, value in dict(changes).items():
+            *sections, last = path.split("/")
+            place = config
+            for section in sections:
+                place = place[section]
+            place[last] = value
+        return checked_study(config, files)
+
+    return check
+
+
+def test_shipped_coverage_study_is_valid_and_judges_what_it_estimates(checked):
+    study = checked()
+    assert study.config["coverage"]["laboratories"] == 20
+    estimators = study.settings["standing"]["estimators"]
+    for experiment, pathway, estimator in study.config["coverage"]["judged"]:
+        assert (experiment, pathway) == ("standing", study.settings["standing"]["recommended"]["pathway"])
+        assert 0.04 <= estimators[estimator]["window_s"] <= 0.08
+    assert set(study.experiments) == {"wristalyzer", "dummy", "weight", "empty", "standing"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"study/virtual_lab": None}, "study.virtual_lab is null"),
+        ({"coverage/sets": {"a": {}, "b": {"factors": {"weight.mas_kg": 2}}}}, "weight.mas_kg"),
+        ({"coverage/sets": {"a": {"constants": {"weight.mass_kg": -1.0}}}}, "weight.mass_kg"),
+        ({"coverage/sets": {"nominal": {}, "shifted": {}}}, "coverage.sets"),
+        ({"coverage/laboratories": 0}, "coverage.laboratories"),
+    ],
+)
+def test_coverage_study_that_cannot_run_is_refused_in_one_sentence(changes, words, checked):
+    with pytest.raises(InputError) as refusal:
+        checked(changes)
+    assert words in str(refusal.value) and "\n" not in str(refusal.value)

@@ -1,0 +1,60 @@
+"""Draw and typeset the report on the coverage."""
+
+import job
+
+job.start(snakemake)
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+import pandas as pd
+import typst
+
+from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
+from tepsipe.reporting.figures.style import save_figure
+from tepsipe.reporting.numbers.coverage import coverage_data
+
+text = {"condition": str, "flags": str, "failed": str}
+coverage, dropped, outcomes, laboratories = (
+    pd.read_csv(path, dtype=text)
+    for path in (
+        snakemake.input.coverage,
+        snakemake.input.dropped,
+        snakemake.input.outcomes,
+        snakemake.input.laboratories,
+    )
+)
+first = str(laboratories["set"].iloc[0])
+save_figure(plot_coverage(coverage, first), snakemake.output.shares, snakemake.output.shares_png)
+save_figure(plot_intervals(outcomes, first), snakemake.output.intervals, snakemake.output.intervals_png)
+about = {
+    "title": snakemake.params.title,
+    "sets": snakemake.params.sets,
+    "drawn": snakemake.params.drawn,
+    "experiments": snakemake.params.experiments,
+    "code": snakemake.params.code,
+    "seed": snakemake.params.seed,
+}
+data = coverage_data(coverage, dropped, laboratories, about)
+Path(snakemake.output.data).write_text(
+    json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+)
+
+# Typst reads below one root only
+with tempfile.TemporaryDirectory() as folder:
+    root = Path(folder)
+    for name in ("coverage.typ", "style.typ"):
+        shutil.copyfile(Path(snakemake.params.source_folder) / name, root / name)
+    shutil.copyfile(snakemake.output.shares, root / "coverage.svg")
+    shutil.copyfile(snakemake.output.intervals, root / "intervals.svg")
+    shutil.copyfile(snakemake.output.data, root / "report.json")
+    typst.compile(
+        str(root / "coverage.typ"),
+        output=snakemake.output.pdf,
+        root=str(root),
+        ignore_system_fonts=True,
+        timestamp=0,
+        pdf_standards="a-2b",
+    )

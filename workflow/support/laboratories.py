@@ -1,0 +1,228 @@
+"""Coverage study: the configuration of each drawn laboratory, and a run of its study.
+
+Laboratory k has the coverage study's own configuration and trial sheet, but seeds of its own, and constants
+drawn from its set. Every other laboratory is of the first set, which the analysis assumes; the others take
+the further sets in turn. Neither depends on how many laboratories there are: those that are done stay.
+"""
+
+import copy
+import json
+import os
+import shutil
+import sys
+from contextlib import contextmanager
+from functools import cached_property
+from pathlib import Path
+from random import Random
+
+from tepsipe.errors import InputError, quoted
+from workflow.support.yaml_file import read_settings
+
+ROOT = Path(__file__).parents[2]
+TABLES = ("estimates", "uncertainty", "recovery")
+PLUGINS = ROOT / "workflow" / "plugins"
+STOPPED = Path(".snakemake") / "tepsipe" / "stopped.json"
+STARTED = "tepsipe: "  # how a sentence about a study that could not start begins
+
+
+def set_of(coverage: dict, number: int) -> str:
+    """Name of the set that a laboratory, counted from 1, is drawn from."""
+    first, *others = coverage["sets"]
+    return first if number % 2 or not others else others[(number // 2 - 1) % len(others)]
+
+
+def seed_of(coverage: dict, number: int) -> int:
+    """Seed of everything that is random in a laboratory and in the analysis of its recordings."""
+    return Random(f"{coverage['seed']}/{number}").randrange(2**31)
+
+
+def constants_of(constants: dict, coverage: dict, number: int) -> dict:
+    """The constants before drawing, with what the laboratory's set changes; InputError for unknown ones."""
+    name, found = set_of(coverage, number), copy.deepcopy(constants)
+    chosen = coverage["sets"][name] or {}
+    found["seed"] = seed_of(coverage, number)
+    for path, value in chosen.get("constants", {}).items():
+        _replace(found, path, lambda _, value=value: value, name)
+    for path, factor in chosen.get("factors", {}).items():
+        _replace(found, path, lambda old, factor=factor: _times(old, factor), name)
+    if found["drawn"] is not None:
+        found["drawn"] = {path: _changed(entry, chosen) for path, entry in found["drawn"].items()}
+    return found
+
+
+def _replace(constants: dict, path: str, change, name: str) -> None:
+    *holders, last = path.split(".")
+    place: object = constants
+    for key in holders:
+        place = place.get(key) if isinstance(place, dict) else None
+    if not isinstance(place, dict) or last not in place or isinstance(place[last], dict):
+        raise InputError(
+            f"configuration: expected coverage.sets.{name} to name constants of the virtual laboratory, "
+            f"found {quoted(path)}: correct it"
+        )
+    place[last] = change(place[last])
+
+
+def _times(value, factor: float):
+    return [_times(part, factor) for part in value] if isinstance(value, list) else value * factor
+
+
+def _changed(entry: dict, chosen: dict) -> dict:
+    """An entry of ``drawn`` with the shape and the shift of the set."""
+    entry = dict(entry)
+    if chosen.get("student_freedom") is not None:
+        if "rectangular" in entry:
+            deviation = entry.pop("rectangular") / 3.0**0.5
+        else:
+            deviation = entry.pop("normal", None)
+        deviation = entry["student"][0] if deviation is None else deviation
+        entry["student"] = [deviation, chosen["student_freedom"]]
+    if chosen.get("shift"):
+        entry["shift"] = chosen["shift"]
+    return entry
+
+
+class Laboratories:
+    """The laboratories of a coverage study; none of another study."""
+
+    def __init__(self, config: dict) -> None:
+        self.config, self.coverage = config, config["coverage"]
+
+    @cached_property
+    def constants(self) -> dict:
+        """Constants of the file that the configuration names, which all laboratories have in common."""
+        return read_settings(self.config["study"]["virtual_lab"])
+
+    @cached_property
+    def own_config(self) -> dict:
+        """Configuration of a laboratory's study, which lies in a folder of its own, but for its seed."""
+        own = copy.deepcopy(self.config)
+        own["coverage"] = None
+        own["pathvars"] = {"results": "results", "logs": "results/logs"}
+        own["study"] |= {"trial_sheet": "config/trials.tsv", "virtual_lab": "config/virtual_lab.yaml"}
+        own["study"] |= {"recordings_folder": ".", "reported": None, "outside": False}
+        return own
+
+    @cached_property
+    def sheet(self) -> str:
+        """The trial sheet."""
+        return Path(self.config["study"]["trial_sheet"]).read_text(encoding="utf-8")
+
+    def about(self, number: int) -> dict:
+        """Number, set and seed of a laboratory."""
+        seed = seed_of(self.coverage, number)
+        return {"number": number, "set": set_of(self.coverage, number), "seed": seed}
+
+    def files(self, number: int) -> dict[str, str]:
+        """Path below the laboratory's folder -> text of the files that make it a study of its own."""
+        own = self.own_config | {"study": self.own_config["study"] | {"seed": seed_of(self.coverage, number)}}
+        return {
+            "config/config.yaml": _text(own),
+            "config/virtual_lab.yaml": _text(constants_of(self.constants, self.coverage, number)),
+            "config/trials.tsv": self.sheet,
+        }
+
+    def all(self, name: str) -> list[str]:
+        """A file of every laboratory, in their order."""
+        last = self.coverage["laboratories"] if self.coverage else 0
+        return [f"<results>/laboratories/{number}/{name}" for number in range(1, last + 1)]
+
+    def sets(self) -> dict[str, dict]:
+        """Set -> what it changes."""
+        return {name: chosen or {} for name, chosen in (self.coverage or {"sets": {}})["sets"].items()}
+
+    def drawn(self) -> dict[str, dict]:
+        """Path of a constant -> its distribution in the first set."""
+        return (self.constants["drawn"] or {}) if self.coverage else {}
+
+
+def _text(content: dict) -> str:
+    """JSON, which is YAML, and ten times as fast to write."""
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
+
+def one_of_each_set(coverage: dict) -> list[int]:
+    """The first laboratory of every set."""
+    return [1, *(2 * k for k in range(1, len(coverage["sets"])))]
+
+
+def run(files: dict[str, str], folder: Path) -> str:
+    """Run a laboratory's study by the rules of this project, in this process; tables remain in the folder.
+
+    Returns why it failed, in one sentence, if it would fail again; empty if it did not. Raises OSError if it
+    was stopped by something else, such as a signal or a full disk: then the next run goes on from there.
+    """
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # what has not changed keeps its date, and what was done with it
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+    stopped, said = folder / STOPPED, folder / "run.log"
+    stopped.unlink(missing_ok=True)
+    status = _snakemake(folder, said)
+    if status == 0:
+        return ""
+    if stopped.is_file():
+        found = json.loads(stopped.read_text(encoding="utf-8"))
+        sentence = (
+            found["said"].splitlines()[-1] if found["said"] else f"{found['rule']} ended without a word"
+        )
+        if found["lasting"]:
+            return sentence.removeprefix(STARTED)
+        raise OSError(sentence)
+    for line in said.read_text(encoding="utf-8", errors="replace").splitlines():
+        if line.startswith(STARTED):
+            return line.removeprefix(STARTED)
+    raise OSError(f"{said}: expected the laboratory's study to end, found status {status}: look there")
+
+
+def forget(folder: Path) -> None:
+    """Remove everything of a laboratory's study but its configuration."""
+    for name in ("results", ".snakemake"):
+        shutil.rmtree(folder / name, ignore_errors=True)
+    (folder / "run.log").unlink(missing_ok=True)
+
+
+def _snakemake(folder: Path, said: Path) -> int:
+    """Exit status of Snakemake on a folder; what it says goes to a file."""
+    sys.path.insert(0, str(PLUGINS))
+    from snakemake.cli import main
+
+    arguments = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder.resolve())]
+    arguments += ["--executor", "warm", "--cores", "1", "--scheduler", "greedy", "--rerun-incomplete"]
+    # the run that has started this one holds the lock, and no other writes to this folder
+    arguments += ["--nolock", "--quiet", "progress", "--workflow-profile", "none"]
+    arguments += ["--", *(f"results/tables/{name}.csv" for name in TABLES)]
+    with _elsewhere(said):
+        try:
+            main(arguments)
+        except SystemExit as error:
+            if isinstance(error.code, str):
+                print(error.code, file=sys.stderr)
+            return error.code if isinstance(error.code, int) else int(error.code is not None)
+    return 0
+
+
+@contextmanager
+def _elsewhere(said: Path):
+    """Give folder, environment and outputs of this process back after something that changes them."""
+    here, kept = Path.cwd(), dict(os.environ)
+    os.environ.pop("SNAKEMAKE_PROFILE", None)
+    saved = [os.dup(stream) for stream in (1, 2)]
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with open(said, "w", encoding="utf-8") as file:
+        for stream in (1, 2):
+            os.dup2(file.fileno(), stream)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        for stream, former in zip((1, 2), saved, strict=True):
+            os.dup2(former, stream)
+            os.close(former)
+        os.chdir(here)
+        os.environ.clear()
+        os.environ.update(kept)
