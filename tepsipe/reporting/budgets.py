@@ -152,7 +152,8 @@ def budgeted(estimates: Iterable[Estimate], foot_pathway: str | None) -> dict[st
     """
     found: dict[str, list[Estimate]] = {}
     for e in estimates:
-        if e.recommended:
+        # a fit to all trials together has a budget, but not the same sources
+        if e.recommended and (e.experiment, e.condition) != ("wristalyzer", "pooled"):
             found.setdefault(e.experiment, []).append(e)
         if e.experiment == "dummy" and e.pathway == foot_pathway and e.quantity in QUOTED:
             found.setdefault("foot", []).append(e)
