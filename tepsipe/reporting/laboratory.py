@@ -103,7 +103,10 @@ def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
     list of LaboratoryRow
         Mechanisms, then drawn numbers of these experiments and of the treadmill, if they are on it.
     """
-    rows, sections = [], {*experiments} | ({"treadmill"} & {*truth})
+    sections = {*experiments} | ({"treadmill"} & {*truth})
+    if "weight" in experiments:
+        sections.add("heavy_weight")
+    rows = []
     for mechanism in MECHANISMS:
         place = truth
         for key in mechanism.key.split("."):
