@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 from dataclasses import replace
 
 import pandas as pd
@@ -29,6 +30,7 @@ from tepsipe.reporting.coverage import (
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.numbers.coverage import coverage_data
 from tepsipe.statistics.coverage import clopper_pearson, share_of
+from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
 
 SETS = {"nominal": {}, "shifted-means": {"shift": 1.0}, "heavy-tails": {"student_freedom": 3}}
@@ -201,7 +203,7 @@ def tables(tmp_path, own, laboratories):
 def said(tmp_path, own, laboratories):
     found = tables(tmp_path, own, laboratories)
     about = {"title": "T", "sets": SETS, "drawn": {"weight.mass_kg": {"rectangular": 0.05}}}
-    about |= {"experiments": {"dummy": ["sine"]}, "code": {"commit": None, "modified": None}}
+    about |= {"experiments": {"dummy": ["sine"]}, "code": {"commit": None, "modified": None}, "seed": 1}
     plot_coverage(found["coverage"], "nominal")
     plot_intervals(found["outcomes"], "nominal")
     return coverage_data(found["coverage"], found["dropped"], found["laboratories"], about)
@@ -310,3 +312,91 @@ def test_a_laboratory_is_a_study_of_its_own(root, monkeypatch):
     assert own["study"]["trial_sheet"] == "config/trials.tsv" in files
     assert config["study"]["reported"] is not None and own["study"]["reported"] is None
     assert made.all("x") == [f"<results>/laboratories/{k}/x" for k in range(1, 7)]
+
+
+@pytest.fixture
+def checked(root, monkeypatch):
+    """Check the shipped coverage study with other values of some keys."""
+    from workflow.support.start import checked_study, merged_settings
+
+    monkeypatch.chdir(root)
+    files = ["config/config.yaml", "config/coverage/config.yaml"]
+
+    def check(changes=()):
+        config = merged_settings(files)
+        for path, value in dict(changes).items():
+            *sections, last = path.split("/")
+            place = config
+            for section in sections:
+                place = place[section]
+            place[last] = value
+        return checked_study(config, files)
+
+    return check
+
+
+def test_shipped_coverage_study_is_valid_and_judges_what_it_estimates(checked):
+    study = checked()
+    assert study.config["coverage"]["laboratories"] == 20
+    estimators = study.settings["standing"]["estimators"]
+    for experiment, pathway, estimator in study.config["coverage"]["judged"]:
+        assert (experiment, pathway) == ("standing", study.settings["standing"]["recommended"]["pathway"])
+        assert 0.04 <= estimators[estimator]["window_s"] <= 0.08
+    assert set(study.experiments) == {"wristalyzer", "dummy", "weight", "empty", "standing"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"study/virtual_lab": None}, "study.virtual_lab is null"),
+        ({"coverage/sets": {"a": {}, "b": {"factors": {"weight.mas_kg": 2}}}}, "weight.mas_kg"),
+        ({"coverage/sets": {"a": {"constants": {"weight.mass_kg": -1.0}}}}, "weight.mass_kg"),
+        ({"coverage/sets": {"nominal": {}, "shifted": {}}}, "coverage.sets"),
+        ({"coverage/laboratories": 0}, "coverage.laboratories"),
+    ],
+)
+def test_coverage_study_that_cannot_run_is_refused_in_one_sentence(changes, words, checked):
+    with pytest.raises(InputError) as refusal:
+        checked(changes)
+    assert words in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+def stopped(monkeypatch, tmp_path, words, **found):
+    """Run a laboratory whose Snakemake ends with 1, and leaves these words behind."""
+
+    def ends(folder, log):
+        log.write_text(words, encoding="utf-8")
+        if found:
+            (folder / laboratories.STOPPED).parent.mkdir(parents=True)
+            (folder / laboratories.STOPPED).write_text(json.dumps(found), encoding="utf-8")
+        return 1
+
+    monkeypatch.setattr(laboratories, "_snakemake", ends)
+    return laboratories.run({"config/config.yaml": "a: 1\n"}, tmp_path)
+
+
+def test_what_stops_a_laboratory_for_good_is_told_apart_from_what_may_pass(monkeypatch, tmp_path):
+    sentence = "tepsipe: fit_dummy/sine: expected 8 markers, found 7: export it again"
+    about = {"rule": "fit_dummy", "log": "x.log", "said": sentence}
+    said = stopped(monkeypatch, tmp_path / "a", "", **about, lasting=True)
+    assert said == sentence.removeprefix("tepsipe: ")
+    with pytest.raises(OSError, match="expected 8 markers"):
+        stopped(monkeypatch, tmp_path / "b", "", **about, lasting=False)
+    refused = "Building DAG\ntepsipe: config.yaml: expected a mass, found -1: correct it\n"
+    assert stopped(monkeypatch, tmp_path / "c", refused) == refused.splitlines()[1].removeprefix("tepsipe: ")
+    with pytest.raises(OSError, match="found status 1: look there"):
+        stopped(monkeypatch, tmp_path / "d", "Segmentation fault")
+
+
+def test_configuration_of_a_laboratory_keeps_its_date_unless_it_changes(monkeypatch, tmp_path):
+    monkeypatch.setattr(laboratories, "_snakemake", lambda folder, log: 0)
+    path = tmp_path / "config/config.yaml"
+    assert laboratories.run({"config/config.yaml": "a: 1\n"}, tmp_path) == ""
+    os.utime(path, (1, 1))
+    laboratories.run({"config/config.yaml": "a: 1\n"}, tmp_path)
+    assert path.stat().st_mtime == 1
+    laboratories.run({"config/config.yaml": "a: 2\n"}, tmp_path)
+    assert path.stat().st_mtime > 1
+    (tmp_path / "results").mkdir()
+    laboratories.forget(tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["config"]

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from tepsipe.virtual_lab.integrate import integrate
-from tepsipe.virtual_lab.rubber import Rubber
+from tepsipe.virtual_lab.rubber import Relaxation, Rubber
 from tepsipe.virtual_lab.truth_file import TrueMotion
 
 
@@ -37,6 +37,8 @@ class ManipulatorTruth:
         Root mean square of the multisine per unit of scale factor (N·m).
     torque_scale, angle_scale : float
         True torque over commanded torque, and encoder reading over true angle (-).
+    torque_delay_s : float
+        Delay of the drive: a torque acts this long after its command (s).
     band_low_hz, band_high_hz, period_s, command_rate_hz : float
         Multisine's lowest and highest component (Hz), its period (s), rate of the command (Hz).
     log_rate_hz, log_jitter_s : float
@@ -61,6 +63,7 @@ class ManipulatorTruth:
     torque_per_factor_Nm: float
     torque_scale: float
     angle_scale: float
+    torque_delay_s: float
     band_low_hz: float
     band_high_hz: float
     period_s: float
@@ -164,7 +167,9 @@ def record_manipulator(
     rate = truth.command_rate_hz
     command = factor * truth.torque_per_factor_Nm * multisine(truth, duration_s, signal_rng)
     lead = round(truth.lead_s * rate)
-    pushed = truth.torque_scale * command
+    instants = np.arange(command.size, dtype=float)
+    late = np.interp(instants - rate * truth.torque_delay_s, instants, command, left=0.0)
+    pushed = truth.torque_scale * late
     applied = np.concatenate([np.zeros(lead), pushed, np.zeros(round(truth.tail_s * rate) + 1)])
     white = trial_rng.standard_normal(applied.size)
     ripple = scipy.signal.sosfilt(
@@ -173,18 +178,27 @@ def record_manipulator(
     applied = (applied + truth.ripple_Nm * ripple / ripple.std()).tolist()
     last = len(applied) - 1
 
+    relaxation = Relaxation(rubber) if rubber.relaxation_share else None
+    moment = rubber.moment if relaxation is None else relaxation.moment
+
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         th, w = state
         torque = applied[min(int(t * rate + 1e-6), last)]
         friction = truth.friction_Nm * math.tanh(w / truth.friction_rate_rad_per_s)
         added = truth.damping_Nms_per_rad * w + truth.contact_Nm_per_rad3 * th**3 + friction
-        resisting = rubber.moment(th, w) + added
+        resisting = moment(th, w) + added
         return (w, (torque - resisting) / truth.inertia_kgm2)
 
     total_s = truth.lead_s + duration_s + truth.tail_s
-    time, states = integrate(derivative, (0.0, 0.0), total_s, rate)
-    th, w = states.T
-    torque = np.array(applied)[np.minimum(np.arange(time.size), last)]
+    if relaxation is None:
+        time, states = integrate(derivative, (0.0, 0.0), total_s, rate)
+    else:
+        with_slack = relaxation.with_slack(derivative, lambda state: state[0])
+        time, states = integrate(with_slack, (0.0, 0.0, 0.0), total_s, rate)
+    th, w = states[:, :2].T
+    held = np.array(applied)[np.minimum(np.arange(time.size), last)]
+    # a torque is held from its instant to the next: at the instant itself it is half of both
+    torque = 0.5 * (held + np.concatenate([held[:1], held[:-1]]))
     motion = TrueMotion(time - truth.lead_s, th, w, np.gradient(w, time), torque)
     return _log(truth, time, states, command, trial_rng, motion)
 

@@ -13,9 +13,9 @@ from tepsipe.statistics.uncertainty import Budget, coverage_factor
 # each check alone warns of 1 healthy trial in 100
 CONFIDENCE = 0.99
 # what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one (-)
-DIFFERENCE, WINDOW_RANGE = 0.05, 0.1
+DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
 # motion of the soft tissue that matters (m)
-SKIN_M = 0.0005
+SKIN_M = 0.001
 # share of the perturbations that must be usable (-), and mass beyond the calibrated one (-)
 USABLE, BEYOND = 0.7, 1.1
 
