@@ -25,7 +25,7 @@ from tepsipe.treadmill.recording import BeltRecording
 # largest predicted error of K that is trusted, with two standard errors, relative to K (-)
 TRUSTED = 0.1
 # largest mass of a subject relative to the heaviest weight of the calibration (-)
-BEYOND = 1.2
+BEYOND = 1.1
 # trials whose pulses differ from the subject's by this much more than the most similar ones count, too (-)
 ALIKE = 0.1
 # what a treadmill can be: resonance (Hz), share of the mounts (-), lag of the belt (s)
@@ -72,8 +72,9 @@ class Subject:
         Height of the joint over the belt l (m).
     velocity : ndarray, shape (m,)
         Mean velocity of the belt from the onset of the pulses (m/s).
-    regressors : ndarray, shape (m, 3)
-        Mean theta'' (rad/s²), theta' (rad/s), theta (rad) over the window of the estimate, from the onset.
+    regressors : ndarray, shape (m, p)
+        Mean theta'' (rad/s²), theta' (rad/s), theta (rad) over the window of the estimate, from the onset;
+        without theta'' for an estimator without inertia.
     rate_hz : float
         Sampling rate (Hz).
     own_zero : bool
@@ -94,8 +95,9 @@ class PredictedError:
 
     Attributes
     ----------
-    parameters, standard_error : ndarray, shape (3,)
-        dI (N·m·s²/rad), dB (N·m·s/rad), dK (N·m/rad), and their standard errors over the pulses.
+    parameters, standard_error : ndarray, shape (p,)
+        dI (N·m·s²/rad), dB (N·m·s/rad), dK (N·m/rad), and their standard errors over the pulses; without dI
+        for an estimator without inertia.
     trials : tuple of str
         The held-out trials that were used.
     difference : float
@@ -109,8 +111,12 @@ class PredictedError:
 
     def trusted(self, stiffness: float) -> bool:
         """Whether |dK| and two standard errors stay below a tenth of K (N·m/rad)."""
-        largest = abs(self.parameters[2]) + 2.0 * self.standard_error[2]
-        return bool(largest <= TRUSTED * abs(stiffness))
+        return trusted(float(self.parameters[-1]), float(self.standard_error[-1]), stiffness)
+
+
+def trusted(error: float, standard_error: float, stiffness: float) -> bool:
+    """Whether an error of K and two standard errors stay below a tenth of K (all in N·m/rad)."""
+    return abs(error) + 2.0 * standard_error <= TRUSTED * abs(stiffness)
 
 
 def held_out_residuals(
@@ -211,12 +217,12 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
             f"expected the subject at {held_out.rate_hz:g} Hz, the rate of the treadmill's calibration, "
             f"found {subject.rate_hz:g} Hz: resample one of the two"
         )
-    columns = subject.regressors
+    columns, p = subject.regressors, subject.regressors.shape[1]
     if subject.own_zero:
         columns = np.column_stack([columns, np.ones(columns.shape[0])])
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    solve = (np.linalg.pinv(columns / size) / size[:, None])[:3]
-    total, variance, used, differences = np.zeros(3), np.zeros(3), [], []
+    solve = (np.linalg.pinv(columns / size) / size[:, None])[:p]
+    total, variance, used, differences = np.zeros(p), np.zeros(p), [], []
     for weight, kg in _masses(held_out.kg, subject.mass_kg):
         rows = np.flatnonzero(held_out.kg == kg)
         signs, apart = _compare(held_out, rows, subject)
@@ -226,7 +232,7 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
             found = signs[k] * _torque_errors(held_out, rows[k], subject) @ solve.T
             means.append(found.mean(axis=0))
             count = found.shape[0]
-            errors.append(found.var(axis=0, ddof=1) / count if count > 1 else np.full(3, np.inf))
+            errors.append(found.var(axis=0, ddof=1) / count if count > 1 else np.full(p, np.inf))
         total += weight * np.mean(means, axis=0)
         variance += weight**2 * np.mean(errors, axis=0) / near.size
         used += [held_out.names[rows[k]] for k in near]
@@ -272,7 +278,7 @@ def _torque_errors(held_out: HeldOut, k: int, subject: Subject) -> np.ndarray:
 def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
     """Flags of estimates that a model compensates at a mass on the belt (kg): names in `FLAGS`.
 
-    ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a fifth,
+    ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a tenth,
     ``treadmill-model`` where a constant is out of the range that a treadmill can have.
     """
     flags = []
