@@ -59,6 +59,8 @@ QUIET_PLATE = {
     "floor_m_per_s2": 0.0,
     "mount_share": 0.0,
     "resonance_hz": 2000.0,
+    "second_share": [0.0, 0.0],
+    "friction_lever_m": 0.0,
 }
 # what is drawn has no shipped size: one standard deviation of its distribution
 DRAWN = {

@@ -52,6 +52,19 @@ def write_config(project, content, name="tiny"):
     (project / f"config/{name}.yaml").write_text(yaml.safe_dump(content))
 
 
+def plain_laboratory(text):
+    """The laboratory's file for known answers: rigs without what tests/test_mechanisms.py looks at.
+
+    The weight's mass is drawn, so that the study has a drawn constant.
+    """
+    before, _ = text.split("\ndrawn:\n")
+    off = r"(?<=    )(bristle_share|friction_lever_m|compliance_rad_per_Nm|growing_per_m): [\d.]+"
+    plain, count = re.subn(off, r"\1: 0.0", before)
+    plain, modes = re.subn(r"second_share: \[[\d., ]+\]", "second_share: [0.0, 0.0]", plain)
+    assert (count, modes) == (4, 1)
+    return f"{plain}\ndrawn:\n  weight.mass_kg: {{rectangular: 0.05}}\n"
+
+
 def copy_project(target):
     for name in ("Snakefile", "config", "workflow", "tepsipe", "report", "profiles", "requirements.txt"):
         source = ROOT / name
@@ -62,6 +75,8 @@ def copy_project(target):
             shutil.copy(source, target / name)
     settings = target / "config/config.yaml"  # PyBullet where it is installed, and elsewhere what is there
     settings.write_text(settings.read_text().replace("    engine: pybullet", "    engine: auto"))
+    laboratory = target / "config/virtual_lab.yaml"
+    laboratory.write_text(plain_laboratory(laboratory.read_text()))
     write_sheet(target, TRIALS)
     write_config(target, OVERRIDES)
     return target

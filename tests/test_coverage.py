@@ -201,7 +201,7 @@ def tables(tmp_path, own, laboratories):
 def said(tmp_path, own, laboratories):
     found = tables(tmp_path, own, laboratories)
     about = {"title": "T", "sets": SETS, "drawn": {"weight.mass_kg": {"rectangular": 0.05}}}
-    about |= {"experiments": {"dummy": ["sine"]}, "code": {"commit": None, "modified": None}}
+    about |= {"experiments": {"dummy": ["sine"]}, "code": {"commit": None, "modified": None}, "seed": 1}
     plot_coverage(found["coverage"], "nominal")
     plot_intervals(found["outcomes"], "nominal")
     return coverage_data(found["coverage"], found["dropped"], found["laboratories"], about)
@@ -310,3 +310,50 @@ def test_a_laboratory_is_a_study_of_its_own(root, monkeypatch):
     assert own["study"]["trial_sheet"] == "config/trials.tsv" in files
     assert config["study"]["reported"] is not None and own["study"]["reported"] is None
     assert made.all("x") == [f"<results>/laboratories/{k}/x" for k in range(1, 7)]
+
+
+@pytest.fixture
+def checked(root, monkeypatch):
+    """Check the shipped coverage study with other values of some keys."""
+    from workflow.support.start import checked_study, merged_settings
+
+    monkeypatch.chdir(root)
+    files = ["config/config.yaml", "config/coverage/config.yaml"]
+
+    def check(changes=()):
+        config = merged_settings(files)
+        for path, value in dict(changes).items():
+            *sections, last = path.split("/")
+            place = config
+            for section in sections:
+                place = place[section]
+            place[last] = value
+        return checked_study(config, files)
+
+    return check
+
+
+def test_shipped_coverage_study_is_valid_and_judges_what_it_estimates(checked):
+    study = checked()
+    assert study.config["coverage"]["laboratories"] == 20
+    estimators = study.settings["standing"]["estimators"]
+    for experiment, pathway, estimator in study.config["coverage"]["judged"]:
+        assert (experiment, pathway) == ("standing", study.settings["standing"]["recommended"]["pathway"])
+        assert 0.04 <= estimators[estimator]["window_s"] <= 0.08
+    assert set(study.experiments) == {"wristalyzer", "dummy", "weight", "empty", "standing"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"study/virtual_lab": None}, "study.virtual_lab is null"),
+        ({"coverage/sets": {"a": {}, "b": {"factors": {"weight.mas_kg": 2}}}}, "weight.mas_kg"),
+        ({"coverage/sets": {"a": {"constants": {"weight.mass_kg": -1.0}}}}, "weight.mass_kg"),
+        ({"coverage/sets": {"nominal": {}, "shifted": {}}}, "coverage.sets"),
+        ({"coverage/laboratories": 0}, "coverage.laboratories"),
+    ],
+)
+def test_coverage_study_that_cannot_run_is_refused_in_one_sentence(changes, words, checked):
+    with pytest.raises(InputError) as refusal:
+        checked(changes)
+    assert words in str(refusal.value) and "\n" not in str(refusal.value)

@@ -60,6 +60,11 @@ def test_numbers_of_one_list_are_one_row_with_the_largest_deviation(truth):
     assert mass["value"] == f"{truth['dummy']['subject']['leg_mass_kg']:.5g}"
 
 
+def test_every_drawn_number_is_in_the_table_of_a_whole_study(truth):
+    found = [row.key for row in laboratory_rows(truth, EVERYTHING) if row.kind == "drawn"]
+    assert found == [number["path"] for number in truth["drawn_numbers"]]
+
+
 def test_a_study_of_the_manipulator_says_nothing_of_the_treadmill(truth):
     own = {key: truth[key] for key in ("wristalyzer", "drawn_numbers")}
     keys = [row.key for row in laboratory_rows(own, ["wristalyzer"])]

@@ -14,6 +14,7 @@ from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_pat
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.force_plate import PlateTruth, belt_wrench, plate_electronics, plate_voltages
 from tepsipe.virtual_lab.loose_markers import Wobble, slipping, wobbling
+from tepsipe.virtual_lab.manipulator import ManipulatorTruth, record_manipulator
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.tilting_foot import FootTilt
@@ -143,6 +144,67 @@ def test_equal_modes_are_one(shipped_truth):
     plate = shipped_truth["treadmill"]["plate"]
     same = {f"second_{key}": plate[f"resonance_{key}"] for key in ("hz", "damping", "mass_kg")}
     assert ringing(shipped_truth, 20.0, second_share=[0.4, 0.7], **same) == pytest.approx(one, abs=1e-9)
+
+
+# ---- the rubber that relaxes -------------------------------------------------------------------------
+
+
+RELAXING = replace(STEEL, relaxation_share=0.2, relaxation_s=0.05)
+
+
+def swing(subject, rubber, duration_s=1.0, foot=None):
+    heavy = loose_drive(belt_mass_kg=1e6, force_limit_N=4e5)
+    return move_dummy(subject, rubber, heavy, push, duration_s, RATE_HZ, foot)
+
+
+def test_relaxing_rubber_is_stiffer_when_quick_and_its_old_self_when_slow(subject):
+    slow, quick = (replace(RELAXING, relaxation_s=time_s) for time_s in (1e4, 1e-3))
+    rest = 0.4 * 9.81 * 0.4485 * math.sin(0.02)
+    # quicker than the slack: a stiffer spring that was as bent at rest
+    stiffer = replace(STEEL, stiffness_Nm_per_rad=12.0)
+    found, expected = swing(subject, slow), swing(subject, stiffer)
+    assert found.angle == pytest.approx(expected.angle, abs=1e-3 * np.ptp(expected.angle))
+    assert found.joint_torque[-1] == pytest.approx(
+        rest + 12.0 * (found.angle[-1] - 0.02), abs=1e-3 * np.ptp(found.joint_torque)
+    )
+    # slower than it: k T of damping is left
+    damped = replace(STEEL, damping_Nms_per_rad=0.2 * 10.0 * 1e-3)
+    found, expected = swing(subject, quick), swing(subject, damped)
+    assert found.angle == pytest.approx(expected.angle, abs=0.01 * np.ptp(expected.angle))
+
+
+@pytest.mark.parametrize("foot", [None, TILTING])
+def test_energy_of_a_relaxing_rubber_is_what_its_dashpot_takes(subject, foot):
+    """Work of the joint's torque on the bending is stored in two springs or lost in the dashpot."""
+    motion = swing(subject, RELAXING, 0.6, foot)
+    neutral = 0.02 - 0.4 * 9.81 * 0.4485 * math.sin(0.02) / 10.0
+    bent = motion.angle - motion.tilt - neutral
+    stretch = (motion.joint_torque - 10.0 * bent) / 2.0  # of the spring in series: k = 2 N·m/rad
+    bending = np.diff(bent)
+    work = np.sum(0.5 * (motion.joint_torque[1:] + motion.joint_torque[:-1]) * bending)
+    stored = 0.5 * 10.0 * (bent[-1] ** 2 - bent[0] ** 2) + 0.5 * 2.0 * (stretch[-1] ** 2 - stretch[0] ** 2)
+    lost = np.sum(2.0 * (0.5 * (stretch[1:] + stretch[:-1])) ** 2) / RATE_HZ / 0.05
+    assert stretch[0] == pytest.approx(0.0, abs=1e-9)
+    assert lost > 0.05 * abs(work)
+    assert work == pytest.approx(stored + lost, abs=2e-3 * lost)
+
+
+def test_manipulator_feels_the_rubber_relax(shipped_truth):
+    """The mean torque over the mean angle of a joint that is pushed slowly and quickly, by hand."""
+    own = dict.fromkeys(("contact_Nm_per_rad3", "friction_Nm", "ripple_Nm"), 0.0)
+    rig = (
+        shipped_truth["wristalyzer"]["manipulator"] | own | {"torque_scale": 1.0, "damping_Nms_per_rad": 0.0}
+    )
+    rig |= {"band_low_hz": 2.0, "band_high_hz": 2.0, "period_s": 0.5, "lead_s": 0.0, "tail_s": 0.0}
+    rubber = Rubber(10.0, 0.1, 0.0, 0.05, 0.0, relaxation_share=0.2, relaxation_s=0.05)
+    rngs = generator(1, "a"), generator(1, "b")
+    motion = record_manipulator(ManipulatorTruth(**rig), rubber, 0.1, 8.0, *rngs).motion
+    late = (motion.time > 6.0) & (motion.time <= 8.0)
+    line = np.exp(-2j * np.pi * 2.0 * motion.time[late])
+    s = 2j * np.pi * 2.0
+    expected = 10.0 + 0.1 * s + 0.015 * s**2 + 2.0 * 0.05 * s / (1.0 + 0.05 * s)
+    found = (line @ motion.torque[late]) / (line @ motion.angle[late])
+    assert abs(found / expected - 1.0) < 5e-3
 
 
 # ---- the foot on its tape --------------------------------------------------------------------------

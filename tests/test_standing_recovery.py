@@ -40,7 +40,7 @@ NO_BELT = dict.fromkeys(
         "mount_share",
     ),
     0.0,
-) | {"resonance_hz": 2000.0}
+) | {"resonance_hz": 2000.0, "second_share": [0.0, 0.0]}
 PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle", "ankle-thesis", "single-joint")}
 
 

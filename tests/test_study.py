@@ -125,7 +125,7 @@ def test_the_recommended_pathway_recovers_the_truth_and_the_printed_one_its_pred
         assert found["B"] == pytest.approx(small["damping_Nms_per_rad"], rel=0.1)
         # the signs of eq (3-8) as printed, and markers as sampled one after the other
         printed = {q: value(rows, **of, pathway="leg-thesis", quantity=q) for q in "IBK"}
-        weight = leg["leg_mass_kg"] * leg["gravity_m_per_s2"] * leg["leg_length_m"] / 2.0
+        weight = leg["leg_mass_kg"] * leg["gravity_m_per_s2"] * leg["leg_com_m"]
         assert printed["K"] == pytest.approx(true["K"] - 2.0 * weight, rel=0.02)
         assert printed["I"] == pytest.approx(true["I"] + 2.0 * leg["leg_inertia_kgm2"], rel=0.01)
         assert abs(printed["B"]) < 0.2 * true["B"]
@@ -133,6 +133,22 @@ def test_the_recommended_pathway_recovers_the_truth_and_the_printed_one_its_pred
             true["B"], rel=0.1
         )
         assert value(rows, **of, pathway="leg-thesis", quantity="VAF_perturbation") > 99.8
+
+
+def test_truth_of_a_drawn_constant_is_what_was_drawn(study):
+    rows = {row["key"]: row for row in table(study, "laboratory")}
+    drawn = rows["weight.mass_kg"]
+    assert (drawn["kind"], drawn["nominal"], drawn["distribution"]) == ("drawn", "20", "rectangular")
+    assert 19.95 < float(drawn["value"]) < 20.05
+    assert drawn["value"] != drawn["nominal"]
+    masses = [row for row in table(study, "recovery") if row["quantity"] == "mass"]
+    assert {row["truth"] for row in masses} == {drawn["value"]}
+    assert rows["treadmill.plate.bristle_share"]["value"] == "0"
+    assert rows["treadmill.plate.second_share"]["value"] == "0 0"
+    report = json.loads((study / "results/report/report.json").read_text(encoding="utf-8"))["laboratory"]
+    assert "treadmill.plate.bristle_share" in {row["key"] for row in report["off"]}
+    assert "treadmill.plate.mount_share" in {row["key"] for row in report["on"]}
+    assert [row["key"] for row in report["drawn"]] == ["weight.mass_kg"]
 
 
 def test_the_treadmill_taken_out_of_the_force_leaves_the_joint(study):

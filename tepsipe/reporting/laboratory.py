@@ -39,6 +39,7 @@ MECHANISMS = (
     Mechanism("treadmill", "treadmill.plate.mount_share", "mounts that take a part of fast forces"),
     Mechanism("treadmill", "treadmill.plate.floor_m_per_s2", "vibration of the floor"),
     Mechanism("dummy", "dummy.rubber.softening", "softening of the rubber"),
+    Mechanism("dummy", "dummy.rubber.relaxation_share", "relaxation of the rubber"),
     Mechanism("dummy", "dummy.foot_tilt.compliance_rad_per_Nm", "foot that tilts on its tape"),
     Mechanism("dummy", "dummy.wobble.growing_per_m", "rod that bends"),
     Mechanism("dummy", "dummy.wobble.common", "common wobble of the leg's markers"),
@@ -102,7 +103,10 @@ def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
     list of LaboratoryRow
         Mechanisms, then drawn numbers of these experiments and of the treadmill, if they are on it.
     """
-    rows, sections = [], {*experiments} | ({"treadmill"} & {*truth})
+    sections = {*experiments} | ({"treadmill"} & {*truth})
+    if "weight" in experiments:
+        sections.add("heavy_weight")
+    rows = []
     for mechanism in MECHANISMS:
         place = truth
         for key in mechanism.key.split("."):

@@ -20,7 +20,7 @@ import scipy
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import integrate
 from tepsipe.virtual_lab.motion_capture import MarkerPath
-from tepsipe.virtual_lab.rubber import Rubber
+from tepsipe.virtual_lab.rubber import Relaxation, Rubber
 from tepsipe.virtual_lab.tilting_foot import FootTilt, tilting_derivative
 
 # names of the dummy's markers, in the strober's order
@@ -134,41 +134,8 @@ def move_dummy(
     DummyMotion
         Motion and reaction on the grid of the integration (s, m, rad, N, N·m).
     """
-    m, r = dummy.leg_mass_kg, dummy.leg_com_m
-    g = dummy.gravity_m_per_s2
-    moving = drive.belt_mass_kg + dummy.foot_mass_kg + m
-    about_pivot = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2 + m * r * r
-    gravity_moment = m * g * r * math.sin(dummy.rest_angle_rad)
-    bending_at_rest = scipy.optimize.brentq(
-        lambda phi: rubber.moment(phi, 0.0) - gravity_moment, -1.0, 1.0, xtol=1e-14
-    )
-    neutral = dummy.rest_angle_rad - bending_at_rest
-
-    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
-    moment, sin, cos, mr, mgr = rubber.moment, math.sin, math.cos, m * r, m * g * r
-
-    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q, th, w = state
-        u, q_rate = force(command(t - delay) - v, q)
-        s, c = sin(th), cos(th)
-        coupling = mr * c
-        push = u - viscous * v + mr * s * w * w
-        turn = mgr * s - moment(th - neutral, w)
-        determinant = moving * about_pivot - coupling * coupling
-        v_rate = (about_pivot * push - coupling * turn) / determinant
-        return v, v_rate, q_rate, w, (moving * turn - coupling * push) / determinant
-
-    start = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
-    if foot is not None and foot.compliance_rad_per_Nm > 0.0:
-        derivative = tilting_derivative(dummy, rubber, drive, foot, command, neutral, gravity_moment)
-        time, states = integrate(derivative, (*start, 0.0, 0.0), duration_s, rate_hz)
-        y, v, _, th, w, tilt, tilt_rate = states.T
-    else:
-        time, states = integrate(derivative, start, duration_s, rate_hz)
-        y, v, _, th, w = states.T
-        tilt = tilt_rate = np.zeros(time.size)
-    bent, bending = (th - tilt - neutral).tolist(), (w - tilt_rate).tolist()
-    resisting = np.array([moment(a, b) for a, b in zip(bent, bending, strict=True)])
+    time, states, resisting = _integrated(dummy, rubber, drive, command, duration_s, rate_hz, foot)
+    y, v, _, th, w, tilt, tilt_rate = states.T
     inertial = dummy.joint_inertia_kgm2 * scipy.interpolate.CubicSpline(time, w)(time, 1)
     return DummyMotion(
         time=time,
@@ -182,6 +149,56 @@ def move_dummy(
         joint_torque=resisting + inertial,
         reaction=_reaction(dummy, foot, time, states, tilt, tilt_rate),
     )
+
+
+def _integrated(dummy, rubber, drive, command, duration_s, rate_hz, foot) -> tuple[np.ndarray, ...]:
+    """Instants, states (with a tilt of 0 where the foot does not tilt), and moment of the rubber."""
+    m, r = dummy.leg_mass_kg, dummy.leg_com_m
+    g = dummy.gravity_m_per_s2
+    moving = drive.belt_mass_kg + dummy.foot_mass_kg + m
+    about_pivot = dummy.leg_inertia_kgm2 + dummy.joint_inertia_kgm2 + m * r * r
+    gravity_moment = m * g * r * math.sin(dummy.rest_angle_rad)
+    bending_at_rest = scipy.optimize.brentq(
+        lambda phi: rubber.moment(phi, 0.0) - gravity_moment, -1.0, 1.0, xtol=1e-14
+    )
+    neutral = dummy.rest_angle_rad - bending_at_rest
+
+    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
+    relaxation = Relaxation(rubber) if rubber.relaxation_share else None
+    moment = rubber.moment if relaxation is None else relaxation.moment
+    sin, cos, mr, mgr = math.sin, math.cos, m * r, m * g * r
+
+    def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        _, v, q, th, w = state
+        u, q_rate = force(command(t - delay) - v, q)
+        s, c = sin(th), cos(th)
+        coupling = mr * c
+        push = u - viscous * v + mr * s * w * w
+        turn = mgr * s - moment(th - neutral, w)
+        determinant = moving * about_pivot - coupling * coupling
+        v_rate = (about_pivot * push - coupling * turn) / determinant
+        return v, v_rate, q_rate, w, (moving * turn - coupling * push) / determinant
+
+    start: tuple[float, ...] = (0.0, 0.0, 0.0, dummy.rest_angle_rad, 0.0)
+    tilting = foot is not None and foot.compliance_rad_per_Nm > 0.0
+    if tilting:
+        derivative = tilting_derivative(dummy, moment, drive, foot, command, neutral, gravity_moment)
+        start = (*start, 0.0, 0.0)
+    slack = 0.0
+    if relaxation is not None:
+        derivative = relaxation.with_slack(
+            derivative, lambda state: state[3] - neutral - (state[5] if tilting else 0.0)
+        )
+        time, states = integrate(derivative, (*start, bending_at_rest), duration_s, rate_hz)
+        states, slack = states[:, :-1], states[:, -1]
+    else:
+        time, states = integrate(derivative, start, duration_s, rate_hz)
+    if not tilting:
+        states = np.column_stack([states, np.zeros((time.size, 2))])
+    _, _, _, th, w, tilt, tilt_rate = states.T
+    bent, rate = th - tilt - neutral, w - tilt_rate
+    resisting = np.array([rubber.moment(a, b) for a, b in zip(bent.tolist(), rate.tolist(), strict=True)])
+    return time, states, resisting if relaxation is None else resisting + relaxation.relaxing(bent, slack)
 
 
 def _reaction(dummy: DummyTruth, foot: FootTilt | None, time, states, tilt, tilt_rate) -> np.ndarray:

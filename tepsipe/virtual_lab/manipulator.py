@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from tepsipe.virtual_lab.integrate import integrate
-from tepsipe.virtual_lab.rubber import Rubber
+from tepsipe.virtual_lab.rubber import Relaxation, Rubber
 from tepsipe.virtual_lab.truth_file import TrueMotion
 
 
@@ -173,17 +173,24 @@ def record_manipulator(
     applied = (applied + truth.ripple_Nm * ripple / ripple.std()).tolist()
     last = len(applied) - 1
 
+    relaxation = Relaxation(rubber) if rubber.relaxation_share else None
+    moment = rubber.moment if relaxation is None else relaxation.moment
+
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         th, w = state
         torque = applied[min(int(t * rate + 1e-6), last)]
         friction = truth.friction_Nm * math.tanh(w / truth.friction_rate_rad_per_s)
         added = truth.damping_Nms_per_rad * w + truth.contact_Nm_per_rad3 * th**3 + friction
-        resisting = rubber.moment(th, w) + added
+        resisting = moment(th, w) + added
         return (w, (torque - resisting) / truth.inertia_kgm2)
 
     total_s = truth.lead_s + duration_s + truth.tail_s
-    time, states = integrate(derivative, (0.0, 0.0), total_s, rate)
-    th, w = states.T
+    if relaxation is None:
+        time, states = integrate(derivative, (0.0, 0.0), total_s, rate)
+    else:
+        with_slack = relaxation.with_slack(derivative, lambda state: state[0])
+        time, states = integrate(with_slack, (0.0, 0.0, 0.0), total_s, rate)
+    th, w = states[:, :2].T
     torque = np.array(applied)[np.minimum(np.arange(time.size), last)]
     motion = TrueMotion(time - truth.lead_s, th, w, np.gradient(w, time), torque)
     return _log(truth, time, states, command, trial_rng, motion)

@@ -192,12 +192,13 @@ def move_person(
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q, th1, th2, th3, w1, w2, w3, tilt, w_f, z = state
         u, q_rate = force(command(t - delay) - v, q)
-        late = (t - active[6]) * rate_hz
+        now_a, now_k, now_h, more_a, more_k, more_h, began = active
+        late = (t - began) * rate_hz
         w_a = w1 - w_f
-        over = k_a * (th1 - tilt - s1) + b_a * w_a + k_r * z + active[0] + late * active[3]
+        over = k_a * (th1 - tilt - s1) + b_a * w_a + k_r * z + now_a + late * more_a
         tau_a = rest_a + over
-        tau_k = rest_k + k_k * (th2 - th1 - s2 + s1) + b_k * (w2 - w1) + active[1] + late * active[4]
-        tau_h = rest_h + k_h * (th3 - th2 - s3 + s2) + b_h * (w3 - w2) + active[2] + late * active[5]
+        tau_k = rest_k + k_k * (th2 - th1 - s2 + s1) + b_k * (w2 - w1) + now_k + late * more_k
+        tau_h = rest_h + k_h * (th3 - th2 - s3 + s2) + b_h * (w3 - w2) + now_h + late * more_h
         n1, n2, n3 = sin(th1), sin(th2), sin(th3)
         c1, c2, c3 = cos(th1), cos(th2), cos(th3)
         c12, n12 = c1 * c2 + n1 * n2, n1 * c2 - c1 * n2

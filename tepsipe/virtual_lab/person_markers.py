@@ -125,10 +125,11 @@ def wobble(skin: SkinTruth, share: float, motion: PersonMotion, bone: np.ndarray
     """
     if not share:
         return np.zeros_like(bone)
-    acceleration = scipy.interpolate.CubicSpline(motion.time, bone)(motion.time, 2)
+    step_s = float(motion.time[1] - motion.time[0])
+    acceleration = np.zeros_like(bone)
+    acceleration[1:-1] = (bone[2:] - 2.0 * bone[1:-1] + bone[:-2]) / step_s**2
     acceleration[:, 0] += motion.belt_acceleration
     w = 2.0 * math.pi * skin.frequency_hz
     oscillator = ([-1.0], [1.0, 2.0 * skin.damping * w, w**2])
-    step_s = float(motion.time[1] - motion.time[0])
     numerator, denominator, _ = scipy.signal.cont2discrete(oscillator, step_s, method="foh")
     return share * scipy.signal.lfilter(np.ravel(numerator), denominator, acceleration, axis=0)

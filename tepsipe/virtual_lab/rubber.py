@@ -1,6 +1,9 @@
 """The dummy's rubber joint."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+
+import numpy as np
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,9 @@ class Rubber:
         Bending at which half of that is lost (rad).
     softened_damping_Nms_per_rad : float
         Damping that is gained at large bending (N·m·s/rad).
+    relaxation_share, relaxation_s : float
+        Moment that a quick bending has in addition, as a part of the stiffness for small bending (-), and the
+        time in which it relaxes (s): see `Relaxation`. A share of 0 does not relax.
     """
 
     stiffness_Nm_per_rad: float
@@ -29,6 +35,8 @@ class Rubber:
     softening: float
     softening_angle_rad: float
     softened_damping_Nms_per_rad: float
+    relaxation_share: float = 0.0
+    relaxation_s: float = 1.0
 
     def moment(self, bending: float, rate: float) -> float:
         """Moment (N·m) that opposes a ``bending`` (rad) growing at ``rate`` (rad/s)."""
@@ -36,3 +44,36 @@ class Rubber:
         part = square / (square + self.softening_angle_rad**2)
         damping = self.damping_Nms_per_rad + self.softened_damping_Nms_per_rad * part
         return self.stiffness_Nm_per_rad * bending * (1.0 - self.softening * part) + damping * rate
+
+
+class Relaxation:
+    """What relaxes in a rubber while a rig is integrated: spring k and dashpot in series (Maxwell element).
+
+    Besides `Rubber.moment` it has the moment ``k (phi - s)``, where the slack s (rad) follows the bending,
+    ``s' = (phi - s) / T``. The slack is the last of the rig's states.
+    """
+
+    def __init__(self, rubber: Rubber) -> None:
+        self._lasting, self._slack = rubber.moment, 0.0
+        self._stiffness = rubber.relaxation_share * rubber.stiffness_Nm_per_rad
+        self._time_s = rubber.relaxation_s
+
+    def moment(self, bending: float, rate: float) -> float:
+        """Moment (N·m) that opposes a ``bending`` (rad) growing at ``rate`` (rad/s), with its slack."""
+        return self._lasting(bending, rate) + self._stiffness * (bending - self._slack)
+
+    def with_slack(self, derivative: Callable, bending: Callable) -> Callable:
+        """Derivative of a rig's states and the slack (units of the states per s).
+
+        ``derivative(t, state)`` is that of the rig, with this moment; ``bending(state)`` is in rad.
+        """
+
+        def of_both(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+            rig, self._slack = state[:-1], state[-1]
+            return (*derivative(t, rig), (bending(rig) - state[-1]) / self._time_s)
+
+        return of_both
+
+    def relaxing(self, bending: np.ndarray, slack: np.ndarray) -> np.ndarray:
+        """Moment of the spring (N·m) for a course of bending and slack (rad), shape (n,)."""
+        return self._stiffness * (bending - slack)

@@ -37,13 +37,17 @@ class FootTilt:
 
 
 def tilting_derivative(
-    dummy, rubber, drive, tilt: FootTilt, command, neutral: float, rest: float
+    dummy, moment: Callable, drive, tilt: FootTilt, command, neutral: float, rest: float
 ) -> Callable:
     """Derivative of (y, y', servo, th, th', ph, ph').
 
     Parameters
     ----------
-    dummy, rubber, drive : DummyTruth, Rubber, DriveTruth
+    dummy : DummyTruth
+        Constants (units in their names).
+    moment : callable
+        Moment of the rubber (N·m) at a bending (rad) and its rate (rad/s).
+    drive : DriveTruth
         Constants (units in their names).
     tilt : FootTilt
         The foot's support, with a compliance above 0.
@@ -68,7 +72,7 @@ def tilting_derivative(
     damping = 2.0 * tilt.damping_ratio * math.sqrt(stiffness * about_belt)
     upright = stiffness - carried * g
     force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
-    moment, sin, cos, mr, mgr = rubber.moment, math.sin, math.cos, m * r, m * g * r
+    sin, cos, mr, mgr = math.sin, math.cos, m * r, m * g * r
     # belt and foot without the leg's angle: the inverse of their 2 x 2 matrix does not change
     both = moving * about_belt - carried * carried
     i_yy, i_yp, i_pp = about_belt / both, -carried / both, moving / both

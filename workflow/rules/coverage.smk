@@ -87,6 +87,7 @@ rule write_coverage:
         drawn=LABORATORIES.drawn(),
         experiments=STUDY.all_conditions(),
         code=code_version(workflow.basedir),
+        seed=config["coverage"]["seed"],
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_coverage.py"

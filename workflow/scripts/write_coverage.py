@@ -35,6 +35,7 @@ about = {
     "drawn": snakemake.params.drawn,
     "experiments": snakemake.params.experiments,
     "code": snakemake.params.code,
+    "seed": snakemake.params.seed,
 }
 data = coverage_data(coverage, dropped, laboratories, about)
 Path(snakemake.output.data).write_text(

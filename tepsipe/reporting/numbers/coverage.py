@@ -33,7 +33,7 @@ def coverage_data(
         The tables of the same names (units in their columns).
     about : dict
         title, sets (name -> what it changes), drawn (path -> distribution), experiments (name -> conditions),
-        code (commit, modified); no unit.
+        code (commit, modified), seed; no unit.
 
     Returns
     -------
@@ -71,6 +71,7 @@ def coverage_data(
         "others": [_cells(row) for row in _others(coverage, first).itertuples()],
         "dropped": [_dropped(row) for row in dropped[dropped.mechanism == first].itertuples()],
         "code": about["code"],
+        "seed": about["seed"],
     }
 
 

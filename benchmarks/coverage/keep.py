@@ -1,0 +1,37 @@
+"""Keep the tables of a coverage campaign: ``python benchmarks/coverage/keep.py [results/coverage]``.
+
+Copies the tables of coverage, dropped sources and laboratories into this folder, and writes the commit, the
+seed and the number of laboratories to ``campaign.json``.
+"""
+
+import csv
+import json
+import shutil
+import sys
+from pathlib import Path
+
+TABLES = ("coverage", "dropped", "laboratories")
+HERE = Path(__file__).parent
+
+
+def keep(results: Path, target: Path = HERE) -> dict:
+    """Copy the tables; return what is written to ``campaign.json``."""
+    for name in TABLES:
+        shutil.copyfile(results / f"tables/{name}.csv", target / f"{name}.csv")
+    report = json.loads((results / "report/coverage.json").read_text(encoding="utf-8"))
+    with open(target / "laboratories.csv", newline="", encoding="utf-8") as file:
+        laboratories = list(csv.DictReader(file))
+    about = {
+        **report["code"],
+        "seed": report["seed"],
+        "laboratories": len(laboratories),
+        "failed": sum(row["failed"] != "" for row in laboratories),
+        "sentences": report["sentences"],
+    }
+    text = json.dumps(about, indent=1, ensure_ascii=False) + "\n"
+    (target / "campaign.json").write_text(text, encoding="utf-8")
+    return about
+
+
+if __name__ == "__main__":
+    print(json.dumps(keep(Path(*sys.argv[1:] or ["results/coverage"])), indent=1, ensure_ascii=False))
