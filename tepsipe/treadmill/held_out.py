@@ -11,6 +11,7 @@ which is the error that the compensated estimates inherit. Residuals of calibrat
 without that trial. What the gate cannot see: the state of friction before a pulse, and wrong geometry.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,10 @@ ALIKE = 0.1
 # what a treadmill can be: resonance (Hz), share of the mounts (-), lag of the belt (s)
 LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
 UNITS = {"Fy": "N", "Mx": "Nm"}
+# a model that falls clearly below its limit leaves more than so many times as much, and this part (-)
+TIMES, MORE = 2.0, 0.02
+# standard error of a model that falls below its limit (any unit of a parameter)
+UNKNOWN = 1e9
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,8 @@ class HeldOut:
         Mean velocity of the belt (m/s).
     residual : dict of str to list of ndarray, each of shape (pulses, n)
         Component -> measured less modelled load of every pulse, trial by trial (N, N·m).
+    below_limit_kg : tuple of float
+        Masses at which R2 of the model falls clearly below its limit (kg), see `below_limit`.
     """
 
     rate_hz: float
@@ -58,6 +65,7 @@ class HeldOut:
     kg: np.ndarray
     velocity: np.ndarray
     residual: dict[str, list[np.ndarray]]
+    below_limit_kg: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -97,7 +105,7 @@ class PredictedError:
     ----------
     parameters, standard_error : ndarray, shape (p,)
         dI (N·m·s²/rad), dB (N·m·s/rad), dK (N·m/rad), and their standard errors over the pulses; without dI
-        for an estimator without inertia.
+        for an estimator without inertia. The latter are `UNKNOWN` where R2 falls below its limit.
     trials : tuple of str
         The held-out trials that were used.
     difference : float
@@ -119,10 +127,16 @@ def trusted(error: float, standard_error: float, stiffness: float) -> bool:
     return abs(error) + 2.0 * standard_error <= TRUSTED * abs(stiffness)
 
 
+def below_limit(r2: float, limit: float) -> bool:
+    """Whether R2 of a model (-) falls clearly below its upper limit for linear models (-)."""
+    return bool(1.0 - r2 > TIMES * (1.0 - limit) + MORE)
+
+
 def held_out_residuals(
     calibrated: Calibrated | None,
     training: list[dict[str, BeltRecording]],
     testing: list[dict[str, BeltRecording]],
+    below_limit_kg: Sequence[float] = (),
 ) -> Result:
     """Residuals of all trials, each of a model that has not seen it.
 
@@ -132,6 +146,8 @@ def held_out_residuals(
         The fit of the training trials; without one there are no residuals.
     training, testing : list of dict of str to BeltRecording
         For each trial component -> recording (N, N·m).
+    below_limit_kg : sequence of float
+        Masses at which R2 falls clearly below its limit (kg).
 
     Returns
     -------
@@ -150,6 +166,7 @@ def held_out_residuals(
     units: dict[str, str] = {}
     after_s = min(longest_window(trial["Fy"]) for trial in (*training, *testing))
     facts: dict = {"trials": [], "kg": [], "before_s": BEFORE_S, "after_s": after_s}
+    facts["below_limit_kg"] = list(below_limit_kg)
 
     def keep(windows: PulseWindows, k: int, left: dict[str, np.ndarray]) -> None:
         name = windows.names[k]
@@ -186,6 +203,7 @@ def read_held_out(result: Result) -> HeldOut | None:
         kg=np.array(result.facts["kg"], dtype=float),
         velocity=np.array([result.arrays[f"{name}/velocity"] for name in names]),
         residual={c: [np.asarray(result.arrays[f"{n}/{c}"], dtype=float) for n in names] for c in COMPONENTS},
+        below_limit_kg=tuple(result.facts["below_limit_kg"]),
     )
 
 
@@ -235,6 +253,8 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
             errors.append(found.var(axis=0, ddof=1) / count if count > 1 else np.full(p, np.inf))
         total += weight * np.mean(means, axis=0)
         variance += weight**2 * np.mean(errors, axis=0) / near.size
+        if kg in held_out.below_limit_kg:
+            variance += UNKNOWN**2
         used += [held_out.names[rows[k]] for k in near]
         differences.append(float(apart.min()))
     return PredictedError(total, np.sqrt(variance), tuple(used), max(differences))
