@@ -108,6 +108,27 @@ def test_the_joint_likelihood_has_the_contributions_of_fits_with_another_leg():
         assert budget.contributions[name][0] == pytest.approx(0.5 * (above - below), rel=2e-3, abs=1e-6)
 
 
+def test_tilted_axes_of_the_motion_capture_do_not_change_the_joint_likelihood():
+    trial = trial_of_swing(Joint(), noise_m=1e-6)
+    likelihood = {"likelihood": Pathway("leg", "aligned", "joint-likelihood")}
+
+    def fitted(angle):
+        def turned(x):
+            y, z = x[..., 1].copy(), x[..., 2].copy()
+            x[..., 1], x[..., 2] = (
+                y * np.cos(angle) + z * np.sin(angle),
+                z * np.cos(angle) - y * np.sin(angle),
+            )
+            return x
+
+        return analyse_dummy(with_markers(trial, turned), BARE, likelihood).regressions["likelihood"].mean
+
+    level = fitted(0.0)
+    assert fitted(0.005) == pytest.approx(level, rel=2e-3, abs=2e-5)
+    # further than a belt can be tilted by mistake it is inclined, and axes are what they are
+    assert abs(fitted(0.05)[1] - level[1]) > 1e-4
+
+
 def test_stiffness_and_damping_are_proportional_to_mass_and_centre_of_mass(found):
     for pathway in ("leg", "simulated"):
         mean, budget = found.regressions[pathway].mean, found.budgets[pathway]

@@ -15,7 +15,7 @@ FLAGS = {
     "no-interval": "its standard error or interval is not a number: record more perturbations",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
     "look at the onset of the reflexes, the feet's mass, and the friction of the belt",
-    "window-sensitive": "K changes by more than 10 % between windows: look at the onset of the "
+    "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "
     "reflexes and the treadmill model",
     "skin-motion": "the ankle's centre moves with the pulses but not with sway, so soft tissue moves over "
     "the bone: fasten the markers of the shank to bony places",

@@ -80,6 +80,7 @@ def budgets(study: Study) -> list[str]:
     """Uncertainty budgets of all trials that have one, in the order of `estimates`."""
     files = [f"<results>/uncertainty/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].budgets]
     files += study.of_foot("<results>/uncertainty/foot/{condition}.csv")
+    files += ["<results>/uncertainty/wristalyzer_pooled.csv"] if study.has("wristalyzer_pooled") else []
     return files + [f"<results>/uncertainty/{name}.csv" for name in _of_tasks(study)]
 
 

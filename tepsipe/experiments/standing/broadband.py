@@ -29,6 +29,8 @@ from tepsipe.treadmill.registry import FittedModel
 AFTER_S = 0.2
 # responses within which the apparent centre of the joint is sought (s)
 PULSE_S = (-0.02, 0.1)
+# shift of the apparent centre per motion of the tissue below which it does not show the tissue (-)
+LEAST_SHIFT = 2.0
 # step of the sources for their slopes (their units)
 STEP = 1e-3
 # of a usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
@@ -172,7 +174,7 @@ def cut_broadband(
         centre=centre,
         centre_used=used,
         apparent=apparent,
-        skin_m=0.0 if centre is None or shift is None else _along(apparent.offset_m - centre.offset_m, shift),
+        skin_m=0.0 if centre is None or shift is None else _along(apparent.moving_m - centre.moving_m, shift),
     )
 
 
@@ -262,12 +264,13 @@ def _apparent(
         return centre_from_pulses(epochs.values, at_rest)
 
     found = centre(motion)
-    return found, (centre(moved).offset_m - found.offset_m) / STEP
+    return found, (centre(moved).moving_m - found.moving_m) / STEP
 
 
 def _along(difference: np.ndarray, shift: np.ndarray) -> float:
-    """How much of ``shift`` explains a difference, by least squares (unit of their ratio)."""
-    return float(difference @ shift / (shift @ shift))
+    """How much of ``shift`` explains a difference, by least squares; 0 if the shift shows hardly anything."""
+    size = float(shift @ shift)
+    return float(difference @ shift) / size if size > LEAST_SHIFT**2 else 0.0
 
 
 # ---- to and from a result's file -------------------------------------------------------------------
@@ -302,7 +305,7 @@ def broadband_of(result: Result) -> BroadbandEpochs | None:
     facts = dict(result.facts["broadband"])
     for key in ("centre", "apparent"):
         if facts[key] is not None:
-            arrays = {k: np.array(facts[key][k]) for k in ("offset_m", "standard_error_m")}
+            arrays = {k: np.array(facts[key][k]) for k in ("offset_m", "moving_m", "standard_error_m")}
             facts[key] = JointCentre(**{**facts[key], **arrays})
     arrays = {key: result.arrays[f"broadband/{key}"].astype(float) for key in (*UNITS, "draws")}
     slopes = {source: result.arrays[f"broadband/slopes/{source}"] for source in SOURCES}

@@ -14,9 +14,9 @@ from tepsipe.treadmill.held_out import BEYOND, trusted
 # each check alone warns of 1 healthy trial in 100
 CONFIDENCE = 0.99
 # what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one (-)
-DIFFERENCE, WINDOW_RANGE = 0.05, 0.1
+DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
 # motion of the soft tissue that matters (m)
-SKIN_M = 0.0005
+SKIN_M = 0.001
 # share of the perturbations that must be usable (-)
 USABLE = 0.7
 
