@@ -34,8 +34,6 @@ FLAGS = {
     "the bone: fasten the markers of the shank to bony places",
     "centre-assumed": "quiet sway does not show the centre of the ankle, because it is too short or the foot "
     "turns: palpate the centre carefully, or record more quiet standing",
-    "beyond-calibration": "the mass on the belt exceeds those that the treadmill model was calibrated with: "
-    "record trials with a weight near that mass",
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
     "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",
