@@ -432,7 +432,7 @@ def interval_without(outcome: Outcome, source: str) -> tuple[float, float] | Non
 def dropped_rows(outcomes: Sequence[Outcome], sets: Sequence[str]) -> list[DroppedRow]:
     """Coverage of the recommended estimates with one source at a time taken out of their budgets.
 
-    ``outcomes`` are those of all laboratories (units in them), ``sets`` the names of the sets, the nominal one
+    ``outcomes`` are those of all laboratories (units in them), ``sets`` their sets, the nominal one
     first; rows in the order of the outcomes, source by source.
     """
     rows = []
