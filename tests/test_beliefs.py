@@ -21,6 +21,9 @@ SAME = {
     "treadmill.plate.vertical_leak": ("dummy.vertical_leak", 1.0),
     "treadmill.plate.origin_height_m": ("dummy.origin_height_m", 1.0),
     "treadmill.capture.clock_ppm": ("dummy.clock_ratio", 1e-6),
+    "wristalyzer.manipulator.torque_scale": ("wristalyzer.torque_scale", 1.0),
+    "wristalyzer.manipulator.angle_scale": ("wristalyzer.angle_scale", 1.0),
+    "wristalyzer.manipulator.torque_delay_s": ("wristalyzer.torque_delay_s", 1.0),
     "treadmill.capture.length_scale": ("dummy.marker_scale", 1.0),
     "treadmill.capture.vertical_rad": ("dummy.vertical_rad", 1.0),
     # the time between markers is the inverse of their rate
@@ -59,11 +62,12 @@ def test_laboratory_and_analysis_believe_the_same(drawn, shipped_config, path):
 
 
 def test_what_only_one_of_them_has_is_named_with_its_reason(drawn, shipped_config):
-    of_rigs = {path for path in drawn if path.startswith(("dummy.", "treadmill.plate", "treadmill.capture"))}
+    rigs = ("wristalyzer.", "dummy.", "treadmill.plate", "treadmill.capture")
+    of_rigs = {path for path in drawn if path.startswith(rigs)}
     assert of_rigs == set(SAME) | set(HARMLESS)
     believed = {
         f"{experiment}.{name}"
-        for experiment in ("dummy", "weight")
+        for experiment in ("wristalyzer", "dummy", "weight")
         for name in sources_of(shipped_config["uncertainty"][experiment])
     }
     shared = {name for name, _ in SAME.values()} | {"weight.force_scale", "weight.marker_scale"}

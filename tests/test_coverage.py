@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 from dataclasses import replace
 
 import pandas as pd
@@ -29,6 +30,7 @@ from tepsipe.reporting.coverage import (
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.numbers.coverage import coverage_data
 from tepsipe.statistics.coverage import clopper_pearson, share_of
+from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
 
 SETS = {"nominal": {}, "shifted-means": {"shift": 1.0}, "heavy-tails": {"student_freedom": 3}}
@@ -357,3 +359,44 @@ def test_coverage_study_that_cannot_run_is_refused_in_one_sentence(changes, word
     with pytest.raises(InputError) as refusal:
         checked(changes)
     assert words in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+def stopped(monkeypatch, tmp_path, words, **found):
+    """Run a laboratory whose Snakemake ends with 1, and leaves these words behind."""
+
+    def ends(folder, log):
+        log.write_text(words, encoding="utf-8")
+        if found:
+            (folder / laboratories.STOPPED).parent.mkdir(parents=True)
+            (folder / laboratories.STOPPED).write_text(json.dumps(found), encoding="utf-8")
+        return 1
+
+    monkeypatch.setattr(laboratories, "_snakemake", ends)
+    return laboratories.run({"config/config.yaml": "a: 1\n"}, tmp_path)
+
+
+def test_what_stops_a_laboratory_for_good_is_told_apart_from_what_may_pass(monkeypatch, tmp_path):
+    sentence = "tepsipe: fit_dummy/sine: expected 8 markers, found 7: export it again"
+    about = {"rule": "fit_dummy", "log": "x.log", "said": sentence}
+    said = stopped(monkeypatch, tmp_path / "a", "", **about, lasting=True)
+    assert said == sentence.removeprefix("tepsipe: ")
+    with pytest.raises(OSError, match="expected 8 markers"):
+        stopped(monkeypatch, tmp_path / "b", "", **about, lasting=False)
+    refused = "Building DAG\ntepsipe: config.yaml: expected a mass, found -1: correct it\n"
+    assert stopped(monkeypatch, tmp_path / "c", refused) == refused.splitlines()[1].removeprefix("tepsipe: ")
+    with pytest.raises(OSError, match="found status 1: look there"):
+        stopped(monkeypatch, tmp_path / "d", "Segmentation fault")
+
+
+def test_configuration_of_a_laboratory_keeps_its_date_unless_it_changes(monkeypatch, tmp_path):
+    monkeypatch.setattr(laboratories, "_snakemake", lambda folder, log: 0)
+    path = tmp_path / "config/config.yaml"
+    assert laboratories.run({"config/config.yaml": "a: 1\n"}, tmp_path) == ""
+    os.utime(path, (1, 1))
+    laboratories.run({"config/config.yaml": "a: 1\n"}, tmp_path)
+    assert path.stat().st_mtime == 1
+    laboratories.run({"config/config.yaml": "a: 2\n"}, tmp_path)
+    assert path.stat().st_mtime > 1
+    (tmp_path / "results").mkdir()
+    laboratories.forget(tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["config"]

@@ -98,11 +98,12 @@ def test_outputs_of_the_shipped_study(shipped):
     everything = outputs.everything(shipped)
     assert len(everything) == len(set(everything))
     figures = outputs.figures(shipped)
-    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 4
-    assert outputs.budget_names(shipped) == ["dummy", "foot", "weight", "standing"]
+    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 5
+    assert outputs.budget_names(shipped) == ["wristalyzer", "dummy", "foot", "weight", "standing"]
     assert shipped.budgeted_foot() == "foot-compensated"
-    # trials of the dummy, its foot, the weight, and the person, her tasks and their difference
-    assert len(outputs.budgets(shipped)) == 12 + 12 + 13 + 16 + 2 + 1
+    # trials of the manipulator and all of them together, of the dummy, its foot, the weight, and the
+    # person, her tasks and their difference
+    assert len(outputs.budgets(shipped)) == 5 + 1 + 12 + 12 + 13 + 16 + 2 + 1
     assert "<results>/figures/figure_b_12.svg" in figures
     assert len(outputs.standing_figures(shipped)) == 32
     assert len(outputs.pages(shipped)) == 56

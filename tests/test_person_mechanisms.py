@@ -143,7 +143,7 @@ def test_soft_tissue_follows_slow_motion_and_stays_behind_fast_motion(shipped):
         gain = ratio**2 / math.hypot(1.0 - ratio**2, 0.6 * ratio)
         moved = np.column_stack([1e-3 * np.sin(2.0 * math.pi * hz * time), 0.0 * time])
         found = wobble(SkinTruth(12.0, 0.3), 1.0, still, moved)[time > 4.0, 0]
-        assert np.abs(found).max() == pytest.approx(1e-3 * gain, rel=0.02)
+        assert np.abs(found).max() == pytest.approx(1e-3 * gain, rel=0.03)
 
 
 def replace_motion(motion, time):

@@ -14,10 +14,12 @@ from tepsipe.experiments.wristalyzer import (
     cross_validate_wristalyzer,
     cross_validation_estimates,
     prepare,
+    wristalyzer_contributions,
     wristalyzer_estimates,
     wristalyzer_result,
 )
 from tepsipe.identification.admittance_fit import Bounds
+from tepsipe.statistics.uncertainty import Source
 
 JOINT = np.array([0.015, 0.1, 8.0])
 START = np.array([0.001, 0.1, 5.0])
@@ -76,7 +78,8 @@ def test_averaged_bins_recover_inertia_and_stiffness_and_bias_damping():
 def test_rows_hold_every_quantity_of_every_estimator(noisy):
     rows = wristalyzer_estimates("0.16", noisy)
     estimators = ["spectral-fit", "spectral-fit-modulus", "spectral-fit-periods"]
-    assert [row.estimator for row in rows] == [name for name in estimators for _ in range(5)]
+    names = [name for name in estimators for _ in range(5)] + ["period-regression"] * 4
+    assert [row.estimator for row in rows] == names
     assert [row.quantity for row in rows[:5]] == ["I", "B", "K", "error", "VAF_trial"]
     assert {row.condition for row in rows} == {"0.16"}
 
@@ -84,14 +87,15 @@ def test_rows_hold_every_quantity_of_every_estimator(noisy):
 @pytest.mark.parametrize("estimator", ["spectral-fit", "spectral-fit-periods"])
 def test_intervals_have_the_freedom_of_the_frequencies_that_were_fitted(estimator, noisy):
     fitted = noisy.spectra[estimator].band(*OPTIONS.fit_band_hz).frequency_hz.size
-    quantile = stats.t.ppf(0.975, 2 * fitted - 3)
+    assert noisy.budgets[estimator].freedom_a == 2 * fitted - 3
+    quantile = stats.t.ppf(0.975, noisy.budgets[estimator].effective_freedom[1])
     row = rows_of(noisy, estimator)["B"]
     assert (row.ci_high - row.ci_low) / 2.0 == pytest.approx(quantile * row.standard_error, rel=1e-6)
 
 
 def test_interval_of_stiffness_over_periods_holds_the_joint_and_the_modulus_has_none(noisy):
     row = rows_of(noisy, "spectral-fit-periods")["K"]
-    assert row.standard_error == noisy.periods_error[2]
+    assert row.standard_error == pytest.approx(np.hypot(row.u_type_a, row.u_type_b))
     assert row.ci_low < JOINT[2] < row.ci_high
     for quantity in ("I", "B", "K"):
         none = rows_of(noisy, "spectral-fit-modulus")[quantity]
@@ -160,3 +164,67 @@ def test_fit_at_a_bound_flags_its_rows_and_no_others():
         row for row in wristalyzer_estimates("0.16", analyse(trial_with())) if "modulus" not in row.estimator
     ]
     assert {row.flags for row in free} == {""}
+
+
+SOURCES = {
+    "torque_scale": Source("torque_scale", 0.02),
+    "angle_scale": Source("angle_scale", 0.01),
+    "torque_delay_s": Source("torque_delay_s", 5e-4),
+}
+
+
+def shifted(trial, delay_s=0.0, torque_scale=1.0, angle_scale=1.0):
+    """The trial as a rig records it whose torque, angle and delay are off."""
+    torque, angle = trial.values("torque"), trial.values("angle")
+    frequency = np.fft.rfftfreq(torque.size, 1.0 / trial.rate_hz)
+    early = np.fft.irfft(np.fft.rfft(torque) * np.exp(2j * np.pi * frequency * delay_s), torque.size)
+    return trial_of(trial.rate_hz, torque=(early / torque_scale, "Nm"), angle=(angle * angle_scale, "rad"))
+
+
+QUICK = replace(
+    OPTIONS, random_starts=0, tried_stiffness_Nm_per_rad=(10.0,), profile_Nm_per_rad=(7.0, 9.0, 3)
+)
+
+
+def of_estimator(analysis, estimator):
+    if estimator == "period-regression":
+        return analysis.regression.parameters
+    return analysis.fits[estimator].parameters
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_contribution_of_a_source_is_what_the_whole_analysis_returns_with_it(name):
+    trial, u = trial_with(noise_rad=1e-4), SOURCES[name].standard_uncertainty
+    budgets = analyse_wristalyzer(trial, QUICK, np.random.default_rng(1), SOURCES).budgets
+    key, nominal = ("delay_s", 0.0) if name == "torque_delay_s" else (name, 1.0)
+    above, below = (analyse(shifted(trial, **{key: nominal + sign * u}), QUICK) for sign in (1.0, -1.0))
+    for estimator in ("spectral-fit", "spectral-fit-periods", "period-regression"):
+        found = 0.5 * (of_estimator(above, estimator) - of_estimator(below, estimator))
+        if estimator == "period-regression" and name == "torque_delay_s":
+            assert name not in budgets[estimator].contributions
+            assert np.abs(found / JOINT).max() < 2e-3
+        else:
+            stated = budgets[estimator].contributions[name][0]
+            assert (np.abs(stated - found) < 1e-4 * JOINT + 0.03 * np.abs(found)).all()
+
+
+def test_regression_over_periods_is_recommended_and_the_spectral_fit_without_a_period(noisy):
+    told = {(r.estimator, r.quantity) for r in wristalyzer_estimates("0.16", noisy) if r.recommended}
+    assert told == {("period-regression", q) for q in "IBK"}
+    alone = analyse(trial_with(), replace(QUICK, perturbation_period_s=None))
+    told = {(r.estimator, r.quantity) for r in wristalyzer_estimates("0.16", alone) if r.recommended}
+    assert told == {("spectral-fit", q) for q in "IBK"}
+
+
+def test_budget_rows_hold_scatter_and_every_source_of_every_estimator():
+    found = analyse_wristalyzer(trial_with(noise_rad=0.003), QUICK, np.random.default_rng(1), SOURCES)
+    rows = wristalyzer_estimates("0.16", found)
+    table = wristalyzer_contributions(rows, found.budgets)
+    of = {e: {c.source for c in table if c.estimator == e} for e in found.budgets}
+    assert of["spectral-fit"] == {"scatter", *SOURCES}
+    assert of["spectral-fit-periods"] == {"scatter", "fit_criterion", *SOURCES}
+    assert of["period-regression"] == {"scatter", "fitted_band", "torque_scale", "angle_scale"}
+    for row in rows:
+        own = [c.u for c in table if (c.estimator, c.quantity) == (row.estimator, row.quantity)]
+        if own:
+            assert row.standard_error == pytest.approx(np.sqrt(np.sum(np.square(own))))

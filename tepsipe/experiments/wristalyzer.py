@@ -1,11 +1,13 @@
 """SIPE in the torque-controlled manipulator, from one trial to its parameters (thesis section 3-1-1)."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.wristalyzer_budget import period_budget, spectral_budget
 from tepsipe.identification.admittance_fit import (
     AdmittanceFit,
     Bounds,
@@ -14,8 +16,9 @@ from tepsipe.identification.admittance_fit import (
     fit_from_many_starts,
     fit_scaled,
     profile_stiffness,
-    standard_error_of_misfit,
 )
+from tepsipe.identification.period_regression import PeriodFit, fit_periods
+from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
@@ -23,8 +26,12 @@ from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged, power_at_lines
 from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.uncertainty import Budget, Source
 
 PATHWAY = "admittance"
+REGRESSION = "period-regression"
+# without a period no regression over periods
+WITHOUT_PERIOD = "spectral-fit"
 
 
 @dataclass(frozen=True)
@@ -143,8 +150,10 @@ class WristalyzerAnalysis:
         Fits from random starting values.
     tried : list of (float, AdmittanceFit, AdmittanceFit)
         Starting K (N·m/rad), fit with complex residuals, fit with the modulus.
-    periods_error : ndarray, shape (3,), or None
-        Standard error of the leakage-free fit (N·m·s²/rad, N·m·s/rad, N·m/rad); None without a period.
+    regression : PeriodFit or None
+        The linear joint nearest to the trial (units there); None without a period.
+    budgets : dict of str to Budget
+        Estimator -> uncertainty of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), where there is one.
     """
 
     prepared: PreparedTrial
@@ -154,17 +163,22 @@ class WristalyzerAnalysis:
     profile: StiffnessProfile
     many_starts: list[AdmittanceFit]
     tried: list[tuple[float, AdmittanceFit, AdmittanceFit]]
-    periods_error: np.ndarray | None = None
+    regression: PeriodFit | None = None
+    budgets: dict[str, Budget] = field(default_factory=dict)
 
 
 def analyse_wristalyzer(
-    trial: Trial, options: WristalyzerOptions, rng: np.random.Generator
+    trial: Trial,
+    options: WristalyzerOptions,
+    rng: np.random.Generator,
+    sources: Mapping[str, Source] | None = None,
 ) -> WristalyzerAnalysis:
-    """Estimate the admittance of the joint and fit I, B, K by three estimators.
+    """Estimate the admittance of the joint and fit I, B, K by four estimators.
 
     ``spectral-fit`` averages raw spectra over neighbouring frequencies as the thesis does, and minimises
     its criterion (3-6). ``spectral-fit-modulus`` does the same with the modulus of the log ratio as
     residual, as (3-6) is printed. ``spectral-fit-periods`` averages over whole periods instead.
+    ``period-regression`` is the linear joint nearest to the torque, from whole periods, too.
 
     Parameters
     ----------
@@ -174,6 +188,8 @@ def analyse_wristalyzer(
         Choices (units in their names).
     rng : numpy.random.Generator
         Draws starting values.
+    sources : mapping of str to Source, optional
+        What is not known exactly: torque_scale, angle_scale (-), torque_delay_s.
 
     Returns
     -------
@@ -199,23 +215,21 @@ def analyse_wristalyzer(
         "spectral-fit": fit_scaled(band, bounds),
         "spectral-fit-modulus": fit_as_printed(band, bounds),
     }
-    best_band, best, periods_error = band, fits["spectral-fit"], None
-    if options.perturbation_period_s is not None:
-        periodic = period_averaged(
-            torque,
-            angle,
-            prepared.rate_hz,
-            options.perturbation_period_s,
-            options.excited_band_hz,
-        )
+    sources = sources or {}
+    budgets = {WITHOUT_PERIOD: spectral_budget(fits["spectral-fit"], band, bounds, sources)}
+    best_band, best, regression = band, fits["spectral-fit"], None
+    period_s = options.perturbation_period_s
+    if period_s is not None:
+        periodic = period_averaged(torque, angle, prepared.rate_hz, period_s, options.excited_band_hz)
         best_band = periodic.band(*options.fit_band_hz)
         best = fit_scaled(best_band, bounds)
-        spectra["spectral-fit-periods"] = periodic
-        fits["spectral-fit-periods"] = best
-        power = power_at_lines(
-            torque, prepared.rate_hz, options.perturbation_period_s, best_band.frequency_hz
-        )
-        periods_error = standard_error_of_misfit(best, best_band, power)
+        spectra["spectral-fit-periods"], fits["spectral-fit-periods"] = periodic, best
+        power = power_at_lines(torque, prepared.rate_hz, period_s, best_band.frequency_hz)
+        budgets["spectral-fit-periods"] = spectral_budget(best, best_band, bounds, sources, power)
+        # not filtered: its lines are far below half the rate
+        recorded = [trial.values(name)[prepared.kept] for name in ("torque", "angle")]
+        regression = fit_periods(*recorded, trial.rate_hz, period_s, options.excited_band_hz)
+        budgets[REGRESSION] = period_budget(regression, sources)
     tried = []
     for stiffness in options.tried_stiffness_Nm_per_rad:
         start = Bounds(np.array([*bounds.start[:2], stiffness]), bounds.lower, bounds.upper)
@@ -229,7 +243,8 @@ def analyse_wristalyzer(
         profile=profile_stiffness(best_band, bounds, best, np.linspace(low, high, points)),
         many_starts=fit_from_many_starts(band, bounds, options.random_starts, rng),
         tried=tried,
-        periods_error=periods_error,
+        regression=regression,
+        budgets=budgets,
     )
 
 
@@ -237,27 +252,42 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
     """Tidy rows of one trial: I, B, K, VAF over the trial (%), the fit's error (-), and its flags.
 
     The modulus as residual gives no interval: its sum of squares says nothing of the spread of a fit that
-    ends where it began.
+    ends where it began. The regression over periods is recommended; without a period ``spectral-fit`` is.
     """
     rows = []
     for estimator, fit in analysis.fits.items():
         flags = ["at-bound"] * fit.at_bound + ["not-converged"] * (not fit.converged)
-        own: list[Estimate] = []
         names = ("wristalyzer", condition, PATHWAY, estimator)
-        error = analysis.periods_error if estimator == "spectral-fit-periods" else fit.standard_error
-        quantile = scipy.stats.t.ppf(0.975, fit.degrees_of_freedom)
-        for k, quantity in enumerate(PARAMETERS):
-            value, printed = float(fit.parameters[k]), float(fit.sem_as_printed[k])
-            half = quantile * error[k]
-            spread = (float(error[k]), float(value - half), float(value + half))
-            if estimator == "spectral-fit-modulus":
-                spread = (None, None, None)
-            own.append(Estimate(*names, quantity, UNITS[quantity], value, *spread, printed))
+        own = [
+            Estimate(*names, q, UNITS[q], float(value), sem_as_printed=float(printed))
+            for q, value, printed in zip(PARAMETERS, fit.parameters, fit.sem_as_printed, strict=True)
+        ]
+        if estimator in analysis.budgets:
+            own = with_budget(own, analysis.budgets[estimator], PARAMETERS)
         own.append(Estimate(*names, "error", "1", fit.cost))
         own.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(fit.parameters)))
         rows += flagged(own, *flags)
-    by_periods = "spectral-fit-periods" in analysis.fits
-    return recommended(rows, PATHWAY, "spectral-fit-periods" if by_periods else "spectral-fit")
+    if analysis.regression is None:
+        return recommended(rows, PATHWAY, WITHOUT_PERIOD)
+    found, names = analysis.regression.parameters, ("wristalyzer", condition, PATHWAY, REGRESSION)
+    own = [Estimate(*names, q, UNITS[q], float(x)) for q, x in zip(PARAMETERS, found, strict=True)]
+    rows += with_budget(own, analysis.budgets[REGRESSION], PARAMETERS)
+    rows.append(Estimate(*names, "VAF_trial", "%", analysis.prepared.prediction_vaf(found)))
+    return recommended(rows, PATHWAY, REGRESSION)
+
+
+def wristalyzer_contributions(rows: list[Estimate], budgets: Mapping[str, Budget]) -> list[Contribution]:
+    """Rows of the table of budgets, for the rows of `wristalyzer_estimates` (units in them).
+
+    ``budgets`` are those of the analysis: estimator -> uncertainty of I, B, K (their units).
+    """
+    return [
+        contribution
+        for estimator, budget in budgets.items()
+        for contribution in contributions_of(
+            [row for row in rows if row.estimator == estimator], budget, PARAMETERS
+        )
+    ]
 
 
 def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:

@@ -1,12 +1,18 @@
 """All trials of the torque-controlled manipulator together: a joint that is not linear, and friction."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from tepsipe.experiments.budgets import contributions_of, with_budget
 from tepsipe.experiments.wristalyzer import PATHWAY
+from tepsipe.experiments.wristalyzer_budget import pooled_budget
 from tepsipe.identification.pooled_regression import UNITS, PerturbedRecord, PooledFit, fit_pooled
+from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
+from tepsipe.statistics.uncertainty import Source
 
 CONDITION = "pooled"
 ESTIMATOR = "time-domain-pooled"
@@ -48,25 +54,33 @@ def fit_wristalyzer_together(
     return fit_pooled(records, rate, period_s, lowpass_cutoff_hz, lowpass_order)
 
 
-def pooled_estimates(fit: PooledFit) -> list[Estimate]:
-    """Tidy rows of the condition ``pooled`` (units in them): K and B are those of small movements."""
+def pooled_estimates(
+    fit: PooledFit, sources: Mapping[str, Source]
+) -> tuple[list[Estimate], list[Contribution]]:
+    """Tidy rows of the condition ``pooled`` (units in them): K and B are those of small movements.
+
+    Parameters
+    ----------
+    fit : PooledFit
+        The fit (units there).
+    sources : mapping of str to Source
+        What is not known exactly: torque_scale, angle_scale (-).
+
+    Returns
+    -------
+    estimates : list of Estimate
+        I, B, K are recommended.
+    contributions : list of Contribution
+        Their budgets, source by source.
+    """
+    budget, quantities = pooled_budget(fit, sources), list(fit.values)
     rows = [
-        Estimate(
-            "wristalyzer",
-            CONDITION,
-            PATHWAY,
-            ESTIMATOR,
-            quantity,
-            UNITS[quantity],
-            value,
-            fit.standard_error[quantity],
-            fit.low[quantity],
-            fit.high[quantity],
-        )
+        Estimate("wristalyzer", CONDITION, PATHWAY, ESTIMATOR, quantity, UNITS[quantity], value)
         for quantity, value in fit.values.items()
         if quantity not in NUISANCE
     ]
-    return recommended(rows, PATHWAY, ESTIMATOR)
+    rows = recommended(with_budget(rows, budget, quantities), PATHWAY, ESTIMATOR)
+    return rows, contributions_of(rows, budget, quantities)
 
 
 def pooled_result(conditions: list[str], fit: PooledFit) -> Result:

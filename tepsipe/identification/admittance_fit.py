@@ -199,15 +199,12 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
     )
 
 
-def standard_error_of_misfit(
-    fit: AdmittanceFit, estimate: FrequencyResponse, power: np.ndarray
-) -> np.ndarray:
+def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarray:
     """Standard error of a fit whose residuals are unequal and not only noise.
 
     Every frequency has a variance of its own, that of its own residual (White's estimator, HC3): noise and
     the distortions of a joint that is not linear differ between frequencies, and distortions repeat in every
-    period. To it is added how far the criterion decides: a second fit by least squares of the torque,
-    S_uu |1 - H / H_model|^2, would be the same for a linear joint; its distance d counts as d / sqrt(3).
+    period.
 
     Parameters
     ----------
@@ -215,8 +212,6 @@ def standard_error_of_misfit(
         Result of `fit_scaled`.
     estimate : FrequencyResponse
         The n frequencies that were fitted (Hz, rad/(N·m)).
-    power : ndarray, shape (n,)
-        Power of the torque at these frequencies (any unit).
 
     Returns
     -------
@@ -236,13 +231,37 @@ def standard_error_of_misfit(
     # gain and phase of a frequency have one variance
     squares = np.tile(squares.reshape(2, -1).mean(axis=0), 2)
     covariance = inverse @ (jacobian.T * squares) @ jacobian @ inverse
+    return np.sqrt(np.diag(covariance)) * TYPICAL
+
+
+def distance_to_other_criterion(
+    fit: AdmittanceFit, estimate: FrequencyResponse, power: np.ndarray
+) -> np.ndarray:
+    """How far the criterion decides: the fit less one by least squares of the torque.
+
+    That minimises S_uu |1 - H / H_model|^2, and would be the same for a linear joint.
+
+    Parameters
+    ----------
+    fit : AdmittanceFit
+        Result of `fit_scaled`.
+    estimate : FrequencyResponse
+        The n frequencies that were fitted (Hz, rad/(N·m)).
+    power : ndarray, shape (n,)
+        Power of the torque at these frequencies (any unit).
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    """
     omega, response = 2.0 * np.pi * estimate.frequency_hz, estimate.response
     columns = np.column_stack([-(omega**2) * response, 1j * omega * response, response])
     weighted, unit = columns * np.sqrt(power)[:, None], np.sqrt(power)
     other = np.linalg.lstsq(
         np.vstack([weighted.real, weighted.imag]), np.concatenate([unit, 0.0 * unit]), rcond=None
     )[0]
-    return np.sqrt(np.diag(covariance) * TYPICAL**2 + (fit.parameters - other) ** 2 / 3.0)
+    return fit.parameters - other
 
 
 def fit_from_many_starts(

@@ -77,6 +77,8 @@ class PooledFit:
     values, standard_error, low, high : dict of str to float
         Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS`; without those of
         softening where the data do not ask for it.
+    freedom : float
+        Degrees of freedom of the standard errors (-).
     systematic_Nm : float
         RMS of the torque that the model leaves unexplained in every period alike (N·m).
     without_softening_Nm : float
@@ -92,6 +94,7 @@ class PooledFit:
     standard_error: dict[str, float]
     low: dict[str, float]
     high: dict[str, float]
+    freedom: float
     systematic_Nm: float
     without_softening_Nm: float
     rms_angle: np.ndarray
@@ -224,6 +227,7 @@ def fit_pooled(
         standard_error=dict(zip(names, error.tolist(), strict=True)),
         low=dict(zip(names, (parameters - half).tolist(), strict=True)),
         high=dict(zip(names, (parameters + half).tolist(), strict=True)),
+        freedom=float(freedom),
         systematic_Nm=float(np.sqrt(max(cost, 0.0) / pairs)),
         without_softening_Nm=float(np.sqrt(max(without, 0.0) / pairs)),
         rms_angle=np.array([record.angle[record.kept].std() for record in records]),

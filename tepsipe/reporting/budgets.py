@@ -37,10 +37,16 @@ SOURCES = {
     "force_marker_delay_s": "delay of forces after markers",
     "skin_m": "motion of soft tissue over bone",
     "marked_rotation": "difference between the legs",
+    "foot_rotation": "rotation of the foot",
     "moment_scale": "scale of the plate's moment",
     "window_s": "choice of the window",
     "model_discrepancy": "misfit of the rig's model",
     "reflex_onset_s": "onset of the reflex",
+    "torque_scale": "scale of the torque",
+    "angle_scale": "scale of the angle",
+    "torque_delay_s": "delay of the torque after its record",
+    "fit_criterion": "criterion of the fit",
+    "fitted_band": "fitted band",
 }
 UNITS_OF_NAMES = ("_kgm2", "_kg", "_m", "_s", "_rad", "_scale", "_ratio", "_Nm", "_N", "_hz")
 
@@ -147,7 +153,8 @@ def budgeted(estimates: Iterable[Estimate], foot_pathway: str | None) -> dict[st
     """
     found: dict[str, list[Estimate]] = {}
     for e in estimates:
-        if e.recommended:
+        # a fit to all trials together has a budget, but not the same sources
+        if e.recommended and (e.experiment, e.condition) != ("wristalyzer", "pooled"):
             found.setdefault(e.experiment, []).append(e)
         if e.experiment == "dummy" and e.pathway == foot_pathway and e.quantity in QUOTED:
             found.setdefault("foot", []).append(e)

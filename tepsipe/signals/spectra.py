@@ -208,28 +208,53 @@ def period_averaged(
     InputError
         If the period is not a whole number of samples, or the record holds fewer than two.
     """
+    frequency, u_lines = period_spectra(u, rate_hz, period_s, band_hz)
+    _, y_lines = period_spectra(y, rate_hz, period_s, band_hz)
+    s_uu = np.mean(np.abs(u_lines) ** 2, axis=0)
+    s_yy = np.mean(np.abs(y_lines) ** 2, axis=0)
+    s_uy = np.mean(np.conj(u_lines) * y_lines, axis=0)
+    return _estimate(frequency, s_uu, s_yy, s_uy, len(u_lines))
+
+
+def period_spectra(
+    x: np.ndarray, rate_hz: float, period_s: float, band_hz: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Spectrum of each of the last whole periods of a record.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Signal (any unit).
+    rate_hz, period_s : float
+        Sampling rate (Hz), and period, a whole number of samples (s).
+    band_hz : (float, float)
+        Lowest and highest frequency (Hz).
+
+    Returns
+    -------
+    frequency, spectra : ndarray of shape (lines,), (periods, lines)
+        Multiples of 1 / period within the band (Hz), and the discrete Fourier transform (unit of x).
+
+    Raises
+    ------
+    InputError
+        If the period is not a whole number of samples, or the record holds fewer than two.
+    """
     length = round(period_s * rate_hz)
     if abs(length - period_s * rate_hz) > 1e-6:
         raise InputError(
             f"expected a perturbation period of whole samples at {rate_hz:g} Hz, found {period_s:g} s: "
             "change the resampling rate in the configuration"
         )
-    periods = u.size // length
+    periods = x.size // length
     if periods < 2:
         raise InputError(
             f"expected at least two periods of {period_s:g} s after cutting the ends, found "
-            f"{u.size / rate_hz:.3g} s of record: cut less or record longer"
+            f"{x.size / rate_hz:.3g} s of record: cut less or record longer"
         )
-    kept = periods * length
-    spectra_u = np.fft.rfft(u[-kept:].reshape(periods, length), axis=1)
-    spectra_y = np.fft.rfft(y[-kept:].reshape(periods, length), axis=1)
     frequency = np.fft.rfftfreq(length, 1.0 / rate_hz)
     lines = (frequency >= band_hz[0] - 1e-9) & (frequency <= band_hz[1] + 1e-9)
-    u_lines, y_lines = spectra_u[:, lines], spectra_y[:, lines]
-    s_uu = np.mean(np.abs(u_lines) ** 2, axis=0)
-    s_yy = np.mean(np.abs(y_lines) ** 2, axis=0)
-    s_uy = np.mean(np.conj(u_lines) * y_lines, axis=0)
-    return _estimate(frequency[lines], s_uu, s_yy, s_uy, periods)
+    return frequency[lines], np.fft.rfft(x[-periods * length :].reshape(periods, length), axis=1)[:, lines]
 
 
 def power_at_lines(u: np.ndarray, rate_hz: float, period_s: float, frequency_hz: np.ndarray) -> np.ndarray:

@@ -37,6 +37,8 @@ class ManipulatorTruth:
         Root mean square of the multisine per unit of scale factor (N·m).
     torque_scale, angle_scale : float
         True torque over commanded torque, and encoder reading over true angle (-).
+    torque_delay_s : float
+        Delay of the drive: a torque acts this long after its command (s).
     band_low_hz, band_high_hz, period_s, command_rate_hz : float
         Multisine's lowest and highest component (Hz), its period (s), rate of the command (Hz).
     log_rate_hz, log_jitter_s : float
@@ -61,6 +63,7 @@ class ManipulatorTruth:
     torque_per_factor_Nm: float
     torque_scale: float
     angle_scale: float
+    torque_delay_s: float
     band_low_hz: float
     band_high_hz: float
     period_s: float
@@ -164,7 +167,9 @@ def record_manipulator(
     rate = truth.command_rate_hz
     command = factor * truth.torque_per_factor_Nm * multisine(truth, duration_s, signal_rng)
     lead = round(truth.lead_s * rate)
-    pushed = truth.torque_scale * command
+    instants = np.arange(command.size, dtype=float)
+    late = np.interp(instants - rate * truth.torque_delay_s, instants, command, left=0.0)
+    pushed = truth.torque_scale * late
     applied = np.concatenate([np.zeros(lead), pushed, np.zeros(round(truth.tail_s * rate) + 1)])
     white = trial_rng.standard_normal(applied.size)
     ripple = scipy.signal.sosfilt(
@@ -191,7 +196,9 @@ def record_manipulator(
         with_slack = relaxation.with_slack(derivative, lambda state: state[0])
         time, states = integrate(with_slack, (0.0, 0.0, 0.0), total_s, rate)
     th, w = states[:, :2].T
-    torque = np.array(applied)[np.minimum(np.arange(time.size), last)]
+    held = np.array(applied)[np.minimum(np.arange(time.size), last)]
+    # a torque is held from its instant to the next: at the instant itself it is half of both
+    torque = 0.5 * (held + np.concatenate([held[:1], held[:-1]]))
     motion = TrueMotion(time - truth.lead_s, th, w, np.gradient(w, time), torque)
     return _log(truth, time, states, command, trial_rng, motion)
 

@@ -8,12 +8,14 @@ rule fit_wristalyzer:
     output:
         fit="<results>/fits/wristalyzer/{condition}.h5",
         estimates="<results>/estimates/wristalyzer/{condition}.csv",
+        uncertainty="<results>/uncertainty/wristalyzer/{condition}.csv",
     log:
         "<logs>/fit_wristalyzer/{condition}.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
         analysis=SETTINGS["wristalyzer"]["analysis"],
+        uncertainty=SETTINGS["uncertainty"]["wristalyzer"],
         seed=SEED,
     script:
         "../scripts/fit_wristalyzer.py"
@@ -43,6 +45,7 @@ rule pool_wristalyzer:
     output:
         fit="<results>/fits/wristalyzer_pooled.h5",
         estimates="<results>/estimates/wristalyzer_pooled.csv",
+        uncertainty="<results>/uncertainty/wristalyzer_pooled.csv",
     log:
         "<logs>/pool_wristalyzer.log",
     conda:
@@ -50,6 +53,7 @@ rule pool_wristalyzer:
     params:
         conditions=STUDY.conditions("wristalyzer"),
         analysis=STUDY.pooled_wristalyzer(),
+        uncertainty=SETTINGS["uncertainty"]["wristalyzer"],
     script:
         "../scripts/pool_wristalyzer.py"
 

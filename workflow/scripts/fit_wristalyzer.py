@@ -9,13 +9,16 @@ import numpy as np
 from tepsipe.experiments.wristalyzer import (
     WristalyzerOptions,
     analyse_wristalyzer,
+    wristalyzer_contributions,
     wristalyzer_estimates,
     wristalyzer_result,
 )
 from tepsipe.identification.admittance_fit import Bounds
+from tepsipe.io.budget_table import write_budgets
 from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
+from tepsipe.statistics.uncertainty import sources_of
 
 analysis = dict(snakemake.params.analysis)
 
@@ -29,7 +32,12 @@ bounds = Bounds(*[joint(analysis.pop(key)) for key in ("start", "lower", "upper"
 profile = (*analysis.pop("profile_stiffness_Nm_per_rad"), analysis.pop("profile_points"))
 options = WristalyzerOptions(bounds=bounds, profile_Nm_per_rad=profile, **analysis)
 found = analyse_wristalyzer(
-    read_trial(snakemake.input.trial), options, np.random.default_rng(snakemake.params.seed)
+    read_trial(snakemake.input.trial),
+    options,
+    np.random.default_rng(snakemake.params.seed),
+    sources_of(snakemake.params.uncertainty),
 )
+rows = wristalyzer_estimates(snakemake.wildcards.condition, found)
 write_result(snakemake.output.fit, wristalyzer_result(found))
-write_estimates(snakemake.output.estimates, wristalyzer_estimates(snakemake.wildcards.condition, found))
+write_estimates(snakemake.output.estimates, rows)
+write_budgets(snakemake.output.uncertainty, wristalyzer_contributions(rows, found.budgets))

@@ -14,6 +14,7 @@ from tepsipe.reporting.numbers.budget import SHOWN
 contributions = read_budgets(snakemake.input.uncertainty)
 own = budgeted(read_estimates(snakemake.input.estimates), snakemake.params.foot_pathway)
 budgets = {
+    "figure_budget_wristalyzer": "wristalyzer",
     "figure_budget_dummy": "dummy",
     "figure_budget_foot": "foot",
     "figure_budget_standing": "standing",

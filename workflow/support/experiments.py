@@ -97,6 +97,7 @@ EXPERIMENTS = {
         profiles=("multisine",),
         pulsed=False,
         cross_validated=True,
+        budgets=True,
         thesis_tables={"table_4_1": ""},
         category="Wristalyzer",
         figures=(
@@ -293,7 +294,13 @@ PARTS = {
     "budgets": Part(
         (),
         "Uncertainty",
-        ("figure_budget_dummy", "figure_budget_foot", "figure_budget_weight", "figure_budget_standing"),
+        (
+            "figure_budget_wristalyzer",
+            "figure_budget_dummy",
+            "figure_budget_foot",
+            "figure_budget_weight",
+            "figure_budget_standing",
+        ),
     ),
     # any experiment whose trials name participants
     "participants": Part((), "Participants", ("figure_participants",)),

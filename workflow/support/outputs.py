@@ -80,6 +80,7 @@ def budgets(study: Study) -> list[str]:
     """Uncertainty budgets of all trials that have one, in the order of `estimates`."""
     files = [f"<results>/uncertainty/{e}/{c}.csv" for e, c in study.trials if EXPERIMENTS[e].budgets]
     files += study.of_foot("<results>/uncertainty/foot/{condition}.csv")
+    files += ["<results>/uncertainty/wristalyzer_pooled.csv"] if study.has("wristalyzer_pooled") else []
     return files + [f"<results>/uncertainty/{name}.csv" for name in _of_tasks(study)]
 
 
@@ -108,9 +109,10 @@ def plate_models(study: Study, experiment: str, condition: str) -> list[str]:
     return [f"<results>/treadmill_models/{plate}_{load}.json" for load in loads]
 
 
-def held_out(study: Study, experiment: str, condition: str) -> str:
-    """Residuals of the belt of a trial that its treadmill model has not seen."""
-    return f"<results>/treadmill_models/{study.plate_of(study.belt_of(experiment, condition))}_held_out.h5"
+def held_out(study: Study, experiment: str, condition: str) -> list[str]:
+    """Residuals on the belt of a trial of which its treadmill model has not seen, if there is a model."""
+    plate = study.plate_of(study.belt_of(experiment, condition))
+    return [f"<results>/treadmill_models/{plate}_held_out.h5"] if study.has("weight") else []
 
 
 def plate_fits(study: Study) -> list[str]:

@@ -12,6 +12,7 @@ NOMINAL = 0.95  # what an interval promises
 WIDEST = 1.3  # width over the narrowest interval of the same coverage
 MOST_FLAGGED_PERCENT = 5.0
 LEAST_HELD_PERCENT = 90.0
+SHOWN_SHARE_PERCENT = 1.0  # of a source in the variance, to be shown in the report
 EXPERIMENTS = {
     "weight": "weight",
     "wristalyzer": "Wristalyzer",
@@ -69,7 +70,11 @@ def coverage_data(
         "shifted": [_cells(row) for row in shifted.itertuples()],
         "by_set": _by_set(quoted, [name for name in about["sets"] if name != first]),
         "others": [_cells(row) for row in _others(coverage, first).itertuples()],
-        "dropped": [_dropped(row) for row in dropped[dropped.mechanism == first].itertuples()],
+        "dropped": [
+            _dropped(row)
+            for row in dropped[dropped.mechanism == first].itertuples()
+            if row.share_percent >= SHOWN_SHARE_PERCENT
+        ],
         "code": about["code"],
         "seed": about["seed"],
     }

@@ -86,6 +86,7 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
         "bins": str(choices["analysis"]["averaged_bins"]),
         "cross_validated": span(values("VAF_cross_validated"), 3) if len(fits) > 1 else number(None),
         "periodic": None,
+        "regression": _regression(own),
         "pooled": None,
     }
     periodic = own[own.estimator == "spectral-fit-periods"]
@@ -104,6 +105,20 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
             ],
         }
     return data
+
+
+def _regression(own: pd.DataFrame) -> list[dict] | None:
+    """Estimates with 95 % intervals of the regression over whole periods (units as in the tables)."""
+    rows = own[own.estimator == "period-regression"]
+    if rows.empty:
+        return None
+    found = []
+    for condition, of_trial in rows.groupby("condition", sort=False):
+        cells = {}
+        for r in of_trial[of_trial.quantity.isin(["I", "B", "K"])].itertuples():
+            cells[r.quantity] = f"{_cell(r.quantity, r.value)} [{number(r.ci_low)}, {number(r.ci_high)}]"
+        found.append({"condition": condition, **cells})
+    return found
 
 
 def _depends_on_start(fits: dict[str, Result]) -> bool:

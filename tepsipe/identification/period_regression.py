@@ -1,0 +1,114 @@
+"""The linear joint nearest to a trial of periodic torque perturbation: regression over whole periods.
+
+At the lines of the perturbation, with T_k and Y_k the spectra of torque and angle in period k,
+
+    T_k = (K + j w B - w^2 I) Y_k + j w d T_k + E_k
+
+where d is the delay of the torque after its record. It is linear in I, B, K and d. Noise of the angle and
+torque ripple of a period are unrelated to those of the other periods, so the sum of the other periods'
+regressors is the instrument of a period; least squares would take the noise of the angle for softness. A
+joint that is not linear distorts every period alike: its distortions are part of the nearest linear joint, as
+in a linear fit of the true torque, and no noise.
+
+The scatter of E_k between periods gives the variance of every line, and these that of the parameters. Each
+has 2 (periods - 1) degrees of freedom, their combination those of Welch and Satterthwaite.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.signals.spectra import period_spectra
+
+# typical magnitude of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad) and of the delay (s)
+TYPICAL = np.array([0.01, 0.1, 10.0, 1e-3])
+# the lower part of the band, which shows how far the band decides (-)
+NARROW = 0.6
+LEAST_LINES = 6
+
+
+@dataclass(frozen=True)
+class PeriodFit:
+    """Linear joint nearest to a trial.
+
+    Attributes
+    ----------
+    parameters, type_a : ndarray, shape (3,)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), and their standard uncertainties
+        from the scatter of the periods.
+    freedom : float
+        Degrees of freedom of ``type_a``, the fewest of the three (-).
+    delay_s : float
+        Delay of the torque after its record (s).
+    of_band : ndarray, shape (3,)
+        What the lower part of the band changes (units of the parameters).
+    """
+
+    parameters: np.ndarray
+    type_a: np.ndarray
+    freedom: float
+    delay_s: float
+    of_band: np.ndarray
+
+
+def fit_periods(
+    torque: np.ndarray, angle: np.ndarray, rate_hz: float, period_s: float, band_hz: tuple[float, float]
+) -> PeriodFit:
+    """Fit I, B, K and a delay to the whole periods of a record.
+
+    Parameters
+    ----------
+    torque, angle : ndarray, shape (n,)
+        Record without the transient at its start (N·m, rad).
+    rate_hz, period_s : float
+        Sampling rate (Hz), and period, a whole number of samples (s).
+    band_hz : (float, float)
+        Lowest and highest excited frequency (Hz).
+
+    Returns
+    -------
+    PeriodFit
+        Parameters and their scatter (units there).
+
+    Raises
+    ------
+    InputError
+        If the record holds fewer than two periods, or the band too few lines.
+    """
+    low, high = band_hz
+    frequency, torques = period_spectra(torque, rate_hz, period_s, band_hz)
+    _, angles = period_spectra(angle, rate_hz, period_s, band_hz)
+    below = frequency <= NARROW * high + 1e-9
+    if below.sum() < LEAST_LINES:
+        raise InputError(
+            f"expected at least {LEAST_LINES} multiples of 1/{period_s:g} Hz between {low:g} and "
+            f"{NARROW * high:g} Hz, found {below.sum()}: widen excited_band_hz, or set "
+            "perturbation_period_s to null"
+        )
+    whole, type_a, freedom = _fit(frequency, torques, angles)
+    narrow, _, _ = _fit(frequency[below], torques[:, below], angles[:, below])
+    return PeriodFit(whole[:3], type_a[:3], float(freedom[:3].min()), float(whole[3]), (narrow - whole)[:3])
+
+
+def _fit(frequency, torques, angles):
+    """Parameters with the delay, their standard uncertainties, and degrees of freedom."""
+    periods, omega = torques.shape[0], 2.0 * np.pi * frequency
+    columns = np.stack([-(omega**2) * angles, 1j * omega * angles, angles, 1j * omega * torques], axis=-1)
+    columns = columns * TYPICAL
+    others = columns.sum(axis=0) - columns
+    normal = np.einsum("kft,kfu->tu", others.conj(), columns).real
+    parameters = np.linalg.solve(normal, np.einsum("kft,kf->t", others.conj(), torques).real)
+    rest = torques - columns @ parameters
+    # variance of the mean over the periods, of real and imaginary part alike
+    scattered = np.abs(rest - rest.mean(axis=0)) ** 2
+    variance = scattered.sum(axis=0) / (2.0 * (periods - 1) * periods)
+    mean = columns.mean(axis=0)
+    weights = np.linalg.inv(np.einsum("ft,fu->tu", mean.conj(), mean).real) @ mean.T
+    parts = np.abs(weights) ** 2 * variance
+    total = parts.sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        freedom = np.where(
+            total > 0.0, 2.0 * (periods - 1) * total**2 / np.sum(parts**2, axis=1), 2.0 * (periods - 1)
+        )
+    return parameters * TYPICAL, np.sqrt(total) * TYPICAL, freedom
