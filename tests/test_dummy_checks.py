@@ -156,7 +156,7 @@ def test_a_leg_believed_too_heavy_shows_in_the_inertia_where_that_is_known(rng):
 def test_noise_that_biases_the_windowed_fit_is_predicted_and_flagged(rng):
     bias, found = [], []
     lowpass = (OPTIONS.lowpass_cutoff_hz, OPTIONS.lowpass_order)
-    for _ in range(5):
+    for _ in range(4):
         recording = trial(rng, 0.1, 1e-4)
         analysis, verdict = checked(recording)
         of_leg, joint = analysis.regressions["leg"], analysis.regressions["leg-joint-likelihood"]
