@@ -13,6 +13,19 @@ FLAGS = {
     "not-converged": "the search ended before it met its tolerances: try other starting values",
     "undefined": "the value is not a finite number: the parameters describe no stable joint",
     "no-interval": "its standard error or interval is not a number: record more perturbations",
+    "leg-disagrees": "K of the windowed fit is not what the joint likelihood lets it find: look for markers "
+    "of the leg that wobble, bend or slip",
+    "foot-leg-delay": "the leg moves too early or too late after the foot: check the sampling instants of "
+    "the markers, and whether one on foot or ankle slips",
+    "joint-inertia": "I differs from what is known of the joint: weigh the leg, find its centre of mass",
+    "foot-markers-apart": "markers on the foot move against each other: check their tape, and whether the "
+    "foot tilts",
+    "markers-slip": "a marker stays displaced after perturbations: check the tape of all markers",
+    "markers-pulse-locked": "markers leave the rigid leg in every perturbation: look for bending or soft "
+    "mounts",
+    "lack-of-fit": "the model of the joint leaves a motion that repeats: look at the residuals, for wobble",
+    "noise-biased": "noise of the markers biases the windowed fit by half of its uncertainty or more: use "
+    "the joint likelihood, or larger perturbations",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
     "look at the onset of the reflexes, the feet's mass, and the friction of the belt",
     "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "
@@ -21,8 +34,6 @@ FLAGS = {
     "the bone: fasten the markers of the shank to bony places",
     "centre-assumed": "quiet sway does not show the centre of the ankle, because it is too short or the foot "
     "turns: palpate the centre carefully, or record more quiet standing",
-    "beyond-calibration": "the mass on the belt exceeds those that the treadmill model was calibrated with: "
-    "record trials with a weight near that mass",
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
     "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",

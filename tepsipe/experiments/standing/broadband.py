@@ -4,7 +4,7 @@ The mean responses change in proportion to what is not known exactly, so one slo
 kept, and the trials of a task can be fitted again for any deviation without their recordings.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.signals.epochs import cut_epochs
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.held_out import HeldOut, Subject, predicted_error
 from tepsipe.treadmill.registry import FittedModel
 
 # length of an epoch after its onset (s), beyond which no window of the estimator reaches
@@ -71,6 +72,8 @@ class BroadbandEpochs:
     skin_m : float
         Motion of the soft tissue over the bone at a pulse of 0.5 m/s, which quiet sway has not (m); 0 where
         it is not known.
+    treadmill_error : tuple of 2 float, or None
+        Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad).
     """
 
     time: np.ndarray
@@ -86,6 +89,7 @@ class BroadbandEpochs:
     centre_used: bool
     apparent: JointCentre | None
     skin_m: float
+    treadmill_error: tuple[float, float] | None = None
 
     @property
     def count(self) -> int:
@@ -174,6 +178,44 @@ def cut_broadband(
     )
 
 
+def with_treadmill_error(
+    broadband: BroadbandEpochs,
+    epochs: StandingEpochs,
+    held_out: HeldOut,
+    ankle_height_m: float,
+    window_s: float,
+) -> BroadbandEpochs:
+    """Epochs with the error of K that held-out trials of the treadmill predict (N·m/rad).
+
+    Parameters
+    ----------
+    broadband, epochs : BroadbandEpochs, StandingEpochs
+        The same responses with both filters (rad, m/s).
+    held_out : HeldOut
+        Residuals of trials that the treadmill model has not seen (N, N·m).
+    ankle_height_m, window_s : float
+        Height of the ankle above the belt (m), and length of the fitted window (s).
+
+    Returns
+    -------
+    BroadbandEpochs
+        With ``treadmill_error`` (N·m/rad).
+
+    Raises
+    ------
+    InputError
+        If the rate is not that of the treadmill's calibration.
+    """
+    rate = 1.0 / float(np.diff(broadband.time).mean())
+    fitted = (broadband.time > -0.5 / rate) & (broadband.time <= window_s + 0.5 / rate)
+    motion = broadband.perturbed.mean(axis=0)[fitted]
+    velocity = epochs.perturbed["belt_velocity"].mean(axis=0)[epochs.time > -0.5 / rate]
+    regressors = motion[:, [2, 1]]
+    subject = Subject(broadband.carried_kg, ankle_height_m, velocity, regressors, rate, False)
+    error = predicted_error(held_out, subject)
+    return replace(broadband, treadmill_error=(float(error.parameters[-1]), float(error.standard_error[-1])))
+
+
 def _usable(centre: JointCentre) -> bool:
     """Whether the centre of a joint is found well enough, and near enough to where it was felt."""
     steady = centre.foot_rad < FOOT_SHARE * centre.sway_rad
@@ -234,7 +276,7 @@ def _along(difference: np.ndarray, shift: np.ndarray) -> float:
 # ---- to and from a result's file -------------------------------------------------------------------
 
 UNITS = {"time": "s", "perturbed": "Nm, rad, rad/s", "quiet_time": "s", "quiet": "Nm, rad, rad/s"}
-PLAIN = ("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m")
+PLAIN = ("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m", "treadmill_error")
 
 
 def broadband_result(epochs: BroadbandEpochs) -> Result:
