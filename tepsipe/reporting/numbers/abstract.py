@@ -122,17 +122,26 @@ def _failed_checks(data: dict) -> list[Paragraph]:
 
 
 def _wristalyzer(data: dict) -> list[Paragraph]:
-    return [
+    w = data["wristalyzer"]
+    found = [
         pieces(
             "In the torque-controlled manipulator (Wristalyzer) the fit to the admittance of the joint "
             "yields $I$ = {inertia} N·m·s²/rad, $B$ = {damping} N·m·s/rad and $K$ = {stiffness} N·m/rad "
-            "over the scale factors. The fitted model predicts the measured angle with a VAF of {vaf} %. "
-            "With the complex logarithm as residual, the fit converges to the same parameters from every "
-            "starting value; with its modulus, as the criterion is printed, it may stop far from the "
-            "minimum.",
-            **data["wristalyzer"],
+            "over the scale factors. The fitted model predicts the measured angle with a VAF of {vaf} %.",
+            **w,
         )
     ]
+    if w["one_minimum"]:
+        found[0] += pieces(
+            " With the complex logarithm as residual, the fit converges to the same parameters from every "
+            "starting value."
+        )
+    if w["modulus_depends"]:
+        found[0] += pieces(
+            " With the modulus of the logarithm, as the criterion is printed, the result depends on the "
+            "starting value."
+        )
+    return found
 
 
 def _dummy(data: dict) -> list[Paragraph]:
@@ -264,14 +273,17 @@ def _standing(data: dict) -> list[Paragraph]:
 
 
 def _position_manipulator(data: dict) -> list[Paragraph]:
+    a = data["position_manipulator"]
     return [
         pieces(
             "A human ankle under random position perturbations has a stiffness of {stiffness} N·m/rad "
             "over the trials. Inertia, damping and stiffness, fitted to the first part of a trial, "
-            "predict the torque of the rest with a held-out VAF of {held_out} %. Adding a reflex pathway "
-            "raises the held-out VAF to {held_out_reflex} %; the intrinsic stiffness is then "
-            "{stiffness_intrinsic} N·m/rad.",
-            **data["position_manipulator"],
+            "predict the torque of the rest with a held-out VAF of {held_out} %. {reflex} "
+            "{held_out_reflex} %; the intrinsic stiffness is then {stiffness_intrinsic} N·m/rad.",
+            reflex="Adding a reflex pathway raises the held-out VAF to"
+            if a["reflex_raises"]
+            else "With a reflex pathway the held-out VAF is",
+            **a,
         )
     ]
 
