@@ -70,6 +70,8 @@ def standing_data(
         "window_spread": _window_spread(task_fits, choices["estimators"][short]["window_s"]),
         "latencies": _latencies(task_fits, choices["latency"]["detector"], truth),
         "joints": _joints(task_fits),
+        "bends": _bends(task_fits),
+        "printed_soft": _printed_soft(own, list(task_fits), choices, pathway, short),
         "single_joint": _single_joint(own, task_fits, choices, short),
         "apart": _apart(own, fits, task_fits, pathway, estimator),
         "recovery": None if truth is None or truth.empty else _recovery(truth, task_fits, choices),
@@ -195,8 +197,26 @@ def _joints(task_fits: dict[str, Result]) -> list[dict]:
         rows.append(
             {"task": task, **{key: number(value, 2) for key, value in turned.items()}}
             | {"knee_over_shank": percent(100.0 * turned["knee"] / turned["shank"], 0)}
+            | {"bends": bool(turned["knee"] > 0.1 * turned["shank"])}
         )
     return rows
+
+
+def _bends(tasks: dict[str, Result]) -> bool:
+    """Whether the knee turns by more than a tenth of the shank in every task."""
+    found = _joints(tasks)
+    return bool(found) and all(row["bends"] for row in found)
+
+
+def _printed_soft(own: pd.DataFrame, tasks: list[str], choices: dict, pathway: str, estimator: str) -> bool:
+    """Whether the printed torque yields less than a tenth of the recommended K (N·m/rad) in every task."""
+    printed = [name for name, choice in choices["pathways"].items() if choice["torque"] == "ankle-thesis"]
+    shares = []
+    for task in tasks if printed else ():
+        rows, usual = (_rows(own, task, name, estimator) for name in (printed[0], pathway))
+        if "K" in rows.index and "K" in usual.index:
+            shares.append(abs(rows.loc["K"].value / usual.loc["K"].value))
+    return bool(shares) and max(shares) < 0.1
 
 
 def _single_joint(own, tasks: dict[str, Result], choices: dict, estimator: str) -> str | None:
