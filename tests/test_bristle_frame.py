@@ -17,6 +17,7 @@ from tepsipe.treadmill.bristle_frame import AT
 from tepsipe.treadmill.compensation import compensated_draws, compensated_loads
 from tepsipe.treadmill.held_out import (
     Subject,
+    below_limit,
     held_out_residuals,
     model_flags,
     predicted_error,
@@ -169,6 +170,10 @@ def test_gate_predicts_the_error_of_the_stiffness(remembered, unseen):
     assert worse.parameters[2] - found.parameters[2] == pytest.approx(25.0, rel=0.02)
     assert found.trusted(1e6)
     assert not worse.trusted(100.0)
+    limited = predicted_error(replace(held_out, below_limit_kg=(40.0,)), subject)
+    assert not limited.trusted(1e6)
+    assert below_limit(0.9, 0.98)
+    assert not below_limit(0.96, 0.98)
     reversed_pulse = replace(subject, velocity=-subject.velocity, regressors=-subject.regressors)
     assert predicted_error(held_out, reversed_pulse).parameters == pytest.approx(found.parameters)
 
@@ -176,7 +181,7 @@ def test_gate_predicts_the_error_of_the_stiffness(remembered, unseen):
 def test_heavier_subjects_and_impossible_constants_are_flagged(remembered):
     model = remembered[1].models["Fy"]
     assert model_flags(model, 64.0) == []
-    assert model_flags(model, 80.0) == ["beyond-calibrated-mass"]
+    assert model_flags(model, 67.0) == ["beyond-calibrated-mass"]
     for name, value in (
         ("slowness_s2", -1e-4),
         ("slowness_s2", 1e-3),

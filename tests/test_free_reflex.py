@@ -205,7 +205,7 @@ def test_inertia_is_refused():
         ({}, None),
         ({"skin_m": 0.001}, "skin-motion"),
         ({"centre_used": False}, "centre-assumed"),
-        ({"calibrated_kg": 20.0}, "beyond-calibration"),
+        ({"calibrated_kg": 20.0}, "beyond-calibrated-mass"),
         ({"calibrated_kg": None}, None),
     ],
 )

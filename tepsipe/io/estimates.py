@@ -15,14 +15,12 @@ FLAGS = {
     "no-interval": "its standard error or interval is not a number: record more perturbations",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
     "look at the onset of the reflexes, the feet's mass, and the friction of the belt",
-    "window-sensitive": "K changes by more than 10 % between windows: look at the onset of the "
+    "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "
     "reflexes and the treadmill model",
     "skin-motion": "the ankle's centre moves with the pulses but not with sway, so soft tissue moves over "
     "the bone: fasten the markers of the shank to bony places",
     "centre-assumed": "quiet sway does not show the centre of the ankle, because it is too short or the foot "
     "turns: palpate the centre carefully, or record more quiet standing",
-    "beyond-calibration": "the mass on the belt exceeds those that the treadmill model was calibrated with: "
-    "record trials with a weight near that mass",
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
     "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",

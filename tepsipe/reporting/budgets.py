@@ -37,6 +37,7 @@ SOURCES = {
     "force_marker_delay_s": "delay of forces after markers",
     "skin_m": "motion of soft tissue over bone",
     "marked_rotation": "difference between the legs",
+    "foot_rotation": "rotation of the foot",
     "moment_scale": "scale of the plate's moment",
     "window_s": "choice of the window",
     "model_discrepancy": "misfit of the rig's model",

@@ -8,6 +8,7 @@ import numpy as np
 
 from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.result import Result
+from tepsipe.treadmill.bristle_frame import AT, CONSTANTS
 from tepsipe.treadmill.coherence_limit import coherence_limit
 from tepsipe.treadmill.loaded_frame import LoadedFrame
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
@@ -162,6 +163,8 @@ def _score(cells: dict[str, str]) -> ModelScore:
 
 ALL_EMPTY = "empty, all"
 BOTH = "empty+weight"
+# what stands for a resonance that the signals do not show (Hz)
+UNSEEN_HZ = 1e6
 # models that need more than one mass on the belt
 OF_BOTH = ("loaded-frame", "bristle-frame")
 
@@ -248,8 +251,31 @@ def mean_responses(models: list[FittedModel], recordings: list[BeltRecording]) -
         "loaded_frame": next(
             (_frame_facts(m.model, heaviest) for m in models if m.name == "loaded-frame"), None
         ),
+        "bristle_frame": next(
+            (_bristle_facts(m, heaviest) for m in models if m.name == "bristle-frame"), None
+        ),
     }
     return Result(arrays, units, facts)
+
+
+def _bristle_facts(fitted: FittedModel, usual_kg: float) -> dict:
+    """Terms of the frame with bristles, and its resonance (Hz) and uncertainty at several masses (kg)."""
+    model = fitted.model
+    masses = sorted({0.0, usual_kg, model.heaviest_kg})
+    resonances = [min(model.resonance_hz(kg), UNSEEN_HZ) for kg in masses]
+    slowness = fitted.deviations[:, [AT["slowness_s2"], AT["slowness_s2_per_kg"]]]
+    # f = 1 / (2 pi sqrt(e)): df = 2 pi^2 f^3 de
+    spreads = [
+        2.0 * np.pi**2 * hz**3 * float(np.std(slowness @ [1.0, kg])) if hz < UNSEEN_HZ else 0.0
+        for kg, hz in zip(masses, resonances, strict=True)
+    ]
+    return {
+        "terms": list(model.terms),
+        "masses_kg": masses,
+        "resonance_hz": resonances,
+        "resonance_sd_hz": spreads,
+        "constants": {name: model.constant(name) for name in CONSTANTS},
+    }
 
 
 def _frame_facts(frame: LoadedFrame, load_kg: float) -> dict:

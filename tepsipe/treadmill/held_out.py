@@ -11,6 +11,7 @@ which is the error that the compensated estimates inherit. Residuals of calibrat
 without that trial. What the gate cannot see: the state of friction before a pulse, and wrong geometry.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,12 +26,16 @@ from tepsipe.treadmill.recording import BeltRecording
 # largest predicted error of K that is trusted, with two standard errors, relative to K (-)
 TRUSTED = 0.1
 # largest mass of a subject relative to the heaviest weight of the calibration (-)
-BEYOND = 1.2
+BEYOND = 1.1
 # trials whose pulses differ from the subject's by this much more than the most similar ones count, too (-)
 ALIKE = 0.1
 # what a treadmill can be: resonance (Hz), share of the mounts (-), lag of the belt (s)
 LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
 UNITS = {"Fy": "N", "Mx": "Nm"}
+# a model that falls clearly below its limit leaves more than so many times as much, and this part (-)
+TIMES, MORE = 2.0, 0.02
+# standard error of a model that falls below its limit (any unit of a parameter)
+UNKNOWN = 1e9
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,8 @@ class HeldOut:
         Mean velocity of the belt (m/s).
     residual : dict of str to list of ndarray, each of shape (pulses, n)
         Component -> measured less modelled load of every pulse, trial by trial (N, N·m).
+    below_limit_kg : tuple of float
+        Masses at which R2 of the model falls clearly below its limit (kg), see `below_limit`.
     """
 
     rate_hz: float
@@ -58,6 +65,7 @@ class HeldOut:
     kg: np.ndarray
     velocity: np.ndarray
     residual: dict[str, list[np.ndarray]]
+    below_limit_kg: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,8 +80,9 @@ class Subject:
         Height of the joint over the belt l (m).
     velocity : ndarray, shape (m,)
         Mean velocity of the belt from the onset of the pulses (m/s).
-    regressors : ndarray, shape (m, 3)
-        Mean theta'' (rad/s²), theta' (rad/s), theta (rad) over the window of the estimate, from the onset.
+    regressors : ndarray, shape (m, p)
+        Mean theta'' (rad/s²), theta' (rad/s), theta (rad) over the window of the estimate, from the onset;
+        without theta'' for an estimator without inertia.
     rate_hz : float
         Sampling rate (Hz).
     own_zero : bool
@@ -94,8 +103,9 @@ class PredictedError:
 
     Attributes
     ----------
-    parameters, standard_error : ndarray, shape (3,)
-        dI (N·m·s²/rad), dB (N·m·s/rad), dK (N·m/rad), and their standard errors over the pulses.
+    parameters, standard_error : ndarray, shape (p,)
+        dI (N·m·s²/rad), dB (N·m·s/rad), dK (N·m/rad), and their standard errors over the pulses; without dI
+        for an estimator without inertia. The latter are `UNKNOWN` where R2 falls below its limit.
     trials : tuple of str
         The held-out trials that were used.
     difference : float
@@ -109,14 +119,24 @@ class PredictedError:
 
     def trusted(self, stiffness: float) -> bool:
         """Whether |dK| and two standard errors stay below a tenth of K (N·m/rad)."""
-        largest = abs(self.parameters[2]) + 2.0 * self.standard_error[2]
-        return bool(largest <= TRUSTED * abs(stiffness))
+        return trusted(float(self.parameters[-1]), float(self.standard_error[-1]), stiffness)
+
+
+def trusted(error: float, standard_error: float, stiffness: float) -> bool:
+    """Whether an error of K and two standard errors stay below a tenth of K (all in N·m/rad)."""
+    return abs(error) + 2.0 * standard_error <= TRUSTED * abs(stiffness)
+
+
+def below_limit(r2: float, limit: float) -> bool:
+    """Whether R2 of a model (-) falls clearly below its upper limit for linear models (-)."""
+    return bool(1.0 - r2 > TIMES * (1.0 - limit) + MORE)
 
 
 def held_out_residuals(
     calibrated: Calibrated | None,
     training: list[dict[str, BeltRecording]],
     testing: list[dict[str, BeltRecording]],
+    below_limit_kg: Sequence[float] = (),
 ) -> Result:
     """Residuals of all trials, each of a model that has not seen it.
 
@@ -126,6 +146,8 @@ def held_out_residuals(
         The fit of the training trials; without one there are no residuals.
     training, testing : list of dict of str to BeltRecording
         For each trial component -> recording (N, N·m).
+    below_limit_kg : sequence of float
+        Masses at which R2 falls clearly below its limit (kg).
 
     Returns
     -------
@@ -144,6 +166,7 @@ def held_out_residuals(
     units: dict[str, str] = {}
     after_s = min(longest_window(trial["Fy"]) for trial in (*training, *testing))
     facts: dict = {"trials": [], "kg": [], "before_s": BEFORE_S, "after_s": after_s}
+    facts["below_limit_kg"] = list(below_limit_kg)
 
     def keep(windows: PulseWindows, k: int, left: dict[str, np.ndarray]) -> None:
         name = windows.names[k]
@@ -180,6 +203,7 @@ def read_held_out(result: Result) -> HeldOut | None:
         kg=np.array(result.facts["kg"], dtype=float),
         velocity=np.array([result.arrays[f"{name}/velocity"] for name in names]),
         residual={c: [np.asarray(result.arrays[f"{n}/{c}"], dtype=float) for n in names] for c in COMPONENTS},
+        below_limit_kg=tuple(result.facts["below_limit_kg"]),
     )
 
 
@@ -211,12 +235,12 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
             f"expected the subject at {held_out.rate_hz:g} Hz, the rate of the treadmill's calibration, "
             f"found {subject.rate_hz:g} Hz: resample one of the two"
         )
-    columns = subject.regressors
+    columns, p = subject.regressors, subject.regressors.shape[1]
     if subject.own_zero:
         columns = np.column_stack([columns, np.ones(columns.shape[0])])
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    solve = (np.linalg.pinv(columns / size) / size[:, None])[:3]
-    total, variance, used, differences = np.zeros(3), np.zeros(3), [], []
+    solve = (np.linalg.pinv(columns / size) / size[:, None])[:p]
+    total, variance, used, differences = np.zeros(p), np.zeros(p), [], []
     for weight, kg in _masses(held_out.kg, subject.mass_kg):
         rows = np.flatnonzero(held_out.kg == kg)
         signs, apart = _compare(held_out, rows, subject)
@@ -226,9 +250,11 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
             found = signs[k] * _torque_errors(held_out, rows[k], subject) @ solve.T
             means.append(found.mean(axis=0))
             count = found.shape[0]
-            errors.append(found.var(axis=0, ddof=1) / count if count > 1 else np.full(3, np.inf))
+            errors.append(found.var(axis=0, ddof=1) / count if count > 1 else np.full(p, np.inf))
         total += weight * np.mean(means, axis=0)
         variance += weight**2 * np.mean(errors, axis=0) / near.size
+        if kg in held_out.below_limit_kg:
+            variance += UNKNOWN**2
         used += [held_out.names[rows[k]] for k in near]
         differences.append(float(apart.min()))
     return PredictedError(total, np.sqrt(variance), tuple(used), max(differences))
@@ -272,7 +298,7 @@ def _torque_errors(held_out: HeldOut, k: int, subject: Subject) -> np.ndarray:
 def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
     """Flags of estimates that a model compensates at a mass on the belt (kg): names in `FLAGS`.
 
-    ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a fifth,
+    ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a tenth,
     ``treadmill-model`` where a constant is out of the range that a treadmill can have.
     """
     flags = []

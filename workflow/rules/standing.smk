@@ -7,6 +7,7 @@ rule fit_standing:
     input:
         trial="<results>/trials/standing/{condition}.h5",
         models=lambda w: outputs.plate_models(STUDY, "standing", w.condition),
+        held_out=lambda w: outputs.held_out(STUDY, "standing", w.condition),
         library=library_of("fit_standing"),
     output:
         responses="<results>/epochs/standing/{condition}.h5",

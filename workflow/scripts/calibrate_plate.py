@@ -22,7 +22,7 @@ from tepsipe.treadmill.calibration import (
     plate_plan,
     write_scores,
 )
-from tepsipe.treadmill.held_out import held_out_residuals
+from tepsipe.treadmill.held_out import below_limit, held_out_residuals
 from tepsipe.treadmill.registry import save_models
 from tepsipe.treadmill.trial_recordings import (
     COMPONENTS,
@@ -56,7 +56,7 @@ for lowpass in filters:
     if "bristle-frame" in family:
         generator = np.random.default_rng(snakemake.params.seed)
         joint = fit_bristle_frame(by_role["calibrate"], draws, generator)
-    frame = None
+    frame, below = None, set()
     for load in COMPONENTS:
         training, testing = plate_groups(
             [(*label, found[load]) for label, found in zip(labels, recordings, strict=True)]
@@ -64,6 +64,11 @@ for lowpass in filters:
         plan = plate_plan(family, list(testing))
         found, fitted = calibrate(plan, training, testing, load, replace(options, frame=frame, joint=joint))
         scores += found
+        below |= {
+            testing[s.test][0].carried_kg
+            for s in found
+            if s.model == "bristle-frame" and below_limit(s.r2, s.r2_limit)
+        }
         frame = next((m.model.frame for m in fitted if m.name == "loaded-frame"), None)
         if lowpass == filters[0]:
             # one model per name: that of the empty belt, which needs no other recording
@@ -72,6 +77,6 @@ for lowpass in filters:
             if load == "Fy":
                 write_result(snakemake.output.fit, mean_responses(kept, testing["weight"]))
     if lowpass == filters[0]:
-        left = held_out_residuals(joint, by_role["calibrate"], by_role["validate"])
+        left = held_out_residuals(joint, by_role["calibrate"], by_role["validate"], sorted(below))
         write_result(snakemake.output.held_out, left)
 write_scores(snakemake.output.scores, scores)

@@ -32,7 +32,7 @@ found = analyse_foot(
         ankle_label=choice["ankle_label"],
         belt_fixed_labels=tuple(choice["belt_fixed_labels"]),
         belt=snakemake.params.belt,
-        held_out=read_held_out(read_result(snakemake.input.held_out)),
+        held_out=read_held_out(read_result(snakemake.input.held_out[0])),
     ),
     {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},
     {

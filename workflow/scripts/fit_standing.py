@@ -6,7 +6,7 @@ job.start(snakemake)
 
 from standing_choices import active_options, estimators_of, free_reflex_choices, person_of
 
-from tepsipe.experiments.standing.broadband import broadband_result, cut_broadband
+from tepsipe.experiments.standing.broadband import broadband_result, cut_broadband, with_treadmill_error
 from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.free_results import budget_rows, fit_free, with_budgets
 from tepsipe.experiments.standing.joint_torque import process_standing
@@ -20,11 +20,12 @@ from tepsipe.experiments.standing.results import (
 )
 from tepsipe.io.budget_table import write_budgets
 from tepsipe.io.estimates import recommended, write_estimates
-from tepsipe.io.result import joined, write_result
+from tepsipe.io.result import joined, read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
+from tepsipe.treadmill.held_out import read_held_out
 from tepsipe.treadmill.registry import load_treadmill_models, pick
 
 params, analysis, condition = snakemake.params, snakemake.params.analysis, snakemake.wildcards.condition
@@ -87,6 +88,12 @@ if pathway.torque == "ankle":
         Lowpass(choices.options.lowpass_cutoff_hz, analysis["lowpass_order"], True),
         {} if model is None else {load: pick(of_load, model) for load, of_load in models.items()},
     )
+    quoted = estimators[params.recommended["estimator"]]
+    held_out = read_held_out(read_result(snakemake.input.held_out[0])) if model == "bristle-frame" else None
+    if broadband is not None and held_out is not None:
+        broadband = with_treadmill_error(
+            broadband, responses, held_out, person.ankle_height_m, quoted.window_s
+        )
 own = [] if broadband is None else [broadband]
 fits |= fit_free(own, name, estimators, choices, fits, int(standing.onsets_s.size))
 torques = {"as_printed": params.as_printed, "recommended": choices.pathway}

@@ -109,9 +109,10 @@ def plate_models(study: Study, experiment: str, condition: str) -> list[str]:
     return [f"<results>/treadmill_models/{plate}_{load}.json" for load in loads]
 
 
-def held_out(study: Study, experiment: str, condition: str) -> str:
-    """Residuals of the belt of a trial that its treadmill model has not seen."""
-    return f"<results>/treadmill_models/{study.plate_of(study.belt_of(experiment, condition))}_held_out.h5"
+def held_out(study: Study, experiment: str, condition: str) -> list[str]:
+    """Residuals on the belt of a trial of which its treadmill model has not seen, if there is a model."""
+    plate = study.plate_of(study.belt_of(experiment, condition))
+    return [f"<results>/treadmill_models/{plate}_held_out.h5"] if study.has("weight") else []
 
 
 def plate_fits(study: Study) -> list[str]:

@@ -4,7 +4,7 @@ The mean responses change in proportion to what is not known exactly, so one slo
 kept, and the trials of a task can be fitted again for any deviation without their recordings.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,12 +22,15 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.signals.epochs import cut_epochs
 from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.held_out import HeldOut, Subject, predicted_error
 from tepsipe.treadmill.registry import FittedModel
 
 # length of an epoch after its onset (s), beyond which no window of the estimator reaches
 AFTER_S = 0.2
 # responses within which the apparent centre of the joint is sought (s)
 PULSE_S = (-0.02, 0.1)
+# shift of the apparent centre per motion of the tissue below which it does not show the tissue (-)
+LEAST_SHIFT = 2.0
 # step of the sources for their slopes (their units)
 STEP = 1e-3
 # of a usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
@@ -69,6 +72,8 @@ class BroadbandEpochs:
     skin_m : float
         Motion of the soft tissue over the bone at a pulse of 0.5 m/s, which quiet sway has not (m); 0 where
         it is not known.
+    treadmill_error : tuple of 2 float, or None
+        Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad).
     """
 
     time: np.ndarray
@@ -84,6 +89,7 @@ class BroadbandEpochs:
     centre_used: bool
     apparent: JointCentre | None
     skin_m: float
+    treadmill_error: tuple[float, float] | None = None
 
     @property
     def count(self) -> int:
@@ -168,8 +174,46 @@ def cut_broadband(
         centre=centre,
         centre_used=used,
         apparent=apparent,
-        skin_m=0.0 if centre is None or shift is None else _along(apparent.offset_m - centre.offset_m, shift),
+        skin_m=0.0 if centre is None or shift is None else _along(apparent.moving_m - centre.moving_m, shift),
     )
+
+
+def with_treadmill_error(
+    broadband: BroadbandEpochs,
+    epochs: StandingEpochs,
+    held_out: HeldOut,
+    ankle_height_m: float,
+    window_s: float,
+) -> BroadbandEpochs:
+    """Epochs with the error of K that held-out trials of the treadmill predict (N·m/rad).
+
+    Parameters
+    ----------
+    broadband, epochs : BroadbandEpochs, StandingEpochs
+        The same responses with both filters (rad, m/s).
+    held_out : HeldOut
+        Residuals of trials that the treadmill model has not seen (N, N·m).
+    ankle_height_m, window_s : float
+        Height of the ankle above the belt (m), and length of the fitted window (s).
+
+    Returns
+    -------
+    BroadbandEpochs
+        With ``treadmill_error`` (N·m/rad).
+
+    Raises
+    ------
+    InputError
+        If the rate is not that of the treadmill's calibration.
+    """
+    rate = 1.0 / float(np.diff(broadband.time).mean())
+    fitted = (broadband.time > -0.5 / rate) & (broadband.time <= window_s + 0.5 / rate)
+    motion = broadband.perturbed.mean(axis=0)[fitted]
+    velocity = epochs.perturbed["belt_velocity"].mean(axis=0)[epochs.time > -0.5 / rate]
+    regressors = motion[:, [2, 1]]
+    subject = Subject(broadband.carried_kg, ankle_height_m, velocity, regressors, rate, False)
+    error = predicted_error(held_out, subject)
+    return replace(broadband, treadmill_error=(float(error.parameters[-1]), float(error.standard_error[-1])))
 
 
 def _usable(centre: JointCentre) -> bool:
@@ -220,18 +264,19 @@ def _apparent(
         return centre_from_pulses(epochs.values, at_rest)
 
     found = centre(motion)
-    return found, (centre(moved).offset_m - found.offset_m) / STEP
+    return found, (centre(moved).moving_m - found.moving_m) / STEP
 
 
 def _along(difference: np.ndarray, shift: np.ndarray) -> float:
-    """How much of ``shift`` explains a difference, by least squares (unit of their ratio)."""
-    return float(difference @ shift / (shift @ shift))
+    """How much of ``shift`` explains a difference, by least squares; 0 if the shift shows hardly anything."""
+    size = float(shift @ shift)
+    return float(difference @ shift) / size if size > LEAST_SHIFT**2 else 0.0
 
 
 # ---- to and from a result's file -------------------------------------------------------------------
 
 UNITS = {"time": "s", "perturbed": "Nm, rad, rad/s", "quiet_time": "s", "quiet": "Nm, rad, rad/s"}
-PLAIN = ("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m")
+PLAIN = ("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m", "treadmill_error")
 
 
 def broadband_result(epochs: BroadbandEpochs) -> Result:
@@ -260,7 +305,7 @@ def broadband_of(result: Result) -> BroadbandEpochs | None:
     facts = dict(result.facts["broadband"])
     for key in ("centre", "apparent"):
         if facts[key] is not None:
-            arrays = {k: np.array(facts[key][k]) for k in ("offset_m", "standard_error_m")}
+            arrays = {k: np.array(facts[key][k]) for k in ("offset_m", "moving_m", "standard_error_m")}
             facts[key] = JointCentre(**{**facts[key], **arrays})
     arrays = {key: result.arrays[f"broadband/{key}"].astype(float) for key in (*UNITS, "draws")}
     slopes = {source: result.arrays[f"broadband/slopes/{source}"] for source in SOURCES}

@@ -9,15 +9,16 @@ import numpy as np
 from tepsipe.experiments.standing.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex import FreeReflexFit
 from tepsipe.statistics.uncertainty import Budget, coverage_factor
+from tepsipe.treadmill.held_out import BEYOND, trusted
 
 # each check alone warns of 1 healthy trial in 100
 CONFIDENCE = 0.99
 # what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one (-)
-DIFFERENCE, WINDOW_RANGE = 0.05, 0.1
+DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
 # motion of the soft tissue that matters (m)
-SKIN_M = 0.0005
-# share of the perturbations that must be usable (-), and mass beyond the calibrated one (-)
-USABLE, BEYOND = 0.7, 1.1
+SKIN_M = 0.001
+# share of the perturbations that must be usable (-)
+USABLE = 0.7
 
 
 def failed_checks(
@@ -59,7 +60,12 @@ def failed_checks(
     if not all(trial.centre_used for trial in trials):
         failed.append("centre-assumed")
     if any(t.calibrated_kg is not None and t.carried_kg > BEYOND * t.calibrated_kg for t in trials):
-        failed.append("beyond-calibration")
+        failed.append("beyond-calibrated-mass")
+    errors = np.array([trial.treadmill_error for trial in trials if trial.treadmill_error is not None])
+    if errors.size:
+        error, standard_error = errors[:, 0].mean(), np.sqrt(np.sum(errors[:, 1] ** 2)) / len(errors)
+        if not trusted(float(error), float(standard_error), stiffness):
+            failed.append("treadmill-model")
     if sum(trial.count for trial in trials) < USABLE * perturbations:
         failed.append("few-perturbations")
     return tuple(failed)

@@ -40,6 +40,7 @@ SOURCES = (
     "force_marker_delay_s",
     "skin_m",
     "marked_rotation",
+    "foot_rotation",
     "force_scale",
     "moment_scale",
     "origin_height_m",
@@ -91,8 +92,8 @@ class FreeBody:
         deviations : mapping of str to float, optional
             Source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint in the
             shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m), of the height
-            of the plate's axes (m); relative for mass, scales and rotation; part of the vertical force in the
-            fore-aft one (-).
+            of the plate's axes (m); relative for mass, scales and rotations; part of the vertical force in
+            the fore-aft one (-).
         """
         off = dict.fromkeys(SOURCES, 0.0) | dict(deviations or {})
         late = off["force_marker_delay_s"]
@@ -119,7 +120,9 @@ class FreeBody:
             moved,
             np.zeros_like(self.belt_dd),
         )
-        ankle = (1.0 + off["marked_rotation"]) * (shank - self.foot)
+        # a foot is not rigid: its markers see a part of the rotation below the ankle
+        foot = (1.0 + off["foot_rotation"]) * self.foot
+        ankle = (1.0 + off["marked_rotation"]) * (shank - foot)
         return np.column_stack([torque, ankle, derivative(self.time, ankle)])
 
 

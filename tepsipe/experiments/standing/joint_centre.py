@@ -5,18 +5,21 @@ above it moves over the foot, as the ankle angle phi changes, at
 
     dy / dphi = l cos(phi) - a sin(phi),     dz / dphi = -a cos(phi) - l sin(phi)
 
-so a point that was assumed to be the centre shows by its motion how far from it it is (Schwartz & Rozumalski
+so a point that was assumed to be the centre shows by its motion how far it is from it (Schwartz & Rozumalski
 2005: functional joint centres). In quiet sway soft tissue follows the bone and the displacement is that of
-the joint. After a perturbation it does not: the difference of the two centres shows skin that wobbles.
+the joint. After a perturbation it does not: the two centres differ by the wobble of the skin. A marker
+on the malleolus slips as the ankle turns, so the centre is found by the own markers of shank and foot, where
+each has two; the two apparent centres are compared with that marker, whose slip is in both.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tepsipe.experiments.standing.options import Person
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
+from tepsipe.mechanics.rigid_body_pose import SegmentPose, fit_rigid_segment
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.resampling import runs_of
 
@@ -33,7 +36,10 @@ class JointCentre:
     Attributes
     ----------
     offset_m : ndarray, shape (2,)
-        Of the centre from the assumed one: anterior, longitudinal, in the shank (m).
+        Of the centre from the assumed one: anterior, longitudinal, in the shank as all its markers show it
+        (m).
+    moving_m : ndarray, shape (2,)
+        Where all markers of the shank see it, with the slip of those that it shares with the foot (m).
     standard_error_m : ndarray, shape (2,)
         From the scatter between stretches (m).
     sway_rad, foot_rad : float
@@ -43,13 +49,16 @@ class JointCentre:
     """
 
     offset_m: np.ndarray
+    moving_m: np.ndarray
     standard_error_m: np.ndarray
     sway_rad: float
     foot_rad: float
     stretches: int
 
 
-def relative_motion(positions: np.ndarray, labels: list[str], person: Person) -> np.ndarray:
+def relative_motion(
+    positions: np.ndarray, labels: list[str], person: Person, *, own: bool = False
+) -> np.ndarray:
     """Ankle angle (rad), and place of the assumed centre, fixed in the shank, in axes of the foot (m).
 
     Parameters
@@ -59,25 +68,41 @@ def relative_motion(positions: np.ndarray, labels: list[str], person: Person) ->
     labels : list of str
         Names of the markers.
     person : Person
-        Layout of the markers (m). Those that foot and shank share belong to the shank.
+        Layout of the markers (m). The foot is located by its own ones, if it has two.
+    own : bool
+        Whether the shank is located by its own markers only, if it has two (-).
 
     Returns
     -------
     ndarray, shape (n, 4)
         phi (rad), y, z (m), angle of the foot (rad).
     """
-    own = [k for k, label in enumerate(person.foot.labels) if label not in person.shank.labels]
-    if len(own) < 2:
-        own = list(range(len(person.foot.labels)))
-    columns = [labels.index(person.foot.labels[k]) for k in own]
-    foot = fit_rigid_segment(positions[:, columns], person.foot.layout_m[own], np.zeros(2))
-    columns = [labels.index(label) for label in person.shank.labels]
-    shank = fit_rigid_segment(positions[:, columns], person.shank.layout_m, np.zeros(2))
+    foot = _own_pose(positions, labels, person.foot, person.shank, np.zeros(2))
+    if own:
+        shank = _own_pose(positions, labels, person.shank, person.foot, np.zeros(2))
+    else:
+        columns = [labels.index(label) for label in person.shank.labels]
+        shank = fit_rigid_segment(positions[:, columns], person.shank.layout_m, np.zeros(2))
     y, z = (shank.point - foot.point).T
     cosine, sine = np.cos(foot.angle), np.sin(foot.angle)
     return np.column_stack(
         [shank.angle - foot.angle, cosine * y - sine * z, sine * y + cosine * z, foot.angle]
     )
+
+
+def _own_pose(
+    positions: np.ndarray,
+    labels: list[str],
+    segment: SegmentMarkers,
+    other: SegmentMarkers,
+    point: np.ndarray,
+) -> SegmentPose:
+    """Pose of a segment by its own markers; by all of them if it has less than two of its own."""
+    own = [k for k, label in enumerate(segment.labels) if label not in other.labels]
+    if len(own) < 2:
+        own = list(range(len(segment.labels)))
+    columns = [labels.index(segment.labels[k]) for k in own]
+    return fit_rigid_segment(positions[:, columns], segment.layout_m[own], point)
 
 
 def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
@@ -96,7 +121,8 @@ def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
     left_out = offset(total - sums) if k > 1 else np.full((1, 2), np.nan)
     error = np.sqrt((k - 1.0) / k * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
     foot = np.concatenate([p[:, 3] for p in around])
-    return JointCentre(offset(total), error, float(np.sqrt(total[0] / total[3])), float(foot.std()), k)
+    found = offset(total)
+    return JointCentre(found, found, error, float(np.sqrt(total[0] / total[3])), float(foot.std()), k)
 
 
 def centre_from_sway(
@@ -122,12 +148,25 @@ def centre_from_sway(
     """
     labels = trial.axes["marker"].tolist()
     positions = trial.values("marker_position")[:, :, 1:].astype(float)
-    motion = relative_motion(Lowpass(SWAY_HZ, 4, True)(positions, trial.rate_hz), labels, person)
+    slow = Lowpass(SWAY_HZ, 4, True)(positions, trial.rate_hz)
     quiet = runs_of(unperturbed & ~hidden.any(axis=1))
-    pieces = [motion[a:b] for a, b in quiet if b - a >= STRETCH_S * trial.rate_hz]
-    if len(pieces) < FEWEST:
+    long = [(a, b) for a, b in quiet if b - a >= STRETCH_S * trial.rate_hz]
+    if len(long) < FEWEST:
         return None
-    return _centre(pieces, float(np.mean([piece[:, 0].mean() for piece in pieces])))
+    seen = []
+    for alone in (True, False):
+        motion = relative_motion(slow, labels, person, own=alone)
+        pieces = [motion[a:b] for a, b in long]
+        seen.append(_centre(pieces, float(np.mean([piece[:, 0].mean() for piece in pieces]))))
+    found, whole_shank = seen
+    # the same point in the shank as all markers show it: on average over quiet standing
+    columns = [labels.index(label) for label in person.shank.labels]
+    whole = fit_rigid_segment(slow[unperturbed][:, columns], person.shank.layout_m, np.zeros(2))
+    own = _own_pose(slow[unperturbed], labels, person.shank, person.foot, found.offset_m)
+    y, z = (own.point - whole.point).T
+    cosine, sine = np.cos(whole.angle), np.sin(whole.angle)
+    offset = np.array([np.mean(y * cosine - z * sine), np.mean(y * sine + z * cosine)])
+    return replace(found, offset_m=offset, moving_m=whole_shank.offset_m)
 
 
 def centre_from_pulses(motion: np.ndarray, mean_angle: float) -> JointCentre:

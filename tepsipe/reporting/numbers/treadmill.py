@@ -3,10 +3,19 @@
 import numpy as np
 import pandas as pd
 
-from tepsipe.experiments.weight import shapes, speed_at_peak, usual_weight
+from tepsipe.experiments.weight import shapes, usual_weight
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import short_name, unit_symbol
 from tepsipe.reporting.numbers.format import number, percent, span, span_of_decimals
+from tepsipe.reporting.numbers.treadmill_sentences import (
+    SEEN_HZ,
+    foot_sentences,
+    force_sentence,
+    frame_of,
+    linear_sentence,
+    mass_sentence,
+    peak_speeds,
+)
 from tepsipe.treadmill.calibration import OF_BOTH, ModelScore
 from tepsipe.treadmill.registry import MODEL_MEANINGS
 
@@ -81,13 +90,16 @@ def weight_data(
         ]
         return number(found[0], 3) if found else number(None)
 
-    def linear(train: str, test: str) -> str:
-        found = [
+    def linear_r2(train: str, test: str) -> list[float]:
+        return [
             s.r2
             for s in scores
             if (s.train, s.test, s.load, s.cutoff_hz) == (train, test, "Fy", fine_hz)
             and s.model not in (*OF_BOTH, "mean-subtraction")
         ]
+
+    def linear(train: str, test: str) -> str:
+        found = linear_r2(train, test)
         return span(found, 2) if found else number(None)
 
     frame = plate.facts["loaded_frame"]
@@ -103,7 +115,15 @@ def weight_data(
         "peak_empty": span(peaks(empty, fine), 2),
         "peak_weight": span(peaks(weight, fine), 2),
         "peak_belt": span(peaks(weight, "belt"), 2),
-        "speed_at_peak": span([100.0 * x for x in speed_at_peak(weight, fine)], 3),
+        "force_sentence": force_sentence(weight, fine, peaks(weight, fine)),
+        "mass_sentence": mass_sentence(
+            peak_speeds(weight, fine), [masses[c] for c in weight], [spread[c] for c in weight]
+        ),
+        "linear_sentence": linear_sentence(
+            linear_r2("weight", "weight"),
+            linear_r2("empty", "weight"),
+            "The attempt of the thesis therefore did not fail because its second-order model was too simple:",
+        ),
         "fine": fine,
         "coarse": coarse,
         "alike_fine": span(alike[fine], 2),
@@ -118,12 +138,15 @@ def weight_data(
         "frame_moment": best("loaded-frame", "empty+weight", "weight", "Mx"),
         "force_scores": scores_data([s for s in scores if s.load == "Fy"], fine_hz),
         "frame": None,
+        "bristle": frame_of(plate.facts.get("bristle_frame"), scores, fine_hz),
     }
     if frame is not None:
         mass = choices["weight"]["mass_kg"]
         data["frame"] = {
-            "empty_hz": number(frame["empty_hz"]),
-            "loaded_hz": number(frame["loaded_hz"]),
+            **{
+                key: number(frame[key]) if frame[key] < SEEN_HZ else f"more than {SEEN_HZ:g}"
+                for key in ("empty_hz", "loaded_hz")
+            },
             "lag_ms": number(1e3 * frame["lag_s"], 2),
             "viscous": number(frame["motion"][1], 2),
             "friction_empty": number(frame["motion"][2], 2),
@@ -178,7 +201,12 @@ def foot_data(
             ]
             row["worst"] = percent(100.0 * found.relative_error.abs().max(), 0)
         rows.append(row)
-    return {"rows": rows, "count": str(len(clear)), "clear_from": number(CLEAR_FROM_M_PER_S, 1)}
+    return {
+        "rows": rows,
+        "count": str(len(clear)),
+        "clear_from": number(CLEAR_FROM_M_PER_S, 1),
+        "sentences": foot_sentences(own, choices["recommended"]),
+    }
 
 
 def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, roles: dict[str, str]) -> dict:
