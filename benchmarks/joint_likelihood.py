@@ -2,10 +2,11 @@
 
     .venv/bin/python benchmarks/joint_likelihood.py --seeds 200 > benchmarks/joint_likelihood.md
 
-Of each condition one motion is integrated; noise, trigger and clocks are drawn for every seed. The bound
-is that of the exact motion and of the true noise levels, with the motion of the foot unknown at every
-frequency up to 100 Hz, and with delay, lag, gain and drift of the log and the leg's free swing unknown,
-too. Its derivatives are differences of the transfer function, written down here.
+Of each condition one motion is integrated; noise, trigger and clocks are drawn for every seed. The
+bound is that of the exact motion and of the true noise levels, with the motion of the foot unknown
+at every frequency up to 100 Hz, and with delay, joint centre, lag, gain and drift of the log and
+the leg's free swing unknown, too. Its derivatives are differences of the transfer function, written
+down here.
 """
 
 import argparse
@@ -32,26 +33,29 @@ def bound(motion: lab.Motion, instruments: lab.Instruments) -> np.ndarray:
     s = (2j * np.pi * np.fft.rfftfreq(n, 1.0 / lab.RATE_HZ))[kept]
     foot = np.fft.rfft(motion.foot)[kept]
     p = leg.mass_kg * leg.com_m
-    x = np.array([leg.inertia_kgm2 + p * leg.com_m + motion.inertia, *motion.small[1:], 0.0, 0.0, 1.0])
+    x = np.array([leg.inertia_kgm2 + p * leg.com_m + motion.inertia, *motion.small[1:], 0.0, 0.0, 1.0, 0.0])
+
+    along = np.array([row[1] for row in lab.LAYOUT])
 
     def response(x):
         swing = -p * s**2 / (x[0] * s**2 + x[1] * s + x[2] - p * leg.gravity_m_per_s2) * np.exp(-s * x[3])
-        return np.array([np.ones_like(s), swing, x[5] * np.exp(-s * x[4]) * s])
+        on_leg = 1.0 + (along[:, None] + x[6]) * swing
+        return np.array([*[np.ones_like(s)] * 3, *on_leg, x[5] * np.exp(-s * x[4]) * s])
 
-    steps = np.array([1e-6, 1e-5, 1e-4, 1e-7, 1e-7, 1e-6])
+    steps = np.array([1e-6, 1e-5, 1e-4, 1e-7, 1e-7, 1e-6, 1e-6])
     slopes = np.array([(response(x + d) - response(x - d)) * foot / (2.0 * d.sum()) for d in np.diag(steps)])
     inverse = 1.0 / (x[0] * s**2 + x[1] * s + x[2] - p * leg.gravity_m_per_s2)
-    nothing = np.zeros_like(s)
-    swings = [np.array([nothing, inverse * own, nothing]) for own in (np.ones_like(s), s)]
+
+    def markers_and_log(angle, log):
+        return np.array([*[np.zeros_like(s)] * 3, *np.outer(along, angle), log])
+
+    swings = [markers_and_log(inverse * own, np.zeros_like(s)) for own in (np.ones_like(s), s)]
     since = np.arange(n) - 0.5 * n
     drift = np.fft.rfft(since / lab.RATE_HZ * motion.foot_dd)[kept]
-    columns = np.array([*slopes, *swings, np.array([nothing, nothing, drift])])
-    along = np.array([0.0] * 3 + [row[1] for row in lab.LAYOUT])
-    design = np.column_stack([np.ones(along.size), along])
-    covariance = np.zeros((3, 3))
-    covariance[:2, :2] = instruments.marker_noise_m**2 * np.linalg.inv(design.T @ design)
-    covariance[2, 2] = (0.5 * instruments.log_noise_m_per_s) ** 2
-    white = np.linalg.inv(np.linalg.cholesky(n * covariance))
+    columns = np.array([*slopes, *swings, markers_and_log(np.zeros_like(s), drift)])
+    noise = np.full(9, instruments.marker_noise_m)
+    noise[8] = 0.5 * instruments.log_noise_m_per_s
+    white = np.diag(1.0 / (np.sqrt(n) * noise))
     direction = white @ response(x)
     direction = direction / np.linalg.norm(direction, axis=0)
     columns = white @ columns

@@ -94,8 +94,11 @@ class Channels:
         Covariance of Y and theta per sigma² (1, 1/m; 1/m, 1/m²).
     residuals : ndarray, shape (n, k)
         What the markers leave over (m).
-    joint_offset_m : float
-        d, the height of the markers' origin over the joint (m); 0 if no marker is on the foot alone.
+    joint_offset_m, joint_offset_error_m : float
+        d, the height of the markers' origin over the joint, and its standard error (m); 0 if no marker is on
+        the foot alone.
+    offset_slopes : ndarray, shape (2,)
+        What an error of d adds to Y and theta, per theta (-, 1/m).
     on_leg : ndarray of bool, shape (k,)
         Markers on the leg (-).
     """
@@ -111,6 +114,8 @@ class Channels:
     geometry: np.ndarray
     residuals: np.ndarray
     joint_offset_m: float
+    joint_offset_error_m: float
+    offset_slopes: np.ndarray
     on_leg: np.ndarray
 
     @property
@@ -251,7 +256,7 @@ def make_channels(
     y = markers.positions[:, :, 0] - np.outer(np.cos(pose.angle) - np.cos(theta_0), across)
     y = y - y[at_rest].mean(axis=0)
     foot, sine, residuals = _reduced(y, along, markers.hidden)
-    offset = _joint_offset(residuals, sine, along, on_leg)
+    offset, spread = _joint_offset(residuals, sine, along, on_leg)
     if offset != 0.0:
         along = along + np.where(on_leg, offset, 0.0)
         foot, sine, residuals = _reduced(y, along, markers.hidden)
@@ -265,6 +270,7 @@ def make_channels(
             )
     foot, log, ramp = _without_ramp(foot, belt_velocity, rate_hz)
     noise, freedom = _noise(residuals, foot, angle, rate_hz)
+    noise = max(noise, _LEAST_NOISE * float(np.ptp(foot)))
     design = np.column_stack([np.ones(k), along])
     return Channels(
         rate_hz=rate_hz,
@@ -273,11 +279,13 @@ def make_channels(
         log=log,
         ramp=ramp,
         theta_0_rad=theta_0,
-        marker_noise_m=max(noise, _LEAST_NOISE * float(np.ptp(foot))),
+        marker_noise_m=noise,
         marker_freedom=freedom,
         geometry=np.linalg.inv(design.T @ design) / np.outer([1.0, np.cos(theta_0)], [1.0, np.cos(theta_0)]),
         residuals=residuals,
         joint_offset_m=offset,
+        joint_offset_error_m=noise * spread,
+        offset_slopes=np.linalg.pinv(design) @ on_leg.astype(float),
         on_leg=on_leg,
     )
 
@@ -295,17 +303,19 @@ def _measured_layout(
     return layout[0], layout[1]
 
 
-def _joint_offset(residuals: np.ndarray, sine: np.ndarray, along: np.ndarray, on_leg: np.ndarray) -> float:
-    """Least-squares d (m) from what the markers leave over (m) without it."""
+def _joint_offset(
+    residuals: np.ndarray, sine: np.ndarray, along: np.ndarray, on_leg: np.ndarray
+) -> tuple[float, float]:
+    """Least-squares d (m) from what the markers leave over (m), and its standard error per sigma (-)."""
     if on_leg.all():
-        return 0.0
+        return 0.0, 0.0
     design = np.column_stack([np.ones(along.size), along])
     left = on_leg - design @ (np.linalg.pinv(design) @ on_leg.astype(float))
-    if np.sum(left**2) < 1e-9:
-        return 0.0
     moved = sine - sine.mean()
     total = float(np.sum(left**2) * np.sum(moved**2))
-    return float(moved @ (residuals @ left)) / total if total > 0.0 else 0.0
+    if np.sum(left**2) < 1e-9 or not total > 0.0:
+        return 0.0, 0.0
+    return float(moved @ (residuals @ left)) / total, 1.0 / float(np.sqrt(total))
 
 
 def _reduced(

@@ -15,17 +15,20 @@ sigma_v maximises the restricted likelihood. With noise in Y, |u|^2 overstates t
 
     F^-1 F_0 F^-1,    F_0 = 2 Re sum u^H u
 
-(Wald). No part of the trial is weighted by hand, nothing is filtered, and no spline is differentiated.
+(Wald), to which the error of d, the joint's place between the markers, is added. No part of the
+trial is weighted by hand, nothing is filtered, and no spline is differentiated.
 
 A joint that softens with bending and loses more as it softens has three more parameters, C, B_s and phi_h:
 
     tau = I phi'' + B phi' + K phi - C q phi + B_s q phi',    q = phi^2 / (phi^2 + phi_h^2)
 
-C and B_s are fitted whether or not they differ from 0: a joint taken as linear because a test finds no
-softening has intervals that are too narrow. phi_h is fitted where they differ from 0 together (chi-square
-above `SOFTENS`) and the trial determines it; else it is the best of several, or the largest bending. K, B
-and I of this law hold for small movements. What a linear fit finds at the amplitude of the perturbations is
-the mean over their windows of the least-squares fit of the law's torque on the measured motion,
+C and B_s are fitted whether or not they differ from 0: a joint taken as linear because a test finds
+no softening has intervals that are too narrow. phi_h is fitted where they differ from 0 together
+(chi-square above `SOFTENS`) and the trial determines it; else it is the best of several, or the
+largest bending. b_0, the bending at rest, is then fitted, too: a vertical that is wrong by a few
+milliradians makes the law asymmetric. K, B and I of this law hold for small movements. What a
+linear fit finds at the amplitude of the perturbations is the mean over their windows of the least-
+squares fit of the law's torque on the measured motion,
 
     tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 
@@ -323,7 +326,7 @@ def _climb(task: _Task, point: Point, limits: tuple[float, float] | None = None)
             break
     else:
         raise _undetermined("no convergence")
-    covariance = _covariance(found)
+    covariance = _covariance(found) + _by_offset(task, found)
     return JointFit(point, covariance, found, task.log_noise, task.channels, task.model)
 
 
@@ -339,6 +342,19 @@ def _covariance(found: Residuals) -> np.ndarray:
     if not (np.diag(covariance) > 0.0).all():
         raise _undetermined("sensitivities that depend on each other")
     return covariance
+
+
+def _by_offset(task: _Task, found: Residuals) -> np.ndarray:
+    """What the standard error of the joint's place adds to the covariance, shape (p, p)."""
+    channels = task.channels
+    moved = np.zeros_like(task.measured)
+    moved[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, task.measured[1])
+    moved = task.whitening() @ moved
+    moved = moved - found.direction * np.sum(found.direction.conj() * moved, axis=0)
+    scale = np.sqrt(np.diag(found.information))
+    normal = (found.information - found.excess) / np.outer(scale, scale)
+    step = np.linalg.solve(normal, replace(found, left=moved).gradient / scale) / scale
+    return np.outer(step, step)
 
 
 def _solve(found: Residuals) -> tuple[np.ndarray, np.ndarray]:
@@ -381,16 +397,20 @@ def _softened(task: _Task, linear: JointFit) -> JointFit:
     # without softening phi_h has no meaning
     if fixed.softening_chi_square <= SOFTENS:
         return fixed
-    kept, free = task.log_noise, replace(fixed.point, names=(*fixed.point.names, "log_phi_h"))
-    try:
-        if _covariance(task.residuals(free))[-1, -1] > _UNDETERMINED**2:
-            return fixed
-        whole = _climb(task, free, limits)
+    kept, undetermined = task.log_noise, {"b_0": _UNDETERMINED * largest, "log_phi_h": _UNDETERMINED}
+    for names in (("b_0", "log_phi_h"), ("b_0",)):
+        free = replace(fixed.point, names=(*fixed.point.names, *names))
+        try:
+            errors = np.sqrt(np.diag(_covariance(task.residuals(free))))[-len(names) :]
+            if any(error > undetermined[n] for n, error in zip(names, errors, strict=True)):
+                continue
+            whole = _climb(task, free, limits)
+        except InputError:
+            continue
         inside = limits[0] * 1.01 < np.exp(whole.value("log_phi_h")) < limits[1] * 0.99
-        if inside and whole.standard_error("log_phi_h") < _UNDETERMINED:
+        if inside and all(whole.standard_error(n) < undetermined[n] for n in names):
             return whole
-    except InputError:
-        pass
+        task.log_noise = kept
     task.log_noise = kept
     return fixed
 

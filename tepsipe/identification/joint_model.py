@@ -1,7 +1,8 @@
 """Equations of the joint likelihood: spectra of foot, leg and log, and their derivatives.
 
-About the angle at rest theta_0, with phi = theta - theta_0, b = phi + b_0 the bending of the joint, b_0 =
-k_g sin(theta_0) / K, k_g = m g r, p = m r, the leg on a moving foot obeys
+About the angle at rest theta_0, with phi = theta - theta_0, b = phi + b_0 the bending of the joint,
+b_0 = k_g sin(theta_0) / K where theta_0 is measured from the true vertical, k_g = m g r, p = m r,
+the leg on a moving foot obeys
 
     J phi'' + B phi' + (K - k_g cos(theta_0)) phi = -p cos(theta_0) y'' + n
     n = k_g [sin(theta) - sin(theta_0) - phi cos(theta_0)] - p y'' [cos(theta) - cos(theta_0)]
@@ -33,7 +34,7 @@ from tepsipe.mechanics.inverse_dynamics import Leg
 
 # parameters of a linear joint, and those that softening adds
 LINEAR = ("J", "B", "K", "delay", "lag", "gain", "jump", "drift", "c_1", "c_2")
-SOFTENING = ("C", "B_s", "log_phi_h")
+SOFTENING = ("C", "B_s", "b_0", "log_phi_h")
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ class Point:
 
 
 def softening_forces(phi: np.ndarray, phi_d: np.ndarray, rest: float, half: float) -> dict[str, np.ndarray]:
-    """What softening adds to n per unit of C and B_s, and their derivatives with respect to log(phi_h).
+    """What softening adds to n per unit of C and B_s, and their derivatives with respect to log(phi_h), b_0.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ def softening_forces(phi: np.ndarray, phi_d: np.ndarray, rest: float, half: floa
     Returns
     -------
     dict of str to ndarray
-        ``C`` (rad), ``B_s`` (rad/s), and ``C_half``, ``B_s_half`` (the same).
+        ``C`` (rad), ``B_s`` (rad/s), ``C_half``, ``B_s_half`` (the same), ``C_rest`` (-), ``B_s_rest`` (1/s).
     """
     bent = phi + rest
     share = bent**2 / (bent**2 + half**2)
@@ -117,6 +118,8 @@ def softening_forces(phi: np.ndarray, phi_d: np.ndarray, rest: float, half: floa
         "B_s": -share * phi_d,
         "C_half": slope * bent + 2.0 * at_rest * (1.0 - at_rest) * rest,
         "B_s_half": -slope * phi_d,
+        "C_rest": share * (3.0 - 2.0 * share) - at_rest * (3.0 - 2.0 * at_rest),
+        "B_s_rest": -2.0 * bent * (half / (bent**2 + half**2)) ** 2 * phi_d,
     }
 
 
@@ -220,7 +223,8 @@ class JointModel:
         if forces:
             half_slope = v["C"] * forces["C_half"] + v["B_s"] * forces["B_s_half"]
             of_angle |= {"C": (none, forces["C"] * inverse), "B_s": (none, forces["B_s"] * inverse)}
-            of_angle["log_phi_h"] = (none, half_slope * inverse)
+            rest_slope = v["C"] * forces["C_rest"] + v["B_s"] * forces["B_s_rest"]
+            of_angle |= {"log_phi_h": (none, half_slope * inverse), "b_0": (none, rest_slope * inverse)}
         logged = v["gain"] * later * s
         of_log = {
             "lag": (-s * logged, none),

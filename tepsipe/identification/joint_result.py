@@ -146,12 +146,15 @@ def joint_impedance(
 
 
 def _law_forces(found: JointFit) -> dict[str, np.ndarray]:
-    """Torque of the law per unit of C and B_s, and its derivative by log(phi_h), shape (n,)."""
+    """Torque of the law per unit of C and B_s, and its derivatives by log(phi_h) and b_0, shape (n,)."""
     motion = found.model.motion
     rest, half = found.value("b_0"), float(np.exp(found.value("log_phi_h")))
     forces = softening_forces(motion.phi, motion.phi_d, rest, half)
-    by_half = found.value("C") * forces["C_half"] + found.value("B_s") * forces["B_s_half"]
-    return {"C": -forces["C"], "B_s": -forces["B_s"], "log_phi_h": -by_half}
+    slopes = {
+        name: -found.value("C") * forces[f"C_{key}"] - found.value("B_s") * forces[f"B_s_{key}"]
+        for name, key in (("log_phi_h", "half"), ("b_0", "rest"))
+    }
+    return {"C": -forces["C"], "B_s": -forces["B_s"], **slopes}
 
 
 def _working_amplitude(found: JointFit, names: list[str], perturbations: list[Perturbation]) -> np.ndarray:
@@ -177,12 +180,22 @@ def _working_amplitude(found: JointFit, names: list[str], perturbations: list[Pe
 def estimated_angle(found: JointFit) -> np.ndarray:
     """Estimated theta - theta_0 (rad), shape (n,), with the measured frequencies outside the band."""
     spectra = found.model.spectra(found.point)
-    measured = np.fft.rfft(found.channels.angle)
-    low = measured[: found.model.bins[0]]
-    whole = np.zeros_like(measured)
-    whole[: low.size] = low
-    whole[found.model.bins] = spectra.response[1] * found.residuals.foot + spectra.own[1]
-    return np.fft.irfft(whole, found.channels.angle.size)
+    return _in_band(found, found.channels.angle, spectra.response[1] * found.residuals.foot + spectra.own[1])
+
+
+def estimated_foot(found: JointFit) -> np.ndarray:
+    """Estimated position of the foot (m), shape (n,), with the measured frequencies outside the band.
+
+    Without the ramp of its net displacement.
+    """
+    return _in_band(found, found.channels.foot, found.residuals.foot)
+
+
+def _in_band(found: JointFit, signal: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
+    """A signal (n,) with another spectrum in the band (m,) (units of both)."""
+    whole = scipy.fft.rfft(signal)
+    whole[found.model.bins] = spectrum
+    return scipy.fft.irfft(whole, signal.size)
 
 
 def _contributions(

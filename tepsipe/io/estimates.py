@@ -13,6 +13,19 @@ FLAGS = {
     "not-converged": "the search ended before it met its tolerances: try other starting values",
     "undefined": "the value is not a finite number: the parameters describe no stable joint",
     "no-interval": "its standard error or interval is not a number: record more perturbations",
+    "leg-disagrees": "K of the windowed fit is not what the joint likelihood lets it find: look for markers "
+    "of the leg that wobble, bend or slip",
+    "foot-leg-delay": "the leg moves too early or too late after the foot: check the sampling instants of "
+    "the markers, and whether one on foot or ankle slips",
+    "joint-inertia": "I differs from what is known of the joint: weigh the leg, find its centre of mass",
+    "foot-markers-apart": "markers on the foot move against each other: check their tape, and whether the "
+    "foot tilts",
+    "markers-slip": "a marker stays displaced after perturbations: check the tape of all markers",
+    "markers-pulse-locked": "markers leave the rigid leg in every perturbation: look for bending or soft "
+    "mounts",
+    "lack-of-fit": "the model of the joint leaves a motion that repeats: look at the residuals, for wobble",
+    "noise-biased": "noise of the markers biases the windowed fit by half of its uncertainty or more: use "
+    "the joint likelihood, or larger perturbations",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
     "look at the onset of the reflexes, the feet's mass, and the friction of the belt",
     "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "

@@ -33,3 +33,9 @@ def dummy_options(
         belt_fixed_labels=tuple(belt_fixed_labels),
         sources=sources_of(uncertainty or {}),
     )
+
+
+def known_inertia(checks: dict) -> tuple[float, float] | None:
+    """Inertia of the joint and its standard uncertainty (N·m·s²/rad) of dummy.checks; None if unknown."""
+    known = checks["joint_inertia_Nms2_per_rad"]
+    return None if known is None else (known, checks["joint_inertia_uncertainty_Nms2_per_rad"])

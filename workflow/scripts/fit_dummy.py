@@ -4,8 +4,9 @@ import job
 
 job.start(snakemake)
 
-from dummy_choices import dummy_options
+from dummy_choices import dummy_options, known_inertia
 
+from tepsipe.experiments.dummy.checked import check_dummy, check_facts, flag_rows, quoted_rows
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
 from tepsipe.experiments.dummy.results import (
     bootstrap_pathways,
@@ -14,16 +15,22 @@ from tepsipe.experiments.dummy.results import (
     dummy_result,
 )
 from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import recommended, write_estimates
+from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
 params, output = snakemake.params, snakemake.output
 options = dummy_options(params.geometry, params.analysis, params.belt_fixed_labels, params.uncertainty)
 pathways = {name: Pathway(**choice) for name, choice in params.pathways.items()}
-found = analyse_dummy(read_trial(snakemake.input.trial), options, pathways)
+trial = read_trial(snakemake.input.trial)
+found = analyse_dummy(trial, options, pathways)
+verdict = check_dummy(
+    trial, options, found, (params.quoted, params.recommended), known_inertia(params.checks)
+)
 intervals = bootstrap_pathways(found, params.bootstrap_draws, params.seed)
 rows = dummy_estimates(snakemake.wildcards.condition, found, intervals)
-write_result(output.fit, dummy_result(found))
-write_estimates(output.estimates, recommended(rows, params.quoted))
+result = dummy_result(found)
+result.facts["checks"] = check_facts(verdict)
+write_result(output.fit, result)
+write_estimates(output.estimates, quoted_rows(flag_rows(rows, verdict), verdict))
 write_budgets(output.uncertainty, dummy_contributions(rows, found))

@@ -1,0 +1,188 @@
+"""Power of the checks of a dummy trial: the size of each fault that nine of ten trials show.
+
+    .venv/bin/python benchmarks/dummy_checks.py > benchmarks/dummy_checks.md
+
+One motion per amplitude; noise, trigger and clocks are drawn for every trial, and the fault is
+added to the markers or to what the analysis believes. Sizes double until nine of ten trials are
+flagged, then the interval is halved. Errors of K at that size are those of the joint likelihood and
+of `leg`, against the linear joint nearest to the true one in the windows.
+"""
+
+import argparse
+from collections import Counter
+
+import dummy_trials as lab
+import numpy as np
+from joint_likelihood import row
+from scipy.signal import lfilter
+
+from tepsipe.experiments.dummy.checked import check_dummy
+from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+
+PATHWAYS = {
+    "leg": Pathway("leg", "aligned", "windowed-least-squares"),
+    "leg-joint-likelihood": Pathway("leg", "aligned", "joint-likelihood"),
+}
+KNOWN_INERTIA = (0.007, 0.0005)
+FOOT, ANKLE, ON_LEG = slice(0, 3), 3, slice(3, 8)
+
+
+def wobble(size_m: float, growing: bool):
+    """Markers of the leg lag behind the foot's acceleration, 12 Hz with a damping ratio of 0.3.
+
+    ``size_m`` is the largest displacement, of all markers alike or at the top of the leg.
+    """
+
+    def broken(positions, motion, rng):
+        step, natural = 1.0 / lab.RATE_HZ, 2.0 * np.pi * 12.0
+        pole = np.exp((-0.3 + 1j * np.sqrt(1.0 - 0.09)) * natural * step)
+        lag = lfilter([1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2], motion.foot_dd)
+        lag = -size_m * lag / np.abs(lag).max()
+        share = np.array([r[1] for r in lab.LAYOUT]) / 0.87 if growing else np.ones(5)
+        positions[:, ON_LEG, 0] += np.outer(lag, share)
+        return positions
+
+    return broken
+
+
+def slip(size_m: float, marker: int, same_way: bool):
+    """A marker is displaced in every pulse and comes back after it, or stays where a random step takes it."""
+
+    def broken(positions, motion, rng):
+        time = np.arange(len(positions)) / lab.RATE_HZ
+        for onset in motion.onsets_s:
+            since = np.maximum(time - onset, 0.0)
+            if same_way:
+                positions[:, marker, 0] += size_m * since / 0.05 * np.exp(1.0 - since / 0.05)
+            else:
+                positions[:, marker, 0] += size_m * rng.standard_normal() * (1.0 - np.exp(-since / 0.02))
+        return positions
+
+    return broken
+
+
+def tilt(size_rad: float):
+    """The foot tilts with its acceleration, largest by ``size_rad``; the ankle, 55 mm up, moves with it."""
+
+    def broken(positions, motion, rng):
+        angle = size_rad * motion.foot_dd / np.abs(motion.foot_dd).max()
+        places = np.array(lab.LAB["dummy"]["markers"]["foot_m"])
+        positions[:, FOOT, 0] += np.outer(angle, places[:, 1])
+        positions[:, FOOT, 1] -= np.outer(angle, places[:, 0])
+        positions[:, ON_LEG, 0] += 0.055 * angle[:, None]
+        return positions
+
+    return broken
+
+
+def skew(size_s: float):
+    """Sequential sampling is forgotten: every marker is later by ``size_s`` than the one before."""
+
+    def broken(positions, motion, rng):
+        rate = np.gradient(positions, 1.0 / lab.RATE_HZ, axis=0)
+        return positions + size_s * np.arange(positions.shape[1])[:, None] * rate
+
+    return broken
+
+
+MARKER_FAULTS = {
+    "wobble of all leg markers alike (mm)": (1e-3, lambda x: wobble(x, False)),
+    "wobble growing with height (mm)": (1e-3, lambda x: wobble(x, True)),
+    "foot marker slips and returns (mm)": (1e-3, lambda x: slip(x, 0, True)),
+    "foot marker slips and stays (mm)": (1e-3, lambda x: slip(x, 0, False)),
+    "ankle marker slips and returns (mm)": (1e-3, lambda x: slip(x, ANKLE, True)),
+    "ankle marker slips and stays (mm)": (1e-3, lambda x: slip(x, ANKLE, False)),
+    "foot tilts (mrad)": (1e-3, tilt),
+    "sampling of markers forgotten (ms per marker)": (1e-3, skew),
+}
+BELIEF_FAULTS = {
+    "leg's mass too large (%)": (0.01, lambda x: lab.with_leg(mass_kg=0.4 * (1.0 + x))),
+    "leg's inertia too large (%)": (0.01, lambda x: lab.with_leg(inertia_kgm2=0.027 * (1.0 + x))),
+}
+
+
+def trials(motion: lab.Motion, instruments: lab.Instruments, seeds: range, broken=None, options=lab.OPTIONS):
+    """Flags of each trial, and errors of K (%) by joint likelihood and by leg, mean."""
+    names, errors = [], []
+    for seed in seeds:
+        trial = motion.trial(np.random.default_rng([seed, 11]), instruments, broken)
+        analysis = analyse_dummy(trial, options, PATHWAYS)
+        verdict = check_dummy(trial, options, analysis, ("leg-joint-likelihood", "leg"), KNOWN_INERTIA)
+        names.append({flag for flags in verdict.flags.values() for flag in flags} - {"noise-biased"})
+        truth = motion.at_work(analysis.regressions["leg"].perturbations)[2]
+        errors.append([100.0 * (analysis.regressions[n].mean[2] / truth - 1.0) for n in reversed(PATHWAYS)])
+    return names, np.mean(errors, axis=0)
+
+
+def detected(
+    motion: lab.Motion, instruments: lab.Instruments, unit: float, fault, seeds: range, start: float
+):
+    """Smallest size that nine of ten trials show, flags, errors of K; None if none does."""
+
+    def at(size):
+        made = fault(size * unit)
+        kind = {"options": made} if isinstance(made, type(lab.OPTIONS)) else {"broken": made}
+        names, errors = trials(motion, instruments, seeds, **kind)
+        return sum(map(bool, names)) >= 0.9 * len(names), names, errors
+
+    size, found = start, None
+    while found is None and size < 200.0 * start:
+        seen = at(size)
+        if seen[0]:
+            found = (size, *seen[1:])
+        else:
+            size *= 2.0
+    if found is None:
+        return None
+    low, high = (0.5 * found[0], found[0]) if found[0] > start else (0.0, found[0])
+    for _ in range(3):
+        middle = 0.5 * (low + high)
+        seen = at(middle)
+        if seen[0]:
+            high, found = middle, (middle, *seen[1:])
+        else:
+            low = middle
+    return found
+
+
+def main() -> None:
+    """Write false alarms and power as Markdown to the standard output."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=10, help="trials per size")
+    parser.add_argument("--clean", type=int, default=60, help="trials without a fault, per condition")
+    given = parser.parse_args()
+    print("# Checks of a dummy trial: false alarms and power\n")
+    print(
+        f"`benchmarks/dummy_checks.py`, {given.clean} clean trials a condition, {given.seeds} trials a size "
+        "of a fault. The joint's inertia is known to 0.0005 N·m·s²/rad. No row counts `noise-biased`.\n"
+    )
+    print(row("condition", "marker noise (mm)", "clean trials flagged", "by"))
+    print("|---" * 4 + "|")
+    motions = {condition: lab.Motion(condition) for condition in ("sine-0.1", "sine-0.3", "minjerk-0.5")}
+    for condition, motion in motions.items():
+        for noise in (0.0000065, 0.0001):
+            instruments = lab.Instruments(marker_noise_m=noise)
+            names, _ = trials(motion, instruments, range(1000, 1000 + given.clean))
+            by = Counter(flag for own in names for flag in own)
+            count = sum(map(bool, names))
+            cells = (f"{count} of {len(names)}", ", ".join(f"{k} {v}" for k, v in by.items()) or "–")
+            print(row(condition, f"{1e3 * noise:g}", *cells), flush=True)
+    for noise in (0.0000065, 0.0001):
+        instruments = lab.Instruments(marker_noise_m=noise)
+        print(f"\n## sine-0.3, marker noise {1e3 * noise:g} mm\n")
+        print(row("fault", "size found in 9 of 10 trials", "error of K, joint likelihood / leg (%)", "by"))
+        print("|---" * 4 + "|")
+        for name, (unit, fault) in (MARKER_FAULTS | BELIEF_FAULTS).items():
+            start = 0.5 if name in BELIEF_FAULTS else 0.02
+            found = detected(motions["sine-0.3"], instruments, unit, fault, range(given.seeds), start)
+            if found is None:
+                print(row(name, "none", "–", "–"), flush=True)
+                continue
+            size, names, errors = found
+            by = Counter(flag for own in names for flag in own)
+            told = ", ".join(k for k, v in by.most_common() if v >= 0.5 * len(names))
+            print(row(name, f"{size:.2g}", f"{errors[0]:+.2f} / {errors[1]:+.2f}", told), flush=True)
+
+
+if __name__ == "__main__":
+    main()

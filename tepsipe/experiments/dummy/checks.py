@@ -1,0 +1,392 @@
+"""Checks of a dummy trial that warn: what the markers, the log and two estimators say of each other.
+
+Every check has a size in a unit of its own, a tolerance below which it does not matter (K moves by
+about a quarter of a per cent, less than the leg's mass is known), and the probability of so large a
+size in a laboratory without the fault. It fails if the size exceeds the tolerance and the
+probability lies below 0.05 / n, n the number of checks of the trial (Bonferroni): all together give
+false alarms in at most 5 % of the trials.
+
+leg-disagrees
+    K of the windowed fit against what it should find. Markers without noise that move like the fitted
+    joint go through filter, pose, derivatives and regression; what noise adds by errors in
+    variables is predicted.
+foot-leg-delay
+    Delay of the angle after the foot: sampling instants, or a marker that slips.
+joint-inertia
+    I against what is known of the joint's own: mass, centre of mass or inertia of the leg are wrong.
+foot-markers-apart
+    Markers on the foot alone against each other, at rest between perturbations and locked to them.
+markers-slip
+    Residuals of the rigid leg on the foot: their means between perturbations.
+markers-pulse-locked
+    The same residuals averaged over the perturbations: a leg that bends or wobbles.
+lack-of-fit
+    Residuals of the joint likelihood: their power, and their average over the perturbations.
+
+`noise_bias` is no test: it predicts the bias of a windowed fit from the noise that was measured.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.identification.joint_likelihood import JointFit
+from tepsipe.identification.joint_result import JointLikelihood, estimated_angle, estimated_foot, innovations
+from tepsipe.identification.window_regression import WindowedFits, regress_perturbations
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, motion_of_markers
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.perturbations import Perturbation
+
+FALSE_ALARMS = 0.05
+# tolerances: of K (-), of a delay (s), of markers (m), of the angle's misfit (-), of I over the leg's (-)
+TOLERATED = {
+    "leg-disagrees": 0.005,
+    "foot-leg-delay": 2e-5,
+    "joint-inertia": 0.0,
+    "foot-markers-apart": 3e-5,
+    "markers-slip": 3e-5,
+    "markers-pulse-locked": 2e-5,
+    "lack-of-fit": 0.003,
+}
+UNITS = {
+    "leg-disagrees": "1",
+    "foot-leg-delay": "s",
+    "joint-inertia": "Nms2/rad",
+    "foot-markers-apart": "m",
+    "markers-slip": "m",
+    "markers-pulse-locked": "m",
+    "lack-of-fit": "1",
+}
+# time after a perturbation that its response is averaged over, and in which markers may settle (s)
+_LOCKED_S, _SETTLED_S = 0.5, 0.2
+# part of the samples that interpolation at common instants leaves independent (-)
+_INDEPENDENT = 0.6
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of one trial.
+
+    Attributes
+    ----------
+    name : str
+        One of `TOLERATED`; also the flag of an estimate.
+    size : float
+        How far the trial departs (unit of `UNITS`).
+    probability : float
+        Of a size this large without a fault (-).
+    tolerated : float or None
+        A larger tolerance than that of `TOLERATED` (unit of `UNITS`), if the trial has one.
+    """
+
+    name: str
+    size: float
+    probability: float
+    tolerated: float | None = None
+
+    @property
+    def tolerance(self) -> float:
+        """Size that does not matter (unit of `UNITS`)."""
+        return max(TOLERATED[self.name], self.tolerated or 0.0)
+
+
+def failed(checks: Sequence[Check]) -> list[str]:
+    """Names of the checks that fail (no unit), by Bonferroni's bound over all of them."""
+    bound = FALSE_ALARMS / max(1, len(checks))
+    return [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
+
+
+def delay_check(found: JointLikelihood, uncertainty_s: float = 0.0) -> Check:
+    """Delay of the angle after the foot.
+
+    Parameters
+    ----------
+    found : JointLikelihood
+        With sampling instants corrected (units there).
+    uncertainty_s : float
+        Standard uncertainty of the correction between foot and leg (s).
+
+    Returns
+    -------
+    Check
+        Its size is the delay (s).
+    """
+    error = float(np.hypot(found.fit.standard_error("delay"), uncertainty_s))
+    return Check("foot-leg-delay", abs(found.delay_s), _two_sided(found.delay_s / error))
+
+
+def inertia_check(
+    found: JointLikelihood, known_kgm2: float, known_uncertainty_kgm2: float, type_b_kgm2: float = 0.0
+) -> Check:
+    """I of small movements against what is known of the joint's own.
+
+    Parameters
+    ----------
+    found : JointLikelihood
+        The fit (units there).
+    known_kgm2, known_uncertainty_kgm2 : float
+        Inertia of the joint and its standard uncertainty (N·m·s²/rad).
+    type_b_kgm2 : float
+        Type B standard uncertainty of the estimate (N·m·s²/rad).
+
+    Returns
+    -------
+    Check
+        Its size is the difference (N·m·s²/rad).
+    """
+    difference = float(found.small[0]) - known_kgm2
+    own = float(np.sqrt(found.small_covariance[0, 0]))
+    error = float(np.sqrt(own**2 + known_uncertainty_kgm2**2 + type_b_kgm2**2))
+    return Check("joint-inertia", abs(difference), _two_sided(difference / error))
+
+
+def fit_check(found: JointFit, perturbations: list[Perturbation]) -> Check:
+    """Power and pulse-locked mean of the likelihood's residuals.
+
+    Parameters
+    ----------
+    found : JointFit
+        The fit (units there).
+    perturbations : list of Perturbation
+        Windows (samples).
+
+    Returns
+    -------
+    Check
+        Its size is the root mean square misfit over that of the angle (-).
+    """
+    white, n = innovations(found), found.channels.angle.size
+    band = 2.0 * found.model.bins.size / n
+    total = float(np.mean(white[0] ** 2))
+    power = scipy.stats.f.sf(total, band * n, found.channels.marker_freedom)
+    length = min(np.diff([p.start for p in perturbations]), default=n - perturbations[0].start)
+    folded = _folded(white.T, perturbations, int(min(length, n - perturbations[-1].start)))
+    mean, count = folded.mean(axis=0), len(folded)
+    freedom = band * mean.size
+    locked = scipy.stats.chi2.sf(count * float(np.sum(mean**2)) * band, freedom)
+    left = max(float(np.mean(mean[:, 0] ** 2)) - 1.0 / count, total - 1.0, 0.0)
+    unit = found.channels.marker_noise_m * np.sqrt(found.channels.geometry[1, 1] * band)
+    moved = float(np.sqrt(np.mean(found.model.motion.phi[perturbations[0].start :] ** 2)))
+    return Check("lack-of-fit", float(np.sqrt(left)) * unit / moved, min(1.0, 2.0 * min(power, locked)))
+
+
+def foot_check(positions: np.ndarray, perturbations: list[Perturbation], rate_hz: float) -> Check | None:
+    """Markers on the foot alone against each other.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (n, k, 2)
+        Theirs (m), not filtered.
+    perturbations : list of Perturbation
+        Windows (samples).
+    rate_hz : float
+        Sampling rate (Hz).
+
+    Returns
+    -------
+    Check or None
+        Its size is that of the step or motion of a marker against the others (m); None with fewer than two.
+    """
+    k = positions.shape[1]
+    if k < 2:
+        return None
+    apart = positions - positions.mean(axis=1, keepdims=True)
+    apart = apart.reshape(len(apart), -1)
+    rank, kept = 2.0 * (k - 1), 1.0 - 1.0 / k
+    step, chance = _steps(apart, perturbations, rate_hz, rank / (2.0 * k))
+    motion, locked = _locked(apart, perturbations, rate_hz, rank / (2.0 * k))
+    return Check("foot-markers-apart", max(step, motion) / kept, min(1.0, 2.0 * min(chance, locked)))
+
+
+def residual_checks(found: JointFit, perturbations: list[Perturbation]) -> list[Check]:
+    """Steps, and pulse-locked motion, of the markers against the rigid leg on the foot.
+
+    Parameters
+    ----------
+    found : JointFit
+        The fit (units there).
+    perturbations : list of Perturbation
+        Windows (samples).
+
+    Returns
+    -------
+    list of Check
+        ``markers-slip`` and ``markers-pulse-locked``, with sizes in m.
+    """
+    channels = found.channels
+    residuals, rate_hz = channels.residuals, channels.rate_hz
+    independent = (residuals.shape[1] - 2.0) / residuals.shape[1]
+    return [
+        Check("markers-slip", *_steps(residuals, perturbations, rate_hz, independent)),
+        Check("markers-pulse-locked", *_locked(residuals, perturbations, rate_hz, independent)),
+    ]
+
+
+def leg_check(
+    of_leg: WindowedFits,
+    found: JointLikelihood,
+    leg_markers: SegmentMarkers,
+    lowpass: tuple[float, int],
+    at_rest: np.ndarray,
+    of_k: float = 0.0,
+) -> Check:
+    """K of the windowed fit against what it should find of the fitted joint.
+
+    Parameters
+    ----------
+    of_leg : WindowedFits
+        From the torque of the leg (units there).
+    found : JointLikelihood
+        Of the same trial.
+    leg_markers : SegmentMarkers
+        Markers of the leg (m).
+    lowpass : tuple of (float, int)
+        Cutoff (Hz) and order of the filter of ``of_leg``.
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+    of_k : float
+        Combined standard uncertainty of K; a smaller difference does not matter (N·m/rad).
+
+    Returns
+    -------
+    Check
+        Its size is the difference over K (-).
+    """
+    expected = expected_of_leg(of_leg, found, leg_markers, lowpass, at_rest)
+    expected = expected + noise_bias(of_leg, expected, found.fit, leg_markers, lowpass)
+    each = of_leg.parameters[:, 2]
+    scatter = float(each.std(ddof=1)) / np.sqrt(each.size) if each.size > 1 else np.inf
+    error = float(np.hypot(scatter, found.interval().standard_error[2]))
+    difference = float(of_leg.mean[2] - expected[2])
+    chance = 2.0 * float(scipy.stats.t.sf(abs(difference) / error, max(1, each.size - 1)))
+    matters = of_k / abs(expected[2])
+    return Check("leg-disagrees", abs(difference / expected[2]), chance, float(matters))
+
+
+def expected_of_leg(
+    of_leg: WindowedFits,
+    found: JointLikelihood,
+    leg_markers: SegmentMarkers,
+    lowpass: tuple[float, int],
+    at_rest: np.ndarray,
+) -> np.ndarray:
+    """I, B, K that the windowed fit finds of markers without noise that move like the fitted joint.
+
+    Arguments are those of `leg_check` (units there). Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
+    """
+    channels = found.fit.channels
+    theta = estimated_angle(found.fit) + channels.theta_0_rad
+    foot = estimated_foot(found.fit)
+    across, along = leg_markers.layout_m.T
+    y = foot[:, None] + np.outer(np.cos(theta), across) + np.outer(np.sin(theta), along)
+    z = np.outer(np.cos(theta), along) - np.outer(np.sin(theta), across)
+    markers = butterworth_lowpass(np.stack([y, z], axis=2), channels.rate_hz, *lowpass)
+    time = np.arange(theta.size) / channels.rate_hz
+    motion = motion_of_markers(time, markers, leg_markers, found.fit.model.leg.com_m)
+    return regress_perturbations(motion, found.fit.model.leg, of_leg.perturbations, at_rest, "leg").mean
+
+
+def noise_bias(
+    of_leg: WindowedFits,
+    parameters: np.ndarray,
+    found: JointFit,
+    leg_markers: SegmentMarkers,
+    lowpass: tuple[float, int],
+) -> np.ndarray:
+    """Bias of a windowed fit by the noise in its regressors (errors in variables), to first order.
+
+    Noise of the angle enters theta'', theta', theta and the torque; that of the markers' mean the torque
+    alone. With A the regressors of a window of N samples and C the covariances of their noise,
+
+        bias = (A'A)^-1 N (C_Atau - C_AA x)
+
+    Parameters
+    ----------
+    of_leg : WindowedFits
+        From the torque of the leg (units there).
+    parameters : ndarray, shape (3,)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) without noise.
+    found : JointFit
+        For the noise of the markers (m) and the leg.
+    leg_markers : SegmentMarkers
+        Markers of the leg (m).
+    lowpass : tuple of (float, int)
+        Cutoff (Hz) and order of the filter.
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Bias of the means of I, B, K (their units).
+    """
+    rate_hz, leg = found.channels.rate_hz, found.model.leg
+    impulse = np.zeros(4096)
+    impulse[2048] = 1.0
+    gain = np.abs(np.fft.rfft(butterworth_lowpass(impulse, rate_hz, *lowpass))) ** 2
+    omega = 2.0 * np.pi * np.fft.rfftfreq(impulse.size, 1.0 / rate_hz)
+    along = leg_markers.layout_m[:, 1]
+    of_angle = found.channels.marker_noise_m**2 / np.sum((along - along.mean()) ** 2)
+    zeroth, second, fourth = (of_angle * 2.0 * np.sum(gain * omega**k) / impulse.size for k in (0, 2, 4))
+    p = leg.mass_kg * leg.com_m
+    turned = leg.inertia_kgm2 + p * (leg.com_m - along.mean())
+    covariance = np.array([[fourth, 0.0, -second], [0.0, second, 0.0], [-second, 0.0, zeroth]])
+    with_torque = covariance @ [-turned, 0.0, p * leg.gravity_m_per_s2]
+    shift = with_torque - covariance @ parameters
+    biases = []
+    for window in of_leg.perturbations:
+        columns = of_leg.regressors[window.start : window.stop]
+        scale = np.linalg.norm(columns, axis=0)
+        normal = (columns / scale).T @ (columns / scale)
+        biases.append(np.linalg.solve(normal, len(columns) * shift / scale) / scale)
+    return np.mean(biases, axis=0)
+
+
+def _two_sided(z: float) -> float:
+    return 2.0 * float(scipy.stats.norm.sf(abs(z)))
+
+
+def _folded(signal: np.ndarray, perturbations: list[Perturbation], length: int) -> np.ndarray:
+    """Signal (n, c) after each onset, shape (perturbations, length, c)."""
+    starts = [p.start for p in perturbations if p.start + length <= len(signal)]
+    return np.array([signal[start : start + length] for start in starts])
+
+
+def _steps(
+    residuals: np.ndarray, perturbations: list[Perturbation], rate_hz: float, independent: float
+) -> tuple[float, float]:
+    """Largest root mean square step (m) of a column between perturbations, and its probability (-)."""
+    settled, ends = round(_SETTLED_S * rate_hz), [p.start for p in perturbations[1:]]
+    parts = [slice(0, perturbations[0].start)]
+    parts += [slice(p.stop + settled, end) for p, end in zip(perturbations, [*ends, None], strict=True)]
+    blocks = [residuals[part] for part in parts if len(residuals[part]) > settled]
+    if len(blocks) < 2:
+        return 0.0, 1.0
+    means, sizes = np.array([b.mean(axis=0) for b in blocks]), np.array([len(b) for b in blocks])
+    within = sum(((b - m) ** 2).sum() for b, m in zip(blocks, means, strict=True))
+    variance = within / (independent * residuals.shape[1] * (sizes.sum() - sizes.size))
+    centre = np.average(means, axis=0, weights=sizes)
+    between = float(np.sum(sizes[:, None] * (means - centre) ** 2) / variance)
+    freedom = independent * residuals.shape[1] * (len(blocks) - 1)
+    steps = np.mean(np.diff(means, axis=0) ** 2, axis=0) - 2.0 * variance * np.mean(1.0 / sizes)
+    return float(np.sqrt(max(steps.max(), 0.0))), float(scipy.stats.chi2.sf(between, freedom))
+
+
+def _locked(
+    residuals: np.ndarray, perturbations: list[Perturbation], rate_hz: float, independent: float
+) -> tuple[float, float]:
+    """Root mean square (m) of a column's mean over the perturbations, and its probability (-)."""
+    lengths = np.diff([p.start for p in perturbations])
+    length = int(min([round(_LOCKED_S * rate_hz), *lengths]))
+    folded = _folded(residuals, perturbations, length)
+    folded = folded - folded.mean(axis=1, keepdims=True)
+    count = len(folded)
+    if count < 3:
+        return 0.0, 1.0
+    mean = folded.mean(axis=0)
+    within = float(np.sum((folded - mean) ** 2)) / (count - 1)
+    freedom = _INDEPENDENT * independent * residuals.shape[1] * (length - 1)
+    ratio = count * float(np.sum(mean**2)) / within
+    noise = within / mean.size / count
+    size = float(np.sqrt(max(np.mean(mean**2, axis=0).max() - noise, 0.0)))
+    return size, float(scipy.stats.f.sf(ratio, freedom, (count - 1) * freedom))
