@@ -216,11 +216,14 @@ def _amplitudes(clear_from: str, word: str = " at") -> str:
 
 def _weight(data: dict) -> list[Paragraph]:
     found = pieces(
-        "Under a weight of {mass} kg, the belt-induced force is {size_fine} times that of the empty belt, "
-        "so the force of the empty belt cannot be used as a correction. Linear models of the empty belt "
+        "Under a weight of {mass} kg, the belt-induced force is {size_fine} times that of the empty "
+        "belt{so}. Linear models of the empty belt "
         "predict the belt-induced force under the weight with $R^2$ = {linear_other}, the same models fitted "
         "to the weight with $R^2$ = {linear_own}; one model of the loaded frame, fitted to both, reaches "
         "$R^2$ = {frame_force}.",
+        so=", so the force of the empty belt cannot be used as a correction"
+        if data["weight"]["load_matters"]
+        else "",
         **data["weight"],
     )
     if "foot" in data:
