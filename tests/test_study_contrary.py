@@ -24,8 +24,7 @@ FALSE_HERE = (
     "depends on the starting value (",
     "The VAF is highest at an intermediate scale factor",
     "cannot have ended that far from the minimum",
-    "its interval excludes 0",
-    "in every condition. In",
+    "so its VAF is lower than",
     "Every 95 % interval of I lies above zero",
     "the signs alone explain both differences",
     "The signs explain the difference",
@@ -52,7 +51,6 @@ FALSE_HERE = (
 TRUE_HERE = (
     "The VAF is highest at scale factor",
     "Here the result does not depend on the starting value",
-    "No friction was found: its interval includes 0",
     "Not every 95 % interval of I lies above zero",
     "Its VAF is not lower than that of the printed torque in every condition",
     "All simulated legs settle",
@@ -81,8 +79,6 @@ def contrary_estimate(row):
             cells["value"] = 40.0 - 100.0 * float(row["condition"])
         case ("wristalyzer", "spectral-fit-modulus", _, "VAF_trial"):
             cells["value"] = 80.0
-        case ("wristalyzer", _, _, "friction"):
-            cells |= {"ci_low": -1.0, "ci_high": 1.0}
         case ("dummy", _, "leg", "I"):
             cells |= {"ci_low": -0.1, "ci_high": 0.1}
         case ("dummy", _, "leg", "VAF_perturbation"):
@@ -131,6 +127,13 @@ def contrary_fit(path):
     write_result(path, found)
 
 
+def rigid_person(path):
+    """A standing person whose knees do not turn."""
+    found = read_result(path)
+    found.arrays["mean/knee"][:] = 0.0
+    write_result(path, found)
+
+
 @pytest.fixture(scope="module")
 def said(own_study):
     """Text of the report of contrary results, without its references."""
@@ -141,6 +144,8 @@ def said(own_study):
     rewrite(results / "tables/forward.csv", contrary_forward)
     for condition in ("0.12", "0.16"):
         contrary_fit(results / f"fits/wristalyzer/{condition}.h5")
+    for task in ("relax", "stiff"):
+        rigid_person(results / f"fits/standing_tasks/{task}.h5")
     run = snakemake(own_study, "results/report/report.json", "--allowed-rules", "write_report")
     assert run.returncode == 0, run.stdout + run.stderr
     root = own_study / "typeset"

@@ -216,7 +216,7 @@ def _printed_soft(own: pd.DataFrame, tasks: list[str], choices: dict, pathway: s
         rows, usual = (_rows(own, task, name, estimator) for name in (printed[0], pathway))
         if "K" in rows.index and "K" in usual.index:
             shares.append(abs(rows.loc["K"].value / usual.loc["K"].value))
-    return bool(shares) and max(shares) < 0.1
+    return bool(shares and max(shares) < 0.1)
 
 
 def _single_joint(own, tasks: dict[str, Result], choices: dict, estimator: str) -> str | None:

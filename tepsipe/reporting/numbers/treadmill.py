@@ -129,8 +129,8 @@ def weight_data(
         ),
         # by more than a tenth, in every condition
         "load_matters": bool(sizes[fine]) and all(abs(x - 1.0) > 0.1 for x in sizes[fine]),
-        "lags": bool(lags) and min(map(abs, lags)) > LAG_S,
-        "alike": bool(alike[coarse]) and min(alike[coarse]) > 0.9,
+        "lags": bool(lags and min(map(abs, lags)) > LAG_S),
+        "alike": bool(alike[coarse] and min(alike[coarse]) > 0.9),
         "fine": fine,
         "coarse": coarse,
         "alike_fine": span(alike[fine], 2),
