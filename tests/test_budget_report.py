@@ -77,6 +77,7 @@ def test_budgets_of_the_report_are_those_of_recommended_estimates_and_of_the_foo
     assert quantity["type_b"] == "3.0 to 6.0" and quantity["type_a"] == "1.0 to 2.0"
     assert quantity["expanded"] == "4.0 to 8.0"
     assert found["dummy"]["trials"] == "2"
+    assert found["dummy"]["sources"] == ["scatter", "leg_mass_kg", "clock_ratio"]
 
 
 def test_small_sources_are_one_bar_and_type_a_is_apart():

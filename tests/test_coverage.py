@@ -108,7 +108,7 @@ def outcomes():
 
 
 def test_rows_count_covered_flagged_and_withdrawn_estimates():
-    rows = {row.mechanism: row for row in coverage_rows(outcomes(), {"dummy": {"leg": 0.1}})}
+    rows = {row.mechanism: row for row in coverage_rows(outcomes(), list(SETS), {"dummy": {"leg": 0.1}})}
     assert list(rows) == ["nominal", "shifted-means", "heavy-tails", "shifted"]
     nominal = rows["nominal"]
     assert (nominal.n, nominal.n_covered, nominal.laboratories, nominal.window_s) == (3, 2, 2, 0.1)
@@ -123,10 +123,15 @@ def test_rows_count_covered_flagged_and_withdrawn_estimates():
     assert (rows["heavy-tails"].n, rows["heavy-tails"].coverage) == (0, None)
 
 
+def test_the_nominal_set_is_the_first_also_where_its_first_laboratory_failed():
+    rows = coverage_rows(outcomes()[3:4] + outcomes()[2:3], list(SETS), {})
+    assert [(row.mechanism, row.n) for row in rows] == [("nominal", 1), ("shifted-means", 1), ("shifted", 1)]
+
+
 def test_width_is_compared_with_the_errors_that_occur():
     # errors of 1 to 20 %: 95 % lie within 19.05 %, intervals of +-19.05 % have a ratio of 1
     own = [Outcome(laboratory(k), estimate(100.0 + k, half=19.05), 100.0) for k in range(1, 21)]
-    (row,) = coverage_rows(own, {})
+    (row,) = coverage_rows(own, list(SETS), {})
     assert row.width_ratio == pytest.approx(1.0)
     assert (row.n, row.n_covered, row.laboratories) == (20, 19, 20)
 
@@ -144,7 +149,7 @@ def test_recommended_estimates_come_first_and_judged_ones_count_as_such(tmp_path
         (2.5, True, {}),
     ]
     plain = outcomes_of(laboratory(1), rows, read_truths(path), [budget])
-    assert [row.pathway for row in coverage_rows(plain, {})] == ["foot", "leg"]
+    assert [row.pathway for row in coverage_rows(plain, list(SETS), {})] == ["foot", "leg"]
 
 
 def test_single_trials_of_a_person_do_not_count_beside_their_task():
@@ -178,7 +183,7 @@ def test_interval_without_a_source_has_the_degrees_of_freedom_that_remain():
 def test_dropped_rows_say_which_source_the_coverage_needs():
     sources = {"leg_mass_kg": 0.99, "leg_com_m": 0.1}
     own = [Outcome(laboratory(k), estimate(101.5), 100.0, sources) for k in (1, 3)]
-    rows = {row.source: row for row in dropped_rows(own)}
+    rows = {row.source: row for row in dropped_rows(own, list(SETS))}
     assert (rows["leg_mass_kg"].n_covered, rows["leg_mass_kg"].held_percent) == (0, 0.0)
     assert (rows["leg_com_m"].n_covered, rows["leg_com_m"].coverage) == (2, 1.0)
     assert rows["leg_mass_kg"].share_percent == pytest.approx(98.01)
@@ -189,8 +194,8 @@ def test_dropped_rows_say_which_source_the_coverage_needs():
 
 def tables(tmp_path, own, laboratories):
     written = {
-        "coverage": (CoverageRow, coverage_rows(own, {})),
-        "dropped": (DroppedRow, dropped_rows(own)),
+        "coverage": (CoverageRow, coverage_rows(own, list(SETS), {})),
+        "dropped": (DroppedRow, dropped_rows(own, list(SETS))),
         "outcomes": (OutcomeRow, map(outcome_row, own)),
         "laboratories": (Laboratory, laboratories),
     }

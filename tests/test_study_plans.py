@@ -8,7 +8,7 @@ pytestmark = pytest.mark.study
 # what stands at the end of every path: the record of file checksums and settings, and the reports
 RECORD = {"record_provenance": 1}
 REPORTS = {"write_report": 1, "write_html_report": 1, "write_index": 1, "all": 1}
-ESTIMATES = {"collect_estimates": 1, "compare_with_truth": 1, "check_claims": 1}
+ESTIMATES = {"collect_estimates": 1, "compare_with_truth": 1, "check_claims": 1, "plot_budgets": 1}
 CELLS = {"judge_cells": 1}
 # what follows from the dummy's trials, and from its estimates
 AFTER_DUMMY_ESTIMATES = {
@@ -108,6 +108,7 @@ def test_an_edit_of_the_force_plate_makes_all_trials_on_the_treadmill_again(own_
         "plot_weight": 1,
         "fit_standing": 2,
         "fit_standing_task": 2,
+        "compare_standing_tasks": 1,
         "plot_standing_trials": 1,
         "plot_standing": 1,
         "write_weight_pages": 1,
@@ -126,6 +127,7 @@ def test_an_edit_of_one_task_makes_the_trials_of_this_task_again(own_study):
         "ingest_standing": 1,
         "fit_standing": 1,
         "fit_standing_task": 1,
+        "compare_standing_tasks": 1,
         "plot_standing_trials": 1,
         "plot_standing": 1,
         "write_standing_pages": 1,
@@ -144,6 +146,10 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
     [
         (
             {"dummy": {"analysis": {"bootstrap_draws": 301}}},
+            {"fit_dummy": 2, "fit_foot": 2, **AFTER_DUMMY_ESTIMATES, **RECORD},
+        ),
+        (
+            {"uncertainty": {"dummy": {"leg_mass_kg": None}}},
             {"fit_dummy": 2, "fit_foot": 2, **AFTER_DUMMY_ESTIMATES, **RECORD},
         ),
         (
@@ -169,12 +175,20 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
         ),
         (
             {"standing": {"latency": {"threshold_sd": 4.0}}},
-            {"fit_standing_task": 2, "plot_standing": 1, **ESTIMATES, **RECORD, **REPORTS},
+            {
+                "fit_standing_task": 2,
+                "compare_standing_tasks": 1,
+                "plot_standing": 1,
+                **ESTIMATES,
+                **RECORD,
+                **REPORTS,
+            },
         ),
         ({"belt": {"analysis": {"trimmed_s": 2.0}}}, RECORD | REPORTS),
     ],
     ids=[
         "bootstrap",
+        "source of uncertainty",
         "window of a pathway",
         "recommended pathway",
         "latency",

@@ -305,14 +305,18 @@ def covered(outcome: Outcome) -> bool:
 
 
 def coverage_rows(
-    outcomes: Sequence[Outcome], windows_s: Mapping[str, Mapping[str, float | None]]
+    outcomes: Sequence[Outcome],
+    sets: Sequence[str],
+    windows_s: Mapping[str, Mapping[str, float | None]],
 ) -> list[CoverageRow]:
     """The table of the coverage.
 
     Parameters
     ----------
     outcomes : sequence of Outcome
-        Of all laboratories (units in them). The set of the first laboratory is the nominal one.
+        Of all laboratories (units in them).
+    sets : sequence of str
+        Names of the sets; the first is the nominal one.
     windows_s : mapping
         Experiment -> name of a pathway or estimator -> window (s), where there is one.
 
@@ -329,7 +333,7 @@ def coverage_rows(
             continue
         named = windows_s.get(experiment, {})
         window = named.get(pathway, named.get(estimator))
-        for mechanism, chosen in _by_set(own, outcomes).items():
+        for mechanism, chosen in _by_set(own, sets).items():
             names = (experiment, pathway, estimator, quantity, window, mechanism)
             rows.append(_coverage_row(names, recommended, chosen))
     return sorted(rows, key=lambda row: not row.recommended)
@@ -344,10 +348,8 @@ def _groups(outcomes: Sequence[Outcome]) -> dict[tuple, list[Outcome]]:
     return found
 
 
-def _by_set(own: Sequence[Outcome], outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
-    """Set -> its outcomes, in the order of the laboratories; then those of all sets but the first."""
-    sets = {o.laboratory.number: o.laboratory.set for o in outcomes}
-    names = list(dict.fromkeys(sets[number] for number in sorted(sets)))
+def _by_set(own: Sequence[Outcome], names: Sequence[str]) -> dict[str, list[Outcome]]:
+    """Set -> its outcomes; then those of all sets but the first."""
     found = {name: [o for o in own if o.laboratory.set == name] for name in names}
     if len(names) > 1:
         found[SHIFTED] = [o for o in own if o.laboratory.set != names[0]]
@@ -427,16 +429,17 @@ def interval_without(outcome: Outcome, source: str) -> tuple[float, float] | Non
     return e.value - scale * (e.value - ends[0]), e.value + scale * (ends[1] - e.value)
 
 
-def dropped_rows(outcomes: Sequence[Outcome]) -> list[DroppedRow]:
+def dropped_rows(outcomes: Sequence[Outcome], sets: Sequence[str]) -> list[DroppedRow]:
     """Coverage of the recommended estimates with one source at a time taken out of their budgets.
 
-    ``outcomes`` are those of all laboratories (units in them); rows in their order, source by source.
+    ``outcomes`` are those of all laboratories (units in them), ``sets`` their sets, the nominal one
+    first; rows in the order of the outcomes, source by source.
     """
     rows = []
     for key, own in _groups(outcomes).items():
         if not key[-1]:
             continue
-        for mechanism, chosen in _by_set(own, outcomes).items():
+        for mechanism, chosen in _by_set(own, sets).items():
             for source in dict.fromkeys(name for o in chosen for name in o.sources):
                 told = [o for o in chosen if source in o.sources and o.interval]
                 if told:

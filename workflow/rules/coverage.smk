@@ -57,6 +57,7 @@ rule collect_coverage:
     params:
         pooled=STUDY.tasks(),
         judged=config["coverage"]["judged"],
+        sets=list(LABORATORIES.sets()),
         windows_s=STUDY.windows(),
     script:
         "../scripts/collect_coverage.py"

@@ -43,5 +43,6 @@ for about, estimates, budgets, recovery in tables:
     )
 write_rows(snakemake.output.laboratories, Laboratory, laboratories)
 write_rows(snakemake.output.outcomes, OutcomeRow, map(outcome_row, outcomes))
-write_rows(snakemake.output.coverage, CoverageRow, coverage_rows(outcomes, snakemake.params.windows_s))
-write_rows(snakemake.output.dropped, DroppedRow, dropped_rows(outcomes))
+sets = snakemake.params.sets
+write_rows(snakemake.output.coverage, CoverageRow, coverage_rows(outcomes, sets, snakemake.params.windows_s))
+write_rows(snakemake.output.dropped, DroppedRow, dropped_rows(outcomes, sets))

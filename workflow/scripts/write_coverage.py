@@ -26,7 +26,7 @@ coverage, dropped, outcomes, laboratories = (
         snakemake.input.laboratories,
     )
 )
-first = str(laboratories["set"].iloc[0])
+first = next(iter(snakemake.params.sets))
 save_figure(plot_coverage(coverage, first), snakemake.output.shares, snakemake.output.shares_png)
 save_figure(plot_intervals(outcomes, first), snakemake.output.intervals, snakemake.output.intervals_png)
 about = {

@@ -43,6 +43,7 @@ def budgets_data(
             found[name] = {
                 "pathway": own[0].pathway,
                 "estimator": words(own[0].estimator),
+                "sources": list(dict.fromkeys(s for b in budgets.values() for s in b.percent)),
                 "trials": str(max(len(b.conditions) for b in budgets.values())),
                 "quantities": [_quantity(b, [e for e in own if e.quantity == q]) for q, b in budgets.items()],
             }

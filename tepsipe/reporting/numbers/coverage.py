@@ -41,7 +41,7 @@ def coverage_data(
     dict
         Texts for Typst.
     """
-    first = str(laboratories["set"].iloc[0])
+    first = next(iter(about["sets"]))
     failed = laboratories[laboratories.failed.fillna("") != ""]
     quoted = coverage[coverage.recommended.astype(bool)]
     nominal, shifted = (quoted[quoted.mechanism == name] for name in (first, SHIFTED))
