@@ -133,6 +133,13 @@ def test_a_table_is_laid_out_from_its_own_experiment(shipped):
     assert outputs.estimates_of(shipped, "belt") == []
 
 
+def test_pairs_of_tasks_are_those_of_one_person_whatever_their_names(study_of, shipped):
+    assert shipped.task_pairs() == {"stiff-relax": ("stiff", "relax")}
+    own = [row("standing", name, task=name) for name in ("push", "calm", "relax")]
+    assert set(study_of(*own).task_pairs()) == {"push-calm", "push-relax", "calm-relax"}
+    assert study_of(own[0]).task_pairs() == {}
+
+
 def test_tasks_of_the_shipped_person(shipped):
     assert shipped.tasks() == ["relax", "stiff"]
     assert list(shipped.task_groups()) == [

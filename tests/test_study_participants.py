@@ -43,7 +43,9 @@ def test_tasks_of_people_and_models_of_belts_are_jobs_of_their_own(project):
             for role in ("calibrate", "validate")
         ]
     write(project, "belts", rows, {"P1": 60, "P2": 80})
-    planned = jobs(snakemake(project, "-n", config="belts"))
+    run = snakemake(project, "-n", config="belts")
+    planned = jobs(run)
+    assert planned, run.stdout[-1500:] + run.stderr[-1500:]
     assert planned["fit_standing"] == planned["ingest_standing"] == 8
     # two people, two belts, one task
     assert planned["fit_standing_task"] == 4

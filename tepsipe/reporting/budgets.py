@@ -30,6 +30,8 @@ SOURCES = {
     "origin_height_m": "height of the plate's axes",
     "log_delay_s": "delay of belt velocity after forces",
     "belt_force_kg": "belt-induced force",
+    "treadmill_calibration": "calibration of the treadmill model",
+    "treadmill_residual": "residual of the treadmill model",
     "treadmill_model": "calibration of the treadmill model",
     "joint_centre_anterior_m": "place of the ankle's centre along the belt",
     "joint_centre_height_m": "height of the ankle's centre",

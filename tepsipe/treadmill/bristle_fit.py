@@ -52,6 +52,7 @@ TRIED = {"bristles": ("bristle_m", (5e-5, 2e-4, 8e-4, 3e-3)), "second-mode": ("s
 # standard deviations of weak priors about 0 (units of the constants)
 PRIOR = {"second_mode": 0.2, "second_mode_moment": 0.2, "lever_m": 0.2, "cross_talk_m": 0.02}
 COMPONENTS = ("Fy", "Mx")
+PLAIN = "loaded frame"  # the variant without further terms
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,10 @@ class _Fit:
 
 
 def fit_bristle_frame(
-    trials: list[dict[str, BeltRecording]], draws: int, rng: np.random.Generator
+    trials: list[dict[str, BeltRecording]],
+    draws: int,
+    rng: np.random.Generator,
+    like: Calibrated | None = None,
 ) -> Calibrated:
     """Fit all trials together.
 
@@ -100,6 +104,8 @@ def fit_bristle_frame(
         Number of draws of the errors of the constants (-).
     rng : numpy.random.Generator
         Draws them.
+    like : Calibrated, optional
+        Fit of the same trials with another filter, whose terms are kept.
 
     Returns
     -------
@@ -119,7 +125,13 @@ def fit_bristle_frame(
             f"found only {masses[0]:g} kg: record the empty belt, a weight, and a weight near that of "
             "the subject, each with the subject's pulses"
         )
-    best, kept, scores = _chosen(windows, _weights(windows))
+    if like is None:
+        best, kept, scores = _chosen(windows, _weights(windows))
+    else:
+        known = like.models["Fy"]
+        kept = known.terms
+        best = _fit(windows, _weights(windows), kept, known.constants[:SEARCHED])
+        scores = {"+".join(kept) or PLAIN: float(np.sqrt(best.left_out))}
     n = windows.kg.size
     spread = best.without_trial - best.without_trial.mean(axis=0)
     deviations = np.sqrt((n - 1.0) / n) * rng.standard_normal((draws, n)) @ spread
@@ -166,7 +178,7 @@ def _chosen(
     """The best variant, its terms, and the left-out error of every variant that was fitted."""
     kept: tuple[str, ...] = ()
     best = _fit(windows, weights, kept, START * SCALE)
-    scores = {"loaded frame": float(np.sqrt(best.left_out))}
+    scores = {PLAIN: float(np.sqrt(best.left_out))}
     while True:
         more = [t for t, (_, needed) in TERMS.items() if t not in kept and needed in (None, *kept)]
         tried = {

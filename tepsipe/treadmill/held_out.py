@@ -28,7 +28,8 @@ TRUSTED = 0.1
 # largest mass of a subject relative to the heaviest weight of the calibration (-)
 BEYOND = 1.1
 # trials whose pulses differ from the subject's by this much more than the most similar ones count, too (-)
-ALIKE = 0.1
+ALIKE = 0.05
+ALIGNMENTS = 4
 # what a treadmill can be: resonance (Hz), share of the mounts (-), lag of the belt (s)
 LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
 UNITS = {"Fy": "N", "Mx": "Nm"}
@@ -243,11 +244,11 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
     total, variance, used, differences = np.zeros(p), np.zeros(p), [], []
     for weight, kg in _masses(held_out.kg, subject.mass_kg):
         rows = np.flatnonzero(held_out.kg == kg)
-        signs, apart = _compare(held_out, rows, subject)
+        signs, delays, apart = _compare(held_out, rows, subject)
         near = np.flatnonzero(apart <= apart.min() + ALIKE)
         means, errors = [], []
         for k in near:
-            found = signs[k] * _torque_errors(held_out, rows[k], subject) @ solve.T
+            found = signs[k] * _torque_errors(held_out, rows[k], subject, delays[k]) @ solve.T
             means.append(found.mean(axis=0))
             count = found.shape[0]
             errors.append(found.var(axis=0, ddof=1) / count if count > 1 else np.full(p, np.inf))
@@ -271,28 +272,43 @@ def _masses(known: np.ndarray, mass_kg: float) -> list[tuple[float, float]]:
     return [(w, float(m)) for w, m in ((1.0 - share, low), (share, high)) if w > 0.0]
 
 
-def _compare(held_out: HeldOut, rows: np.ndarray, subject: Subject) -> tuple[np.ndarray, np.ndarray]:
-    """Signs and relative differences of the pulses of some trials from the subject's, shape (rows,) (-)."""
+def _compare(
+    held_out: HeldOut, rows: np.ndarray, subject: Subject
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Signs, delays (samples) and relative differences of some trials' pulses from the subject's, (rows,)."""
     onset = round(held_out.before_s * held_out.rate_hz)
     length = min(subject.velocity.size, held_out.velocity.shape[1] - onset, round(0.3 * held_out.rate_hz))
-    own, others = subject.velocity[:length], held_out.velocity[rows, onset : onset + length]
+    own = subject.velocity[:length]
     norm = max(float(np.linalg.norm(own)), 1e-300)
-    both = np.array([np.linalg.norm(sign * others - own, axis=1) / norm for sign in (1.0, -1.0)])
-    return np.where(both[0] <= both[1], 1.0, -1.0), both.min(axis=0)
+    at = onset + np.arange(length)
+    found = []
+    for velocity in held_out.velocity[rows]:
+        sign = 1.0 if own @ velocity[at] >= 0.0 else -1.0
+        delay = 0.0
+        for _ in range(ALIGNMENTS):  # onsets are samples, and belts under other loads begin otherwise
+            shifted = sign * np.interp(at + delay, np.arange(velocity.size), velocity)
+            slope = np.gradient(shifted)
+            delay += float((own - shifted) @ slope / max(float(slope @ slope), 1e-300))
+            delay = float(np.clip(delay, -onset / 4, onset / 4))
+        shifted = sign * np.interp(at + delay, np.arange(velocity.size), velocity)
+        found.append((sign, delay, float(np.linalg.norm(shifted - own)) / norm))
+    signs, delays, apart = np.array(found).T
+    return signs, delays, apart
 
 
-def _torque_errors(held_out: HeldOut, k: int, subject: Subject) -> np.ndarray:
-    """Residual torque of every pulse of a trial over the subject's window (N·m), shape (pulses, m)."""
+def _torque_errors(held_out: HeldOut, k: int, subject: Subject, delay: float) -> np.ndarray:
+    """Residual torque of every pulse of a trial, advanced by a delay (samples), (N·m), shape (pulses, m)."""
     error = held_out.residual["Mx"][k] + subject.lever_m * held_out.residual["Fy"][k]
     onset, rate = round(held_out.before_s * held_out.rate_hz), held_out.rate_hz
-    whole = round(held_out.after_s * rate) - 1  # beyond it the window returns to zero
     error = error - error[:, : round(0.8 * onset)].mean(axis=1, keepdims=True)
-    inside = error[:, onset : onset + whole]
     length = subject.regressors.shape[0]
-    if length <= whole:
-        return inside[:, :length]
-    last = inside[:, -round(0.2 * rate) :].mean(axis=1, keepdims=True)
-    return np.concatenate([inside, np.tile(last, (1, length - whole))], axis=1)
+    last = round((held_out.before_s + held_out.after_s) * rate) - 2  # beyond it the window returns to zero
+    at = np.minimum(onset + delay + np.arange(length), last)
+    low = np.floor(at).astype(int)
+    found = error[:, low] + (at - low) * (error[:, np.minimum(low + 1, last)] - error[:, low])
+    if onset + delay + length > last:
+        found[:, at >= last] = error[:, last - round(0.2 * rate) : last].mean(axis=1, keepdims=True)
+    return found
 
 
 def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:

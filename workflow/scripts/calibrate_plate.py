@@ -40,7 +40,7 @@ files = {"Fy": snakemake.output.Fy, "Mx": snakemake.output.Mx}
 weights = [None if weight is None else Weight(**weight) for weight in snakemake.params.weights]
 usual_kg = snakemake.params.usual_kg
 rows = list(zip(snakemake.params.trials, weights, map(read_trial, snakemake.input.trials), strict=True))
-scores = []
+scores, joint = [], None
 for lowpass in filters:
     plate = PlateOptions(snakemake.params.belt, lowpass, filters[0], window, analysis["segment_s"])
     recordings, labels = [], []
@@ -52,10 +52,9 @@ for lowpass in filters:
         role: [r for r, (_, own) in zip(recordings, labels, strict=True) if own == role]
         for role in ("calibrate", "validate")
     }
-    joint = None
     if "bristle-frame" in family:
         generator = np.random.default_rng(snakemake.params.seed)
-        joint = fit_bristle_frame(by_role["calibrate"], draws, generator)
+        joint = fit_bristle_frame(by_role["calibrate"], draws, generator, joint)
     frame, below = None, set()
     for load in COMPONENTS:
         training, testing = plate_groups(

@@ -342,11 +342,19 @@ class Study:
         return list(self.pools())
 
     def task_pairs(self) -> dict[str, tuple[str, str]]:
-        """Name, for example stiff-relax, -> pools of two tasks of one person, the later first."""
+        """Name, for example stiff-relax, -> pools of two tasks of one person, the later first.
+
+        Tasks of your own come after those of the simulated person, by name.
+        """
+        known = EXPERIMENTS["standing"].tasks
+
+        def place(task: str) -> tuple[int, str]:
+            return (known.index(task), "") if task in known else (len(known), task)
+
         found = {}
         for less, more in permutations(self._pools(), 2):
-            order = [EXPERIMENTS["standing"].tasks.index(pool.task) for pool in (more, less)]
-            if (more.participant, more.belt) == (less.participant, less.belt) and order[0] > order[1]:
+            alike = (more.participant, more.belt) == (less.participant, less.belt)
+            if alike and place(more.task) > place(less.task):
                 found[f"{more.name}-{less.task}"] = (more.name, less.name)
         return found
 

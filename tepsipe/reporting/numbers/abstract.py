@@ -219,8 +219,8 @@ def _weight(data: dict) -> list[Paragraph]:
         "Under a weight of {mass} kg, the belt-induced force is {size_fine} times that of the empty "
         "belt{so}. Linear models of the empty belt "
         "predict the belt-induced force under the weight with $R^2$ = {linear_other}, the same models fitted "
-        "to the weight with $R^2$ = {linear_own}; one model of the loaded frame, fitted to both, reaches "
-        "$R^2$ = {frame_force}.",
+        "to the weight with $R^2$ = {linear_own}; one model of the frame with its load, fitted to both, "
+        "reaches $R^2$ = {best_frame}.",
         so=", so the force of the empty belt cannot be used as a correction"
         if data["weight"]["load_matters"]
         else "",

@@ -6,9 +6,15 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.experiments.dummy.specification_curve import FILTERED, NONE, RECOMMENDED, Specification
-from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_THESIS, OUTPUT_ERROR
+from tepsipe.identification.estimators import (
+    JOINT_LIKELIHOOD,
+    LEAST_SQUARES,
+    LEAST_SQUARES_THESIS,
+    OUTPUT_ERROR,
+)
 from tepsipe.io.result import Result
 from tepsipe.reporting.numbers.format import _cell, number, percent, span, span_of_decimals
+from tepsipe.reporting.numbers.joint_likelihood import joint_likelihood_data
 from tepsipe.reporting.recovery import AT_WORK, SMALL
 
 MARKER_ACCURACY_M = 1e-4  # section 2-1-2
@@ -107,10 +113,14 @@ def dummy_data(
         "strober": None,
         "recovery": None,
         "output_error": None,
+        "joint_likelihood": None,
     }
     by_simulation = [name for name, c in choices["pathways"].items() if c["estimator"] == OUTPUT_ERROR]
     if by_simulation:
         data["output_error"] = _output_error_data(by_simulation[0], fits, own, recovery)
+    by_likelihood = [name for name, c in choices["pathways"].items() if c["estimator"] == JOINT_LIKELIHOOD]
+    if by_likelihood:
+        data["joint_likelihood"] = joint_likelihood_data(by_likelihood[0], own, recovery)
     strober = choices["ingest"]["marker_sampling_hz"]
     alike = {
         pathway["marker_instants"]: name

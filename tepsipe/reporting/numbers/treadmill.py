@@ -16,7 +16,7 @@ from tepsipe.reporting.numbers.treadmill_sentences import (
     mass_sentence,
     peak_speeds,
 )
-from tepsipe.treadmill.calibration import OF_BOTH, ModelScore
+from tepsipe.treadmill.calibration import BOTH, OF_BOTH, ModelScore
 from tepsipe.treadmill.registry import MODEL_MEANINGS
 
 CLEAR_FROM_M_PER_S = 0.3
@@ -85,13 +85,16 @@ def weight_data(
     def peaks(results: dict[str, Result], name: str) -> list[float]:
         return [float(np.abs(r.arrays[f"{name}/added_force"].mean(axis=0)).max()) for r in results.values()]
 
-    def best(model: str, train: str, test: str, load: str) -> str:
+    def r2_of(model: str, train: str, test: str, load: str) -> float | None:
         found = [
             s.r2
             for s in scores
             if (s.model, s.train, s.test, s.load, s.cutoff_hz) == (model, train, test, load, fine_hz)
         ]
-        return number(found[0], 3) if found else number(None)
+        return found[0] if found else None
+
+    def best(model: str, train: str, test: str, load: str) -> str:
+        return number(r2_of(model, train, test, load), 3)
 
     def linear_r2(train: str, test: str) -> list[float]:
         return [
@@ -144,6 +147,9 @@ def weight_data(
         "frame_force_empty": best("loaded-frame", "empty+weight", "empty", "Fy"),
         "frame_moment": best("loaded-frame", "empty+weight", "weight", "Mx"),
         "force_scores": scores_data([s for s in scores if s.load == "Fy"], fine_hz),
+        "best_frame": number(
+            max((r for m in OF_BOTH if (r := r2_of(m, BOTH, "weight", "Fy")) is not None), default=None), 3
+        ),
         "frame": None,
         "bristle": frame_of(plate.facts.get("bristle_frame"), scores, fine_hz),
     }
