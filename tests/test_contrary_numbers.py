@@ -8,7 +8,6 @@ import pytest
 from tepsipe.reporting.numbers.dummy import _vaf_of_trial
 from tepsipe.reporting.numbers.position_manipulator import _raises
 from tepsipe.reporting.numbers.simulations import _of_noise
-from tepsipe.reporting.numbers.standing import _printed_soft
 from tepsipe.reporting.numbers.treadmill import foot_data
 from tepsipe.reporting.numbers.wristalyzer import _leaks
 
@@ -84,14 +83,3 @@ def test_vaf_depends_on_the_trial_only_if_parameters_matter_less(crossed, told):
 def test_a_record_of_whole_periods_does_not_leak(samples, leaks):
     fit = SimpleNamespace(facts={"kept_samples": [1536, 1536 + samples], "rate_hz": 256.0})
     assert _leaks({"0.16": fit}, 10.0) is leaks
-
-
-@pytest.mark.parametrize(("printed", "soft"), [(10.0, True), (-10.0, True), (300.0, False)])
-def test_printed_torque_is_called_soft_only_if_it_is(printed, soft):
-    rows = [("ankle-thesis", printed), ("ankle-compensated", 400.0)]
-    own = pd.DataFrame(rows, columns=["pathway", "value"]).assign(
-        condition="relax", estimator="pre-reflex-window", quantity="K"
-    )
-    choices = {"pathways": {name: {"torque": name} for name, _ in rows}}
-    found = _printed_soft(own, ["relax"], choices, "ankle-compensated", "pre-reflex-window")
-    assert found is soft
