@@ -74,11 +74,7 @@ def coverage_data(
             *sentences(nominal, shifted, dropped[dropped.mechanism == first], len(failed)),
             *_on_flags(flags[(flags.mechanism == first) & (flags.flag == ANY)]),
         ],
-        "flags": [
-            [_experiment(row.experiment), row.flag, row.mechanism, str(row.trials), _percent(row.percent)]
-            + [f"{row.low:.0f} to {row.high:.0f}"]
-            for row in flags[flags.mechanism.isin([first, SHIFTED])].itertuples()
-        ],
+        "flags": [_flag(row) for row in flags[flags.mechanism.isin([first, SHIFTED])].itertuples()],
         "nominal": [_cells(row) for row in nominal.itertuples()],
         "shifted": [_cells(row) for row in shifted.itertuples()],
         "by_set": _by_set(quoted, [name for name in about["sets"] if name != first]),
@@ -259,6 +255,11 @@ def _dropped(row) -> list[str]:
         f"{100 * row.coverage_low:.0f} to {100 * row.coverage_high:.0f}",
         _percent(row.held_percent),
     ]
+
+
+def _flag(row) -> list[str]:
+    names = [_experiment(row.experiment), row.flag, row.mechanism, str(row.trials)]
+    return [*names, _percent(row.percent), f"{row.low:.0f} to {row.high:.0f}"]
 
 
 def _percent(value: float) -> str:
