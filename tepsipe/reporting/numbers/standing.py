@@ -11,6 +11,13 @@ from tepsipe.reporting.numbers.format import by_uncertainty, number, percent, sp
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.signals.onsets import DETECTORS
 
+# peaks above this many standard deviations of sway are clearly visible (-)
+VISIBLE = 3.0
+# a knee that rotates less than this part of the shank leaves the body rigid (-)
+RIGID = 0.1
+# K of a torque that misses most of it (%)
+LITTLE = 20.0
+
 
 def standing_data(
     fits: dict[str, Result],
@@ -70,6 +77,9 @@ def standing_data(
         "window_spread": _window_spread(task_fits, choices["estimators"][short]["window_s"]),
         "latencies": _latencies(task_fits, choices["latency"]["detector"], truth),
         "joints": _joints(task_fits),
+        "rigid": all(row["rigid"] for row in _joints(task_fits)),
+        "visible": bool(stood and min(f["angle_over_sway"] for f in stood) > VISIBLE),
+        "torques": _torques(own, task_fits, choices, short),
         "single_joint": _single_joint(own, task_fits, choices, short),
         "apart": _apart(own, fits, task_fits, pathway, estimator),
         "recovery": None if truth is None or truth.empty else _recovery(truth, task_fits, choices),
@@ -194,9 +204,36 @@ def _joints(task_fits: dict[str, Result]) -> list[dict]:
         }
         rows.append(
             {"task": task, **{key: number(value, 2) for key, value in turned.items()}}
-            | {"knee_over_shank": percent(100.0 * turned["knee"] / turned["shank"], 0)}
+            | {
+                "knee_over_shank": percent(100.0 * turned["knee"] / turned["shank"], 0),
+                "rigid": bool(turned["knee"] < RIGID * turned["shank"]),
+            }
         )
     return rows
+
+
+def _torques(own, tasks: dict[str, Result], choices: dict, estimator: str) -> dict:
+    """K by other torques as part of that by the recommended pathway (%): as printed, and not compensated."""
+    best = choices["recommended"]["pathway"]
+    kinds = choices["pathways"]
+    others = {
+        "printed": [name for name, p in kinds.items() if p["torque"] == "ankle-thesis"],
+        "uncompensated": [
+            name
+            for name, p in kinds.items()
+            if p["torque"] == kinds[best]["torque"] and p["treadmill_model"] is None and name != best
+        ],
+    }
+    found: dict[str, str | None] = {}
+    for kind, names in others.items():
+        parts = []
+        for task in tasks if names else ():
+            one, all_of_it = (_rows(own, task, name, estimator) for name in (names[0], best))
+            if "K" in one.index and "K" in all_of_it.index:
+                parts.append(100.0 * one.loc["K"].value / all_of_it.loc["K"].value)
+        found[kind] = span(parts, 2) if parts else None
+        found[f"{kind}_little"] = bool(parts and max(abs(part) for part in parts) < LITTLE)
+    return found
 
 
 def _single_joint(own, tasks: dict[str, Result], choices: dict, estimator: str) -> str | None:
@@ -229,10 +266,10 @@ def _apart(own: pd.DataFrame, fits: dict, tasks: dict, pathway: str, estimator: 
                 "tasks": row.condition,
                 "difference": value,
                 "interval": interval,
-                "differs": row.ci_low * row.ci_high > 0.0,
+                "differs": bool(row.ci_low * row.ci_high > 0.0),
                 "u": number(row.standard_error, 2),
                 "independent": number(error, 2),
-                "sharper": error > 1.05 * row.standard_error,
+                "sharper": bool(error > 1.05 * row.standard_error),
             }
         )
     return found

@@ -1,0 +1,149 @@
+"""Centre of the ankle from quiet sway, and the feet as a free body up to 60 Hz: an ideal laboratory."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from standing_builders import CUTTING, DAMPING, LABELS, LAYOUT, OPTIONS, PERSON, STIFFNESS, standing_trial
+
+from tepsipe.experiments.standing.broadband import broadband_of, broadband_result, cut_broadband
+from tepsipe.experiments.standing.epochs import cut_standing_epochs
+from tepsipe.experiments.standing.free_body import SOURCES, tissue_motion, with_tissue
+from tepsipe.experiments.standing.free_reflex import FreeReflexOptions, fit_free_reflex
+from tepsipe.experiments.standing.joint_centre import centre_from_sway, relative_motion
+from tepsipe.experiments.standing.joint_torque import process_standing
+from tepsipe.experiments.standing.options import TorquePathway
+from tepsipe.io.result import joined, read_result, write_result
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.statistics.uncertainty import Source
+
+RATE_HZ = 250.0
+WIDE = Lowpass(60.0, 4, True)
+FREE = FreeReflexOptions(60.0, 0.02, 0.008, 1.6, 0.02, 0.5, 0.045, 0.004, (0.04, 0.08))
+
+
+def swaying(centre=(0.006, -0.004), slip_m_per_rad=0.0, foot_share=0.0, seconds=20.0):
+    """Markers of a shank that sways about a centre that lies beside the assumed one, on a foot."""
+    time = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
+    rng = np.random.default_rng(1)
+    angle = 0.05 + 0.004 * np.sin(2.0 * np.pi * 0.31 * time) + 0.003 * np.sin(2.0 * np.pi * 0.83 * time)
+    foot = foot_share * (angle - 0.05)
+    a, up = np.array(centre), np.array([0.3, 0.08])
+    positions = np.zeros((time.size, len(LABELS), 3))
+    for segment in ("foot", "shank"):
+        turn = foot if segment == "foot" else angle
+        # the shank turns about its centre, which the foot carries; the foot about the centre, too
+        about = a if segment == "shank" else np.zeros(2)
+        for label, (across, along) in LAYOUT[segment].items():
+            dy, dz = across - about[0], along - about[1]
+            k = LABELS.index(label)
+            positions[:, k, 1] = up[0] + dy * np.cos(turn) + dz * np.sin(turn)
+            positions[:, k, 2] = up[1] - dy * np.sin(turn) + dz * np.cos(turn)
+    positions[:, LABELS.index("ankle"), 1] += slip_m_per_rad * (angle - 0.05)
+    positions[..., 1:] += 6e-6 * rng.standard_normal(positions[..., 1:].shape)
+    return Trial(
+        rate_hz=RATE_HZ,
+        axes={"time": time, "marker": np.array(LABELS)},
+        signals={"marker_position": Signal(positions, "m", ("time", "marker", "axis"))},
+    )
+
+
+def found(trial, gaps=4):
+    quiet = np.ones(trial.time.size, dtype=bool)
+    quiet[:: trial.time.size // gaps] = False
+    return centre_from_sway(trial, PERSON, quiet, np.zeros((trial.time.size, len(LABELS)), dtype=bool))
+
+
+@pytest.mark.parametrize("centre", [(0.0, 0.0), (0.006, -0.004), (-0.01, 0.01)])
+def test_centre_is_where_the_shank_turns(centre):
+    # the markers are placed about the true centre: it lies there in the shank
+    seen = found(swaying(centre))
+    assert seen.offset_m == pytest.approx(centre, abs=2e-4)
+    assert (seen.standard_error_m < 2e-4).all() and seen.foot_rad < 0.01 * seen.sway_rad
+
+
+def test_slip_of_the_malleolus_marker_moves_the_centre_by_little():
+    seen = found(swaying(slip_m_per_rad=0.004))
+    assert seen.offset_m == pytest.approx((0.006, -0.004), abs=3e-4)
+    assert np.abs(seen.moving_m - (0.006, -0.004)).max() > 1e-3
+
+
+def test_too_few_stretches_show_no_centre():
+    assert found(swaying(seconds=2.0), gaps=2) is None
+
+
+def test_foot_that_turns_is_seen():
+    assert found(swaying(foot_share=0.5)).foot_rad > 0.8 * found(swaying(foot_share=0.5)).sway_rad
+
+
+def test_wobble_of_the_shank_moves_the_apparent_centre():
+    positions = swaying((0.0, 0.0)).values("marker_position")[:, :, 1:]
+    moved = with_tissue(positions, list(LABELS), PERSON, np.full(len(positions), 0.001))
+    shift = relative_motion(moved, list(LABELS), PERSON) - relative_motion(positions, list(LABELS), PERSON)
+    assert np.abs(shift[:, 0]).min() > 1e-4  # one marker of three stays: the shank seems to turn
+    assert moved[:, LABELS.index("ankle")] == pytest.approx(positions[:, LABELS.index("ankle")])
+
+
+def test_soft_tissue_lags_behind_the_bone():
+    pulse = np.zeros(500)
+    pulse[100:126] = np.sin(2.0 * np.pi * np.arange(26) / 25)
+    motion = tissue_motion(pulse, 0.5, RATE_HZ)
+    assert np.abs(motion).max() == pytest.approx(1.0)
+    assert not motion[:100].any() and motion[100:110].min() < 0.0
+    assert np.abs(tissue_motion(pulse, 0.25, RATE_HZ)).max() == pytest.approx(0.5)
+
+
+# ---- the whole way, in an ideal laboratory -----------------------------------------------------------
+
+
+@lru_cache(maxsize=1)
+def ideal():
+    trial = standing_trial()
+    standing = process_standing(trial, "ideal", OPTIONS, {"ankle": TorquePathway("ankle", None)}, {})
+    epochs = cut_standing_epochs(trial, standing, "ideal", CUTTING)
+    return (
+        trial,
+        standing,
+        epochs,
+        cut_broadband(trial, "ideal", standing, epochs, OPTIONS, CUTTING, WIDE, {}),
+    )
+
+
+def fitted(broadband, window_s=0.08, sources=()):
+    return fit_free_reflex([broadband], window_s, FREE, list(sources), 20, np.random.default_rng(1))
+
+
+@pytest.mark.parametrize("window_s", [0.05, 0.08])
+def test_ideal_laboratory_returns_its_truth(window_s):
+    fit = fitted(ideal()[3], window_s)
+    assert fit.parameters[0] == pytest.approx([DAMPING, STIFFNESS], rel=4e-3)
+
+
+def test_slopes_are_those_of_the_torque():
+    trial, standing, epochs, broadband = ideal()
+    assert set(broadband.slopes) == set(SOURCES) and broadband.draws.shape == (0, broadband.time.size)
+    # an ankle 5 mm further forward: the same by moving all markers of the analysis back
+    moved = {
+        name: replace(getattr(PERSON, name), layout_m=getattr(PERSON, name).layout_m - [0.005, 0.0])
+        for name in ("foot", "shank")
+    }
+    options = replace(OPTIONS, person=replace(PERSON, **moved, foot_com_m=PERSON.foot_com_m - 0.005))
+    other = cut_broadband(replace(trial), "ideal", standing, epochs, options, CUTTING, WIDE, {})
+    # there the centre of quiet sway corrects what is wrong
+    assert other.centre.offset_m == pytest.approx((-0.005, 0.0), abs=1e-4) and other.centre_used
+    assert fitted(other).parameters[0] == pytest.approx(fitted(broadband).parameters[0], rel=2e-3)
+    u = 0.01
+    contribution = fitted(broadband, sources=[Source("force_scale", u), Source("moment_scale", u)]).budget
+    assert 0.0 < contribution.of_source("force_scale")[1] < 0.1 * STIFFNESS
+
+
+def test_epochs_come_back_from_their_file(tmp_path):
+    broadband = ideal()[3]
+    write_result(tmp_path / "epochs.h5", joined(broadband_result(broadband)))
+    read = broadband_of(read_result(tmp_path / "epochs.h5"))
+    assert read.perturbed == pytest.approx(broadband.perturbed, abs=1e-4)
+    assert read.centre.offset_m == pytest.approx(broadband.centre.offset_m)
+    assert (read.skin_m, read.carried_kg) == (broadband.skin_m, broadband.carried_kg)
+    assert broadband_of(replace(read_result(tmp_path / "epochs.h5"), facts={})) is None
