@@ -206,7 +206,7 @@ def _joints(task_fits: dict[str, Result]) -> list[dict]:
             {"task": task, **{key: number(value, 2) for key, value in turned.items()}}
             | {
                 "knee_over_shank": percent(100.0 * turned["knee"] / turned["shank"], 0),
-                "rigid": turned["knee"] < RIGID * turned["shank"],
+                "rigid": bool(turned["knee"] < RIGID * turned["shank"]),
             }
         )
     return rows
@@ -266,10 +266,10 @@ def _apart(own: pd.DataFrame, fits: dict, tasks: dict, pathway: str, estimator: 
                 "tasks": row.condition,
                 "difference": value,
                 "interval": interval,
-                "differs": row.ci_low * row.ci_high > 0.0,
+                "differs": bool(row.ci_low * row.ci_high > 0.0),
                 "u": number(row.standard_error, 2),
                 "independent": number(error, 2),
-                "sharper": error > 1.05 * row.standard_error,
+                "sharper": bool(error > 1.05 * row.standard_error),
             }
         )
     return found
