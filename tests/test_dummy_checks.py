@@ -156,7 +156,7 @@ def test_a_leg_believed_too_heavy_shows_in_the_inertia_where_that_is_known(rng):
 def test_noise_that_biases_the_windowed_fit_is_predicted_and_flagged(rng):
     bias, found = [], []
     lowpass = (OPTIONS.lowpass_cutoff_hz, OPTIONS.lowpass_order)
-    for _ in range(5):
+    for _ in range(4):
         recording = trial(rng, 0.1, 1e-4)
         analysis, verdict = checked(recording)
         of_leg, joint = analysis.regressions["leg"], analysis.regressions["leg-joint-likelihood"]
@@ -196,3 +196,13 @@ def test_without_a_joint_likelihood_there_are_no_checks(rng):
     verdict = check_dummy(recording, OPTIONS, analysis, ("leg", "leg"))
     assert verdict.checks == []
     assert verdict.quoted == "leg"
+
+
+def test_two_perturbations_and_markers_without_noise_can_be_checked(rng):
+    whole = trial(rng, noise_m=0.0)
+    kept = slice(0, round((ONSETS_S[2] - 0.3) * RATE_HZ))
+    signals = {name: replace(s, values=s.values[kept]) for name, s in whole.signals.items()}
+    short = replace(whole, axes=whole.axes | {"time": whole.axes["time"][kept]}, signals=signals)
+    for recording in (whole, short):
+        _, verdict = checked(recording)
+        assert all(np.isfinite([c.size, c.probability]).all() for c in verdict.checks)

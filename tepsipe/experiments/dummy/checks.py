@@ -63,6 +63,8 @@ UNITS = {
 _LOCKED_S, _SETTLED_S = 0.5, 0.2
 # part of the samples that interpolation at common instants leaves independent (-)
 _INDEPENDENT = 0.6
+# sum of squares of markers without noise (m²)
+_EXACT = 1e-24
 
 
 @dataclass(frozen=True)
@@ -363,7 +365,7 @@ def _steps(
     if len(blocks) < 2:
         return 0.0, 1.0
     means, sizes = np.array([b.mean(axis=0) for b in blocks]), np.array([len(b) for b in blocks])
-    within = sum(((b - m) ** 2).sum() for b, m in zip(blocks, means, strict=True))
+    within = max(sum(((b - m) ** 2).sum() for b, m in zip(blocks, means, strict=True)), _EXACT)
     variance = within / (independent * residuals.shape[1] * (sizes.sum() - sizes.size))
     centre = np.average(means, axis=0, weights=sizes)
     between = float(np.sum(sizes[:, None] * (means - centre) ** 2) / variance)
@@ -384,7 +386,7 @@ def _locked(
     if count < 3:
         return 0.0, 1.0
     mean = folded.mean(axis=0)
-    within = float(np.sum((folded - mean) ** 2)) / (count - 1)
+    within = max(float(np.sum((folded - mean) ** 2)), _EXACT) / (count - 1)
     freedom = _INDEPENDENT * independent * residuals.shape[1] * (length - 1)
     ratio = count * float(np.sum(mean**2)) / within
     noise = within / mean.size / count

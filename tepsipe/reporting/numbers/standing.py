@@ -78,7 +78,7 @@ def standing_data(
         "latencies": _latencies(task_fits, choices["latency"]["detector"], truth),
         "joints": _joints(task_fits),
         "rigid": all(row["rigid"] for row in _joints(task_fits)),
-        "visible": bool(stood) and min(f["angle_over_sway"] for f in stood) > VISIBLE,
+        "visible": bool(stood and min(f["angle_over_sway"] for f in stood) > VISIBLE),
         "torques": _torques(own, task_fits, choices, short),
         "single_joint": _single_joint(own, task_fits, choices, short),
         "apart": _apart(own, fits, task_fits, pathway, estimator),
@@ -206,7 +206,7 @@ def _joints(task_fits: dict[str, Result]) -> list[dict]:
             {"task": task, **{key: number(value, 2) for key, value in turned.items()}}
             | {
                 "knee_over_shank": percent(100.0 * turned["knee"] / turned["shank"], 0),
-                "rigid": turned["knee"] < RIGID * turned["shank"],
+                "rigid": bool(turned["knee"] < RIGID * turned["shank"]),
             }
         )
     return rows
@@ -232,7 +232,7 @@ def _torques(own, tasks: dict[str, Result], choices: dict, estimator: str) -> di
             if "K" in one.index and "K" in all_of_it.index:
                 parts.append(100.0 * one.loc["K"].value / all_of_it.loc["K"].value)
         found[kind] = span(parts, 2) if parts else None
-        found[f"{kind}_little"] = bool(parts) and max(abs(part) for part in parts) < LITTLE
+        found[f"{kind}_little"] = bool(parts and max(abs(part) for part in parts) < LITTLE)
     return found
 
 
@@ -266,10 +266,10 @@ def _apart(own: pd.DataFrame, fits: dict, tasks: dict, pathway: str, estimator: 
                 "tasks": row.condition,
                 "difference": value,
                 "interval": interval,
-                "differs": row.ci_low * row.ci_high > 0.0,
+                "differs": bool(row.ci_low * row.ci_high > 0.0),
                 "u": number(row.standard_error, 2),
                 "independent": number(error, 2),
-                "sharper": error > 1.05 * row.standard_error,
+                "sharper": bool(error > 1.05 * row.standard_error),
             }
         )
     return found
