@@ -27,6 +27,7 @@ from tepsipe.reporting.coverage import (
     outcomes_of,
     read_truths,
 )
+from tepsipe.reporting.coverage_flags import FlagRow, flag_rows
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.numbers.coverage import coverage_data
 from tepsipe.statistics.coverage import clopper_pearson, share_of
@@ -189,6 +190,16 @@ def test_dropped_rows_say_which_source_the_coverage_needs():
     assert rows["leg_mass_kg"].share_percent == pytest.approx(98.01)
 
 
+def test_flags_are_counted_by_trial():
+    rows = {(row.flag, row.mechanism): row for row in flag_rows(outcomes(), list(SETS))}
+    # both estimates of laboratory 1 are of the same trial, and one has a flag
+    nominal = rows["any", "nominal"]
+    assert (nominal.trials, nominal.flagged, nominal.percent) == (2, 1, 50.0)
+    assert (rows["at-bound", "shifted"].trials, rows["at-bound", "shifted"].flagged) == (2, 1)
+    assert rows["any", "shifted"].percent == 100.0
+    assert ("no-interval", "nominal") not in rows
+
+
 # ---- report ------------------------------------------------------------------------------------
 
 
@@ -196,6 +207,7 @@ def tables(tmp_path, own, laboratories):
     written = {
         "coverage": (CoverageRow, coverage_rows(own, list(SETS), {})),
         "dropped": (DroppedRow, dropped_rows(own, list(SETS))),
+        "flags": (FlagRow, flag_rows(own, list(SETS))),
         "outcomes": (OutcomeRow, map(outcome_row, own)),
         "laboratories": (Laboratory, laboratories),
     }
@@ -211,7 +223,8 @@ def said(tmp_path, own, laboratories):
     about |= {"experiments": {"dummy": ["sine"]}, "code": {"commit": None, "modified": None}, "seed": 1}
     plot_coverage(found["coverage"], "nominal")
     plot_intervals(found["outcomes"], "nominal")
-    return coverage_data(found["coverage"], found["dropped"], found["laboratories"], about)
+    shown = (found[name] for name in ("coverage", "dropped", "flags", "laboratories"))
+    return coverage_data(*shown, about)
 
 
 def many(covered, count, flags="", name="nominal"):
@@ -229,6 +242,8 @@ def test_sentences_say_what_contrary_numbers_show(tmp_path):
     assert "coverage of 0 of 1" in bad[0]
     assert "below 95 %: K of the dummy by leg, fit (70.0 %" in bad[1]
     assert any("More than 5 % are flagged" in sentence for sentence in bad)
+    assert "compatible with 5 % in every experiment" in good[-1]
+    assert bad[-1] == "More than 5 % of the trials of nominal laboratories are flagged: dummy (100 %)."
     wide = [Outcome(laboratory(k), estimate(100.0 + 0.01 * k, half=9.0), 100.0) for k in range(1, 101)]
     sentences = said(tmp_path, wide, [laboratory(1)])["sentences"]
     assert any("wider than needed" in s for s in sentences) and any("Wider than 1.3" in s for s in sentences)

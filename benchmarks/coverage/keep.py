@@ -1,6 +1,6 @@
 """Keep the tables of a coverage campaign: ``python benchmarks/coverage/keep.py [results/coverage]``.
 
-Copies the tables of coverage, dropped sources and laboratories into this folder, and writes the commit, the
+Copies the tables of coverage, dropped sources, flags and laboratories into this folder, and writes commit,
 seed and the number of laboratories to ``campaign.json``.
 """
 
@@ -10,7 +10,7 @@ import shutil
 import sys
 from pathlib import Path
 
-TABLES = ("coverage", "dropped", "laboratories")
+TABLES = ("coverage", "dropped", "flags", "laboratories")
 HERE = Path(__file__).parent
 
 

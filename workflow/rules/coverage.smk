@@ -48,6 +48,7 @@ rule collect_coverage:
     output:
         coverage="<results>/tables/coverage.csv",
         dropped="<results>/tables/dropped.csv",
+        flags="<results>/tables/flags.csv",
         outcomes="<results>/tables/outcomes.csv",
         laboratories="<results>/tables/laboratories.csv",
     log:
@@ -68,6 +69,7 @@ rule write_coverage:
         source=report_sources(),
         coverage="<results>/tables/coverage.csv",
         dropped="<results>/tables/dropped.csv",
+        flags="<results>/tables/flags.csv",
         outcomes="<results>/tables/outcomes.csv",
         laboratories="<results>/tables/laboratories.csv",
         library=library_of("write_coverage"),

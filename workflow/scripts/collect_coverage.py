@@ -21,6 +21,7 @@ from tepsipe.reporting.coverage import (
     outcomes_of,
     read_truths,
 )
+from tepsipe.reporting.coverage_flags import FlagRow, flag_rows
 
 laboratories, outcomes = [], []
 tables = zip(
@@ -46,3 +47,4 @@ write_rows(snakemake.output.outcomes, OutcomeRow, map(outcome_row, outcomes))
 sets = snakemake.params.sets
 write_rows(snakemake.output.coverage, CoverageRow, coverage_rows(outcomes, sets, snakemake.params.windows_s))
 write_rows(snakemake.output.dropped, DroppedRow, dropped_rows(outcomes, sets))
+write_rows(snakemake.output.flags, FlagRow, flag_rows(outcomes, sets))

@@ -17,11 +17,12 @@ from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.numbers.coverage import coverage_data
 
 text = {"condition": str, "flags": str, "failed": str}
-coverage, dropped, outcomes, laboratories = (
+coverage, dropped, flags, outcomes, laboratories = (
     pd.read_csv(path, dtype=text)
     for path in (
         snakemake.input.coverage,
         snakemake.input.dropped,
+        snakemake.input.flags,
         snakemake.input.outcomes,
         snakemake.input.laboratories,
     )
@@ -37,7 +38,7 @@ about = {
     "code": snakemake.params.code,
     "seed": snakemake.params.seed,
 }
-data = coverage_data(coverage, dropped, laboratories, about)
+data = coverage_data(coverage, dropped, flags, laboratories, about)
 Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )

@@ -247,7 +247,7 @@ def coverage(study: Study) -> list[str]:
     """What a coverage study makes, none of another study."""
     if study.config["coverage"] is None:
         return []
-    names = ("coverage", "dropped", "outcomes", "laboratories")
+    names = ("coverage", "dropped", "flags", "outcomes", "laboratories")
     return [f"<results>/tables/{name}.csv" for name in names] + ["<results>/report/coverage.pdf"]
 
 

@@ -5,6 +5,7 @@ import math
 import pandas as pd
 
 from tepsipe.reporting.coverage import SHIFTED
+from tepsipe.reporting.coverage_flags import ANY
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import number, percent
 
@@ -24,13 +25,17 @@ INFORMATIVE_LOW = 0.85
 
 
 def coverage_data(
-    coverage: pd.DataFrame, dropped: pd.DataFrame, laboratories: pd.DataFrame, about: dict
+    coverage: pd.DataFrame,
+    dropped: pd.DataFrame,
+    flags: pd.DataFrame,
+    laboratories: pd.DataFrame,
+    about: dict,
 ) -> dict:
     """Everything that the report on the coverage shows.
 
     Parameters
     ----------
-    coverage, dropped, laboratories : DataFrame
+    coverage, dropped, flags, laboratories : DataFrame
         The tables of the same names (units in their columns).
     about : dict
         title, sets (name -> what it changes), drawn (path -> distribution), experiments (name -> conditions),
@@ -65,7 +70,11 @@ def coverage_data(
         ],
         "failed": [[str(row.number), row.set, row.failed] for row in failed.itertuples()],
         "first": first,
-        "sentences": sentences(nominal, shifted, dropped[dropped.mechanism == first], len(failed)),
+        "sentences": [
+            *sentences(nominal, shifted, dropped[dropped.mechanism == first], len(failed)),
+            *_on_flags(flags[(flags.mechanism == first) & (flags.flag == ANY)]),
+        ],
+        "flags": [_flag(row) for row in flags[flags.mechanism.isin([first, SHIFTED])].itertuples()],
         "nominal": [_cells(row) for row in nominal.itertuples()],
         "shifted": [_cells(row) for row in shifted.itertuples()],
         "by_set": _by_set(quoted, [name for name in about["sets"] if name != first]),
@@ -152,6 +161,24 @@ def _on_width(nominal: pd.DataFrame) -> list[str]:
     ]
 
 
+def _on_flags(nominal: pd.DataFrame) -> list[str]:
+    """On the trials of nominal laboratories that any check flags."""
+    above = nominal[nominal.low > MOST_FLAGGED_PERCENT]
+    if nominal.empty:
+        return []
+    if above.empty:
+        return [
+            "The share of flagged trials in nominal laboratories is compatible with "
+            f"{MOST_FLAGGED_PERCENT:g} % in every experiment."
+        ]
+    told = (f"{_experiment(row.experiment)} ({_percent(row.percent)} %)" for row in above.itertuples())
+    return [
+        f"More than {MOST_FLAGGED_PERCENT:g} % of the trials of nominal laboratories are flagged: "
+        + "; ".join(told)
+        + "."
+    ]
+
+
 def _on_held(rows: pd.DataFrame, where: str) -> str:
     lacking = rows[rows.held_percent < LEAST_HELD_PERCENT]
     if lacking.empty:
@@ -228,6 +255,11 @@ def _dropped(row) -> list[str]:
         f"{100 * row.coverage_low:.0f} to {100 * row.coverage_high:.0f}",
         _percent(row.held_percent),
     ]
+
+
+def _flag(row) -> list[str]:
+    names = [_experiment(row.experiment), row.flag, row.mechanism, str(row.trials)]
+    return [*names, _percent(row.percent), f"{row.low:.0f} to {row.high:.0f}"]
 
 
 def _percent(value: float) -> str:

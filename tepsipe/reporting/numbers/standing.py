@@ -7,6 +7,7 @@ import pandas as pd
 
 from tepsipe.io.estimates import FLAGS
 from tepsipe.io.result import Result
+from tepsipe.reporting.budgets import source_words
 from tepsipe.reporting.numbers.format import by_uncertainty, number, percent, span
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.signals.onsets import DETECTORS
@@ -78,7 +79,7 @@ def standing_data(
         "latencies": _latencies(task_fits, choices["latency"]["detector"], truth),
         "joints": _joints(task_fits),
         "rigid": all(row["rigid"] for row in _joints(task_fits)),
-        "visible": bool(stood) and min(f["angle_over_sway"] for f in stood) > VISIBLE,
+        "visible": bool(stood and min(f["angle_over_sway"] for f in stood) > VISIBLE),
         "torques": _torques(own, task_fits, choices, short),
         "single_joint": _single_joint(own, task_fits, choices, short),
         "apart": _apart(own, fits, task_fits, pathway, estimator),
@@ -206,7 +207,7 @@ def _joints(task_fits: dict[str, Result]) -> list[dict]:
             {"task": task, **{key: number(value, 2) for key, value in turned.items()}}
             | {
                 "knee_over_shank": percent(100.0 * turned["knee"] / turned["shank"], 0),
-                "rigid": turned["knee"] < RIGID * turned["shank"],
+                "rigid": bool(turned["knee"] < RIGID * turned["shank"]),
             }
         )
     return rows
@@ -232,7 +233,7 @@ def _torques(own, tasks: dict[str, Result], choices: dict, estimator: str) -> di
             if "K" in one.index and "K" in all_of_it.index:
                 parts.append(100.0 * one.loc["K"].value / all_of_it.loc["K"].value)
         found[kind] = span(parts, 2) if parts else None
-        found[f"{kind}_little"] = bool(parts) and max(abs(part) for part in parts) < LITTLE
+        found[f"{kind}_little"] = bool(parts and max(abs(part) for part in parts) < LITTLE)
     return found
 
 
@@ -266,10 +267,10 @@ def _apart(own: pd.DataFrame, fits: dict, tasks: dict, pathway: str, estimator: 
                 "tasks": row.condition,
                 "difference": value,
                 "interval": interval,
-                "differs": row.ci_low * row.ci_high > 0.0,
+                "differs": bool(row.ci_low * row.ci_high > 0.0),
                 "u": number(row.standard_error, 2),
                 "independent": number(error, 2),
-                "sharper": error > 1.05 * row.standard_error,
+                "sharper": bool(error > 1.05 * row.standard_error),
             }
         )
     return found
@@ -309,7 +310,7 @@ def _free(own: pd.DataFrame, tasks: dict[str, Result], choices: dict, short: str
                 "range": percent(100.0 * float(np.ptp(windows[:, 2])) / abs(value[1])),
                 "range_B": percent(100.0 * float(np.ptp(windows[:, 1])) / abs(value[0])),
                 "other": percent(100.0 * (other / value[1] - 1.0)),
-                "sources": [f"{name} ({percent(sources[name][1])} %)" for name in largest],
+                "sources": [f"{source_words(name)} ({percent(sources[name][1])} %)" for name in largest],
                 "centre": facts["centre_used"],
                 "centre_mm": ["\N{EN DASH}"] * 2
                 if facts["joint_centre_m"] is None
