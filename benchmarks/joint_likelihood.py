@@ -31,7 +31,10 @@ def bound(motion: lab.Motion, instruments: lab.Instruments) -> np.ndarray:
     n, leg = motion.instants.size, lab.LEG
     kept = slice(round(0.1 * n / lab.RATE_HZ), round(100.0 * n / lab.RATE_HZ))
     s = (2j * np.pi * np.fft.rfftfreq(n, 1.0 / lab.RATE_HZ))[kept]
-    foot = np.fft.rfft(motion.foot)[kept]
+    # the net displacement is no step between the trial's end and its start: it leaves as a smooth ramp
+    u = np.arange(n) / n
+    ramp = (motion.foot[-1] - motion.foot[0]) * u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    foot = np.fft.rfft(motion.foot - ramp)[kept]
     p = leg.mass_kg * leg.com_m
     x = np.array([leg.inertia_kgm2 + p * leg.com_m + motion.inertia, *motion.small[1:], 0.0, 0.0, 1.0, 0.0])
 

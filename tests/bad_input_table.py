@@ -1459,12 +1459,12 @@ SHEETS = [
         (
             "a cell too many",
             lambda rows: rows[3].append("-"),
-            "bad.tsv: expected 14 cells, found 15 on line 4",
+            "bad.tsv: expected 15 cells, found 16 on line 4",
         ),
         (
             "a cell too few",
             lambda rows: rows[3].pop(),
-            "bad.tsv: expected 14 cells, found 13 on line 4",
+            "bad.tsv: expected 15 cells, found 14 on line 4",
         ),
         ("a trial twice", lambda rows: rows.append(list(rows[1])), "bad.tsv: expected every trial once"),
         (
@@ -1543,7 +1543,7 @@ SHEETS = [
         (
             "an interval from long to short",
             at(-1, "interval_s", "8-4"),
-            "bad.tsv: line 54: expected interval_s from short to long",
+            "bad.tsv: line 57: expected interval_s from short to long",
         ),
         (
             "a decimal comma",
@@ -1578,12 +1578,12 @@ SHEETS = [
         (
             "a person without a task",
             at(-1, "task", "-"),
-            "bad.tsv: line 54: expected a task of relax or stiff for standing/stiff-neg-0.5",
+            "bad.tsv: line 57: expected a task of relax or stiff for standing/stiff-neg-0.5",
         ),
         (
             "a task that is not simulated",
             at(-1, "task", "jump"),
-            "bad.tsv: line 54: expected a task of relax or stiff for standing/stiff-neg-0.5",
+            "bad.tsv: line 57: expected a task of relax or stiff for standing/stiff-neg-0.5",
         ),
         (
             "a task of the dummy",

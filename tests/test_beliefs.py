@@ -37,6 +37,7 @@ HARMLESS = {
 }
 # what is believed and not drawn
 UNDRAWN = {
+    "dummy.foot_compliance_rad_per_Nm": "a mechanism of the laboratory, which has this size",
     "dummy.log_delay_s": "the laboratory's log is on one clock",
     "weight.belt_force_kg": "of the plate's mechanisms, which are not drawn",
 }

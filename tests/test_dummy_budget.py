@@ -11,7 +11,7 @@ from test_leg_pathways import OPTIONS, trial_of_swing
 
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
-from tepsipe.experiments.dummy.leg_budget import LEG_SOURCES
+from tepsipe.experiments.dummy.leg_budget import LEG_SOURCES, compliance_contributions
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
 from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_estimates
 from tepsipe.io.trial import Signal
@@ -30,6 +30,7 @@ U = {
     "marker_scale": 0.001,
     "clock_ratio": 0.0001,
     "marker_sampling_s": 4e-6,
+    "foot_compliance_rad_per_Nm": 0.0005,
     "foot_mass_kg": 0.03,
     "foot_com_m": 0.002,
     "force_scale": 0.003,
@@ -234,6 +235,8 @@ def test_the_budget_scales_with_the_units_of_mass(found):
     wide = {name: SOURCES[name] for name in LEG_SOURCES}
     for name in ("leg_mass_kg", "leg_inertia_kgm2"):
         wide[name] = Source(name, 10.0 * U[name])
+    compliance = "foot_compliance_rad_per_Nm"
+    wide[compliance] = Source(compliance, 0.1 * U[compliance])
     heavy = analyse_dummy(
         trial_of_swing(Joint(rest=0.005)), replace(KNOWN, leg=leg, sources=wide), {"leg": PATHWAYS["leg"]}
     )
@@ -250,6 +253,17 @@ def test_a_difference_of_two_conditions_is_sharper_than_either(found):
     assert difference.type_b[2] < 0.3 * one.type_b[2]
     # what is left is the mass of 2 N m/rad
     assert difference.of_source("leg_mass_kg")[2] == pytest.approx(0.01 * 2.0, rel=0.05)
+
+
+def test_a_compliance_in_series_lowers_the_apparent_joint():
+    values, c = np.array([0.007, 0.05, 10.0]), 1e-5
+    (row,) = compliance_contributions(values, {"foot_compliance_rad_per_Nm": Source("c", c)}).values()
+    s = 1j * np.array([0.5, 1.0, 2.0])
+    joint = values[0] * s**2 + values[1] * s + values[2]
+    apparent = joint / (1.0 + c * joint) - joint
+    assert row[0, 2] + row[0, 0] * np.real(s**2) == pytest.approx(apparent.real, rel=1e-3)
+    assert row[0, 1] * s.imag == pytest.approx(apparent.imag, rel=1e-2)
+    assert compliance_contributions(values, {}) == {}
 
 
 # ---- the foot ----------------------------------------------------------------------------------

@@ -41,6 +41,7 @@ RECORDED = {
         "stiffness": "50 to 60",
         "held_out": "80",
         "held_out_reflex": "93",
+        "reflex_raises": True,
         "stiffness_intrinsic": "40",
     },
     "provenance": {

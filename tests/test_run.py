@@ -168,4 +168,4 @@ def test_check_names_the_file_and_the_line(place, root, monkeypatch, capfd):
     assert cli.main(["check", str(place / "good.yaml"), str(place / "odd.yaml")]) == 2
     assert f"{place / 'odd.yaml'}: unknown key 'pilott'" in capfd.readouterr().err
     assert cli.main(["check", str(place / "good.yaml")]) == 0
-    assert "good.yaml: 53 trials (5 of wristalyzer" in capfd.readouterr().out
+    assert "good.yaml: 56 trials (5 of wristalyzer" in capfd.readouterr().out

@@ -25,6 +25,7 @@ SOURCES = {
     "marker_sampling_s": "time between markers",
     "foot_mass_kg": "mass of the foot",
     "foot_com_m": "centre of mass of the foot",
+    "foot_compliance_rad_per_Nm": "foot that yields",
     "force_scale": "scale of the force plate",
     "vertical_leak": "cross-talk of the force plate",
     "origin_height_m": "height of the plate's axes",

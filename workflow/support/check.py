@@ -97,7 +97,10 @@ def _unknown_key(where: str, unknown: str, known: list[str], schema: dict) -> st
         likely = {name: name for name in known} | moved_from(where)
         close = difflib.get_close_matches(unknown, likely, n=1, cutoff=0.5)
         if elsewhere:
-            answer = f"did you mean {' or '.join(map(repr, elsewhere))}?"
+            # the sections whose names are most like the one where the key stands
+            nearest = difflib.get_close_matches(key, elsewhere, n=3, cutoff=0.0)
+            more = f", or one of {len(elsewhere) - 3} more" if len(elsewhere) > 3 else ""
+            answer = f"did you mean {' or '.join(map(repr, nearest))}{more}?"
         elif close:
             answer = f"did you mean {likely[close[0]]!r}?"
         else:

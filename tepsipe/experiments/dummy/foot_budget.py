@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tepsipe.experiments.dummy.leg_budget import compliance_contributions
 from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
@@ -28,6 +29,7 @@ FOOT_SOURCES = (
     "log_delay_s",
     "marker_scale",
     "clock_ratio",
+    "foot_compliance_rad_per_Nm",
 )
 
 
@@ -129,5 +131,6 @@ def foot_budget(
         shifts["clock_ratio"] = (other, torque - (slower**2 - 1.0) * inertia)
     for name, changed in shifts.items():
         contributions[name] = (again(*changed) - found.mean)[None]
+    contributions |= compliance_contributions(found.mean, known.sources)
     freedom = {name: known.sources[name].freedom for name in contributions}
     return Budget(*scatter(found.parameters), contributions, freedom)

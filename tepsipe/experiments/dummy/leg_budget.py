@@ -40,6 +40,7 @@ LEG_SOURCES = (
     "marker_scale",
     "clock_ratio",
     "marker_sampling_s",
+    "foot_compliance_rad_per_Nm",
 )
 ANTERIOR, LONGITUDINAL = "anterior", "longitudinal"
 # of the markers, in the order of the columns of a layout
@@ -81,6 +82,33 @@ class LegKnowledge:
     sampled_later: SegmentMotion | None = None
 
 
+def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
+    """What a foot that yields contributes to I, B, K, shape (1, 3); nothing without this source.
+
+    A compliance c in series turns Z = I s^2 + B s + K into Z / (1 + c Z), to first order Z - c Z^2:
+
+        I -> I - c (B^2 + 2 K I),    B -> B - 2 c K B,    K -> K - c K^2
+
+    Parameters
+    ----------
+    values : ndarray, shape (3,)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    sources : mapping of str to Source
+        What is not known exactly; c in rad/Nm.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (1, 3)
+        For `Budget.contributions`.
+    """
+    if "foot_compliance_rad_per_Nm" not in sources:
+        return {}
+    inertia, damping, stiffness = values
+    slope = np.array([damping**2 + 2.0 * stiffness * inertia, 2.0 * stiffness * damping, stiffness**2])
+    c = sources["foot_compliance_rad_per_Nm"].standard_uncertainty
+    return {"foot_compliance_rad_per_Nm": -c * slope[None]}
+
+
 def leg_budget(
     found: WindowedFits,
     again: Callable[[SegmentMotion, Leg], np.ndarray] | None,
@@ -109,6 +137,7 @@ def leg_budget(
         contributions = angle_contributions(found.mean, known.leg, known.sources)
     else:
         contributions = torque_contributions(again, known)
+    contributions |= compliance_contributions(found.mean, known.sources)
     freedom = {name: known.sources[name].freedom for name in contributions}
     return Budget(*type_a_of(found), contributions, freedom)
 
@@ -116,6 +145,7 @@ def leg_budget(
 def small_budget(found: JointLikelihood, leg: Leg, sources: Mapping[str, Source]) -> Budget:
     """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
     contributions = angle_contributions(found.small, leg, sources) if sources else {}
+    contributions |= compliance_contributions(found.small, sources)
     freedom = {name: sources[name].freedom for name in contributions}
     return Budget(np.sqrt(np.diag(found.small_covariance)), np.inf, contributions, freedom)
 
@@ -216,7 +246,7 @@ def torque_contributions(
     marker and direction.
     """
     sources, leg = known.sources, known.leg
-    apart = ("joint_offset_m", "marker_sampling_s", *OFFSETS)
+    apart = ("joint_offset_m", "marker_sampling_s", "foot_compliance_rad_per_Nm", *OFFSETS)
     parts = [source for name, source in sources.items() if name in LEG_SOURCES and name not in apart]
     if "joint_offset_m" in sources:
         offset = sources["joint_offset_m"]

@@ -122,17 +122,26 @@ def _failed_checks(data: dict) -> list[Paragraph]:
 
 
 def _wristalyzer(data: dict) -> list[Paragraph]:
-    return [
+    w = data["wristalyzer"]
+    found = [
         pieces(
             "In the torque-controlled manipulator (Wristalyzer) the fit to the admittance of the joint "
             "yields $I$ = {inertia} N·m·s²/rad, $B$ = {damping} N·m·s/rad and $K$ = {stiffness} N·m/rad "
-            "over the scale factors. The fitted model predicts the measured angle with a VAF of {vaf} %. "
-            "With the complex logarithm as residual, the fit converges to the same parameters from every "
-            "starting value; with its modulus, as the criterion is printed, it may stop far from the "
-            "minimum.",
-            **data["wristalyzer"],
+            "over the scale factors. The fitted model predicts the measured angle with a VAF of {vaf} %.",
+            **w,
         )
     ]
+    if w["one_minimum"]:
+        found[0] += pieces(
+            " With the complex logarithm as residual, the fit converges to the same parameters from every "
+            "starting value."
+        )
+    if w["modulus_depends"]:
+        found[0] += pieces(
+            " With the modulus of the logarithm, as the criterion is printed, the result depends on the "
+            "starting value."
+        )
+    return found
 
 
 def _dummy(data: dict) -> list[Paragraph]:
@@ -207,11 +216,14 @@ def _amplitudes(clear_from: str, word: str = " at") -> str:
 
 def _weight(data: dict) -> list[Paragraph]:
     found = pieces(
-        "Under a weight of {mass} kg, the belt-induced force is {size_fine} times that of the empty belt, "
-        "so the force of the empty belt cannot be used as a correction. Linear models of the empty belt "
+        "Under a weight of {mass} kg, the belt-induced force is {size_fine} times that of the empty "
+        "belt{so}. Linear models of the empty belt "
         "predict the belt-induced force under the weight with $R^2$ = {linear_other}, the same models fitted "
         "to the weight with $R^2$ = {linear_own}; one model of the frame with its load, fitted to both, "
         "reaches $R^2$ = {best_frame}.",
+        so=", so the force of the empty belt cannot be used as a correction"
+        if data["weight"]["load_matters"]
+        else "",
         **data["weight"],
     )
     if "foot" in data:
@@ -264,14 +276,17 @@ def _standing(data: dict) -> list[Paragraph]:
 
 
 def _position_manipulator(data: dict) -> list[Paragraph]:
+    a = data["position_manipulator"]
     return [
         pieces(
             "A human ankle under random position perturbations has a stiffness of {stiffness} N·m/rad "
             "over the trials. Inertia, damping and stiffness, fitted to the first part of a trial, "
-            "predict the torque of the rest with a held-out VAF of {held_out} %. Adding a reflex pathway "
-            "raises the held-out VAF to {held_out_reflex} %; the intrinsic stiffness is then "
-            "{stiffness_intrinsic} N·m/rad.",
-            **data["position_manipulator"],
+            "predict the torque of the rest with a held-out VAF of {held_out} %. {reflex} "
+            "{held_out_reflex} %; the intrinsic stiffness is then {stiffness_intrinsic} N·m/rad.",
+            reflex="Adding a reflex pathway raises the held-out VAF to"
+            if a["reflex_raises"]
+            else "With a reflex pathway the held-out VAF is",
+            **a,
         )
     ]
 

@@ -100,6 +100,7 @@ def dummy_data(
         "vaf_lower": bool(
             (values("VAF_perturbation", recommended) < values("VAF_perturbation", printed)).all()
         ),
+        "vaf_of_trial": _vaf_of_trial(own, printed),
         "window_ms": number(1e3 * float(np.mean([fit.facts["mean_window_s"] for fit in fits.values()]))),
         "marker_noise_mm": number(
             1e3 * float(np.mean([fit.facts["marker_noise_m"] for fit in fits.values()])), 2
@@ -210,6 +211,15 @@ def _output_error_data(
             "hold": bool(covered.mean() >= 0.8),
         }
     return data
+
+
+def _vaf_of_trial(own: pd.DataFrame, pathway: str) -> bool:
+    """Whether VAF (%) differs between trials more than twice as much as between their parameters."""
+    rows = own[own.pathway == pathway].groupby("quantity").value
+    if not {"VAF_trial", "VAF_cross_validated"} <= set(rows.groups):
+        return False
+    of_trials, of_parameters = (np.ptp(rows.get_group(q)) for q in ("VAF_trial", "VAF_cross_validated"))
+    return bool(of_parameters < 0.5 * of_trials)
 
 
 def _differs_from_zero(own: pd.DataFrame, pathway: str, conditions: list[str]) -> bool:

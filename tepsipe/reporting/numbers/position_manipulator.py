@@ -63,6 +63,7 @@ def manipulator_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
         ],
         "held_out": span(values(ESTIMATOR, "VAF_held_out")),
         "held_out_reflex": span(values(REFLEX_ESTIMATOR, "VAF_held_out")),
+        "reflex_raises": _raises(values),
         "any_offset": span(values(ESTIMATOR, "VAF_held_out_any_offset")),
         "any_offset_reflex": span(values(REFLEX_ESTIMATOR, "VAF_held_out_any_offset")),
         "stiffness": span(values(ESTIMATOR, "K")),
@@ -70,6 +71,12 @@ def manipulator_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
         "training": span([fit.facts["training_s"] for fit in fits.values()]),
         "reflexes": [_reflex(condition, fit, own) for condition, fit in fits.items()],
     }
+
+
+def _raises(values) -> bool:
+    """Whether the reflex pathway raises the held-out VAF (%) in every trial."""
+    plain, reflex = (values(name, "VAF_held_out").to_numpy() for name in (ESTIMATOR, REFLEX_ESTIMATOR))
+    return bool(plain.size == reflex.size > 0 and (reflex > plain).all())
 
 
 def _rows(rows: pd.DataFrame, conditions: list[str], estimator: str) -> list[dict]:

@@ -95,6 +95,32 @@ def _comparisons(forward: pd.DataFrame) -> dict:
     }
 
 
+def _of_noise(at: pd.DataFrame, truth: list[float]) -> dict:
+    """What the sentences on filtering and on usable noise levels depend on: errors (%) at one SNR."""
+
+    def worst(estimator: str, noise_on: tuple[str, ...], quantity: str, to: float | None) -> float:
+        own = at[(at.estimator == estimator) & at.noise_on.isin(noise_on) & (at.quantity == quantity)]
+        wanted = own.apparent if to is None else to
+        return 100.0 * float(np.abs(own["mean"] / wanted - 1.0).max())
+
+    iv, ls = (
+        max(worst(name, ("theta", "both"), q, truth[k]) for k, q in ((1, "B"), (2, "K")))
+        for name in ("recommended", "recommended-regression")
+    )
+    alike, alone = (worst("as-printed", on, "K", None) for on in (("both",), ("tau", "theta")))
+    return {
+        "iv_error": percent(iv, 1),
+        "ls_error": percent(ls, 1),
+        "iv_accurate": bool(iv < 5.0),
+        "ls_biased": bool(ls > 2.0 * iv and ls > 5.0),
+        "method_sound": bool(iv < 5.0 < worst("as-printed", ("tau", "theta", "both"), "K", truth[2])),
+        "alike": percent(alike, 0),
+        "alone": percent(alone, 0),
+        "near_apparent": bool(alike < 10.0),
+        "filter_dominates": bool(alone > 2.0 * alike),
+    }
+
+
 def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
     """Numbers of the noise study as text.
 
@@ -127,6 +153,7 @@ def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
             rows.append(cells)
     return {
         "rows": rows,
+        **_of_noise(at, truth),
         "level": f"{level:g}",
         "draws": str(choices["draws"]),
         "truth": [number(x) for x in truth],

@@ -7,6 +7,7 @@ import pandas as pd
 
 from tepsipe.io.estimates import FLAGS
 from tepsipe.io.result import Result
+from tepsipe.reporting.budgets import source_words
 from tepsipe.reporting.numbers.format import by_uncertainty, number, percent, span
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.signals.onsets import DETECTORS
@@ -309,7 +310,7 @@ def _free(own: pd.DataFrame, tasks: dict[str, Result], choices: dict, short: str
                 "range": percent(100.0 * float(np.ptp(windows[:, 2])) / abs(value[1])),
                 "range_B": percent(100.0 * float(np.ptp(windows[:, 1])) / abs(value[0])),
                 "other": percent(100.0 * (other / value[1] - 1.0)),
-                "sources": [f"{name} ({percent(sources[name][1])} %)" for name in largest],
+                "sources": [f"{source_words(name)} ({percent(sources[name][1])} %)" for name in largest],
                 "centre": facts["centre_used"],
                 "centre_mm": ["\N{EN DASH}"] * 2
                 if facts["joint_centre_m"] is None

@@ -21,6 +21,9 @@ from tepsipe.treadmill.registry import MODEL_MEANINGS
 
 CLEAR_FROM_M_PER_S = 0.3
 
+# delay of the weight's markers that the report discusses (s)
+LAG_S = 1e-4
+
 
 def scores_data(scores: list[ModelScore], shown_hz: float) -> list[dict]:
     """Rows of a table of models at one cutoff (Hz), as text (unit of the load in the rows)."""
@@ -127,6 +130,10 @@ def weight_data(
             linear_r2("empty", "weight"),
             "The attempt of the thesis therefore did not fail because its second-order model was too simple:",
         ),
+        # by more than a tenth, in every condition
+        "load_matters": bool(sizes[fine]) and all(abs(x - 1.0) > 0.1 for x in sizes[fine]),
+        "lags": bool(lags and min(map(abs, lags)) > LAG_S),
+        "alike": bool(alike[coarse] and min(alike[coarse]) > 0.9),
         "fine": fine,
         "coarse": coarse,
         "alike_fine": span(alike[fine], 2),
@@ -188,6 +195,8 @@ def foot_data(
     clear = [c for c, a in amplitudes.items() if a is not None and a >= CLEAR_FROM_M_PER_S] or list(
         amplitudes
     )
+    known = [amplitudes[c] for c in clear]
+    lowest = None if None in known else min(known)
     own = estimates[(estimates.experiment == "dummy") & estimates.condition.isin(clear)]
     rows = []
     for pathway in (choices["recommended"], *choices["foot"]["pathways"]):
@@ -210,7 +219,7 @@ def foot_data(
     return {
         "rows": rows,
         "count": str(len(clear)),
-        "clear_from": number(CLEAR_FROM_M_PER_S, 1),
+        "clear_from": number(lowest, 1),
         "sentences": foot_sentences(own, choices["recommended"]),
     }
 

@@ -71,12 +71,18 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
         "vaf_at_end": percent(values("VAF_trial").iloc[-1]),
         "coherence": number(float(coherence[lowest])),
         "coherence_at": number(float(frequency[inside][lowest]), 2),
-        "natural_frequency": number(math.sqrt(stiffness / inertia) / 2.0 / math.pi, 2),
+        "natural_frequency": number(
+            math.sqrt(stiffness / inertia) / 2.0 / math.pi if stiffness * inertia > 0.0 else None, 2
+        ),
         "starts": str(len(fits[best].arrays["many_starts/start"])),
         "one_minimum": bool(
-            max(f["many_starts_stiffness_spread_Nm_per_rad"] for f in facts) < 1e-3 * stiffness
+            max(f["many_starts_stiffness_spread_Nm_per_rad"] for f in facts) < 1e-3 * abs(stiffness)
+            and min(f["many_starts_converged"] for f in facts) == len(arrays["many_starts/start"])
         ),
         "modulus_depends": _depends_on_start(fits),
+        "modulus_poor": bool(
+            values("VAF_trial", "spectral-fit-modulus").min() < values("VAF_trial").min() - 1.0
+        ),
         **_highest(values("VAF_trial")),
         "starts_converged": str(min(f["many_starts_converged"] for f in facts)),
         "starts_spread": number(max(f["many_starts_stiffness_spread_Nm_per_rad"] for f in facts), 2),
@@ -94,6 +100,7 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
         stiffness_rows = periodic[periodic.quantity == "K"]
         data["periodic"] = {
             "period": number(choices["analysis"]["perturbation_period_s"], 3),
+            "leaks": _leaks(fits, choices["analysis"]["perturbation_period_s"]),
             "damping": span(values("B", "spectral-fit-periods")),
             "stiffness": span(values("K", "spectral-fit-periods")),
             "shift_damping": percent(
@@ -119,6 +126,15 @@ def _regression(own: pd.DataFrame) -> list[dict] | None:
             cells[r.quantity] = f"{_cell(r.quantity, r.value)} [{number(r.ci_low)}, {number(r.ci_high)}]"
         found.append({"condition": condition, **cells})
     return found
+
+
+def _leaks(fits: dict[str, Result], period_s: float) -> bool:
+    """Whether a record without its ends is more than 1 % of a period (s) from a whole number of periods."""
+    periods = [
+        (f.facts["kept_samples"][1] - f.facts["kept_samples"][0]) / f.facts["rate_hz"] / period_s
+        for f in fits.values()
+    ]
+    return any(abs(p - round(p)) > 0.01 for p in periods)
 
 
 def _depends_on_start(fits: dict[str, Result]) -> bool:
@@ -207,6 +223,7 @@ def pooled_data(pooled: Result, estimates: pd.DataFrame, recovery: pd.DataFrame 
         "has_truth": bool(truth),
         "softens": "K_softened" in set(own.quantity),
         "friction_found": bool(friction.ci_low > 0.0),
+        "friction_negative": bool(friction.ci_high < 0.0),
         "systematic": number(1e3 * facts["systematic_torque_Nm"], 2),
         "without_softening": number(1e3 * facts["without_softening_Nm"], 2),
         "delay": number(1e3 * facts["delay_s"], 2),

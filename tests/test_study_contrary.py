@@ -1,0 +1,221 @@
+"""No sentence of a report states a finding that the run does not show: the report of contrary results.
+
+The tables and fits of the tiny study are replaced by numbers that say the opposite of what a good run says,
+the report is made from them, and no sentence may tell the usual story.
+"""
+
+import csv
+import html
+import json
+import re
+import shutil
+import unicodedata
+
+import pytest
+from study_builders import PEOPLE, snakemake
+
+from tepsipe.io.result import read_result, write_result
+
+pytestmark = pytest.mark.study
+
+# what a report may say of a good run, and must not say of this one
+FALSE_HERE = (
+    "converges to the same parameters from every starting value",
+    "one minimum within the printed bounds",
+    "depends on the starting value (",
+    "The VAF is highest at an intermediate scale factor",
+    "cannot have ended that far from the minimum",
+    "so its VAF is lower than",
+    "Every 95 % interval of I lies above zero",
+    "the signs alone explain both differences",
+    "The signs explain the difference",
+    "Here K decreases with amplitude",
+    "VAF depends more on the predicted trial",
+    "No combination with a mean VAF above 99 %",
+    "the swing grows in",
+    "agree with the pattern in the thesis",
+    "the bias is caused by the equation",
+    "mainly due to its torque equation",
+    "Least squares is biased if the angle has noise",
+    "the effect of the filter exceeds that of the noise",
+    "any linear model of the empty belt fails",
+    "falls with amplitude",
+    "decrease with amplitude",
+    "come near to what",
+    "are close to those from the motion of the leg",
+    "recorded a person of 82 kg",
+    "yields almost no stiffness",
+    "does not rotate as one rigid body",
+    "All responses increase with amplitude",
+    "perturbations are clearly visible",
+)
+# what it must say instead: the chapters are there, and chose by the numbers
+TRUE_HERE = (
+    "The VAF is highest at scale factor",
+    "Here the result does not depend on the starting value",
+    "Not every 95 % interval of I lies above zero",
+    "Its VAF is not lower than that of the printed torque in every condition",
+    "All simulated legs settle",
+    "predict about as much as those of the weight",
+    "In these data the knee hardly rotates",
+    "does not hold in every condition",
+)
+
+# what the tiny study says with its own numbers: the sentences above can be told
+HOLDS = (
+    "converges to the same parameters from every starting value",
+    "depends on the starting value (",
+    "cannot have ended that far from the minimum",
+    "so its VAF is lower than",
+    "The signs explain the difference",
+    "the bias is caused by the equation",
+    "any linear model of the empty belt fails",
+    "does not rotate as one rigid body",
+)
+
+
+def rewrite(path, change):
+    """Rows of a table after ``change``, which returns new cells of a row, or nothing."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        row.update(change(row) or {})
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def contrary_estimate(row):
+    """An estimate of a run in which nothing of the usual story holds."""
+    cells, value = {}, float(row["value"] or "nan")
+    kind = row["experiment"], row["estimator"], row["pathway"], row["quantity"]
+    match kind:
+        case ("wristalyzer", "spectral-fit", _, "VAF_trial"):
+            cells["value"] = 40.0 - 100.0 * float(row["condition"])
+        case ("wristalyzer", "spectral-fit-modulus", _, "VAF_trial"):
+            cells["value"] = 80.0
+        case ("dummy", _, "leg", "I"):
+            cells |= {"ci_low": -0.1, "ci_high": 0.1}
+        case ("dummy", _, "leg", "VAF_perturbation"):
+            cells["value"] = 99.999
+        case ("dummy", _, "leg-thesis", "VAF_perturbation"):
+            cells["value"] = 60.0
+        case ("dummy", _, "leg-thesis", "K"):
+            cells["value"] = 30.0
+        case ("dummy", _, "leg-thesis", "VAF_trial"):
+            cells["value"] = 90.0
+        case ("dummy", _, "leg-thesis", "VAF_cross_validated"):
+            cells["value"] = 10.0 if row["condition"].startswith("sine") else 90.0
+        case ("dummy", _, "foot-compensated", "K" | "B"):
+            cells["value"] = 5.0 * value
+        case ("standing", _, "ankle-thesis", "K"):
+            cells["value"] = 700.0
+        case ("standing", _, _, "K") if row["condition"].startswith("stiff"):
+            cells["value"] = 0.3 * value
+    return cells
+
+
+def contrary_noise(row):
+    # consistent estimates far off, least squares better than instruments, the printed equation right
+    factor = {"recommended": 2.0, "recommended-regression": 1.3}.get(row["estimator"])
+    if row["quantity"] in ("I", "B", "K") and row["mean"] and factor is not None:
+        return {"mean": factor * {"I": 0.015, "B": 0.1, "K": 10.0}[row["quantity"]]}
+    if row["quantity"] in ("I", "B", "K") and row["estimator"] == "as-printed" and row["apparent"]:
+        return {"mean": 3.0 * float(row["apparent"])}
+    return None
+
+
+def contrary_forward(row):
+    worse = row["parameter_set"] == "wristalyzer"
+    return {
+        "state": "settles",
+        "vaf_trial": 10.0 if worse else 90.0,
+        "vaf_perturbation": 10.0 if worse else 90.0,
+    }
+
+
+def contrary_score(row):
+    """Linear models of the empty belt predict the weight, and the frame's models predict nothing."""
+    if row["train"] == "empty" and row["test"] == "weight":
+        return {"r2": 0.99}
+    return {"r2": 0.3} if "+" in row["train"] else None
+
+
+def contrary_fit(path):
+    """The Wristalyzer's tests of starting values: the modulus always the same, the complex residual never."""
+    found = read_result(path)
+    found.arrays["tried/modulus"][:] = found.arrays["tried/modulus"][0]
+    found.facts["many_starts_stiffness_spread_Nm_per_rad"] = 5.0
+    write_result(path, found)
+
+
+def still_person(path):
+    """A standing person who sways more than a perturbation moves her."""
+    found = read_result(path)
+    found.facts["angle_over_sway"] = 0.5
+    write_result(path, found)
+
+
+def rigid_person(path):
+    """A standing person whose knees do not turn."""
+    found = read_result(path)
+    found.arrays["mean/knee"][:] = 0.0
+    write_result(path, found)
+
+
+def told_by(typst, project, root):
+    """Words of a study's report, typeset below a folder without its figures."""
+    shutil.copytree(project / "report", root)
+    (root / "figures").mkdir()
+    for caption in (root / "captions").glob("figure_*.rst"):
+        (root / f"figures/{caption.stem}.svg").write_text(
+            '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
+        )
+    shutil.copyfile(project / "results/report/report.json", root / "report.json")
+    page = typst.compile(str(root / "report.typ"), root=str(root), ignore_system_fonts=True, format="html")
+    words = html.unescape(re.sub(r"<[^>]+>", "", page.decode()))
+    # letters of formulas as letters
+    return " ".join(unicodedata.normalize("NFKC", words).split())
+
+
+@pytest.fixture(scope="module")
+def said(own_study):
+    """Text of the report of contrary results, without its references."""
+    typst = pytest.importorskip("typst")
+    results = own_study / "results"
+    rewrite(results / "tables/estimates.csv", contrary_estimate)
+    rewrite(results / "tables/noise.csv", contrary_noise)
+    rewrite(results / "tables/forward.csv", contrary_forward)
+    rewrite(results / "treadmill_models/plate.csv", contrary_score)
+    for condition in ("0.12", "0.16"):
+        contrary_fit(results / f"fits/wristalyzer/{condition}.h5")
+    for condition in PEOPLE:
+        still_person(results / f"fits/standing/{condition}.h5")
+    for task in ("relax", "stiff"):
+        rigid_person(results / f"fits/standing_tasks/{task}.h5")
+    run = snakemake(own_study, "results/report/report.json", "--allowed-rules", "write_report")
+    assert run.returncode == 0, run.stdout + run.stderr
+    return told_by(typst, own_study, own_study / "typeset")
+
+
+@pytest.mark.parametrize("sentence", FALSE_HERE)
+def test_report_of_contrary_results_does_not_tell_the_usual_story(said, sentence):
+    assert sentence not in said
+
+
+@pytest.mark.parametrize("sentence", TRUE_HERE)
+def test_report_of_contrary_results_tells_what_they_show(said, sentence):
+    assert sentence in said
+
+
+def test_index_for_a_browser_has_the_same_abstract(own_study, said):
+    told = json.loads((own_study / "results/report/report.json").read_text(encoding="utf-8"))["abstract"]
+    words = " ".join(piece for paragraph in told for _, piece in paragraph)
+    assert not [sentence for sentence in FALSE_HERE if sentence in words]
+
+
+def test_the_usual_story_is_told_where_it_holds(study, tmp_path):
+    typst = pytest.importorskip("typst")
+    told = told_by(typst, study, tmp_path / "typeset")
+    assert [sentence for sentence in HOLDS if sentence not in told] == []
