@@ -16,7 +16,7 @@ TARGETS = (
     "estimates/weight/minjerk-0.4.csv",
     "estimates/empty/minjerk-0.4.csv",
     "estimates/standing/relax-neg-0.5.csv",
-    "estimates/standing_tasks/relax.csv",
+    "estimates/standing_pairs/stiff-relax.csv",
     "cross_validation/wristalyzer.csv",
     "forward/sine-0.5.csv",
     "noise/sine-0.5.csv",

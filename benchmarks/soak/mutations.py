@@ -35,6 +35,7 @@ from tepsipe.errors import InputError
 # messages about a reader that crashed, or was stopped, in its child process
 OF_THE_GUARD = ("crashes its reader", "that takes longer", "that needs more")
 LONGEST_S, MOST_MB, STUCK_S = 2.0, 500.0, 60.0
+OWN_MB = 300.0  # beyond what a worker holds from the start, for example of a long run of tests
 # what workers write down while they read: next mutation, when it started, and sums
 NEXT, STARTED, READ, REFUSED, ENDED, LONGEST, MEMORY = range(7)
 
@@ -102,6 +103,7 @@ def work(name: str, files: list[Path], seed: int, ks: range, folder: Path, notes
     """Read damaged files one after the other, from the next one on."""
     warnings.simplefilter("ignore")
     faulthandler.disable()  # a crash is noted by whoever waits for this process
+    allowed_mb = max(MOST_MB, used()[1] + OWN_MB)
     while (k := int(notes[NEXT])) < len(ks):
         path, content = damaged(name, files, seed, ks[k])
         path = folder / path.name
@@ -112,7 +114,7 @@ def work(name: str, files: list[Path], seed: int, ks: range, folder: Path, notes
         took, most = used()[0] - before, used()[1]
         if not wrong and took > LONGEST_S:
             wrong = f"it took {took:.2f} s"
-        if not wrong and most > max(memory, MOST_MB):
+        if not wrong and most > max(memory, allowed_mb):
             wrong = f"it took {most:.0f} MB"
         if wrong:
             report(folder, ks[k], wrong)
