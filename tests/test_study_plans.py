@@ -157,21 +157,9 @@ def test_an_edit_of_a_comment_of_the_truth_makes_nothing_again_but_its_record(ow
             {"fit_foot": 2, "plot_foot": 1, "write_dummy_pages": 1, **ESTIMATES, **RECORD, **REPORTS},
         ),
         (
+            # the fit marks the estimate to quote
             {"dummy": {**OVERRIDES["dummy"], "recommended": "leg-thesis"}},
-            {
-                "specify_dummy": 1,
-                "plot_dummy": 1,
-                "plot_foot": 1,
-                "write_dummy_pages": 1,
-                "simulate_dummy": 2,
-                "collect_forward": 1,
-                "plot_simulation": 1,
-                "lay_out_table": 2,
-                **CELLS,
-                "check_claims": 1,
-                **RECORD,
-                **REPORTS,
-            },
+            {"fit_dummy": 2, "specify_dummy": 1, **AFTER_DUMMY_ESTIMATES, **RECORD},
         ),
         (
             {"standing": {"latency": {"threshold_sd": 4.0}}},
@@ -232,6 +220,7 @@ def test_one_condition_alone_touches_nothing_else(own_study):
     after = written()
     assert {name for name in after if after[name] != before.get(name)} == {
         target,
+        "results/uncertainty/dummy/sine-0.5.csv",
         "results/fits/dummy/sine-0.5.h5",
         "results/logs/fit_dummy/sine-0.5.log",
     }

@@ -7,6 +7,7 @@ job.start(snakemake)
 import json
 import shutil
 import tempfile
+from operator import methodcaller
 from pathlib import Path
 
 import pandas as pd
@@ -151,7 +152,9 @@ if "position_manipulator" in experiments:
     )
 data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
 Path(snakemake.output.data).write_text(
-    json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+    # a comparison of numbers from a table is numpy's truth value
+    json.dumps(data, indent=1, ensure_ascii=False, default=methodcaller("item")) + "\n",
+    encoding="utf-8",
 )
 
 # Typst reads below one root only: gather sources, figures and data there
