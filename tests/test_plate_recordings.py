@@ -144,7 +144,7 @@ def test_rows_and_arrays_of_the_weight_experiment():
     mass = rows["mass"]
     assert mass.value == pytest.approx(found.masses.mean())
     assert mass.recommended and not rows["mass_sd"].recommended
-    # by hand: SD / sqrt(3), 1 % of the force, 1 % of belt-induced force; the quantile is between those of 2 and inf
+    # by hand: SD / sqrt(3), 1 % of the force and of the belt; the quantile lies between those of 2 and inf
     type_b = np.hypot(0.01, 0.01) * mass.value
     assert mass.u_type_a == pytest.approx(found.masses.std(ddof=1) / np.sqrt(3.0))
     assert mass.u_type_b == pytest.approx(type_b)
