@@ -39,7 +39,7 @@ HARMLESS = {
 UNDRAWN = {
     "dummy.foot_compliance_rad_per_Nm": "a mechanism of the laboratory, which has this size",
     "dummy.log_delay_s": "the laboratory's log is on one clock",
-    "weight.belt_force_kg": "of the plate's mechanisms, which are not drawn",
+    "weight.belt_force_ratio": "of the plate's mechanisms, which are not drawn",
 }
 
 

@@ -108,7 +108,7 @@ def test_settings_become_sources_and_null_switches_off():
     ("changes", "words"),
     [
         ({"leg_mas_kg": None}, ["uncertainty.dummy.leg_mas_kg", "leg_mass_kg", "log_delay_s"]),
-        ({"belt_force_kg": None}, ["uncertainty.dummy.belt_force_kg", "leg_mass_kg", "log_delay_s"]),
+        ({"belt_force_ratio": None}, ["uncertainty.dummy.belt_force_ratio", "leg_mass_kg", "log_delay_s"]),
         ({"leg_mass_kg": 0.01}, ["uncertainty.dummy.leg_mass_kg", "object or null"]),
         (
             {"leg_mass_kg": {"standard_uncertainty": -1.0, "distribution": "normal", "source": "x"}},

@@ -36,7 +36,7 @@ ONSETS_S = (3.0, 5.0, 7.0)
 WEIGHT = Weight(mass_kg=20.0, com_height_m=0.1, gravity_m_per_s2=9.81)
 LOWPASS = Lowpass(30.0, 4, True)
 OPTIONS = PlateOptions("right", LOWPASS, LOWPASS, WindowOptions(2.5, 4.0, 0.3, 0.05, 5.0, 0.06), 0.3)
-SOURCES = {"force_scale": Source("force_scale", 0.01), "belt_force_kg": Source("belt_force_kg", 0.2)}
+SOURCES = {"force_scale": Source("force_scale", 0.01), "belt_force_ratio": Source("belt_force_ratio", 0.01)}
 ADDED_KG, ADDED_KGM = 4.0, -0.8  # what the belt adds to Fy and Mx per m/s2
 
 
@@ -144,8 +144,8 @@ def test_rows_and_arrays_of_the_weight_experiment():
     mass = rows["mass"]
     assert mass.value == pytest.approx(found.masses.mean())
     assert mass.recommended and not rows["mass_sd"].recommended
-    # by hand: SD / sqrt(3), 1 % of the force, 0.2 kg; Student's quantile lies between those of 2 and inf
-    type_b = np.hypot(0.01 * mass.value, 0.2)
+    # by hand: SD / sqrt(3), 1 % of the force and of the belt; the quantile lies between those of 2 and inf
+    type_b = np.hypot(0.01, 0.01) * mass.value
     assert mass.u_type_a == pytest.approx(found.masses.std(ddof=1) / np.sqrt(3.0))
     assert mass.u_type_b == pytest.approx(type_b)
     assert mass.standard_error == pytest.approx(np.hypot(mass.u_type_a, type_b))

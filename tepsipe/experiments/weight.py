@@ -58,15 +58,15 @@ def mass_budget(masses: np.ndarray, sources: dict[str, Source]) -> Budget:
     """Uncertainty of the mean of m_hat.
 
     m_hat is F_y over y_w'', so a relative error of the force is one of the mass, one of the lengths of the
-    motion capture is one with the opposite sign, and a belt-induced force in phase with y_w'' adds its
-    apparent mass. The known mass of the weight does not enter.
+    motion capture is one with the opposite sign, and a belt-induced force in phase with y_w'', which grows
+    with the load, adds its share. The known mass of the weight does not enter.
 
     Parameters
     ----------
     masses : ndarray, shape (perturbations,)
         m_hat of every perturbation (kg).
     sources : dict of str to Source
-        force_scale, marker_scale (-) and belt_force_kg (kg), as far as they are known.
+        force_scale, marker_scale and belt_force_ratio (-), as far as they are known.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def mass_budget(masses: np.ndarray, sources: dict[str, Source]) -> Budget:
     """
     type_a, freedom = scatter(masses[:, None])
     mass = float(masses.mean())
-    per_unit = {"force_scale": mass, "marker_scale": -mass, "belt_force_kg": 1.0}
+    per_unit = {"force_scale": mass, "marker_scale": -mass, "belt_force_ratio": mass}
     return Budget(
         type_a,
         freedom,

@@ -30,7 +30,7 @@ SOURCES = {
     "vertical_leak": "cross-talk of the force plate",
     "origin_height_m": "height of the plate's axes",
     "log_delay_s": "delay of belt velocity after forces",
-    "belt_force_kg": "belt-induced force",
+    "belt_force_ratio": "belt-induced force",
     "treadmill_calibration": "calibration of the treadmill model",
     "treadmill_residual": "residual of the treadmill model",
     "treadmill_model": "calibration of the treadmill model",

@@ -17,4 +17,4 @@ with tempfile.TemporaryDirectory() as folder:
     command += ["--report", snakemake.output.html, "--configfile", settings, "--nolock"]
     done = subprocess.run(command, capture_output=True, text=True)
 if done.returncode:
-    raise RuntimeError(f"{' '.join(command)}\n{done.stdout}\n{done.stderr}")
+    raise RuntimeError(f"{' '.join(map(str, command))}\n{done.stdout}\n{done.stderr}")
