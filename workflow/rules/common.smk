@@ -73,6 +73,11 @@ def protocol(experiment):
     return lambda w: STUDY.protocol(experiment, w.condition)
 
 
+def weight_section(w):
+    """Constants of the weight of a trial: a row that names a mass has the heavy one."""
+    return "weight" if STUDY.trials["weight", w.condition].mass_kg is None else "heavy_weight"
+
+
 def raw_files(experiment=None):
     """Param function: kind -> path of the trial's raw files, recorded or simulated."""
     return lambda w: STUDY.raw_files(experiment or w.experiment, w.condition, config["pathvars"]["results"])

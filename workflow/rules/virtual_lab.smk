@@ -5,11 +5,6 @@
 PERSON = [f"standing.{part}" for part in ("person", "muscles", "nerves", "markers", "skin", "emg")]
 
 
-def weight_section(w):
-    """Constants of the weight of a trial: a row that names a mass has the heavy one."""
-    return "weight" if STUDY.trials["weight", w.condition].mass_kg is None else "heavy_weight"
-
-
 rule make_wristalyzer_trial:
     input:
         library=library_of("make_wristalyzer_trial"),
