@@ -26,25 +26,25 @@ import yaml  # noqa: E402
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs  # noqa: E402
+from tepsipe.experiments.standing.epochs import cut_standing_epochs  # noqa: E402
 from tepsipe.experiments.standing.impedance import fit_standing  # noqa: E402
 from tepsipe.experiments.standing.joint_torque import process_standing  # noqa: E402
 from tepsipe.experiments.standing.latency import muscle_latency  # noqa: E402
 from tepsipe.experiments.standing.options import (  # noqa: E402
-    StanceLimits,
-    StandingOptions,
     TorquePathway,
 )
 from tepsipe.ingest.plate_treadmill import TreadmillOptions  # noqa: E402
 from tepsipe.ingest.standing import ingest_standing_files  # noqa: E402
 from tepsipe.reporting.true_motion import linear_truth_standing, read_true_motion  # noqa: E402
-from tepsipe.signals.emg import EmgOptions  # noqa: E402
-from tepsipe.signals.filters import Lowpass  # noqa: E402
 from tepsipe.signals.onsets import OnsetOptions  # noqa: E402
-from tepsipe.signals.perturbations import WindowOptions  # noqa: E402
 from tepsipe.virtual_lab.person_mechanisms import MECHANISMS, without  # noqa: E402
 from tepsipe.virtual_lab.standing_trial import make_standing_trial  # noqa: E402
-from workflow.scripts.standing_choices import active_options, estimators_of, person_of  # noqa: E402
+from workflow.scripts.standing_choices import (  # noqa: E402
+    active_options,
+    epoch_options,
+    estimators_of,
+    standing_options,
+)
 from workflow.support.settings import settings_of  # noqa: E402
 
 DURATION_S, INTERVAL_S = 45.0, (3.6, 3.8)
@@ -112,27 +112,8 @@ class Analysis:
         config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
         self.section = section = settings_of(config)["standing"]
         analysis = section["analysis"]
-        lowpass = analysis["lowpass_cutoff_hz"], analysis["lowpass_order"]
-        self.standing = StandingOptions(
-            person=person_of(section["person"]),
-            belt=section["belt"],
-            lowpass=Lowpass(*lowpass, True),
-            stretch_lowpass=Lowpass(analysis["stretch_cutoff_hz"], analysis["lowpass_order"], True),
-            window=WindowOptions(**analysis["window"]),
-            quiet_after_s=analysis["quiet_after_s"],
-            limits=StanceLimits(**section["stance"]),
-        )
-        self.cutting = EpochOptions(
-            before_s=analysis["before_s"],
-            after_s=analysis["after_s"],
-            baseline_s=tuple(analysis["baseline_s"]),
-            least_perturbations=analysis["least_perturbations"],
-            max_gap_s=section["ingest"]["max_gap_s"],
-            lowpass_cutoff_hz=lowpass[0],
-            lowpass_order=lowpass[1],
-            emg=EmgOptions(**section["emg"]),
-            mains_hz=analysis["line_hz"],
-        )
+        self.standing = standing_options(section["person"], section["belt"], analysis, section["stance"])
+        self.cutting = epoch_options(analysis, section["emg"], section["ingest"]["max_gap_s"])
         action = {muscle: choice["ankle_action"] for muscle, choice in section["muscles"].items()}
         self.active = active_options(section["active"], action)
         self.estimator = estimators_of(section["estimators"])[ESTIMATOR]

@@ -9,17 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
+from tepsipe.experiments.standing.epochs import cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.latency import muscle_latency
-from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.options import TorquePathway
 from tepsipe.experiments.standing.results import fit_all
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.standing import ingest_standing_files
-from tepsipe.signals.emg import EmgOptions
-from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.onsets import OnsetOptions
-from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.virtual_lab.person_mechanisms import without
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 
@@ -47,32 +44,18 @@ PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle", "ankle-thesis"
 @pytest.fixture(scope="module")
 def choices(shipped_config):
     """The section of the standing person, and the library's options that its scripts make of it."""
-    from workflow.scripts.standing_choices import active_options, estimators_of, person_of
+    from workflow.scripts.standing_choices import (
+        active_options,
+        epoch_options,
+        estimators_of,
+        standing_options,
+    )
     from workflow.support.settings import settings_of
 
     section = settings_of(shipped_config)["standing"]
     analysis = section["analysis"]
-    lowpass = analysis["lowpass_cutoff_hz"], analysis["lowpass_order"]
-    standing = StandingOptions(
-        person=person_of(section["person"]),
-        belt=section["belt"],
-        lowpass=Lowpass(*lowpass, True),
-        stretch_lowpass=Lowpass(analysis["stretch_cutoff_hz"], analysis["lowpass_order"], True),
-        window=WindowOptions(**analysis["window"]),
-        quiet_after_s=analysis["quiet_after_s"],
-        limits=StanceLimits(**section["stance"]),
-    )
-    cutting = EpochOptions(
-        before_s=analysis["before_s"],
-        after_s=analysis["after_s"],
-        baseline_s=tuple(analysis["baseline_s"]),
-        least_perturbations=analysis["least_perturbations"],
-        max_gap_s=section["ingest"]["max_gap_s"],
-        lowpass_cutoff_hz=lowpass[0],
-        lowpass_order=lowpass[1],
-        emg=EmgOptions(**section["emg"]),
-        mains_hz=analysis["line_hz"],
-    )
+    standing = standing_options(section["person"], section["belt"], analysis, section["stance"])
+    cutting = epoch_options(analysis, section["emg"], section["ingest"]["max_gap_s"])
     ankle_action = {name: muscle["ankle_action"] for name, muscle in section["muscles"].items()}
     active = active_options(section["active"], ankle_action)
     return section, standing, cutting, estimators_of(section["estimators"]), active

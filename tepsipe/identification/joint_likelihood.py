@@ -41,9 +41,9 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.identification.arguments import undetermined
 from tepsipe.identification.joint_channels import Channels, DummyMarkers, make_channels
 from tepsipe.identification.joint_model import LINEAR, SOFTENING, JointModel, Motion, Point, Spectra
-from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Leg
 
 # chi-square of C and B_s above which phi_h is chosen by the trial (-)
@@ -325,7 +325,7 @@ def _climb(task: _Task, point: Point, limits: tuple[float, float] | None = None)
         if count > 3 and (moved.max() < 1e-3 or (count > _NOISE_STEPS and gained < 1e-8 * found.deviance)):
             break
     else:
-        raise _undetermined("no convergence")
+        raise undetermined("no convergence")
     covariance = _covariance(found) + _by_offset(task, found)
     return JointFit(point, covariance, found, task.log_noise, task.channels, task.model)
 
@@ -336,11 +336,11 @@ def _covariance(found: Residuals) -> np.ndarray:
     scale = np.sqrt(np.diag(information))
     normal = (information - found.excess) / np.outer(scale, scale)
     if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e12:
-        raise _undetermined("sensitivities that depend on each other")
+        raise undetermined("sensitivities that depend on each other")
     inverse = np.linalg.inv(normal) / np.outer(scale, scale)
     covariance = inverse @ information @ inverse
     if not (np.diag(covariance) > 0.0).all():
-        raise _undetermined("sensitivities that depend on each other")
+        raise undetermined("sensitivities that depend on each other")
     return covariance
 
 
@@ -362,10 +362,10 @@ def _solve(found: Residuals) -> tuple[np.ndarray, np.ndarray]:
     information = found.information
     scale = np.sqrt(np.diag(information))
     if not (np.isfinite(information).all() and (scale > 0.0).all()):
-        raise _undetermined("an angle that does not depend on the foot's motion")
+        raise undetermined("an angle that does not depend on the foot's motion")
     normal = information / np.outer(scale, scale)
     if np.linalg.cond(normal) > 1e12:
-        raise _undetermined("sensitivities that depend on each other")
+        raise undetermined("sensitivities that depend on each other")
     inverse = np.linalg.inv(normal)
     return inverse @ (found.gradient / scale) / scale, np.sqrt(np.diag(inverse)) / scale
 
@@ -426,10 +426,3 @@ def _gain(task: _Task, linear: JointFit, half: float) -> float:
     """Decrease of the deviance by one step with softening at phi_h (rad) (-)."""
     found = task.residuals(_with_softening(task, linear, half))
     return float(found.gradient @ _solve(found)[0])
-
-
-def _undetermined(found: str) -> InputError:
-    return InputError(
-        f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {found}: "
-        "check that the markers and the belt moved, and the geometry in the configuration"
-    )

@@ -49,8 +49,9 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.identification.arguments import undetermined
 from tepsipe.identification.window_regression import WindowedFits, regress_perturbations
-from tepsipe.mechanics.impedance_model import PARAMETERS, impedance_torque, simulate_angle
+from tepsipe.mechanics.impedance_model import impedance_torque, simulate_angle
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
@@ -279,17 +280,17 @@ def _solve(task: _Task, x: np.ndarray, low, high, half_rad: float | None = None)
         scale = np.linalg.norm(instruments, axis=0)
         normal = (instruments / scale).T @ (sensitivities / scale)
         if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e10:
-            raise _undetermined("sensitivities that depend on each other")
+            raise undetermined("sensitivities that depend on each other")
         error = (instruments / scale) * (task.motion.theta - angle)[:, None]
         steps = np.linalg.solve(normal, sums_by_interval(error, perturbations).T).T / scale
         step = steps.sum(axis=0)
         x = x + step
         if (x[:5] <= low).any() or (x[:5] >= high).any():
-            raise _undetermined("parameters at the bounds of the search")
+            raise undetermined("parameters at the bounds of the search")
         if np.abs(step[:5] / [x[0], x[1], x[2], 1.0, 1e-2]).max() < 1e-8:
             break
     else:
-        raise _undetermined("no convergence")
+        raise undetermined("no convergence")
     each = x + len(perturbations) * (steps - step / len(perturbations))
     return _Solution(x, each, float(np.linalg.cond(normal)), half_rad)
 
@@ -319,13 +320,6 @@ def _softening_solution(task: _Task, x: np.ndarray, low, high) -> _Solution | No
     softening = found.each[:, 5]
     error = float(softening.std(ddof=1)) / np.sqrt(softening.size)
     return found if float(softening.mean()) > SOFTENS * error else None
-
-
-def _undetermined(found: str) -> InputError:
-    return InputError(
-        f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {found}: "
-        "check that the markers and the belt moved, and the geometry in the configuration"
-    )
 
 
 def _start(motion: SegmentMotion, leg: Leg, at_rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

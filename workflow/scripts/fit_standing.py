@@ -4,13 +4,19 @@ import job
 
 job.start(snakemake)
 
-from standing_choices import active_options, estimators_of, free_reflex_choices, person_of
+from standing_choices import (
+    active_options,
+    epoch_options,
+    estimators_of,
+    free_reflex_choices,
+    standing_options,
+)
 
 from tepsipe.experiments.standing.broadband import broadband_result, cut_broadband, with_treadmill_error
-from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
+from tepsipe.experiments.standing.epochs import cut_standing_epochs
 from tepsipe.experiments.standing.free_results import budget_rows, fit_free, with_budgets
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import StanceLimits, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.options import TorquePathway
 from tepsipe.experiments.standing.results import (
     fit_all,
     fit_estimates,
@@ -22,40 +28,20 @@ from tepsipe.io.budget_table import write_budgets
 from tepsipe.io.estimates import recommended, write_estimates
 from tepsipe.io.result import joined, read_result, write_result
 from tepsipe.io.trial import read_trial
-from tepsipe.signals.emg import EmgOptions
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.treadmill.held_out import read_held_out
 from tepsipe.treadmill.registry import load_treadmill_models, pick
 
 params, analysis, condition = snakemake.params, snakemake.params.analysis, snakemake.wildcards.condition
 name = f"standing/{condition}"
-person = person_of(params.person)
 trial = read_trial(snakemake.input.trial)
-options = StandingOptions(
-    person=person,
-    belt=params.belt,
-    lowpass=Lowpass(analysis["lowpass_cutoff_hz"], analysis["lowpass_order"], True),
-    stretch_lowpass=Lowpass(analysis["stretch_cutoff_hz"], analysis["lowpass_order"], True),
-    window=WindowOptions(**analysis["window"]),
-    quiet_after_s=analysis["quiet_after_s"],
-    limits=StanceLimits(**params.stance),
-)
+options = standing_options(params.person, params.belt, analysis, params.stance)
+person = options.person
 pathways = {key: TorquePathway(**pathway) for key, pathway in params.pathways.items()}
 loads = zip(("Fy", "Mx"), snakemake.input.models, strict=False)
 models = {load: load_treadmill_models(path) for load, path in loads}
 standing = process_standing(trial, name, options, pathways, models)
-cutting = EpochOptions(
-    before_s=analysis["before_s"],
-    after_s=analysis["after_s"],
-    baseline_s=tuple(analysis["baseline_s"]),
-    least_perturbations=analysis["least_perturbations"],
-    max_gap_s=params.max_gap_s,
-    lowpass_cutoff_hz=analysis["lowpass_cutoff_hz"],
-    lowpass_order=analysis["lowpass_order"],
-    emg=EmgOptions(**params.emg),
-    mains_hz=analysis["line_hz"],
-)
+cutting = epoch_options(analysis, params.emg, params.max_gap_s)
 responses = cut_standing_epochs(trial, standing, name, cutting)
 estimators = estimators_of(params.estimators)
 fits, notes = fit_all(

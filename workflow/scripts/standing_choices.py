@@ -2,12 +2,16 @@
 
 import numpy as np
 
+from tepsipe.experiments.standing.epochs import EpochOptions
 from tepsipe.experiments.standing.free_reflex import FreeReflexOptions
 from tepsipe.experiments.standing.free_results import FreeReflexChoices
 from tepsipe.experiments.standing.impedance import ActiveOptions, StandingEstimator
-from tepsipe.experiments.standing.options import Person
+from tepsipe.experiments.standing.options import Person, StanceLimits, StandingOptions
 from tepsipe.mechanics.anthropometry import both_feet, standing_body
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.signals.emg import EmgOptions
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.statistics.uncertainty import sources_of
 
 
@@ -31,6 +35,35 @@ def person_of(choice: dict) -> Person:
         foot=placed("foot"),
         shank=placed("shank"),
         thigh=placed("thigh"),
+    )
+
+
+def standing_options(person: dict, belt: str, analysis: dict, stance: dict) -> StandingOptions:
+    """Options of the sections standing.person, standing.analysis and standing.stance."""
+    order = analysis["lowpass_order"]
+    return StandingOptions(
+        person=person_of(person),
+        belt=belt,
+        lowpass=Lowpass(analysis["lowpass_cutoff_hz"], order, True),
+        stretch_lowpass=Lowpass(analysis["stretch_cutoff_hz"], order, True),
+        window=WindowOptions(**analysis["window"]),
+        quiet_after_s=analysis["quiet_after_s"],
+        limits=StanceLimits(**stance),
+    )
+
+
+def epoch_options(analysis: dict, emg: dict, max_gap_s: float) -> EpochOptions:
+    """Options of the sections standing.analysis and standing.emg."""
+    return EpochOptions(
+        before_s=analysis["before_s"],
+        after_s=analysis["after_s"],
+        baseline_s=tuple(analysis["baseline_s"]),
+        least_perturbations=analysis["least_perturbations"],
+        max_gap_s=max_gap_s,
+        lowpass_cutoff_hz=analysis["lowpass_cutoff_hz"],
+        lowpass_order=analysis["lowpass_order"],
+        emg=EmgOptions(**emg),
+        mains_hz=analysis["line_hz"],
     )
 
 

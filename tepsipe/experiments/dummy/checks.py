@@ -40,7 +40,7 @@ from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation
 
 FALSE_ALARMS = 0.05
-# tolerances: of K (-), of a delay (s), of markers (m), of the angle's misfit (-), of I over the leg's (-)
+# tolerances: of K (-), of a delay (s), of markers (m), of the angle's residual (-), of I over the leg's (-)
 TOLERATED = {
     "leg-disagrees": 0.005,
     "foot-leg-delay": 2e-5,
