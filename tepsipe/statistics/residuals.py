@@ -1,4 +1,4 @@
-"""What a model leaves: whether it is white, how long it remembers, and changes of parameters over a record."""
+"""What a model leaves: whether it is white, how long it remembers; changes of parameters over a record."""
 
 from dataclasses import dataclass
 
@@ -75,14 +75,13 @@ def share_below(x: np.ndarray, rate_hz: float, frequency_hz: float) -> float:
 
 
 def memory_s(x: np.ndarray, rate_hz: float) -> float:
-    """Lag (s) from which the autocorrelation of a signal (any unit) stays below 1/e up to half its length."""
+    """First lag (s) at which the autocorrelation of a signal (any unit) is below 1/e."""
     size = x.size
     spectrum = np.fft.rfft(x - x.mean(), 2 * size)
     correlation = np.fft.irfft(np.abs(spectrum) ** 2)[: size // 2]
     if not correlation[0] > 0.0:
         return 0.0
-    above = np.flatnonzero(correlation > correlation[0] / np.e)
-    return float((above[-1] + 1) / rate_hz)
+    return float(np.argmax(correlation < correlation[0] / np.e) / rate_hz)
 
 
 def solution_with_errors(
@@ -90,7 +89,7 @@ def solution_with_errors(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Least squares whose standard errors allow residuals that are correlated within blocks of time.
 
-    The sandwich of Liang & Zeger (1986, Biometrika 73, 13-22) over blocks, times blocks / (blocks - 1).
+    The jackknife over blocks (Efron 1982): every block is left out once.
 
     Parameters
     ----------
@@ -111,13 +110,18 @@ def solution_with_errors(
     scale = np.linalg.norm(regressors, axis=0)
     scale[scale == 0.0] = 1.0
     x = regressors / scale
-    inverse = np.linalg.pinv(x.T @ x, hermitian=True)
-    solution = inverse @ (x.T @ y)
+    normal = x.T @ x
+    solution = np.linalg.pinv(normal, hermitian=True) @ (x.T @ y)
     blocks = max(2, y.size // block)
     parts = (np.array_split(z, blocks) for z in (x, y - x @ solution))
-    scores = np.array([part.T @ left for part, left in zip(*parts, strict=True)])
-    spread = inverse @ (scores.T @ scores) @ inverse * blocks / (blocks - 1.0)
-    return solution / scale, np.sqrt(np.diag(spread)) / scale, blocks - 1
+    changes = np.array(
+        [
+            np.linalg.pinv(normal - part.T @ part, hermitian=True) @ (part.T @ left)
+            for part, left in zip(*parts, strict=True)
+        ]
+    )
+    error = np.sqrt((blocks - 1.0) / blocks * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
+    return solution / scale, error / scale, blocks - 1
 
 
 def equal_means_p(values: np.ndarray, errors: np.ndarray, freedom: np.ndarray) -> float:
