@@ -44,7 +44,7 @@ SHARED = {
 ABOUT = {"standing.person.marked_rotation": ("standing.marked_rotation", 1.0)}
 # drawn constants of the person and sources about something near to them, which are not one quantity
 OTHER_QUANTITY = {
-    "standing.markers.joint_centre_m.0": "before quiet sway shows the axis; the analysis states what then remains",
+    "standing.markers.joint_centre_m.0": "quiet sway shows the axis; the analysis states what then remains",
     "standing.markers.joint_centre_m.1": "as along the belt",
     "standing.person.mass_kg": "acts through the feet only, whose own mass is a source",
     "standing.person.shank_mass": "the torque is computed at the feet",
@@ -76,7 +76,7 @@ UNDRAWN = {
     "weight.belt_force_ratio": "of the plate's mechanisms, which are not drawn",
     "standing.joint_centre_anterior_m": "what quiet sway leaves of the drawn place of the axis",
     "standing.joint_centre_height_m": "as along the belt",
-    "standing.palpated_centre_m": "of real malleoli, with the error of palpation that the laboratory's markers lack",
+    "standing.palpated_centre_m": "with the error of palpation, which the laboratory's markers lack",
     "standing.force_marker_delay_s": "what is left of the drawn latency after alignment",
     "standing.skin_m": "what the responses leave of the drawn soft tissue",
     "standing.foot_rotation": "a mechanism of the laboratory: forefoot_share and marked_share",
