@@ -250,8 +250,13 @@ EXPERIMENTS = {
             "figure_position_manipulator_impedance",
             "figure_position_manipulator_prediction",
             "figure_position_manipulator_responses",
+            "figure_position_manipulator_stationarity",
+            "figure_position_manipulator_residual",
         ),
         printed=(
+            "joint.name",
+            "joint.positive",
+            "joint.negative",
             "ingest.resample_rate_hz",
             "analysis.lowpass_cutoff_hz",
             "analysis.averaged_bins",
