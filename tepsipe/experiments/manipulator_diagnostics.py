@@ -18,7 +18,7 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.multitaper import multitaper_response
-from tepsipe.signals.spectra import FrequencyResponse
+from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.residuals import (
     cumulative_periodogram,
     equal_means_p,
@@ -95,11 +95,10 @@ def parts_of_record(
         columns[:, 4] -= columns[:, 4].mean()
         residual = analysis.torque[part] - predicted[part]
         solution, error, freedom = solution_with_errors(columns, residual, block)
+        own = stiffness + solution[2]
         # the level is that of the torque beside its response to the movement
-        beside = analysis.torque[part] - (stiffness + solution[2]) * columns[:, 2]
-        rows.append(
-            (time[part[0]], time[part[-1]], stiffness + solution[2], error[2], beside.mean(), error[3], freedom)
-        )
+        level = np.mean(analysis.torque[part] - own * columns[:, 2])
+        rows.append((time[part[0]], time[part[-1]], own, error[2], level, error[3], freedom))
     columns = np.array(rows).T
     return PartsOfRecord(columns[:2].T, *columns[2:])
 

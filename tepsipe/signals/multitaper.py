@@ -18,7 +18,7 @@ by least squares, so that the error of H has 2 (K - 3) degrees of freedom.
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.signals.spectra import FrequencyResponse
+from tepsipe.signals.response import FrequencyResponse
 
 # complex unknowns at each frequency: H and its first two derivatives
 UNKNOWNS = 3

@@ -148,7 +148,7 @@ if "belt" in experiments:
     )
 if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
-        fits["position_manipulator"], estimates
+        fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]
     )
 data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
 Path(snakemake.output.data).write_text(

@@ -259,7 +259,7 @@ EXPERIMENTS = {
             "joint.negative",
             "ingest.resample_rate_hz",
             "analysis.lowpass_cutoff_hz",
-            "analysis.averaged_bins",
+            "analysis.cut_s",
             "analysis.training_fraction",
             "analysis.block_s",
             "analysis.parallel_cascade.intrinsic_lag_s",

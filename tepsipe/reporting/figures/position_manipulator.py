@@ -15,6 +15,8 @@ DRAWN, DRAWN_ROWS = 6, 4
 # length of the torque that is shown (s), and every how many samples of a whole record
 SHOWN_S = 3.0
 THINNED = 5
+# the slow part of the residual is its mean over so long (s)
+SLOW_S = 1.0
 BAND = {"color": "0.8", "linewidth": 0.0}
 RESPONSES = (
     "intrinsic_lag",
@@ -148,28 +150,47 @@ def plot_stationarity(results: dict[str, Result]) -> Figure:
         len(names), 2, 0.5 + 1.65 * len(names), squeeze=False, width_ratios=(2.6, 1.0), sharex="col"
     )
     for (left, right), name in zip(axes, names, strict=True):
+        _draw_record(left, results[name])
+        left.set_title(name)
         arrays = results[name].arrays
-        time, torque = arrays["time"], arrays["torque"]
-        left.plot(time[::THINNED], torque[::THINNED], color="0.7", linewidth=0.5, label="torque")
-        ends, level = arrays[f"{OWN}part_ends"], arrays[f"{OWN}part_level"]
-        half = arrays[f"{OWN}part_level_half_width"]
-        for k, (start, stop) in enumerate(ends):
-            label = "level of the third, 95 % interval" if k == 0 else None
-            left.fill_between([start, stop], level[k] - half[k], level[k] + half[k], color="#1668a8", alpha=0.35)
-            left.plot([start, stop], [level[k]] * 2, color="#1668a8", linewidth=1.4, label=label)
-        left.axvline(results[name].facts["held_out_from_s"], color=COLOURS["model"], linewidth=0.9, ls="--")
-        left.set(ylabel="Torque (N·m)", title=name)
-        left.margins(x=0.0)
-        low, high = left.get_ylim()
-        left.set_ylim(low, high + 0.25 * (high - low))
         stiffness, half = arrays[f"{OWN}part_stiffness"], arrays[f"{OWN}part_stiffness_half_width"]
-        right.errorbar([1, 2, 3], stiffness, half, fmt="o", color=COLOURS["measured"], markersize=4, capsize=3)
+        right.errorbar([1, 2, 3], stiffness, half, fmt="o", color="#1668a8", markersize=4, capsize=3)
         right.set(ylabel="$K$ (N·m/rad)", xlim=(0.5, 3.5), xticks=[1, 2, 3])
-        right.set_ylim(0.0, 1.15 * float((stiffness + half).max()))
-    axes[0, 0].legend(loc="upper right", ncols=2)
+        right.set_ylim(
+            min(0.0, 1.15 * float((stiffness - half).min())), 1.15 * float((stiffness + half).max())
+        )
+    axes[0, 0].legend(loc="upper right", ncols=3, columnspacing=1.2, handlelength=1.4)
     axes[-1, 0].set_xlabel("Time (s)")
     axes[-1, 1].set_xlabel("Third of the record")
+    figure.align_ylabels()
     return figure
+
+
+def _draw_record(axis, result: Result) -> None:
+    """Torque of a record with its level by thirds, and the slow part of what the model does not predict."""
+    arrays = result.arrays
+    time, torque, predicted = (arrays[key] for key in ("time", "torque", "reflex/predicted_torque"))
+    axis.plot(time[::THINNED], torque[::THINNED], color="0.75", linewidth=0.5, label="torque")
+    size = max(1, round(SLOW_S / float(time[1] - time[0])))
+    slow = np.convolve(torque - predicted, np.full(size, 1.0 / size), "valid") + torque.mean()
+    axis.plot(
+        time[size // 2 :][: slow.size][::THINNED],
+        slow[::THINNED],
+        color=COLOURS["compensated"],
+        linewidth=0.9,
+        label="slow part of the residual",
+    )
+    level, half = (arrays[f"{OWN}part_level{part}"] for part in ("", "_half_width"))
+    for k, ends in enumerate(arrays[f"{OWN}part_ends"]):
+        axis.fill_between(
+            ends, level[k] - half[k], level[k] + half[k], color="#1668a8", alpha=0.4, linewidth=0.0
+        )
+        axis.plot(ends, [level[k]] * 2, color="#1668a8", linewidth=1.2, label="level" if k == 0 else None)
+    axis.axvline(result.facts["held_out_from_s"], color=COLOURS["model"], linewidth=0.9, linestyle="--")
+    axis.set_ylabel("Torque (N·m)")
+    axis.margins(x=0.0)
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, high + 0.25 * (high - low))
 
 
 @in_style
