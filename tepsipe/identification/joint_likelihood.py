@@ -351,10 +351,36 @@ def _by_offset(task: _Task, found: Residuals) -> np.ndarray:
     moved[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, task.measured[1])
     moved = task.whitening() @ moved
     moved = moved - found.direction * np.sum(found.direction.conj() * moved, axis=0)
+    step = _step_by(found, replace(found, left=moved).gradient)
+    return np.outer(step, step)
+
+
+def _step_by(found: Residuals, gradient: np.ndarray) -> np.ndarray:
+    """F^-1 g, shape (p,): how far a gradient g (p,) moves the maximum (units of the parameters)."""
     scale = np.sqrt(np.diag(found.information))
     normal = (found.information - found.excess) / np.outer(scale, scale)
-    step = np.linalg.solve(normal, replace(found, left=moved).gradient / scale) / scale
-    return np.outer(step, step)
+    return np.linalg.solve(normal, gradient / scale) / scale
+
+
+def step_to(found: JointFit, channels: Channels) -> np.ndarray:
+    """How far slightly other channels move the maximum, to first order: one step without another fit.
+
+    Parameters
+    ----------
+    found : JointFit
+        The maximum (units in it); its noise levels are kept.
+    channels : Channels
+        The same trial, for example with other instants of one marker (m, rad, m/s).
+
+    Returns
+    -------
+    ndarray, shape (p,)
+        Change of the fitted parameters (units in `joint_model`).
+    """
+    channels = replace(channels, marker_noise_m=found.channels.marker_noise_m)
+    task = _Task(channels, JointModel(channels, found.model.leg))
+    task.log_noise = found.log_noise_m_per_s
+    return _step_by(found.residuals, task.residuals(found.point).gradient - found.residuals.gradient)
 
 
 def _solve(found: Residuals) -> tuple[np.ndarray, np.ndarray]:

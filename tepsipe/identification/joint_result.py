@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from tepsipe.identification.joint_likelihood import JointFit
+from tepsipe.identification.joint_channels import Channels
+from tepsipe.identification.joint_likelihood import JointFit, step_to
 from tepsipe.identification.joint_model import SOFTENING, softening_forces
 from tepsipe.identification.output_error import intervals_as_windows, sums_by_interval
 from tepsipe.identification.window_regression import WindowedFits
@@ -143,6 +144,31 @@ def joint_impedance(
         small=small,
         small_covariance=covariance[:3, :3],
     )
+
+
+def changes_by(
+    found: JointLikelihood, channels: Channels, perturbations: list[Perturbation]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What slightly other channels would change, to first order.
+
+    Parameters
+    ----------
+    found : JointLikelihood
+        The estimates.
+    channels : Channels
+        The same trial with other markers (m, rad, m/s).
+    perturbations : list of Perturbation
+        Windows (samples).
+
+    Returns
+    -------
+    working, small : ndarray, shape (3,)
+        Changes of I, B, K at the working amplitude and of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    """
+    names = [name for name in _LAW if name in found.fit.point.names]
+    step = step_to(found.fit, channels)
+    law = np.array([step[found.fit.point.names.index(name)] for name in names])
+    return _working_amplitude(found.fit, names, perturbations) @ law, law[:3]
 
 
 def _law_forces(found: JointFit) -> dict[str, np.ndarray]:
