@@ -36,6 +36,8 @@ FLAGS = {
     "turns: palpate the centre carefully, or record more quiet standing",
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
     "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
+    "mass-differs": "the mass that the fore-aft force shows is not that of the trial sheet: check the mass, "
+    "the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",
     "treadmill-model": "on trials that it has not seen, the treadmill model may err by more than a tenth of "
     "K, or its constants are impossible: record the empty belt, and a weight near the subject's mass, with "
