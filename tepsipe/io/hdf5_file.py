@@ -14,7 +14,7 @@ class _State:
 
 
 def read_directly() -> None:
-    """Read files in this process from now on, which is a child itself and may crash."""
+    """Read files (no unit) in this process from now on, which is a child itself and may crash."""
     _State.directly = True
 
 

@@ -41,7 +41,16 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 PASSING = (OSError, MemoryError, KeyboardInterrupt)
 FAILED, PASSED = 1, 3
 # packages of the library that scripts of rules import; figures need more, and import it themselves
-LIBRARY = ("experiments", "identification", "io", "mechanics", "signals", "statistics", "treadmill", "virtual_lab")
+LIBRARY = (
+    "experiments",
+    "identification",
+    "io",
+    "mechanics",
+    "signals",
+    "statistics",
+    "treadmill",
+    "virtual_lab",
+)
 # of malloc.h
 M_TRIM_THRESHOLD, M_TOP_PAD, M_MMAP_THRESHOLD = -1, -2, -3
 
@@ -95,9 +104,19 @@ def _warm_up() -> None:
     import scipy
 
     import tepsipe.io.hdf5_file
-    import tepsipe.reporting.recovery  # noqa: F401
+    import tepsipe.reporting.recovery
 
-    for package in ("fft", "interpolate", "io", "linalg", "ndimage", "optimize", "signal", "special", "stats"):
+    for package in (
+        "fft",
+        "interpolate",
+        "io",
+        "linalg",
+        "ndimage",
+        "optimize",
+        "signal",
+        "special",
+        "stats",
+    ):
         getattr(scipy, package)
     for package in LIBRARY:
         found = importlib.import_module(f"tepsipe.{package}")
@@ -114,7 +133,11 @@ def _keep_memory() -> None:
     """Let the C library keep what arrays free: giving it back costs a fault per page at the next array."""
     with suppress(OSError, AttributeError):
         mallopt = ctypes.CDLL(None).mallopt
-        for option, bytes_ in ((M_MMAP_THRESHOLD, 32 << 20), (M_TRIM_THRESHOLD, 512 << 20), (M_TOP_PAD, 16 << 20)):
+        for option, bytes_ in (
+            (M_MMAP_THRESHOLD, 32 << 20),
+            (M_TRIM_THRESHOLD, 512 << 20),
+            (M_TOP_PAD, 16 << 20),
+        ):
             mallopt(option, bytes_)
 
 
