@@ -78,6 +78,7 @@ data = {
     else laboratory.laboratory_data(read_laboratory(snakemake.input.recovery[1])),
     "provenance": study.provenance_data(provenance),
     "flags": study.flags_data(estimates),
+    "names": study.names_data(estimates, choices),
     "budgets": budget.budgets_data(
         read_budgets(snakemake.input.uncertainty),
         read_estimates(snakemake.input.estimates),
@@ -114,9 +115,13 @@ if snakemake.input.forward:
 if snakemake.input.noise:
     noise, table = snakemake.input.noise
     columns, rows = read_table(table)
-    shown = [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")]
+    stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][0]
     data["noise"] = simulations.noise_data(pd.read_csv(noise, dtype=text_columns), choices["noise"]) | {
-        "table": study.table_data(shown, columns, columns)
+        "table": simulations.noise_table(
+            [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")],
+            columns,
+            stiffness,
+        )
     }
 if "weight" in experiments:
     plate, scores = snakemake.input.plate

@@ -4,6 +4,21 @@ import math
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MINUS = "\N{MINUS SIGN}"
+# rows of the tables of the thesis
+LABELS = {
+    "SEM_I": "SEM of I",
+    "SEM_B": "SEM of B",
+    "SEM_K": "SEM of K",
+    "SE_I": "standard error of I",
+    "SE_B": "standard error of B",
+    "SE_K": "standard error of K",
+    "error": "error",
+    "VAF_trial": "VAF of the full dataset",
+    "VAF_perturbation": "VAF of a perturbation",
+    "VAF_cross_validated": "VAF, cross-validated",
+    "VAF_theta_perturbation": "VAF of the angle, perturbation",
+    "VAF_theta_trial": "VAF of the angle, full dataset",
+}
 
 
 def number(value: float | int | None, digits: int = 3) -> str:
