@@ -31,6 +31,7 @@ from tepsipe.reporting.numbers import (
     simulations,
     standing,
     study,
+    summary,
     thesis_dummy,
     treadmill,
     wristalyzer,
@@ -155,6 +156,8 @@ if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
         fits["position_manipulator"], estimates
     )
+data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
+data["summary"] = summary.summary_of(data)
 data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
 Path(snakemake.output.data).write_text(
     # a comparison of numbers from a table is numpy's truth value
