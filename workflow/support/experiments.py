@@ -245,6 +245,8 @@ EXPERIMENTS = {
             "time_column": "files.columns.time",
             "angle_column": "files.columns.angle",
             "torque_column": "files.columns.torque",
+            "schedule_column": "files.columns.schedule",
+            "trigger_column": "files.columns.trigger",
             "angle_unit": "files.angle_unit",
             "torque_sign": "files.torque_sign",
         },
