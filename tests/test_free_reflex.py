@@ -203,7 +203,8 @@ def test_inertia_is_refused():
     ("changes", "flag"),
     [
         ({}, None),
-        ({"skin_m": 0.002}, "skin-motion"),
+        ({"skin_m": 0.004}, "skin-motion"),
+        ({"skin_m": 0.0015}, None),
         ({"centre_used": False}, "centre-assumed"),
         ({"calibrated_kg": 20.0}, "beyond-calibrated-mass"),
         ({"calibrated_kg": None}, None),
