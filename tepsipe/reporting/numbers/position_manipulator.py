@@ -74,6 +74,7 @@ def manipulator_data(fits: dict[str, Result], estimates: pd.DataFrame, joint: di
         "held_out": span_of_decimals(alone, 1),
         "held_out_reflex": span_of_decimals(both, 1),
         "reflex_raises": _raises(values),
+        "predicts": bool((alone > 0.0).all()),
         "any_offset": span_of_decimals(values(ESTIMATOR, "VAF_held_out_any_offset"), 1),
         "any_offset_reflex": span_of_decimals(values(REFLEX_ESTIMATOR, "VAF_held_out_any_offset"), 1),
         "stiffness": each(_quoted(own, ESTIMATOR, "K", conditions), values(ESTIMATOR, "K")),
@@ -207,6 +208,8 @@ def _reflex(condition: str, fit: Result, own: pd.DataFrame) -> dict:
         "growth_interval": growth_interval,
         "gain": gain,
         "gain_interval": gain_interval,
+        # a gain whose interval holds 0 is not seen
+        "clear": bool(rows.ci_low["reflex_gain"] > 0.0 or rows.ci_high["reflex_gain"] < 0.0),
         "delay": number(1e3 * facts["delay_s"], 2),
         "delays": span(delays, 2),
         "delay_open": delays[0] < delays[1],
