@@ -378,8 +378,8 @@ def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) ->
     """Errors of the parameters for residuals drawn in blocks, shape (windows, draws, parameters).
 
     ``unit`` holds the residuals of all windows over their RMS (-), ``level`` the RMS over time (N·m) and
-    ``spans`` orthonormal bases of what is fitted in each window. Least squares leaves less than there was, of slow
-    torque in a short window much less: the errors grow by what a fit takes away from the drawn residuals.
+    ``spans`` orthonormal bases of what is fitted in each window. Least squares leaves less than there was,
+    of slow torque in a short window much less: errors grow by what a fit takes away from drawn residuals.
     """
     block = min(block, unit.size)
     blocks = -(-level.size // block)

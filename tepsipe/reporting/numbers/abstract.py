@@ -6,6 +6,7 @@ text, emph, strong, math (as Typst writes it), cite and ref (a reference, and a 
 
 import re
 
+from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import number
 
 MARKUP = re.compile(
@@ -227,7 +228,7 @@ def _weight(data: dict) -> list[Paragraph]:
         **data["weight"],
     )
     if "foot" in data:
-        rows = ", ".join(f"{row['K']} N·m/rad ({row['pathway']})" for row in data["foot"]["rows"][1:])
+        rows = ", ".join(f"{row['K']} N·m/rad ({words(row['pathway'])})" for row in data["foot"]["rows"][1:])
         found += pieces(
             " With the torque from the foot and the force plate, $K${amplitudes} is {rows}.",
             amplitudes=_amplitudes(data["foot"]["clear_from"]),

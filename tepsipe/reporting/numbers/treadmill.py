@@ -6,7 +6,7 @@ import pandas as pd
 from tepsipe.experiments.weight import shapes, usual_weight
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import short_name, unit_symbol
-from tepsipe.reporting.numbers.format import number, percent, span, span_of_decimals
+from tepsipe.reporting.numbers.format import MINUS, number, percent, span, span_of_decimals
 from tepsipe.reporting.numbers.treadmill_sentences import (
     SEEN_HZ,
     foot_sentences,
@@ -25,22 +25,39 @@ CLEAR_FROM_M_PER_S = 0.3
 LAG_S = 1e-4
 
 
-def scores_data(scores: list[ModelScore], shown_hz: float) -> list[dict]:
-    """Rows of a table of models at one cutoff (Hz), as text (unit of the load in the rows)."""
-    return [
-        {
-            "model": s.model + ("" if s.converged else " *"),
-            "train": s.train,
-            "test": s.test,
-            "r2": number(s.r2, 3) if s.r2 > -10.0 else "< \N{MINUS SIGN}10",
-            "before": number(s.rms_before, 3),
-            "after": number(s.rms_after, 3),
-            "order": str(s.order),
-            "limit": number(s.r2_limit, 3),
-        }
-        for s in scores
-        if s.cutoff_hz == shown_hz
-    ]
+def matrix_data(scores: list[ModelScore], shown_hz: float) -> dict:
+    """R² of every model at one cutoff (Hz), a row for each fit and a column for each evaluation, as text.
+
+    Returns
+    -------
+    dict
+        ``columns``: name, upper limit of R² and root mean square before compensation (unit of the load) of
+        each test; ``rows``: model, order, fit, and R² and residual for each test.
+    """
+    own = [s for s in scores if s.cutoff_hz == shown_hz]
+    tests = list(dict.fromkeys(s.test for s in own))
+    rows: dict[tuple, dict] = {}
+    for s in own:
+        row = rows.setdefault(
+            (s.model, s.train),
+            {"model": s.model, "train": s.train, "order": str(s.order), "converged": True, "cells": {}},
+        )
+        row["converged"] &= bool(s.converged)
+        row["cells"][s.test] = [
+            number(s.r2, 3) if s.r2 > -10.0 else f"< {MINUS}10",
+            number(s.rms_after, 3),
+        ]
+    missing = [number(None)] * 2
+    first = {test: next(s for s in own if s.test == test) for test in tests}
+    for row in rows.values():
+        row["cells"] = [row["cells"].get(test, missing) for test in tests]
+    return {
+        "columns": [
+            {"name": test, "limit": number(s.r2_limit, 3), "before": number(s.rms_before, 3)}
+            for test, s in first.items()
+        ],
+        "rows": list(rows.values()),
+    }
 
 
 def weight_data(
@@ -146,7 +163,7 @@ def weight_data(
         "frame_force": best("loaded-frame", "empty+weight", "weight", "Fy"),
         "frame_force_empty": best("loaded-frame", "empty+weight", "empty", "Fy"),
         "frame_moment": best("loaded-frame", "empty+weight", "weight", "Mx"),
-        "force_scores": scores_data([s for s in scores if s.load == "Fy"], fine_hz),
+        "force_scores": matrix_data([s for s in scores if s.load == "Fy"], fine_hz),
         "best_frame": number(
             max((r for m in OF_BOTH if (r := r2_of(m, BOTH, "weight", "Fy")) is not None), default=None), 3
         ),
