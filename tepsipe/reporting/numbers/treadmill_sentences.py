@@ -5,6 +5,7 @@ import pandas as pd
 
 from tepsipe.experiments.weight import speed_at_peak
 from tepsipe.io.result import Result
+from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import number, percent, span
 from tepsipe.treadmill.calibration import ModelScore
 
@@ -156,7 +157,7 @@ def foot_sentences(own: pd.DataFrame, reference: str) -> list[str]:
         flags = stiffness.loc[pathway]["flags"].astype(object).fillna("").astype(str)
         failed = int(flags.str.contains("treadmill-model|beyond-calibrated-mass").sum())
         text = (
-            f"K by {pathway} differs from that by {reference} by {percent(float(differences.min()), 1)} to "
+            f"K by “{words(pathway)}” differs from that by “{words(reference)}” by {percent(float(differences.min()), 1)} to "
             f"{percent(float(differences.max()), 1)} %"
         )
         text += (
