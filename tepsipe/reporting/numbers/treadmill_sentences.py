@@ -156,10 +156,8 @@ def foot_sentences(own: pd.DataFrame, reference: str) -> list[str]:
         differences = 100.0 * (k / stiffness.loc[reference].value.reindex(k.index) - 1.0).dropna()
         flags = stiffness.loc[pathway]["flags"].astype(object).fillna("").astype(str)
         failed = int(flags.str.contains("treadmill-model|beyond-calibrated-mass").sum())
-        text = (
-            f"K by “{words(pathway)}” differs from that by “{words(reference)}” by {percent(float(differences.min()), 1)} to "
-            f"{percent(float(differences.max()), 1)} %"
-        )
+        low, high = (percent(float(end), 1) for end in (differences.min(), differences.max()))
+        text = f"K by “{words(pathway)}” differs from that by “{words(reference)}” by {low} to {high} %"
         text += (
             f"; in {failed} of {k.size} conditions the gate rejects the treadmill model."
             if failed
