@@ -4,7 +4,7 @@ All signals of a trial pass the same filter, markers before the pose is found. T
 subtracted by a treadmill model behind the same filter, or left in.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -139,3 +139,11 @@ def _estimates(
     record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest)
     spans = [(float(time[p.start]), float(time[p.stop - 1])) for p in windows]
     return FilteredEstimates(pathway, lowpass, estimate(estimator, record).parameters, spans)
+
+
+def lowpasses(
+    cutoffs_hz: Sequence[float], zero_lag_orders: Sequence[int], one_sided_orders: Sequence[int]
+) -> list[Lowpass]:
+    """Every filter of some cutoffs (Hz) and orders (-): zero-lag ones, then those that run forwards only."""
+    kinds = [(order, True) for order in zero_lag_orders] + [(order, False) for order in one_sided_orders]
+    return [Lowpass(cutoff, order, zero_lag) for order, zero_lag in kinds for cutoff in cutoffs_hz]
