@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from tepsipe.identification.joint_likelihood import JointFit
+from tepsipe.identification.joint_channels import Channels
+from tepsipe.identification.joint_likelihood import JointFit, step_to
 from tepsipe.identification.joint_model import SOFTENING, softening_forces
 from tepsipe.identification.output_error import intervals_as_windows, sums_by_interval
 from tepsipe.identification.window_regression import WindowedFits
@@ -142,6 +143,30 @@ def joint_impedance(
         small=small,
         small_covariance=covariance[:3, :3],
     )
+
+
+def changes_by(
+    found: JointLikelihood, channels: Channels, perturbations: list[Perturbation]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What slightly other channels would change, to first order.
+
+    Parameters
+    ----------
+    found : JointLikelihood
+        The estimates.
+    channels : Channels
+        The same trial with other markers (m, rad, m/s).
+    perturbations : list of Perturbation
+        Windows (samples).
+
+    Returns
+    -------
+    working, small : ndarray, shape (3,)
+        Changes of I, B, K at the working amplitude and of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    """
+    names, own = _law_of(found.fit)
+    law = step_to(found.fit, channels)[own]
+    return _working_amplitude(found.fit, names, perturbations) @ law, law[:3]
 
 
 def _law_of(found: JointFit) -> tuple[list[str], list[int]]:
