@@ -203,6 +203,7 @@ def _quantities(first: dict, bias: np.ndarray, sd: np.ndarray, values: np.ndarra
             "sd_percent": 100.0 * float(sd[k] / values[k]),
         }
         for k, name in enumerate(PARAMETERS)
+        if name != "I"  # of which plate and foot show another part than the motion of the leg
     ]
 
 
@@ -220,9 +221,7 @@ def window_rows(condition: str, found: Sequence[FilteredEstimates]) -> list[dict
     ]
 
 
-def simulated_filters(
-    windows: pd.DataFrame, truth: Mapping[str, TrueMotion], inertia_beyond: float
-) -> list[dict]:
+def simulated_filters(windows: pd.DataFrame, truth: Mapping[str, TrueMotion]) -> list[dict]:
     """Bias and standard deviation over the windows of simulated trials, against the truth of every window.
 
     Parameters
@@ -231,8 +230,6 @@ def simulated_filters(
         Rows of `window_rows` of all trials (units there).
     truth : mapping of str to TrueMotion
         Condition -> true motion (s, rad, N·m).
-    inertia_beyond : float
-        Inertia of the joint that the foot does not feel (N·m·s²/rad).
 
     Returns
     -------
@@ -241,11 +238,10 @@ def simulated_filters(
     """
     known: dict[tuple, np.ndarray] = {}
 
-    def true(condition: str, leg: bool, start: float, stop: float) -> np.ndarray:
-        key = (condition, leg, round(start, 6), round(stop, 6))
+    def true(condition: str, start: float, stop: float) -> np.ndarray:
+        key = (condition, round(start, 6), round(stop, 6))
         if key not in known:
-            beyond = 0.0 if leg else inertia_beyond
-            found = linear_truth(truth[condition], [(start, stop)], inertia_beyond=beyond)
+            found = linear_truth(truth[condition], [(start, stop)])
             known[key] = np.array([found[name] for name in PARAMETERS])
         return known[key]
 
@@ -253,11 +249,7 @@ def simulated_filters(
     rows = []
     for key, own in windows.groupby(groups, sort=False):
         first = dict(zip(groups, key, strict=True))
-        own_truth = np.array(
-            [true(first["source"], first["pathway"] == LEG, w.start_s, w.stop_s) for w in own.itertuples()]
-        )
+        own_truth = np.array([true(first["source"], w.start_s, w.stop_s) for w in own.itertuples()])
         errors = own[list(PARAMETERS)].to_numpy() - own_truth
-        # the foot does not feel the joint's inertia
-        values = np.where(np.abs(own_truth.mean(axis=0)) > 1e-9, own_truth.mean(axis=0), np.nan)
-        rows += _quantities(first, errors.mean(axis=0), errors.std(axis=0, ddof=1), values)
+        rows += _quantities(first, errors.mean(axis=0), errors.std(axis=0, ddof=1), own_truth.mean(axis=0))
     return rows

@@ -85,7 +85,6 @@ rule collect_plan:
         conditions=STUDY.conditions("dummy"),
         geometry=DUMMY["geometry"],
         uncertainty=SETTINGS["uncertainty"]["dummy"],
-        inertia_beyond=truth_of("dummy.subject.joint_inertia_kgm2")["dummy"]["subject"]["joint_inertia_kgm2"],
     script:
         "../scripts/collect_plan.py"
 

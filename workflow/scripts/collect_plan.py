@@ -22,5 +22,5 @@ truth = {
 }
 windows = pd.concat([pd.read_csv(path) for path in snakemake.input.windows])
 rows = predicted_filters(design, every)
-rows += simulated_filters(windows, truth, snakemake.params.inertia_beyond)
+rows += simulated_filters(windows, truth)
 write_rows(snakemake.output.filters, rows)

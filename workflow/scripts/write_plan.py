@@ -17,16 +17,22 @@ from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.numbers.planning import plan_data
 
 plan, pulses, shapes, filters = (
-    pd.read_csv(snakemake.input[name]) for name in ("plan", "pulses", "shapes", "filters")
+    pd.read_csv(path)
+    for path in (
+        snakemake.input.plan,
+        snakemake.input.pulses,
+        snakemake.input.shapes,
+        snakemake.input.filters,
+    )
 )
-figures = {
-    "needed": plot_needed(plan),
-    "pulses": plot_pulses(shapes),
-    "filters": plot_filters(filters),
-    "treadmill_filters": plot_treadmill_filters(filters),
-}
-for name, figure in figures.items():
-    save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])
+save_figure(plot_needed(plan), snakemake.output.needed, snakemake.output.needed_png)
+save_figure(plot_pulses(shapes), snakemake.output.pulses, snakemake.output.pulses_png)
+save_figure(plot_filters(filters), snakemake.output.filters, snakemake.output.filters_png)
+save_figure(
+    plot_treadmill_filters(filters),
+    snakemake.output.treadmill_filters,
+    snakemake.output.treadmill_filters_png,
+)
 about = {
     "title": snakemake.params.title,
     "settings": snakemake.params.plan,
@@ -42,8 +48,10 @@ with tempfile.TemporaryDirectory() as folder:
     root = Path(folder)
     for name in ("plan.typ", "style.typ"):
         shutil.copyfile(Path(snakemake.params.source_folder) / name, root / name)
-    for name in figures:
-        shutil.copyfile(snakemake.output[name], root / f"{name}.svg")
+    shutil.copyfile(snakemake.output.needed, root / "needed.svg")
+    shutil.copyfile(snakemake.output.pulses, root / "pulses.svg")
+    shutil.copyfile(snakemake.output.filters, root / "filters.svg")
+    shutil.copyfile(snakemake.output.treadmill_filters, root / "treadmill_filters.svg")
     shutil.copyfile(snakemake.output.data, root / "report.json")
     typst.compile(
         str(root / "plan.typ"),
