@@ -27,6 +27,7 @@ from tepsipe.reporting.numbers import (
     dummy,
     laboratory,
     participants,
+    platform,
     position_manipulator,
     simulations,
     standing,
@@ -150,6 +151,8 @@ if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
         fits["position_manipulator"], estimates
     )
+if "platform" in experiments:
+    data["platform"] = platform.platform_data(fits["platform"], estimates)
 data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
 Path(snakemake.output.data).write_text(
     # a comparison of numbers from a table is numpy's truth value
