@@ -11,7 +11,7 @@ from tepsipe.identification.multi_joint_quantities import quantities_of, slow_mo
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
 OPTIONS = MultiJointOptions(
-    band_hz=(0.05, 5.0), averaged_bins=20, taper_fraction=0.02, delays_s=(0.04, 0.24), delay_step_s=0.02
+    band_hz=(0.05, 5.0), averaged_bins=20, taper_fraction=0.02, delays_s=(0.04, 0.24), delay_step_s=0.04
 )
 JOINTS = ("ankle", "hip")
 RATE = 50.0
