@@ -33,6 +33,7 @@ from tepsipe.reporting.numbers.coverage import coverage_data
 from tepsipe.statistics.coverage import clopper_pearson, share_of
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
+from workflow.support.start import merged_settings
 
 SETS = {"nominal": {}, "shifted-means": {"shift": 1.0}, "heavy-tails": {"student_freedom": 3}}
 COVERAGE = {"laboratories": 6, "seed": 1, "also_evaluated": [], "sets": SETS}
@@ -420,3 +421,15 @@ def test_configuration_of_a_laboratory_keeps_its_date_unless_it_changes(monkeypa
     (tmp_path / "results").mkdir()
     laboratories.forget(tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["config"]
+
+
+def test_laboratories_do_without_what_is_left_out_and_unknown_names_are_refused():
+    config = merged_settings(["config/config.yaml", "config/coverage/config.yaml"])
+    own = Laboratories(config).own_config
+    assert "long" in config["standing"]["estimators"]
+    assert set(own["standing"]["estimators"]) == set(config["standing"]["estimators"]) - {
+        path.rpartition(".")[2] for path in config["coverage"]["left_out"] if path.startswith("standing.e")
+    }
+    config["coverage"]["left_out"] = ["standing.estimators.longer"]
+    with pytest.raises(InputError, match=r"expected coverage\.left_out .* 'standing\.estimators\.longer'"):
+        _ = Laboratories(config).own_config

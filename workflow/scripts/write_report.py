@@ -15,6 +15,7 @@ import typst
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.experiments.thesis_dummy.tables import read_cells
+from tepsipe.experiments.time_varying import read_varying
 from tepsipe.io.budget_table import read_budgets
 from tepsipe.io.estimates import read_estimates
 from tepsipe.io.result import read_result
@@ -26,13 +27,16 @@ from tepsipe.reporting.numbers import (
     budget,
     dummy,
     laboratory,
+    operating_points,
     participants,
     platform,
     position_manipulator,
     simulations,
     standing,
     study,
+    summary,
     thesis_dummy,
+    time_varying,
     treadmill,
     wristalyzer,
 )
@@ -79,6 +83,7 @@ data = {
     else laboratory.laboratory_data(read_laboratory(snakemake.input.recovery[1])),
     "provenance": study.provenance_data(provenance),
     "flags": study.flags_data(estimates),
+    "names": study.names_data(estimates, choices),
     "budgets": budget.budgets_data(
         read_budgets(snakemake.input.uncertainty),
         read_estimates(snakemake.input.estimates),
@@ -115,9 +120,13 @@ if snakemake.input.forward:
 if snakemake.input.noise:
     noise, table = snakemake.input.noise
     columns, rows = read_table(table)
-    shown = [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")]
+    stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][0]
     data["noise"] = simulations.noise_data(pd.read_csv(noise, dtype=text_columns), choices["noise"]) | {
-        "table": study.table_data(shown, columns, columns)
+        "table": simulations.noise_table(
+            [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")],
+            columns,
+            stiffness,
+        )
     }
 if "weight" in experiments:
     plate, scores = snakemake.input.plate
@@ -149,10 +158,19 @@ if "belt" in experiments:
     )
 if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
-        fits["position_manipulator"], estimates
+        fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]
     )
 if "platform" in experiments:
     data["platform"] = platform.platform_data(fits["platform"], estimates)
+if snakemake.input.operating_points:
+    text = {"participant": str, "condition": str}
+    points, lines = (pd.read_csv(path, dtype=text) for path in snakemake.input.operating_points)
+    data["operating_points"] = operating_points.operating_points_data(points, lines)
+if snakemake.input.time_varying:
+    rows = read_varying(snakemake.input.time_varying[0])
+    data["time_varying"] = time_varying.time_varying_data(rows, list(fits["position_manipulator"]))
+data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
+data["summary"] = summary.summary_of(data)
 data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
 Path(snakemake.output.data).write_text(
     # a comparison of numbers from a table is numpy's truth value

@@ -117,6 +117,9 @@ EXPERIMENTS = {
             "analysis.averaged_bins",
             "analysis.fit_band_hz",
             "analysis.perturbation_period_s",
+            "analysis.start",
+            "analysis.lower",
+            "analysis.upper",
         ),
         true=(
             "wristalyzer.manipulator.inertia_kgm2",
@@ -153,6 +156,8 @@ EXPERIMENTS = {
             "geometry.leg_mass_kg",
             "geometry.leg_com_m",
             "geometry.leg_inertia_kgm2",
+            "geometry.foot_mass_kg",
+            "geometry.foot_height_m",
             "geometry.gravity_m_per_s2",
             "analysis.lowpass_cutoff_hz",
             "analysis.threshold_fraction",
@@ -250,15 +255,23 @@ EXPERIMENTS = {
             "figure_position_manipulator_impedance",
             "figure_position_manipulator_prediction",
             "figure_position_manipulator_responses",
+            "figure_position_manipulator_stationarity",
+            "figure_position_manipulator_residual",
         ),
         printed=(
+            "joint.name",
+            "joint.positive",
+            "joint.negative",
             "ingest.resample_rate_hz",
             "analysis.lowpass_cutoff_hz",
-            "analysis.averaged_bins",
+            "analysis.cut_s",
             "analysis.training_fraction",
             "analysis.block_s",
             "analysis.parallel_cascade.intrinsic_lag_s",
             "analysis.parallel_cascade.reflex_length_s",
+            "time_varying.window_s",
+            "time_varying.segment_s",
+            "time_varying.piece_s",
         ),
     ),
     "platform": Experiment(
@@ -292,6 +305,12 @@ EXPERIMENTS = {
 # Figures B-1 to B-12 are one per condition of the dummy, in the order of the trial sheet
 APPENDIX = tuple(f"figure_b_{number}" for number in range(1, 13))
 PARTS = {
+    # schematics of the thesis's rigs, and time lines of the trials
+    "rigs": Part(
+        ("dummy",),
+        "Rigs and protocols",
+        ("figure_rigs", "figure_protocol", "figure_signal_chain", "figure_free_bodies"),
+    ),
     # the torque from the foot's side needs models of the force plate
     "foot": Part(("dummy", "weight"), EXPERIMENTS["dummy"].category, ("figure_foot",)),
     # the dummy that the printed tables describe
@@ -332,6 +351,18 @@ PARTS = {
     ),
     # any experiment whose trials name participants
     "participants": Part((), "Participants", ("figure_participants",)),
+    # at least two trials
+    "operating_points": Part(
+        ("position_manipulator",),
+        EXPERIMENTS["position_manipulator"].category,
+        ("figure_operating_points",),
+    ),
+    # if the configuration wants it
+    "time_varying": Part(
+        ("position_manipulator",),
+        EXPERIMENTS["position_manipulator"].category,
+        ("figure_time_varying",),
+    ),
     "noise": Part(
         ("wristalyzer", "dummy"),
         "Sensitivity to noise",

@@ -107,6 +107,10 @@ class Study:
         if name not in PARTS:
             return name in self.experiments
         part = PARTS[name]
+        if name == "operating_points":
+            return len(self.operating_points()) > 1
+        if name == "time_varying" and not self.config["position_manipulator"]["time_varying"]["enabled"]:
+            return False
         if name == "wristalyzer_pooled" and not self._periods_suffice():
             return False
         if part.tables and self.config["study"]["reported"] is None:
@@ -133,6 +137,25 @@ class Study:
         names = ("lowpass_cutoff_hz", "lowpass_order", "cut_s")
         return {name: analysis.get(name) for name in names} | {
             "period_s": analysis.get("perturbation_period_s")
+        }
+
+    def operating_points(self) -> dict[str, dict]:
+        """Condition of the position-controlled manipulator -> participant, angle (rad), torque (N·m).
+
+        Trials with a schedule or a trigger have no operating point of their own.
+        """
+        name, rows = "position_manipulator", {}
+        for condition in self.conditions(name):
+            columns = self.of_trial(name, condition)["files"]["columns"]
+            if columns["schedule"] is None and columns["trigger"] is None:
+                rows[condition] = self.trials[name, condition]
+        return {
+            condition: {
+                "participant": row.participant or "",
+                "angle_rad": row.operating_angle_rad,
+                "torque_Nm": row.operating_torque_Nm,
+            }
+            for condition, row in rows.items()
         }
 
     def conditions(self, experiment: str) -> list[str]:
@@ -221,6 +244,24 @@ class Study:
     def amplitudes(self, experiment: str) -> dict[str, float | None]:
         """Condition -> velocity amplitude (m/s), None where the sheet has none."""
         return {c: self.trials[experiment, c].amplitude for c in self.conditions(experiment)}
+
+    def time_lines(self) -> dict[str, list[list]]:
+        """Experiment -> [condition, duration (s), velocity amplitude (m/s)] of its trials.
+
+        Amplitudes of pulses that begin backwards are negative; where the sheet has none they are None.
+        """
+        found: dict[str, list[list]] = {}
+        for (experiment, condition), row in self.trials.items():
+            amplitude = row.amplitude
+            if amplitude is not None and row.profile.startswith("negative-"):
+                amplitude = -amplitude
+            found.setdefault(experiment, []).append([condition, row.duration_s, amplitude])
+        return found
+
+    def examples(self) -> list[tuple[str, str]]:
+        """(experiment, condition) of one trial of each rig with markers: the one that figures show."""
+        rigs = [name for name in ("dummy", "weight", "standing") if name in self.experiments]
+        return [(name, self.shown(name, self.settings[name]["example_condition"])) for name in rigs]
 
     def roles(self, experiment: str) -> dict[str, str]:
         """Condition -> calibrate or validate."""
