@@ -32,6 +32,8 @@ include: "workflow/rules/wristalyzer.smk"
 include: "workflow/rules/dummy.smk"
 # sections 3-1-2 and 4-1-2: what the treadmill adds to the force, and models of it
 include: "workflow/rules/weight.smk"
+# sections 2-1 and 2-2: the rigs, and time lines of the trials
+include: "workflow/rules/rigs.smk"
 # sections 2-1-3 and 4-1-3: the dummy in a forward simulation
 include: "workflow/rules/simulation.smk"
 # sections 3-1-3 and 4-1-3: sensitivity to measurement noise

@@ -1,5 +1,6 @@
 """What the analysis believes of the rigs, and what the laboratory draws: they agree and share no file."""
 
+import numpy as np
 import pytest
 
 from tepsipe.statistics.uncertainty import sources_of
@@ -28,6 +29,39 @@ SAME = {
     "treadmill.capture.vertical_rad": ("dummy.vertical_rad", 1.0),
     # the time between markers is the inverse of their rate
     "treadmill.capture.marker_sampling_hz": ("dummy.marker_sampling_s", 1.0 / 2500.0**2),
+    "standing.person.foot_mass": ("standing.foot_mass", 1.0 / 0.0139),
+}
+# sources of several experiments that are one quantity of the rig
+SHARED = {
+    "weight.force_scale": "dummy.force_scale",
+    "weight.marker_scale": "dummy.marker_scale",
+    "standing.force_scale": "dummy.force_scale",
+    "standing.moment_scale": "dummy.force_scale",
+    "standing.vertical_leak": "dummy.vertical_leak",
+    "standing.origin_height_m": "dummy.origin_height_m",
+}
+# drawn about another number than the one that the analysis takes: the latter
+ABOUT = {"standing.person.marked_rotation": ("standing.marked_rotation", 1.0)}
+# drawn constants of the person and sources about something near to them, which are not one quantity
+OTHER_QUANTITY = {
+    "standing.markers.joint_centre_m.0": "quiet sway shows the axis; the analysis states what then remains",
+    "standing.markers.joint_centre_m.1": "as along the belt",
+    "standing.person.mass_kg": "acts through the feet only, whose own mass is a source",
+    "standing.person.shank_mass": "the torque is computed at the feet",
+    "standing.person.thigh_mass": "the torque is computed at the feet",
+    "standing.person.foot_com_m": "acts with the foot's mass only, in the moment of its weight",
+    "standing.person.foot_stiffness_Nm_per_rad": "the tilt of the foot is measured, see foot_rotation",
+    "standing.person.marked_share": "of the tilt of the marked foot, see foot_rotation",
+    "standing.person.short_range_rad": "part of the true joint",
+    "standing.markers.foot_m": "offsets leave the sway about the axis as it is",
+    "standing.markers.shank_m": "offsets leave the sway about the axis as it is",
+    "standing.markers.thigh_m": "the thigh shows the knee only",
+    "standing.skin.frequency_hz": "the responses show the soft tissue; skin_m is what then remains",
+    "standing.skin.shank_share": "as its frequency",
+    "standing.skin.thigh_share": "as its frequency",
+    "standing.skin.slip_m_per_rad": "shown by the sway",
+    "standing.nerves.twitch_s": "the reflex torque has any shape",
+    "standing.nerves.relaxation_s": "the reflex torque has any shape",
 }
 # what is drawn and does not act on the dummy's estimates
 HARMLESS = {
@@ -38,8 +72,19 @@ HARMLESS = {
 # what is believed and not drawn
 UNDRAWN = {
     "dummy.foot_compliance_rad_per_Nm": "a mechanism of the laboratory, which has this size",
+    "dummy.levelled_rad": "a standard error of the trial's own, not of the rig",
+    "dummy.leg_bending_rad_per_m_per_s2": "a mechanism of the laboratory, which has this size",
     "dummy.log_delay_s": "the laboratory's log is on one clock",
     "weight.belt_force_ratio": "of the plate's mechanisms, which are not drawn",
+    "standing.joint_centre_anterior_m": "what quiet sway leaves of the drawn place of the axis",
+    "standing.joint_centre_height_m": "as along the belt",
+    "standing.palpated_centre_m": "with the error of palpation, which the laboratory's markers lack",
+    "standing.force_marker_delay_s": "what is left of the drawn latency after alignment",
+    "standing.skin_m": "what the responses leave of the drawn soft tissue",
+    "standing.foot_rotation": "a mechanism of the laboratory: forefoot_share and marked_share",
+    "standing.model_discrepancy": "of the plate's mechanisms, which are not drawn",
+    "standing.reflex_onset_s": "latencies of the muscles, which are not drawn",
+    "standing.latency_s": "latencies of the muscles, which are not drawn",
 }
 
 
@@ -62,17 +107,44 @@ def test_laboratory_and_analysis_believe_the_same(drawn, shipped_config, path):
     assert believed.distribution == drawn[path].distribution
 
 
+@pytest.mark.parametrize("path", ABOUT)
+def test_a_number_drawn_about_another_one_has_the_same_deviation_from_it(drawn, shipped_config, path):
+    name, taken = ABOUT[path]
+    experiment, _, source = name.partition(".")
+    believed = sources_of(shipped_config["uncertainty"][experiment])[source]
+    number = drawn[path]
+    deviation = np.hypot(number.standard_deviation, number.nominal - taken) / taken
+    assert believed.standard_uncertainty == pytest.approx(deviation, rel=0.01)
+
+
+@pytest.mark.parametrize("name", SHARED)
+def test_one_quantity_of_several_experiments_has_one_uncertainty(shipped_config, name):
+    one, other = (
+        shipped_config["uncertainty"][experiment][source]
+        for experiment, source in (x.split(".") for x in (name, SHARED[name]))
+    )
+    for key in ("standard_uncertainty", "distribution"):
+        assert one[key] == other[key]
+
+
 def test_what_only_one_of_them_has_is_named_with_its_reason(drawn, shipped_config):
-    rigs = ("wristalyzer.", "dummy.", "treadmill.plate", "treadmill.capture")
+    rigs = ("wristalyzer.", "dummy.", "treadmill.plate", "treadmill.capture", "standing.")
     of_rigs = {path for path in drawn if path.startswith(rigs)}
-    assert of_rigs == set(SAME) | set(HARMLESS)
+    assert of_rigs == {*SAME, *HARMLESS, *ABOUT, *OTHER_QUANTITY}
     believed = {
         f"{experiment}.{name}"
-        for experiment in ("wristalyzer", "dummy", "weight")
+        for experiment in ("wristalyzer", "dummy", "weight", "standing")
         for name in sources_of(shipped_config["uncertainty"][experiment])
     }
-    shared = {name for name, _ in SAME.values()} | {"weight.force_scale", "weight.marker_scale"}
-    assert believed == shared | set(UNDRAWN)
-    for shared in ("force_scale", "marker_scale"):
-        of_dummy, of_weight = (shipped_config["uncertainty"][e][shared] for e in ("dummy", "weight"))
-        assert of_dummy == of_weight
+    named = {name for name, _ in (*SAME.values(), *ABOUT.values())} | set(SHARED)
+    assert believed == named | set(UNDRAWN)
+
+
+def test_sway_leaves_less_of_the_joint_centre_than_the_laboratory_draws_and_palpation_more(
+    drawn, shipped_config
+):
+    believed = sources_of(shipped_config["uncertainty"]["standing"])
+    felt = believed["palpated_centre_m"].standard_uncertainty
+    for k, name in enumerate(("joint_centre_anterior_m", "joint_centre_height_m")):
+        before = drawn[f"standing.markers.joint_centre_m.{k}"].standard_deviation
+        assert believed[name].standard_uncertainty < before < felt

@@ -1002,6 +1002,7 @@ def test_parts_of_a_section_are_taken_by_their_keys():
             "position_manipulator.analysis.intrinsic_reflex",
             "parallel_cascade",
         ),
+        ({"coverage": {"judged": []}}, "coverage.judged", "also_evaluated"),
         (
             {
                 "dummy": {

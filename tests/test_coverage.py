@@ -33,9 +33,10 @@ from tepsipe.reporting.numbers.coverage import coverage_data
 from tepsipe.statistics.coverage import clopper_pearson, share_of
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
+from workflow.support.start import merged_settings
 
 SETS = {"nominal": {}, "shifted-means": {"shift": 1.0}, "heavy-tails": {"student_freedom": 3}}
-COVERAGE = {"laboratories": 6, "seed": 1, "judged": [], "sets": SETS}
+COVERAGE = {"laboratories": 6, "seed": 1, "also_evaluated": [], "sets": SETS}
 
 
 # ---- shares ------------------------------------------------------------------------------------
@@ -137,14 +138,14 @@ def test_width_is_compared_with_the_errors_that_occur():
     assert (row.n, row.n_covered, row.laboratories) == (20, 19, 20)
 
 
-def test_recommended_estimates_come_first_and_judged_ones_count_as_such(tmp_path):
+def test_recommended_estimates_come_first_and_others_that_are_named_count_as_such(tmp_path):
     rows = [estimate(1.0, recommended=False), estimate(2.0, pathway="foot"), estimate(3.0, quantity="VAF")]
     path = tmp_path / "recovery.csv"
     header = "experiment,condition,pathway,estimator,quantity,truth\n"
     path.write_text(header + "dummy,sine,leg,fit,K,1.5\ndummy,sine,foot,fit,K,2.5\n")
     budget = Contribution("dummy", "sine", "leg", "fit", "K", "Nm/rad", "leg_mass_kg", "B", 0.5)
-    judged = [["dummy", "leg", "fit"]]
-    found = outcomes_of(laboratory(1), rows, read_truths(path), [budget], (), judged)
+    also = [["dummy", "leg", "fit"]]
+    found = outcomes_of(laboratory(1), rows, read_truths(path), [budget], (), also)
     assert [(o.truth, o.estimate.recommended, dict(o.sources)) for o in found] == [
         (1.5, True, {"leg_mass_kg": 0.5}),
         (2.5, True, {}),
@@ -355,11 +356,11 @@ def checked(root, monkeypatch):
     return check
 
 
-def test_shipped_coverage_study_is_valid_and_judges_what_it_estimates(checked):
+def test_shipped_coverage_study_is_valid_and_evaluates_what_it_estimates(checked):
     study = checked()
     assert study.config["coverage"]["laboratories"] == 20
     estimators = study.settings["standing"]["estimators"]
-    for experiment, pathway, estimator in study.config["coverage"]["judged"]:
+    for experiment, pathway, estimator in study.config["coverage"]["also_evaluated"]:
         assert (experiment, pathway) == ("standing", study.settings["standing"]["recommended"]["pathway"])
         assert 0.04 <= estimators[estimator]["window_s"] <= 0.08
     assert set(study.experiments) == {"wristalyzer", "dummy", "weight", "empty", "standing"}
@@ -420,3 +421,15 @@ def test_configuration_of_a_laboratory_keeps_its_date_unless_it_changes(monkeypa
     (tmp_path / "results").mkdir()
     laboratories.forget(tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["config"]
+
+
+def test_laboratories_do_without_what_is_left_out_and_unknown_names_are_refused():
+    config = merged_settings(["config/config.yaml", "config/coverage/config.yaml"])
+    own = Laboratories(config).own_config
+    assert "long" in config["standing"]["estimators"]
+    assert set(own["standing"]["estimators"]) == set(config["standing"]["estimators"]) - {
+        path.rpartition(".")[2] for path in config["coverage"]["left_out"] if path.startswith("standing.e")
+    }
+    config["coverage"]["left_out"] = ["standing.estimators.longer"]
+    with pytest.raises(InputError, match=r"expected coverage\.left_out .* 'standing\.estimators\.longer'"):
+        _ = Laboratories(config).own_config

@@ -240,7 +240,23 @@ def test_short_gap_in_the_table_is_filled_and_counted(table):
     assert trial.values("torque") == pytest.approx(ingest_table(table).values("torque"), abs=1e-3)
 
 
+def test_schedule_and_trigger_jump_where_they_jump_in_the_table(table):
+    phase = (100.0 * (table["time"] - 3.0)) % 100.0
+    # a trigger of a single sample, between two samples of the trial
+    trigger = np.zeros(4000)
+    trigger[[1001, 2002, 3003]] = 5.0
+    trial = ingest_table(table | {"schedule": phase, "trigger": trigger})
+    assert trial.values("schedule") == pytest.approx((100.0 * trial.time + 1e-7) % 100.0, abs=1e-5)
+    assert np.flatnonzero(trial.values("trigger")).tolist() == [251, 501, 751]
+    assert "schedule" not in ingest_table(table).signals
+
+
 BAD_TABLES = {
+    "a trigger that never rises": (lambda t: t | {"trigger": np.full(4000, 5.0)}, "trigger"),
+    "a schedule with a long gap": (
+        lambda t: t | {"schedule": np.where(np.arange(4000) // 100 == 9, np.nan, 1.0)},
+        "samples with a schedule",
+    ),
     "time runs backwards": (lambda t: with_change(t, "time", 300, 1.0), "backwards"),
     "a stretch is cut out": (
         lambda t: {k: np.delete(v, slice(1000, 1100)) for k, v in t.items()},

@@ -98,7 +98,7 @@ def test_outputs_of_the_shipped_study(shipped):
     everything = outputs.everything(shipped)
     assert len(everything) == len(set(everything))
     figures = outputs.figures(shipped)
-    assert len(figures) == 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 5
+    assert len(figures) == 4 + 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 5
     assert outputs.budget_names(shipped) == ["wristalyzer", "dummy", "foot", "weight", "standing"]
     assert shipped.budgeted_foot() == "foot-compensated"
     # trials of the manipulator and all of them together, of the dummy, its foot, the weight, and the
@@ -177,7 +177,7 @@ def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shippe
 
 def test_study_without_weight_and_wristalyzer_has_neither_foot_nor_simulation(study_of):
     study = study_of(row("dummy", "a"), row("dummy", "b"), row("dummy", "sine-1"))
-    assert [name for name in PARTS if study.has(name)] == ["budgets"]
+    assert [name for name in PARTS if study.has(name)] == ["rigs", "budgets"]
     assert outputs.budget_names(study) == ["dummy"] and study.budgeted_foot() is None
     names = [outputs.forward, outputs.noise, outputs.model_scores, outputs.task_fits]
     assert [files(study) for files in names] == [[]] * 4

@@ -222,7 +222,7 @@ def test_standing_person_shows_epochs_that_are_used_and_why_others_are_not():
     assert "marker 'foot1' was hidden" in bands[1][3]
     assert "marker &#x27;foot1&#x27; was hidden" in html
     titles = [panel["title"] for panel in data["panels"]]
-    assert "Electromyogram SOL" in titles and "Torque, emg driven" in titles
+    assert "Electromyogram SOL" in titles and "Torque, EMG-driven" in titles
     assert {panel["axis"] for panel in data["panels"]} == {"time", "onset"}
 
 

@@ -162,6 +162,20 @@ def test_rows_and_arrays_of_the_weight_experiment():
     assert [row.quantity for row in weight_estimates("empty", "sine-0.4", empty)] == ["added_force_peak"]
 
 
+def test_mass_is_flagged_where_its_interval_does_not_hold_that_of_the_trial_sheet():
+    # intervals are about 1.96 x 1.4 % wide to either side
+    a = np.tile(np.sin(np.linspace(0.0, 2.0 * np.pi, 300)), 2)
+    r = belt_recording(a, a, 0.0 * a, carried=20.0 * a, carried_kg=20.0, onsets=(100, 300), unit="N")
+    r = replace(r, evaluated=pulsed_evaluated(600, r.onsets, 75))
+    for added_kg, flags in ((0.0, ""), (0.5, ""), (-0.5, ""), (0.7, "mass-differs"), (-0.7, "mass-differs")):
+        mass, *others = weight_estimates(
+            "weight", "sine", analyse_weight({"20 Hz": replace(r, load=added_kg * a)}, SOURCES)
+        )
+        assert mass.value == pytest.approx(20.0 + added_kg)
+        assert mass.recommended and mass.flags == flags, added_kg
+        assert not any(row.flags for row in others)
+
+
 def test_shapes_and_peaks_by_hand():
     def result(force, speed):
         arrays = {"20 Hz/added_force": np.array(force), "20 Hz/belt_velocity": np.array(speed)}

@@ -113,7 +113,7 @@ def test_provenance_names_the_engine_that_ran(engine, shown):
     [
         ("leg-thesis", "leg, thesis equation"),
         ("leg-thesis-aligned", "leg, thesis equation, aligned markers"),
-        ("foot-compensated", "foot compensated"),
+        ("foot-compensated", "foot, compensated"),
         ("windowed-least-squares", "windowed least squares"),
         ("windowed-least-squares-thesis", "windowed least squares, thesis"),
         ("bidirectional 20 Hz", "zero-lag 20 Hz"),

@@ -53,7 +53,10 @@ def test_each_row_has_its_own_names_and_those_of_the_configuration_elsewhere(stu
     study = study_of(MANIPULATOR, MANIPULATOR | {"condition": "b"} | own)
     assert study.of_trial("position_manipulator", "a")["files"] == config["position_manipulator"]["files"]
     files = study.of_trial("position_manipulator", "b")["files"]
-    assert files["columns"] == {"time": "time_s", "angle": "pos", "torque": "Torque (Nm)"}
+    assert files["columns"] == config["position_manipulator"]["files"]["columns"] | {
+        "angle": "pos",
+        "torque": "Torque (Nm)",
+    }
     assert (files["angle_unit"], files["torque_sign"]) == ("deg", 1)
     assert study.named_by("position_manipulator", "a", "columns") == {}
     assert study.named_by("position_manipulator", "b", "columns") == {

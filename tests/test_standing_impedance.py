@@ -215,6 +215,20 @@ def test_delays_that_are_not_tried_cannot_be_found_but_the_nearest_is(estimator)
     assert found(result)["K"] == pytest.approx(K, rel=0.06)
 
 
+def test_profile_holds_the_delays_and_says_which_the_responses_determine(rng):
+    clean = fit(responses_with(INTRINSIC + by_reflexes()), VELOCITY)
+    assert clean.delay_ranges == {key: (s, s) for key, s in clean.delays.items()}
+    assert clean.delays_at_bound == ()
+    # outside of what is tried: the nearest value, and all others rejected
+    early = replace(OPTIONS, twitch_s=(0.01, 0.02, 0.036))
+    assert fit(responses_with(INTRINSIC + by_muscles(), DRIVE), EMG, early).delays_at_bound == ("T",)
+    # without a reflex nothing is said of its delays, wherever the best of them lies
+    undetermined = fit(responses_with(INTRINSIC + 0.05 * rng.standard_normal(INTRINSIC.size)), VELOCITY)
+    tried = {"T": OPTIONS.twitch_s, "L": OPTIONS.reflex_delay_s, "D": OPTIONS.balance_delay_s}
+    assert undetermined.delay_ranges == {key: (min(s), max(s)) for key, s in tried.items()}
+    assert undetermined.delays_at_bound == ()
+
+
 def test_muscles_cannot_push():
     # torque that only a pushing soleus could explain, beside a pulling tibialis
     pushed = INTRINSIC - 0.3 * twitched(BURSTS["TA"], 0.04) - 0.4 * twitched(BURSTS["SOL"], 0.04)
@@ -398,6 +412,14 @@ def test_rows_hold_parameters_their_share_of_toppling_and_delays():
     assert rows["K_over_mgh"].value == pytest.approx(rows["K"].value / 555.0)
     assert rows["K_over_mgh"].ci_high == pytest.approx(rows["K"].ci_high / 555.0)
     assert (rows["twitch_time"].value, rows["reflex_delay"].value) == (0.04, 0.044)
+    assert (rows["twitch_time"].ci_low, rows["twitch_time"].ci_high) == (0.04, 0.04)
+    assert not any(row.flags for row in rows.values())
+    (late,) = (
+        row
+        for row in standing_estimates("relax", "ankle", "d", replace(result, delays_at_bound=("L",)), 555.0)
+        if row.flags
+    )
+    assert (late.quantity, late.flags) == ("reflex_delay", "at-bound")
     assert {row.n_perturbations for row in rows.values()} == {len(SIZES)}
     plain = {
         row.quantity for row in standing_estimates("relax", "ankle", "s", fit(responses_with(INTRINSIC)), 555)

@@ -12,7 +12,7 @@ COVERED = {
     "coverage": {
         "laboratories": 2,
         "seed": 1,
-        "judged": [],
+        "also_evaluated": [],
         # in the second laboratory markers are hidden most of the time
         "sets": {
             "assumed": {},

@@ -7,7 +7,8 @@ Symbols: F_y measured force (N), y_w position of the weight (m), m_w its mass (k
     empty belt            F_y0
     estimated mass        m_hat = y_w'' \ F_y            (3-12)
 
-If the dynamics of the treadmill did not depend on the load carried, Delta F would equal F_y0.
+If the dynamics of the treadmill did not depend on the load carried, Delta F would equal F_y0. m_w is known:
+an interval of m_hat that does not hold it shows a belt-induced force beyond what its budget allows.
 """
 
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.experiments.budgets import with_budget
-from tepsipe.io.estimates import Estimate, recommended
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source, scatter
 from tepsipe.treadmill.recording import BeltRecording
@@ -115,7 +116,10 @@ def analyse_weight(
 
 
 def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) -> list[Estimate]:
-    """Tidy rows of one trial: mass (kg), its SD over perturbations, and peak belt-induced force (N)."""
+    """Tidy rows of one trial: mass (kg), its SD over perturbations, and peak belt-induced force (N).
+
+    The mass is flagged if its interval does not hold that of the recording.
+    """
     names = (experiment, condition, PATHWAY, ESTIMATOR)
     recording = next(iter(analysis.recordings.values()))
     added = recording.segments(recording.load)
@@ -123,8 +127,10 @@ def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) 
     rows = []
     if analysis.budget is not None:
         mass = Estimate(*names, "mass", "kg", float(analysis.masses.mean()), n_perturbations=count)
+        (mass,) = with_budget([mass], analysis.budget, QUANTITIES)
+        differs = not mass.ci_low <= recording.carried_kg <= mass.ci_high
         rows = [
-            *recommended(with_budget([mass], analysis.budget, QUANTITIES), PATHWAY, ESTIMATOR),
+            *recommended(flagged([mass], *["mass-differs"] * differs), PATHWAY, ESTIMATOR),
             Estimate(*names, "mass_sd", "kg", _spread(analysis.masses), n_perturbations=count),
         ]
     peak = float(np.abs(added.mean(axis=0)).max())

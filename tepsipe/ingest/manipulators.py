@@ -17,6 +17,7 @@ from tepsipe.signals.resampling import (
     regular_time,
     repair_time_stamps,
     resample,
+    rising_edges,
 )
 
 RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
@@ -169,7 +170,8 @@ def ingest_position_manipulator(
     Parameters
     ----------
     table : dict of ndarray, shape (n,)
-        ``time`` (s), ``angle`` (in ``options.angle_unit``), ``torque`` (N·m).
+        ``time`` (s), ``angle`` (in ``options.angle_unit``), ``torque`` (N·m); if recorded, ``schedule``, a
+        scheduled quantity (any unit), and ``trigger``, which rises where a realisation begins (any unit).
     options : TableOptions
         Rate (Hz), longest gap (s), unit and sign.
     duration_s : float
@@ -180,13 +182,14 @@ def ingest_position_manipulator(
     Returns
     -------
     Trial
-        ``angle`` (rad) and ``torque`` (N·m, positive when it resists a positive angle).
+        ``angle`` (rad) and ``torque`` (N·m, positive when it resists a positive angle), ``schedule`` and
+        ``trigger`` (1 at the first sample of a realisation) where the table has them.
 
     Raises
     ------
     InputError
-        If time stamps cannot be repaired, a gap is too long, the table ends early, or the unit of the
-        angle is evidently wrong.
+        If time stamps cannot be repaired, a gap is too long, the table ends early, the trigger never rises,
+        or the unit of the angle is evidently wrong.
     """
     repaired = repair_time_stamps(table["time"], options.max_gap_s, name)
     time = table["time"][repaired.keep]
@@ -222,6 +225,7 @@ def ingest_position_manipulator(
                 "joint torque that resists the angle",
                 steps,
             ),
+            **_scheduled(table, repaired.keep, time, grid, options, name),
         },
         attributes={
             "repeated_stamps": repaired.repeated,
@@ -229,6 +233,26 @@ def ingest_position_manipulator(
             "recorded_rate_hz": recorded_hz,
         },
     )
+
+
+def _scheduled(table, keep, time, grid, options, name) -> dict[str, Signal]:
+    """Schedule and trigger of a table, where it has them: held between samples, because both may jump."""
+    rate, found = options.resample_rate_hz, {}
+    for key, what in (("schedule", "scheduled quantity"), ("trigger", "start of a realisation")):
+        if key not in table:
+            continue
+        line = table[key][keep]
+        there = np.isfinite(line)
+        repair_time_stamps(time[there], options.max_gap_s, f"{name}, samples with a {key}")
+        if key == "schedule":
+            held = np.searchsorted(time[there], grid + 1e-9, side="right") - 1
+            values = line[there][np.maximum(held, 0)]
+        else:
+            edges = time[there][rising_edges(line[there], f"{name}, column of the trigger")]
+            values = np.zeros(grid.size)
+            values[np.clip(np.ceil((edges - grid[0]) * rate - 1e-6).astype(int), 0, grid.size - 1)] = 1.0
+        found[key] = Signal(values, "1", ("time",), what, (f"held between samples, at {rate:g} Hz",))
+    return found
 
 
 def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:

@@ -31,14 +31,16 @@ FLAGS = {
     "look at the onset of the reflexes, the feet's mass, and the friction of the belt",
     "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "
     "reflexes and the treadmill model",
-    "skin-motion": "the ankle's centre moves with the pulses but not with sway, so soft tissue moves over "
-    "the bone: fasten the markers of the shank to bony places",
+    "skin-motion": "soft tissue of the shank moves over the bone by more than can be corrected: fasten the "
+    "markers of the shank to bony places",
     "centre-assumed": "quiet sway does not show the centre of the ankle, because it is too short or the foot "
     "turns: palpate the centre carefully, or record more quiet standing",
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
     "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
+    "mass-differs": "the mass that the fore-aft force shows is not that of the trial sheet: check the mass, "
+    "the scale of the force, and friction and mounts of the belt",
     "diverged": "the prediction grows without limit: the parameters describe no stable joint",
-    "treadmill-model": "on trials that it has not seen, the treadmill model may err by more than a tenth of "
+    "treadmill-model": "on trials that it has not seen, the treadmill model errs by more than a tenth of "
     "K, or its constants are impossible: record the empty belt, and a weight near the subject's mass, with "
     "the subject's pulses",
     "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration: "

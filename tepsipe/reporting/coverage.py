@@ -109,7 +109,7 @@ class CoverageRow:
     false_alarm_percent : float
         Estimates with a flag although their interval holds the truth (% of all).
     recommended : bool
-        Whether these are the estimates to quote, or are judged like them (no unit).
+        Whether these are the estimates to quote, or are evaluated like them (no unit).
     laboratories : int
         Laboratories with any (-).
     coverage_low, coverage_high : float or None
@@ -244,7 +244,7 @@ def outcomes_of(
     truths: Mapping[tuple, float],
     budgets: Iterable[Contribution],
     pooled: Sequence[str] = (),
-    judged: Iterable[Sequence[str]] = (),
+    also_evaluated: Iterable[Sequence[str]] = (),
 ) -> list[Outcome]:
     """Estimates of one laboratory that have a true value.
 
@@ -260,8 +260,8 @@ def outcomes_of(
         Their budgets (units in them).
     pooled : sequence of str
         Conditions that hold several trials of the standing person; single trials of them do not count.
-    judged : iterable of (str, str, str)
-        Experiment, pathway and estimator whose I, B, K and mass are judged as if they were recommended.
+    also_evaluated : iterable of (str, str, str)
+        Experiment, pathway and estimator whose I, B, K and mass are evaluated as if they were recommended.
 
     Returns
     -------
@@ -272,15 +272,15 @@ def outcomes_of(
     for row in budgets:
         if row.type == "B":
             sources.setdefault(_key(row), {})[row.source] = row.u
-    like_recommended = {tuple(names) for names in judged}
+    like_recommended = {tuple(names) for names in also_evaluated}
     return [
-        Outcome(laboratory, _judged(e, like_recommended), truths[_key(e)], sources.get(_key(e), {}))
+        Outcome(laboratory, _as_evaluated(e, like_recommended), truths[_key(e)], sources.get(_key(e), {}))
         for e in estimates
         if _key(e) in truths and (e.experiment != "standing" or not pooled or e.condition in pooled)
     ]
 
 
-def _judged(estimate: Estimate, like_recommended: set[tuple]) -> Estimate:
+def _as_evaluated(estimate: Estimate, like_recommended: set[tuple]) -> Estimate:
     names = (estimate.experiment, estimate.pathway, estimate.estimator)
     if names in like_recommended and estimate.quantity in QUOTED:
         return replace(estimate, recommended=True)

@@ -276,6 +276,36 @@ def rising_edge(line: np.ndarray, threshold: float, what: str) -> int:
     return int(np.argmax(high))
 
 
+def rising_edges(line: np.ndarray, what: str) -> np.ndarray:
+    """Samples at which a trigger that repeats rises through the middle of its range.
+
+    Parameters
+    ----------
+    line : ndarray, shape (n,)
+        Trigger (any unit).
+    what : str
+        Names the source in messages.
+
+    Returns
+    -------
+    ndarray of int, shape (r,)
+        First samples above the middle.
+
+    Raises
+    ------
+    InputError
+        If the trigger never rises.
+    """
+    high = line > 0.5 * (line.min() + line.max())
+    edges = np.flatnonzero(high[1:] & ~high[:-1]) + 1
+    if not edges.size:
+        raise InputError(
+            f"{what}: expected a trigger that rises at the start of every realisation, found {line[0]:g} "
+            "throughout or no rise: name another column"
+        )
+    return edges
+
+
 def align_sequential_samples(
     positions: np.ndarray, rate_hz: float, marker_sampling_hz: float
 ) -> tuple[np.ndarray, np.ndarray]:

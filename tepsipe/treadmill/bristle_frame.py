@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tepsipe.treadmill.belt_model import BeltModel
 from tepsipe.treadmill.pulse_windows import FINER, Bristles, Pulses, bent, held, pulses_of
 from tepsipe.treadmill.recording import BeltRecording
 
@@ -42,7 +43,7 @@ SEARCHED = 14  # the first of the constants are searched for, the others follow 
 
 
 @dataclass(frozen=True)
-class BristleFrame:
+class BristleFrame(BeltModel):
     """The model's constants, the same for fore-aft force and moment.
 
     Attributes
@@ -154,6 +155,29 @@ class BristleFrame:
             + self.constant("cross_talk_m") * force
         )
         return added + self.constant("lever_m") * friction if needed else added
+
+    def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
+        """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the belt was not perturbed by separate pulses.
+        """
+        force = np.zeros(recording.load.size)
+        heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
+        return self.added(heavier, force) - self.added(recording, force)
+
+    def shared_friction(self, other: BeltModel, recording: BeltRecording) -> np.ndarray | None:
+        """Output of `friction` (N), shape (n,), if ``other`` has the same constants; else None.
+
+        Raises
+        ------
+        InputError
+            If the belt was not perturbed by separate pulses.
+        """
+        same = isinstance(other, BristleFrame) and np.array_equal(self.constants, other.constants)
+        return self.friction(recording) if same else None
 
     def friction(self, recording: BeltRecording) -> np.ndarray:
         """Force of friction on the belt, viscous, smooth and of the bristles (N), shape (n,).

@@ -13,8 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.treadmill.bristle_frame import BristleFrame
-from tepsipe.treadmill.loaded_frame import LoadedFrame
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel
 
@@ -51,8 +49,8 @@ def compensated_loads(
                 f"{listed(models)}: calibrate it"
             )
     found, friction = {}, None
-    if _one_model(models):
-        friction = models["Fy"].model.friction(recordings["Fy"])
+    if {"Fy", "Mx"} <= models.keys():  # of one frame: the same friction
+        friction = models["Fy"].model.shared_friction(models["Mx"].model, recordings["Fy"])
     for component in sorted(recordings):  # the force first: its cross-talk is part of the moment
         force = found["Fy"] + recordings["Fy"].carried if "Fy" in found else None
         found[component] = models[component].compensate(recordings[component], force, friction)
@@ -81,23 +79,10 @@ def added_per_kg(
     InputError
         If a model needs separate pulses, and the recording has none.
     """
-    found = {}
-    for component, recording in recordings.items():
-        model = models[component].model
-        found[component] = np.zeros(recording.load.size)
-        heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
-        if isinstance(model, LoadedFrame):
-            found[component] = model.added(heavier) - model.added(recording)
-        elif isinstance(model, BristleFrame):
-            force = np.zeros(recording.load.size)
-            found[component] = model.added(heavier, force) - model.added(recording, force)
-    return found
-
-
-def _one_model(models: dict[str, FittedModel]) -> bool:
-    """Whether force and moment have the same constants, and so the same friction."""
-    kinds = [m.model for m in models.values() if isinstance(m.model, BristleFrame)]
-    return len(kinds) == 2 and np.array_equal(kinds[0].constants, kinds[1].constants)
+    return {
+        component: models[component].model.added_per_kg(recording)
+        for component, recording in recordings.items()
+    }
 
 
 def compensated_draws(

@@ -37,6 +37,8 @@ UNITS = {"Fy": "N", "Mx": "Nm"}
 TIMES, MORE = 2.0, 0.02
 # standard error of a model that falls below its limit (any unit of a parameter)
 UNKNOWN = 1e9
+# standard errors that a normal deviate exceeds once in 20 times, on one side (-)
+ONE_SIDED = 1.645
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,11 @@ class PredictedError:
 def trusted(error: float, standard_error: float, stiffness: float) -> bool:
     """Whether an error of K and two standard errors stay below a tenth of K (all in N·m/rad)."""
     return abs(error) + 2.0 * standard_error <= TRUSTED * abs(stiffness)
+
+
+def clearly_wrong(error: float, standard_error: float, stiffness: float, share: float = TRUSTED) -> bool:
+    """Whether an error of K (N·m/rad) is unknown, or clearly, at 95 %, beyond a share of K."""
+    return standard_error >= UNKNOWN or abs(error) - ONE_SIDED * standard_error > share * abs(stiffness)
 
 
 def below_limit(r2: float, limit: float) -> bool:

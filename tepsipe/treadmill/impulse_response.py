@@ -12,13 +12,14 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.treadmill.belt_model import BeltModel
 from tepsipe.treadmill.recording import BeltRecording
 
 RIDGE = 1e-7
 
 
 @dataclass(frozen=True)
-class ImpulseResponse:
+class ImpulseResponse(BeltModel):
     """Response of the load to belt acceleration.
 
     Attributes

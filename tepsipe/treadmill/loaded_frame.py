@@ -26,13 +26,14 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.treadmill.belt_model import BeltModel
 from tepsipe.treadmill.recording import BeltRecording
 
 STIFF_HZ = 50.0
 
 
 @dataclass(frozen=True)
-class LoadedFrame:
+class LoadedFrame(BeltModel):
     """The model's constants.
 
     Attributes
@@ -102,10 +103,17 @@ class LoadedFrame:
             - recording.carried
         )
 
-    def compensate(self, recording: BeltRecording) -> np.ndarray:
+    def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
+        """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,)."""
+        heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
+        return self.added(heavier) - self.added(recording)
+
+    def compensate(
+        self, recording: BeltRecording, force: np.ndarray | None = None, friction: np.ndarray | None = None
+    ) -> np.ndarray:
         """Measured load, corrected for the frame's response and the belt-induced load, less the known load.
 
-        Shape (n,), unit of the load.
+        Shape (n,), unit of the load; ``force`` and ``friction`` (N) are not needed.
         """
         response = self._response(recording.carried_kg)
         measured = recording.load + recording.carried

@@ -6,11 +6,12 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError, listed
+from tepsipe.treadmill.belt_model import BeltModel
 from tepsipe.treadmill.recording import BeltRecording
 
 
 @dataclass(frozen=True)
-class MeanSubtraction:
+class MeanSubtraction(BeltModel):
     """Mean load of every perturbation of the empty belt, by condition (thesis section 3-1-2, eq 3-11).
 
     Attributes
@@ -71,7 +72,7 @@ def fit_mean_subtraction(recordings: list[BeltRecording]) -> MeanSubtraction:
 
 
 @dataclass(frozen=True)
-class MassSpringDamper:
+class MassSpringDamper(BeltModel):
     """L = m a + c (v - mean v) + k (y - trend y) + d: a simple second-order model (thesis chapter 5).
 
     Attributes

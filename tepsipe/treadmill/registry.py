@@ -137,11 +137,7 @@ class FittedModel:
             If the recording's rate or unit is not the calibration's.
         """
         self._check(recording)
-        if isinstance(self.model, BristleFrame):
-            return self.model.compensate(recording, force, friction)
-        if isinstance(self.model, LoadedFrame):
-            return self.model.compensate(recording)
-        return recording.load - self.model.predict(recording)
+        return self.model.compensate(recording, force, friction)
 
     def _check(self, recording: BeltRecording) -> None:
         rate = self.model.rate_hz

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from tepsipe.treadmill.belt_model import BeltModel
 from tepsipe.treadmill.recording import BeltRecording
 
 BLOCK_S = 0.1
@@ -40,7 +41,7 @@ class RippleOptions:
 
 
 @dataclass(frozen=True)
-class RippleTracker:
+class RippleTracker(BeltModel):
     """A model and the ripple that is tracked in its residual.
 
     Attributes

@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.treadmill.belt_model import BeltModel
 from tepsipe.treadmill.recording import BeltRecording
 
 PUBLISHED_START = 0.001
@@ -19,7 +20,7 @@ PUBLISHED_BOUND = 10.0
 
 
 @dataclass(frozen=True)
-class DiscreteTransfer:
+class DiscreteTransfer(BeltModel):
     """Transfer function from a (m/s²) to L.
 
     Attributes

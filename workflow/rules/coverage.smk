@@ -57,7 +57,7 @@ rule collect_coverage:
         "../envs/tepsipe.yaml"
     params:
         pooled=STUDY.tasks(),
-        judged=config["coverage"]["judged"],
+        also_evaluated=config["coverage"]["also_evaluated"],
         sets=list(LABORATORIES.sets()),
         windows_s=STUDY.windows(),
     script:

@@ -40,7 +40,7 @@ for about, estimates, budgets, recovery in tables:
         read_truths(recovery),
         read_budgets(budgets),
         snakemake.params.pooled,
-        snakemake.params.judged,
+        snakemake.params.also_evaluated,
     )
 write_rows(snakemake.output.laboratories, Laboratory, laboratories)
 write_rows(snakemake.output.outcomes, OutcomeRow, map(outcome_row, outcomes))

@@ -25,7 +25,7 @@ from tepsipe.experiments.standing.results import (
     trial_epochs_result,
 )
 from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import recommended, write_estimates
+from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import joined, read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
@@ -98,4 +98,5 @@ result = standing_result([responses], fits, choices.pathway, [], facts)
 write_result(snakemake.output.fit, with_budgets(result, fits))
 rows = fit_estimates(condition, fits, person.body.critical_stiffness, [])
 write_budgets(snakemake.output.uncertainty, budget_rows(rows, fits))
-write_estimates(snakemake.output.estimates, recommended(rows, **params.recommended))
+# the estimate to quote is that of the task to which the trial belongs
+write_estimates(snakemake.output.estimates, rows)

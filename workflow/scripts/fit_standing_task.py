@@ -13,6 +13,7 @@ from tepsipe.experiments.standing.free_results import (
     centre_facts,
     fit_free,
     reflex_onset,
+    to_quote,
     with_budgets,
 )
 from tepsipe.experiments.standing.latency import muscle_latency
@@ -87,4 +88,5 @@ write_result(snakemake.output.fit, with_budgets(result, fits))
 stretch = choices.sources.get("latency_s")
 rows = fit_estimates(task, fits, person.body.critical_stiffness, latencies, stretch)
 write_budgets(snakemake.output.uncertainty, budget_rows(rows, fits))
-write_estimates(snakemake.output.estimates, recommended(rows, **params.recommended))
+quoted = to_quote(broadband, fits, params.recommended)
+write_estimates(snakemake.output.estimates, recommended(rows, **params.recommended) if quoted else rows)

@@ -31,6 +31,7 @@ from tepsipe.reporting.numbers import (
     simulations,
     standing,
     study,
+    summary,
     thesis_dummy,
     treadmill,
     wristalyzer,
@@ -78,6 +79,7 @@ data = {
     else laboratory.laboratory_data(read_laboratory(snakemake.input.recovery[1])),
     "provenance": study.provenance_data(provenance),
     "flags": study.flags_data(estimates),
+    "names": study.names_data(estimates, choices),
     "budgets": budget.budgets_data(
         read_budgets(snakemake.input.uncertainty),
         read_estimates(snakemake.input.estimates),
@@ -114,9 +116,13 @@ if snakemake.input.forward:
 if snakemake.input.noise:
     noise, table = snakemake.input.noise
     columns, rows = read_table(table)
-    shown = [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")]
+    stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][0]
     data["noise"] = simulations.noise_data(pd.read_csv(noise, dtype=text_columns), choices["noise"]) | {
-        "table": study.table_data(shown, columns, columns)
+        "table": simulations.noise_table(
+            [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")],
+            columns,
+            stiffness,
+        )
     }
 if "weight" in experiments:
     plate, scores = snakemake.input.plate
@@ -150,6 +156,8 @@ if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
         fits["position_manipulator"], estimates
     )
+data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
+data["summary"] = summary.summary_of(data)
 data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
 Path(snakemake.output.data).write_text(
     # a comparison of numbers from a table is numpy's truth value

@@ -117,6 +117,9 @@ EXPERIMENTS = {
             "analysis.averaged_bins",
             "analysis.fit_band_hz",
             "analysis.perturbation_period_s",
+            "analysis.start",
+            "analysis.lower",
+            "analysis.upper",
         ),
         true=(
             "wristalyzer.manipulator.inertia_kgm2",
@@ -153,6 +156,8 @@ EXPERIMENTS = {
             "geometry.leg_mass_kg",
             "geometry.leg_com_m",
             "geometry.leg_inertia_kgm2",
+            "geometry.foot_mass_kg",
+            "geometry.foot_height_m",
             "geometry.gravity_m_per_s2",
             "analysis.lowpass_cutoff_hz",
             "analysis.threshold_fraction",
@@ -240,6 +245,8 @@ EXPERIMENTS = {
             "time_column": "files.columns.time",
             "angle_column": "files.columns.angle",
             "torque_column": "files.columns.torque",
+            "schedule_column": "files.columns.schedule",
+            "trigger_column": "files.columns.trigger",
             "angle_unit": "files.angle_unit",
             "torque_sign": "files.torque_sign",
         },
@@ -264,6 +271,12 @@ EXPERIMENTS = {
 # Figures B-1 to B-12 are one per condition of the dummy, in the order of the trial sheet
 APPENDIX = tuple(f"figure_b_{number}" for number in range(1, 13))
 PARTS = {
+    # schematics of the thesis's rigs, and time lines of the trials
+    "rigs": Part(
+        ("dummy",),
+        "Rigs and protocols",
+        ("figure_rigs", "figure_protocol", "figure_signal_chain", "figure_free_bodies"),
+    ),
     # the torque from the foot's side needs models of the force plate
     "foot": Part(("dummy", "weight"), EXPERIMENTS["dummy"].category, ("figure_foot",)),
     # the dummy that the printed tables describe

@@ -63,6 +63,20 @@ def _replace(constants: dict, path: str, change, name: str) -> None:
     place[last] = change(place[last])
 
 
+def _remove(settings: dict, path: str) -> None:
+    """Take an entry, named by its keys joined by dots, out of settings; InputError if there is none."""
+    *holders, last = path.split(".")
+    place: object = settings
+    for key in holders:
+        place = place.get(key) if isinstance(place, dict) else None
+    if not isinstance(place, dict) or last not in place:
+        raise InputError(
+            "configuration: expected coverage.left_out to name pathways or estimators of the configuration, "
+            f"found {quoted(path)}: correct it"
+        )
+    del place[last]
+
+
 def _times(value, factor: float):
     return [_times(part, factor) for part in value] if isinstance(value, list) else value * factor
 
@@ -97,6 +111,8 @@ class Laboratories:
     def own_config(self) -> dict:
         """Configuration of a laboratory's study, which lies in a folder of its own, but for its seed."""
         own = copy.deepcopy(self.config)
+        for path in self.coverage.get("left_out", []):
+            _remove(own, path)
         own["coverage"] = None
         own["pathvars"] = {"results": "results", "logs": "results/logs"}
         own["study"] |= {"trial_sheet": "config/trials.tsv", "virtual_lab": "config/virtual_lab.yaml"}

@@ -17,6 +17,7 @@ KEYS = {
     "bidirectional": "zero_lag",
     "published_evaluations": "hnat2014_evaluations",
     "intrinsic_reflex": "parallel_cascade",
+    "judged": "also_evaluated",
 }
 # names of the dummy's pathways whose meaning changed: markers as sampled are the thesis's own
 PATHWAYS = {

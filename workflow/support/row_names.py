@@ -102,6 +102,8 @@ def _refuse_twice(experiment: str, names: dict, here: str) -> None:
     seen: dict[tuple[str, str | int], str] = {}
     for setting, name in names.items():
         table = setting.rpartition(".")[0]
+        if name is None:
+            continue  # a column that files need not have
         if table.endswith("columns") and (table, name) in seen:
             raise InputError(
                 f"{here}: expected {column_of[seen[table, name]]} and {column_of[setting]} to name two "

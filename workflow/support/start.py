@@ -14,7 +14,7 @@ from workflow.support.check import (
     check_recordings,
 )
 from workflow.support.folders import check_folders, check_path, check_paths
-from workflow.support.laboratories import constants_of, one_of_each_set
+from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set
 from workflow.support.people import read_participants
 from workflow.support.placeholders import placeholders, refuse_placeholders
 from workflow.support.study import Study
@@ -85,6 +85,7 @@ def _check_laboratories(config: dict, study: Study, name: str) -> None:
             f"{name}: expected a coverage study without participants, found study.participants "
             f"{config['study']['participants']}: set it to null"
         )
+    check_config(Laboratories(config).own_config, name)  # without what coverage.left_out names
     constants = checked_constants(path)
     for number in one_of_each_set(config["coverage"]):
         _drawn(constants_of(constants, config["coverage"], number), path)

@@ -222,6 +222,24 @@ class Study:
         """Condition -> velocity amplitude (m/s), None where the sheet has none."""
         return {c: self.trials[experiment, c].amplitude for c in self.conditions(experiment)}
 
+    def time_lines(self) -> dict[str, list[list]]:
+        """Experiment -> [condition, duration (s), velocity amplitude (m/s)] of its trials.
+
+        Amplitudes of pulses that begin backwards are negative; where the sheet has none they are None.
+        """
+        found: dict[str, list[list]] = {}
+        for (experiment, condition), row in self.trials.items():
+            amplitude = row.amplitude
+            if amplitude is not None and row.profile.startswith("negative-"):
+                amplitude = -amplitude
+            found.setdefault(experiment, []).append([condition, row.duration_s, amplitude])
+        return found
+
+    def examples(self) -> list[tuple[str, str]]:
+        """(experiment, condition) of one trial of each rig with markers: the one that figures show."""
+        rigs = [name for name in ("dummy", "weight", "standing") if name in self.experiments]
+        return [(name, self.shown(name, self.settings[name]["example_condition"])) for name in rigs]
+
     def roles(self, experiment: str) -> dict[str, str]:
         """Condition -> calibrate or validate."""
         return {c: self.trials[experiment, c].role for c in self.conditions(experiment)}

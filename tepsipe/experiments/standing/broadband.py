@@ -9,12 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs, quiet_onsets
-from tepsipe.experiments.standing.free_body import SOURCES, FreeBody, free_body, tissue_motion, with_tissue
+from tepsipe.experiments.standing.free_body import (
+    SKIN,
+    SOURCES,
+    FreeBody,
+    free_body,
+    tissue_motion,
+)
 from tepsipe.experiments.standing.joint_centre import (
     JointCentre,
     centre_from_pulses,
     centre_from_sway,
     relative_motion,
+    tissue_from_pulses,
 )
 from tepsipe.experiments.standing.joint_torque import StandingTrial
 from tepsipe.experiments.standing.options import StandingOptions
@@ -29,12 +36,10 @@ from tepsipe.treadmill.registry import FittedModel
 AFTER_S = 0.2
 # responses within which the apparent centre of the joint is sought (s)
 PULSE_S = (-0.02, 0.1)
-# shift of the apparent centre per motion of the tissue below which it does not show the tissue (-)
-LEAST_SHIFT = 2.0
 # step of the sources for their slopes (their units)
 STEP = 1e-3
 # of a usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
-FOOT_SHARE, CENTRE_ERROR_M = 0.2, 0.002
+FOOT_SHARE, CENTRE_ERROR_M = 0.3, 0.002
 # largest distance of a usable centre from the palpated one (m)
 FAR_M = 0.03
 
@@ -150,17 +155,18 @@ def cut_broadband(
         zero = (found.time >= cutting.baseline_s[0] - 1e-9) & (found.time <= cutting.baseline_s[1] + 1e-9)
         return found.time, found.values - found.values[:, zero].mean(axis=1, keepdims=True)
 
-    best = body.signals()
+    apparent, skin_m = _pulses(trial, standing, epochs.onsets_s, options, lowpass, body.belt_dd, centre)
+    bone = {SKIN: -skin_m}
+    best = body.signals(bone)
     quiet_time, quiet = cut(best, quiet_onsets(trial, standing, name, cutting), cutting.after_s)
     time, perturbed = cut(best, epochs.onsets_s, AFTER_S)
     moved = {
-        source: (body.signals({source: STEP}) - body.signals({source: -STEP})) / (2.0 * STEP)
+        source: (_moved(body, bone, source, STEP) - _moved(body, bone, source, -STEP)) / (2.0 * STEP)
         for source in SOURCES
     }
     slopes = cut(np.column_stack(list(moved.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
-    apparent, shift = _apparent(trial, standing, epochs.onsets_s, options, lowpass, body.belt_dd)
     masses = [getattr(model.model, "heaviest_kg", None) for model in models.values()]
-    known = [mass for mass in masses if mass is not None]
+    heaviest = [mass for mass in masses if mass is not None]
     return BroadbandEpochs(
         time=time,
         perturbed=perturbed,
@@ -170,12 +176,17 @@ def cut_broadband(
         draws=_mean_draws(body, epochs.onsets_s, time, cutting.baseline_s),
         peak_m_per_s=float(np.median(np.abs(epochs.perturbed["belt_velocity"]).max(axis=1))),
         carried_kg=float(body.load.f_z[standing.unperturbed].mean()) / options.person.body.gravity_m_per_s2,
-        calibrated_kg=max(known) if known else None,
+        calibrated_kg=max(heaviest) if heaviest else None,
         centre=centre,
         centre_used=used,
         apparent=apparent,
-        skin_m=0.0 if centre is None or shift is None else _along(apparent.moving_m - centre.moving_m, shift),
+        skin_m=skin_m,
     )
+
+
+def _moved(body: FreeBody, bone: dict[str, float], source: str, step: float) -> np.ndarray:
+    """Signals with one source off by a step (its unit), beside the correction of the soft tissue."""
+    return body.signals(bone | {source: bone.get(source, 0.0) + step})
 
 
 def with_treadmill_error(
@@ -238,39 +249,37 @@ def _mean_draws(
     return mean - mean[:, zero].mean(axis=1, keepdims=True)
 
 
-def _apparent(
+def _pulses(
     trial: Trial,
     standing: StandingTrial,
     onsets_s: np.ndarray,
     options: StandingOptions,
     lowpass: Lowpass,
     belt_dd: np.ndarray,
-) -> tuple[JointCentre, np.ndarray] | tuple[None, None]:
-    """Apparent centre of the joint while the belt moves, and its shift per metre of tissue motion (-)."""
+    centre: JointCentre | None,
+) -> tuple[JointCentre | None, float]:
+    """Apparent centre of the joint while the belt moves, and motion of the soft tissue at 0.5 m/s (m)."""
     if onsets_s.size < 2:
-        return None, None
-    labels = trial.axes["marker"].tolist()
+        return None, 0.0
+    person, labels = options.person, trial.axes["marker"].tolist()
     positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), trial.rate_hz)
-    motion = relative_motion(positions, labels, options.person)
-    at_rest = float(motion[standing.unperturbed, 0].mean())
-    tissue = tissue_motion(belt_dd, float(np.abs(standing.belt_velocity).max()), trial.rate_hz)
-    moved = relative_motion(
-        with_tissue(positions, labels, options.person, STEP * tissue), labels, options.person
-    )
+    peak = float(np.abs(standing.belt_velocity).max())
+    wobbling = positions.copy()
+    wobbling[..., 0] += STEP * tissue_motion(positions, labels, person, belt_dd, peak, trial.rate_hz)
 
-    def centre(x: np.ndarray) -> JointCentre:
+    def cut(x: np.ndarray) -> np.ndarray:
         at = onsets_s + standing.delay_s
-        epochs = cut_epochs(x, trial.rate_hz, at, -PULSE_S[0], PULSE_S[1], float(standing.time[0]))
-        return centre_from_pulses(epochs.values, at_rest)
+        return cut_epochs(x, trial.rate_hz, at, -PULSE_S[0], PULSE_S[1], float(standing.time[0])).values
 
-    found = centre(motion)
-    return found, (centre(moved).moving_m - found.moving_m) / STEP
-
-
-def _along(difference: np.ndarray, shift: np.ndarray) -> float:
-    """How much of ``shift`` explains a difference, by least squares; 0 if the shift shows hardly anything."""
-    size = float(shift @ shift)
-    return float(difference @ shift) / size if size > LEAST_SHIFT**2 else 0.0
+    motion = relative_motion(positions, labels, person)
+    at_rest = float(motion[standing.unperturbed, 0].mean())
+    apparent = centre_from_pulses(cut(motion), at_rest)
+    if centre is None:
+        return apparent, 0.0
+    own, moved = (relative_motion(x, labels, person, own=True) for x in (positions, wobbling))
+    responses, pattern = cut(own), cut((moved - own) / STEP)
+    first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * trial.rate_hz))].mean(axis=1, keepdims=True)
+    return apparent, tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)
 
 
 # ---- to and from a result's file -------------------------------------------------------------------
@@ -305,7 +314,9 @@ def broadband_of(result: Result) -> BroadbandEpochs | None:
     facts = dict(result.facts["broadband"])
     for key in ("centre", "apparent"):
         if facts[key] is not None:
-            arrays = {k: np.array(facts[key][k]) for k in ("offset_m", "moving_m", "standard_error_m")}
+            arrays = {
+                k: np.array(facts[key][k]) for k in ("offset_m", "moving_m", "own_m", "standard_error_m")
+            }
             facts[key] = JointCentre(**{**facts[key], **arrays})
     arrays = {key: result.arrays[f"broadband/{key}"].astype(float) for key in (*UNITS, "draws")}
     slopes = {source: result.arrays[f"broadband/slopes/{source}"] for source in SOURCES}

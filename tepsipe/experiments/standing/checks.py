@@ -9,14 +9,16 @@ import numpy as np
 from tepsipe.experiments.standing.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex import FreeReflexFit
 from tepsipe.statistics.uncertainty import Budget, coverage_factor
-from tepsipe.treadmill.held_out import BEYOND, trusted
+from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
 
 # each check alone warns of 1 healthy trial in 100
 CONFIDENCE = 0.99
 # what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one (-)
 DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
-# motion of the soft tissue that matters (m)
-SKIN_M = 0.001
+# motion of the soft tissue that is too large to be corrected (m)
+SKIN_M = 0.003
+# predicted error of K from which it is not to be quoted, relative to K (-)
+GROSS = 0.5
 # share of the perturbations that must be usable (-)
 USABLE = 0.7
 
@@ -61,11 +63,27 @@ def failed_checks(
         failed.append("centre-assumed")
     if any(t.calibrated_kg is not None and t.carried_kg > BEYOND * t.calibrated_kg for t in trials):
         failed.append("beyond-calibrated-mass")
-    errors = np.array([trial.treadmill_error for trial in trials if trial.treadmill_error is not None])
-    if errors.size:
-        error, standard_error = errors[:, 0].mean(), np.sqrt(np.sum(errors[:, 1] ** 2)) / len(errors)
-        if not trusted(float(error), float(standard_error), stiffness):
-            failed.append("treadmill-model")
+    error = _treadmill_error(trials)
+    if error is not None and clearly_wrong(*error, stiffness):
+        failed.append("treadmill-model")
     if sum(trial.count for trial in trials) < USABLE * perturbations:
         failed.append("few-perturbations")
     return tuple(failed)
+
+
+def quotable(trials: list[BroadbandEpochs], stiffness: float) -> bool:
+    """Whether no gross error of K (N·m/rad) is predicted: not clearly beyond half of it."""
+    error = _treadmill_error(trials)
+    return error is None or error[1] >= UNKNOWN or not clearly_wrong(*error, stiffness, GROSS)
+
+
+def _treadmill_error(trials: list[BroadbandEpochs]) -> tuple[float, float] | None:
+    """Predicted error of K by the treadmill model, mean over trials, and its standard error (N·m/rad).
+
+    All trials are compared with the same recordings of the treadmill: more of them do not reduce the latter.
+    """
+    errors = np.array([trial.treadmill_error for trial in trials if trial.treadmill_error is not None])
+    if not errors.size:
+        return None
+    known = errors[:, 1].max() < UNKNOWN
+    return float(errors[:, 0].mean()), float(errors[:, 1].mean()) if known else UNKNOWN

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
+from tepsipe.experiments.standing.joint_centre import hindfoot
 from tepsipe.experiments.standing.joint_torque import StandingTrial, segment_poses
 from tepsipe.experiments.standing.options import Person, StandingOptions
 from tepsipe.io.trial import Trial
@@ -26,6 +27,7 @@ from tepsipe.treadmill.registry import FittedModel
 from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
 
 SIGNALS = ("torque", "ankle", "ankle_d")
+SKIN = "skin_m"
 # soft tissue on the shank: natural frequency (Hz) and damping ratio (-) of the one that is propagated
 # (Wakeling & Nigg 2001: 10 to 20 Hz while the muscles are relaxed)
 TISSUE_HZ, TISSUE_DAMPING = 12.0, 0.3
@@ -169,7 +171,9 @@ def free_body(
     labels = trial.axes["marker"].tolist()
     positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), rate)
     origin = np.asarray(offset_m, dtype=float)
-    poses = segment_poses(positions, labels, person, origin)
+    poses = segment_poses(positions, labels, person, origin) | {
+        "foot": hindfoot(positions, labels, person)[0]
+    }
     rest = standing.unperturbed
     carried_kg = float(loads["Fz"][rest].mean()) / person.body.gravity_m_per_s2
     recordings = recordings_of_loads(
@@ -185,8 +189,10 @@ def free_body(
         tuple(np.searchsorted(time, standing.onsets_s).tolist()),
     )
     belt_dd = recordings["Fy"].acceleration
-    motion = tissue_motion(belt_dd, float(np.abs(standing.belt_velocity).max()), rate)
-    other = segment_poses(with_tissue(positions, labels, person, STEP_M * motion), labels, person, origin)
+    peak = float(np.abs(standing.belt_velocity).max())
+    moved = positions.copy()
+    moved[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate)
+    other = segment_poses(moved, labels, person, origin)
     changed = [other[key] - poses[key] for key in ("shank", "ankle_point")]
     tissue = np.column_stack(changed) / STEP_M
     poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
@@ -218,13 +224,29 @@ def free_body(
     )
 
 
-def tissue_motion(belt_dd: np.ndarray, peak_m_per_s: float, rate_hz: float) -> np.ndarray:
-    """Motion of soft tissue, a mass on a spring over the bone, shape (n,), 1 at `TISSUE_SPEED` (-).
+def tissue_motion(
+    positions: np.ndarray,
+    labels: list[str],
+    person: Person,
+    belt_dd: np.ndarray,
+    peak_m_per_s: float,
+    rate_hz: float,
+) -> np.ndarray:
+    """Motion along the belt of the soft tissue below the shank's own markers, shape (n, markers) (-).
+
+    A mass on a spring over the bone, which accelerates as the marker does: near the knee less than near the
+    ankle. Tissue that accelerates as the belt does moves by 1 at `TISSUE_SPEED`. Other markers do not move.
 
     Parameters
     ----------
+    positions : ndarray, shape (n, markers, 2)
+        y, z, low-pass filtered (m).
+    labels : list of str
+        Names of the markers.
+    person : Person
+        Which markers are on the shank.
     belt_dd : ndarray, shape (n,)
-        Acceleration of the belt, and nearly of the shank above it (m/s²).
+        Acceleration of the belt (m/s²).
     peak_m_per_s, rate_hz : float
         Largest speed of the belt (m/s), sampling rate (Hz).
     """
@@ -232,31 +254,11 @@ def tissue_motion(belt_dd: np.ndarray, peak_m_per_s: float, rate_hz: float) -> n
     numerator, denominator, _ = scipy.signal.cont2discrete(
         ([-1.0], [1.0, 2.0 * TISSUE_DAMPING * width, width**2]), 1.0 / rate_hz, method="bilinear"
     )
-    motion = scipy.signal.lfilter(np.ravel(numerator), denominator, belt_dd)
-    return motion * (peak_m_per_s / TISSUE_SPEED / max(float(np.abs(motion).max()), 1e-300))
-
-
-def with_tissue(positions: np.ndarray, labels: list[str], person: Person, motion_m: np.ndarray) -> np.ndarray:
-    """Markers whose soft tissue moves: all of the shank but those that it shares with the foot, over bone.
-
-    Parameters
-    ----------
-    positions : ndarray, shape (n, markers, 2)
-        y, z (m).
-    labels : list of str
-        Names of the markers.
-    person : Person
-        Which markers are on the shank.
-    motion_m : ndarray, shape (n,)
-        Of the tissue along the belt (m).
-
-    Returns
-    -------
-    ndarray, shape (n, markers, 2)
-        y, z (m).
-    """
-    moved = positions.copy()
-    for label in person.shank.labels:
-        if label not in person.foot.labels:
-            moved[:, labels.index(label), 0] += motion_m
-    return moved
+    own = [labels.index(x) for x in person.shank.labels if x not in person.foot.labels]
+    time = np.arange(len(belt_dd)) / rate_hz
+    driven = np.column_stack([belt_dd, derivative(time, derivative(time, positions[:, own, 0]))])
+    motion = scipy.signal.lfilter(np.ravel(numerator), denominator, driven, axis=0)
+    motion *= peak_m_per_s / TISSUE_SPEED / max(float(np.abs(motion[:, 0]).max()), 1e-300)
+    found = np.zeros(positions.shape[:2])
+    found[:, own] = motion[:, 1:]
+    return found

@@ -41,7 +41,6 @@ QUIET_STEP_S = 0.02
 ROUNDS = 3
 # fewest trials whose scatter is Type A
 FEWEST_TRIALS = 4
-SKIN = "skin_m"
 # sources that this module adds to those of the signals
 TREADMILL, WINDOW, REFLEX_ONSET, DISCREPANCY = (
     "treadmill_model",
@@ -294,10 +293,7 @@ def _of_signals(
     found = {}
     for source in sources:
         if source.name in trials[0].slopes:
-            u = source.standard_uncertainty
-            if source.name == SKIN:
-                u = float(np.hypot(u, np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))))
-            moved = [u * trial.slopes[source.name][inside] for trial in trials]
+            moved = [source.standard_uncertainty * trial.slopes[source.name][inside] for trial in trials]
             changes = sensitivity(
                 fit, records, [m[:, TORQUE] for m in moved], [m[:, [ANKLE_D, ANKLE]] for m in moved]
             )

@@ -8,7 +8,7 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.standing.broadband import BroadbandEpochs
-from tepsipe.experiments.standing.checks import failed_checks
+from tepsipe.experiments.standing.checks import failed_checks, quotable
 from tepsipe.experiments.standing.free_reflex import (
     QUANTITIES,
     FreeReflexFit,
@@ -190,6 +190,18 @@ def centre_facts(trials: list[BroadbandEpochs]) -> dict:
         "centre_used": bool(trials) and all(trial.centre_used for trial in trials),
         "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
     }
+
+
+def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) -> bool:
+    """Whether the model of the treadmill is good enough for the recommended fit to be quoted.
+
+    ``chosen`` has its ``pathway`` and ``estimator`` (no unit). Fits with another torque
+    of reflexes are always quoted.
+    """
+    fit = fits.get((chosen["pathway"], chosen["estimator"]))
+    if fit is None or fit.budget is None:
+        return True
+    return quotable(trials, float(fit.parameters[0, fit.names.index("K")]))
 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:

@@ -22,7 +22,8 @@ Linear parameters follow from least squares; L, D and T are selected from a grid
 whole responses: perturbed and unperturbed responses are both resampled, torque and angle of each together.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
@@ -100,8 +101,10 @@ class StandingFit:
         Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
     responses : int
         Number of responses (-).
+    delay_ranges : dict of str to (float, float)
+        Smallest and largest of the values tried for T, L, D (s) that the responses do not reject.
     delays_at_bound : tuple of str
-        Those of T, L and D that are the first or the last of the values tried (no unit).
+        Those of T, L and D of which all values but the first, or all but the last, are rejected (no unit).
     budget : Budget or None
         Type A and B of the parameters in their order; None if only their scatter is known.
     flags : tuple of str
@@ -118,6 +121,7 @@ class StandingFit:
     active_peak: float
     curves: list[dict[str, np.ndarray]]
     responses: int
+    delay_ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     delays_at_bound: tuple[str, ...] = ()
     budget: Budget | None = None
     flags: tuple[str, ...] = ()
@@ -309,12 +313,11 @@ def fit_standing(
             parts.append(np.stack(columns, axis=-1)[:, inside])
         return np.concatenate(parts, axis=1)
 
-    def error(delays: dict[str, float]) -> float:
+    def left_by(delays: dict[str, float]) -> np.ndarray:
         j = regressors(delays, slice(0, 1), muscles)[0]
-        left = torque[0] - j @ _solve(j, torque[0], len(linear), estimator.active)
-        return float(left @ left)
+        return torque[0] - j @ _solve(j, torque[0], len(linear), estimator.active)
 
-    delays = min(_grid(estimator.active, options), key=error)
+    delays, ranges = _selected(_grid(estimator.active, options), left_by, len(means), len(linear))
     if estimator.active == "emg":
         first = _solve(regressors(delays, slice(0, 1), muscles)[0], torque[0], len(linear), "emg")
         # gains at their bound of 0 remain there
@@ -346,15 +349,45 @@ def fit_standing(
             for a, b, c, angle in zip(*parts, angles, strict=True)
         ],
         responses=sum(responses.count for responses in trials),
-        delays_at_bound=_at_bound(delays, options),
+        delay_ranges=ranges,
+        delays_at_bound=_at_bound(ranges, options),
     )
 
 
-def _at_bound(delays: dict[str, float], options: ActiveOptions) -> tuple[str, ...]:
-    """Those of T, L and D that are the first or the last of several values tried."""
+def _selected(
+    grid: list[dict[str, float]], left_by: Callable[[dict[str, float]], np.ndarray], trials: int, linear: int
+) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """T, L, D (s) with the smallest residuals, and for each the range that its profile does not reject.
+
+    The profile of a delay is the smallest sum of squares S over the others. It rejects a value where S
+    exceeds (1 + t^2 / nu) S_min, t Student's 97.5 % quantile at nu = n / (1 + 2 sum rho) - p degrees of
+    freedom. rho is the autocorrelation of the residuals, up to its first zero: neighbouring samples of
+    filtered signals, and of what the model lacks, say the same.
+    """
+    lefts = [left_by(delays) for delays in grid]
+    squares = np.array([left @ left for left in lefts])
+    best = int(squares.argmin())
+    if not grid[best]:
+        return grid[best], {}
+    parts = np.split(lefts[best], trials)
+    lags = np.sum([np.correlate(x, x, "full")[x.size - 1 :] for x in parts], axis=0)
+    ends = np.flatnonzero(lags <= 0.0)
+    positive = lags[1 : ends[0] if ends.size else lags.size].sum() / max(lags[0], np.finfo(float).tiny)
+    freedom = max(lefts[best].size / (1.0 + 2.0 * positive) - linear - len(grid[best]), 1.0)
+    limit = (1.0 + scipy.special.stdtrit(freedom, 0.975) ** 2 / freedom) * squares[best]
+    kept = [delays for delays, s in zip(grid, squares, strict=True) if s <= limit]
+    return grid[best], {
+        key: (min(delays[key] for delays in kept), max(delays[key] for delays in kept)) for key in grid[best]
+    }
+
+
+def _at_bound(ranges: dict[str, tuple[float, float]], options: ActiveOptions) -> tuple[str, ...]:
+    """Those of T, L and D of which only the first or the last of several values tried is not rejected."""
     tried = {"T": options.twitch_s, "L": options.reflex_delay_s, "D": options.balance_delay_s}
     return tuple(
-        key for key, s in delays.items() if len(tried[key]) > 1 and s in (min(tried[key]), max(tried[key]))
+        key
+        for key, (low, high) in ranges.items()
+        if len(tried[key]) > 1 and low == high and low in (min(tried[key]), max(tried[key]))
     )
 
 
@@ -418,7 +451,9 @@ def standing_estimates(
     }
     if fit.delays:
         plain["active_torque_share"] = ("1", fit.active_peak)
-        plain |= {names[key]: ("s", value) for key, value in fit.delays.items()}
     rows += [Estimate(*about, key, unit, float(v), n_perturbations=n) for key, (unit, v) in plain.items()]
-    at_bound = [names[key] for key in fit.delays_at_bound]
-    return [flagged([e], "at-bound")[0] if e.quantity in at_bound else e for e in rows]
+    for key, value in fit.delays.items():
+        low, high = fit.delay_ranges[key]
+        own = Estimate(*about, names[key], "s", value, ci_low=low, ci_high=high, n_perturbations=n)
+        rows += flagged([own], *["at-bound"] * (key in fit.delays_at_bound))
+    return rows

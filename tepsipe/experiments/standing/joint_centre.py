@@ -27,6 +27,9 @@ from tepsipe.signals.resampling import runs_of
 SWAY_HZ = 3.0
 # shortest stretch of quiet standing (s), and fewest stretches
 STRETCH_S, FEWEST = 1.0, 3
+# rotation of the forefoot over that of the hindfoot on a foot that gives way: halfway between a forefoot that
+# stays flat on the belt and a rigid foot (-); Kern et al. (2019)
+FOREFOOT_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,8 @@ class JointCentre:
         (m).
     moving_m : ndarray, shape (2,)
         Where all markers of the shank see it, with the slip of those that it shares with the foot (m).
+    own_m : ndarray, shape (2,)
+        In the shank as its own markers show it (m).
     standard_error_m : ndarray, shape (2,)
         From the scatter between stretches (m).
     sway_rad, foot_rad : float
@@ -50,6 +55,7 @@ class JointCentre:
 
     offset_m: np.ndarray
     moving_m: np.ndarray
+    own_m: np.ndarray
     standard_error_m: np.ndarray
     sway_rad: float
     foot_rad: float
@@ -77,17 +83,51 @@ def relative_motion(
     ndarray, shape (n, 4)
         phi (rad), y, z (m), angle of the foot (rad).
     """
-    foot = _own_pose(positions, labels, person.foot, person.shank, np.zeros(2))
+    foot_angle, carried = hindfoot(positions, labels, person)
     if own:
         shank = _own_pose(positions, labels, person.shank, person.foot, np.zeros(2))
     else:
         columns = [labels.index(label) for label in person.shank.labels]
         shank = fit_rigid_segment(positions[:, columns], person.shank.layout_m, np.zeros(2))
-    y, z = (shank.point - foot.point).T
-    cosine, sine = np.cos(foot.angle), np.sin(foot.angle)
+    y, z = (shank.point - carried).T
+    cosine, sine = np.cos(foot_angle), np.sin(foot_angle)
     return np.column_stack(
-        [shank.angle - foot.angle, cosine * y - sine * z, sine * y + cosine * z, foot.angle]
+        [shank.angle - foot_angle, cosine * y - sine * z, sine * y + cosine * z, foot_angle]
     )
+
+
+def hindfoot(positions: np.ndarray, labels: list[str], person: Person) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation of the hindfoot (rad), shape (n,), and the assumed centre that it carries (m), shape (n, 2).
+
+    A marker ahead of the ankle rotates with the forefoot, by `FOREFOOT_SHARE` of the hindfoot's angle. The
+    angles are small.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (n, markers, 2)
+        y, z (m).
+    labels : list of str
+        Names of the markers.
+    person : Person
+        Layout of the markers (m). Those that the foot shares with the shank count only if it has less than
+        two of its own.
+    """
+    segment = person.foot
+    own = _own(segment, person.shank)
+    layout = segment.layout_m[own]
+    share = np.where(layout[:, 0] > 0.0, FOREFOOT_SHARE, 1.0)
+    columns = np.zeros((len(own), 2, 3))
+    columns[:, 0, 0] = columns[:, 1, 1] = 1.0
+    columns[:, 0, 2], columns[:, 1, 2] = share * layout[:, 1], -share * layout[:, 0]
+    moved = positions[:, [labels.index(segment.labels[k]) for k in own]] - layout
+    found = moved.reshape(len(moved), -1) @ np.linalg.pinv(columns.reshape(-1, 3)).T
+    return found[:, 2], found[:, :2]
+
+
+def _own(segment: SegmentMarkers, other: SegmentMarkers) -> list[int]:
+    """Markers of a segment that are not on another; all of them if less than two are."""
+    own = [k for k, label in enumerate(segment.labels) if label not in other.labels]
+    return own if len(own) >= 2 else list(range(len(segment.labels)))
 
 
 def _own_pose(
@@ -98,9 +138,7 @@ def _own_pose(
     point: np.ndarray,
 ) -> SegmentPose:
     """Pose of a segment by its own markers; by all of them if it has less than two of its own."""
-    own = [k for k, label in enumerate(segment.labels) if label not in other.labels]
-    if len(own) < 2:
-        own = list(range(len(segment.labels)))
+    own = _own(segment, other)
     columns = [labels.index(segment.labels[k]) for k in own]
     return fit_rigid_segment(positions[:, columns], segment.layout_m[own], point)
 
@@ -110,9 +148,8 @@ def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
     around = [piece - piece.mean(axis=0) for piece in pieces]
     sums = np.array([[p[:, 0] @ p[:, 0], p[:, 0] @ p[:, 1], p[:, 0] @ p[:, 2], len(p)] for p in around])
     total = sums.sum(axis=0)
-    cosine, sine = np.cos(mean_angle), np.sin(mean_angle)
     # a and l of the assumed point from its slopes; the centre lies the other way
-    turn = -np.array([[-sine, -cosine], [cosine, -sine]])
+    turn = _turn(mean_angle)
 
     def offset(s: np.ndarray) -> np.ndarray:
         return (s[..., 1:3] / s[..., :1]) @ turn.T
@@ -122,7 +159,13 @@ def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
     error = np.sqrt((k - 1.0) / k * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
     foot = np.concatenate([p[:, 3] for p in around])
     found = offset(total)
-    return JointCentre(found, found, error, float(np.sqrt(total[0] / total[3])), float(foot.std()), k)
+    return JointCentre(found, found, found, error, float(np.sqrt(total[0] / total[3])), float(foot.std()), k)
+
+
+def _turn(angle: float) -> np.ndarray:
+    """From the slopes of a point that was assumed to be the centre, to where the centre is, shape (2, 2)."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[sine, cosine], [-cosine, sine]])
 
 
 def centre_from_sway(
@@ -185,3 +228,28 @@ def centre_from_pulses(motion: np.ndarray, mean_angle: float) -> JointCentre:
         Offset from the assumed centre (m), with the wobble of the skin in it.
     """
     return _centre(list(motion), mean_angle)
+
+
+def tissue_from_pulses(
+    motion: np.ndarray, pattern: np.ndarray, own_m: np.ndarray, mean_angle: float
+) -> float:
+    """Motion of the soft tissue in the responses to perturbations, in units of a pattern (-).
+
+    What a joint about the centre of quiet sway does not explain of the shank's motion over the foot is fitted
+    by the pattern.
+
+    Parameters
+    ----------
+    motion : ndarray, shape (responses, n, 4)
+        From `relative_motion` with the shank's own markers, less their baselines (rad, m).
+    pattern : ndarray, shape (responses, n, 4)
+        Its change by the tissue (rad, m per unit).
+    own_m : ndarray, shape (2,)
+        Centre of quiet sway as these markers show it (m).
+    mean_angle : float
+        Ankle angle in quiet standing (rad).
+    """
+    slopes = _turn(mean_angle).T @ own_m
+    left, shape = (x[..., 1:3] - x[..., :1] * slopes for x in (motion.mean(axis=0), pattern.mean(axis=0)))
+    size = float((shape**2).sum())
+    return float((left * shape).sum()) / size if size > 0.0 else 0.0

@@ -10,7 +10,7 @@ from tepsipe.io.readers.text_file import read_text
 
 
 def read_text_table(
-    path: str | Path, columns: dict[str, str], delimiter: str, named_by: dict[str, str] | None = None
+    path: str | Path, columns: dict[str, str | None], delimiter: str, named_by: dict[str, str] | None = None
 ) -> dict[str, np.ndarray]:
     """Read named columns of a text file whose first line names them.
 
@@ -20,8 +20,8 @@ def read_text_table(
     ----------
     path : str or Path
         Text file; a name that ends in ``.gz`` is decompressed.
-    columns : dict of str to str
-        Key under which a column is returned -> its name in the file's header.
+    columns : dict of str to str or None
+        Key under which a column is returned -> its name in the file's header; None where the file has none.
     delimiter : str
         Character between columns.
     named_by : dict of str to str, optional
@@ -30,7 +30,7 @@ def read_text_table(
     Returns
     -------
     dict of str to ndarray, shape (n,)
-        One array per key of ``columns``, in the file's units.
+        One array per key of ``columns`` with a name, in the file's units.
 
     Raises
     ------
@@ -39,6 +39,7 @@ def read_text_table(
         line has another number of fields than the header or a field that is not a number.
     """
     path = Path(path)
+    columns = {key: name for key, name in columns.items() if name is not None}
     text = read_text(path, "a table of samples")
     if not text.strip():
         raise InputError(f"{path}: expected a header and samples, found an empty file: record again")

@@ -23,7 +23,27 @@ WORDS = {
     "leg-thesis-aligned": "leg, thesis equation, aligned markers",
     "leg-output-error": "leg, output error",
     "leg-joint-likelihood": "leg, joint likelihood",
+    "foot-long": "foot, long window",
+    "foot-compensated": "foot, compensated",
+    "foot-compensated-short": "foot, compensated, short window",
+    "ankle-compensated": "ankle, compensated",
+    "ankle-thesis": "ankle, thesis equation",
     "windowed-least-squares-thesis": "windowed least squares, thesis",
+    "windowed-least-squares-own-zero": "windowed least squares, zero per window",
+    "free-reflex-gls": "free reflex torque (GLS)",
+    "pre-reflex-window": "pre-reflex window",
+    "emg-driven": "EMG-driven",
+    "emg": "EMG",
+    "spectral-fit": "spectral fit",
+    "spectral-fit-modulus": "spectral fit, modulus",
+    "spectral-fit-periods": "spectral fit, whole periods",
+    "time-domain-pooled": "time domain, all trials",
+    "recommended-regression": "recommended, least squares",
+    "mass-spring-damper": "mass-spring-damper",
+    "hnat2014": "Hnat (2014)",
+    "fir": "impulse response",
+    "fir-causal": "impulse response, causal",
+    "spectral": "transfer function",
     "per segment": "per perturbation",
     "teager-kaiser": "Teager-Kaiser",
     "changepoint": "change point",
@@ -49,10 +69,17 @@ def unit_symbol(unit: str) -> str:
 
 
 def short_name(condition: str) -> str:
-    """The thesis's label of a condition (no unit), for example S3 for sine-0.3 and M52 for minjerk-0.5-8s."""
-    profile, _, rest = condition.partition("-")
+    """The thesis's label of a condition (no unit), for example S3 for sine-0.3 and M52 for minjerk-0.5-8s.
+
+    A pulse that begins backwards has a minus sign; a mass follows after a comma.
+    """
+    backwards = condition.startswith("negative-")
+    profile, _, rest = condition.removeprefix("negative-").partition("-")
     if profile not in PROFILES:
         return condition
     amplitude, _, interval = rest.partition("-")
+    sign = "\N{MINUS SIGN}" if backwards else ""
     digit = amplitude.removeprefix("0.")
-    return f"{profile[0].upper()}{digit}{'2' if interval else ''}"
+    if interval.endswith("kg"):
+        return f"{sign}{profile[0].upper()}{digit}, {interval.removesuffix('kg')} kg"
+    return f"{sign}{profile[0].upper()}{digit}{'2' if interval else ''}"

@@ -6,6 +6,7 @@ text, emph, strong, math (as Typst writes it), cite and ref (a reference, and a 
 
 import re
 
+from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import number
 
 MARKUP = re.compile(
@@ -227,7 +228,7 @@ def _weight(data: dict) -> list[Paragraph]:
         **data["weight"],
     )
     if "foot" in data:
-        rows = ", ".join(f"{row['K']} N·m/rad ({row['pathway']})" for row in data["foot"]["rows"][1:])
+        rows = ", ".join(f"{row['K']} N·m/rad ({words(row['pathway'])})" for row in data["foot"]["rows"][1:])
         found += pieces(
             " With the torque from the foot and the force plate, $K${amplitudes} is {rows}.",
             amplitudes=_amplitudes(data["foot"]["clear_from"]),
@@ -269,8 +270,11 @@ def _standing(data: dict) -> list[Paragraph]:
             )
     if p["recovery"] is not None:
         found += pieces(
-            " The largest error is {stiffness} % in stiffness and {latency} ms in the latency of a muscle.",
-            **p["recovery"],
+            " The largest error is {stiffness} % in stiffness{of_latency}.",
+            stiffness=p["recovery"]["stiffness"],
+            of_latency=""
+            if p["recovery"]["latency"] == number(None)
+            else f" and {p['recovery']['latency']} ms in the latency of a muscle",
         )
     return [found]
 
@@ -279,7 +283,7 @@ def _position_manipulator(data: dict) -> list[Paragraph]:
     a = data["position_manipulator"]
     return [
         pieces(
-            "A human ankle under random position perturbations has a stiffness of {stiffness} N·m/rad "
+            "The joint under random position perturbations has a stiffness of {stiffness} N·m/rad "
             "over the trials. Inertia, damping and stiffness, fitted to the first part of a trial, "
             "predict the torque of the rest with a held-out VAF of {held_out} %. {reflex} "
             "{held_out_reflex} %; the intrinsic stiffness is then {stiffness_intrinsic} N·m/rad.",

@@ -4,6 +4,21 @@ import math
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MINUS = "\N{MINUS SIGN}"
+# rows of the tables of the thesis
+LABELS = {
+    "SEM_I": "SEM of I",
+    "SEM_B": "SEM of B",
+    "SEM_K": "SEM of K",
+    "SE_I": "standard error of I",
+    "SE_B": "standard error of B",
+    "SE_K": "standard error of K",
+    "error": "error",
+    "VAF_trial": "VAF of the full dataset",
+    "VAF_perturbation": "VAF of a perturbation",
+    "VAF_cross_validated": "VAF, cross-validated",
+    "VAF_theta_perturbation": "VAF of the angle, perturbation",
+    "VAF_theta_trial": "VAF of the angle, full dataset",
+}
 
 
 def number(value: float | int | None, digits: int = 3) -> str:
@@ -48,7 +63,12 @@ def percent(value: float, decimals: int = 1) -> str:
     """A percentage (%) as text; a dash for NaN, powers of ten for what is far from one."""
     if not math.isfinite(value) or abs(value) >= 1e7:
         return number(value, 2)
-    return f"{value:.{decimals}f}".replace("-", MINUS)
+    return fixed(value, decimals)
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number (any unit) as text with ``decimals`` decimals; never a negative zero."""
+    return f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", MINUS)
 
 
 def span(values, digits: int = 3) -> str:
@@ -59,7 +79,7 @@ def span(values, digits: int = 3) -> str:
 
 def span_of_decimals(values, decimals: int) -> str:
     """Lowest to highest of some numbers (any unit) as text, with ``decimals`` decimals."""
-    low, high = (f"{x:.{decimals}f}".replace("-", MINUS) for x in (min(values), max(values)))
+    low, high = (fixed(x, decimals) for x in (min(values), max(values)))
     return low if low == high else f"{low} to {high}"
 
 
@@ -69,9 +89,9 @@ def _cell(quantity: str, value: float | None) -> str:
     if quantity.startswith("VAF"):
         return percent(value, 2 if value > 99.0 else 1)
     if quantity in ("I", "B"):
-        return f"{value:.4f}".replace("-", MINUS)
+        return fixed(value, 4)
     if quantity == "K":
-        return f"{value:.3f}".replace("-", MINUS)
+        return fixed(value, 3)
     return number(value, 2)
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from tepsipe.reporting.figures.names import PARAMETER_SETS
-from tepsipe.reporting.numbers.format import number, percent, span_of_decimals
+from tepsipe.reporting.figures.names import PARAMETER_SETS, unit_symbol
+from tepsipe.reporting.numbers.format import LABELS, number, percent, span_of_decimals
+from tepsipe.reporting.thesis_tables import TableRow
 
 # who moves the dummy, as the report says it
 ENGINES = {
@@ -119,6 +120,48 @@ def _of_noise(at: pd.DataFrame, truth: list[float]) -> dict:
         "near_apparent": bool(alike < 10.0),
         "filter_dominates": bool(alone > 2.0 * alike),
     }
+
+
+def noise_table(rows: list[TableRow], columns: list[str], stiffness: float) -> dict:
+    """Table 4-4 of the thesis beside the same table by every processing, as text.
+
+    Parameters
+    ----------
+    rows : list of TableRow
+        Of `tepsipe.reporting.noise_table.table_4_4` (units in them).
+    columns : list of str
+        Noise on: none, tau, theta, both.
+    stiffness : float
+        Simulated stiffness of the rows that are shown (N·m/rad).
+
+    Returns
+    -------
+    dict
+        ``groups`` (processings), ``columns``, and ``rows`` with ``label``, ``unit``, ``reported``, and
+        ``values``: a list for each group.
+    """
+    shown = [row for row in rows if row.estimator == f"K = {stiffness:g} Nm/rad"]
+    groups = list(dict.fromkeys(row.pathway for row in shown))
+    by_quantity: dict[str, dict] = {}
+    for row in shown:
+        cells = by_quantity.setdefault(
+            row.quantity,
+            {
+                "label": LABELS.get(row.quantity, row.quantity),
+                "unit": unit_symbol(row.unit) if row.unit not in ("1", "as printed") else "",
+                "reported": [_short(x) for x in row.reported],
+                "values": [[number(None)] * len(columns) for _ in groups],
+            },
+        )
+        cells["values"][groups.index(row.pathway)] = [_short(x) for x in row.values]
+    return {"groups": groups, "columns": columns, "rows": list(by_quantity.values())}
+
+
+def _short(value: float | None) -> str:
+    """A number of a wide table (any unit): three significant digits, or two decimals above 99."""
+    if value is not None and 99.0 < value < 100.0:
+        return percent(value, 2)
+    return number(value, 3 if value is None or abs(value) >= 1e-3 else 2)
 
 
 def noise_data(noise: pd.DataFrame, choices: dict) -> dict:

@@ -1,34 +1,29 @@
 """Numbers of the report that several chapters share: tables, claims, recovery, provenance."""
 
+import hashlib
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
 
 from tepsipe.io.estimates import FLAGS
-from tepsipe.reporting.figures.names import unit_symbol
+from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.ledger import VERDICTS
-from tepsipe.reporting.numbers.format import MINUS, _cell, _printed, number, percent, span
+from tepsipe.reporting.numbers.format import LABELS, MINUS, _cell, _printed, number, percent, span
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.thesis_tables import TableRow
-
-LABELS = {
-    "SEM_I": "SEM of I",
-    "SEM_B": "SEM of B",
-    "SEM_K": "SEM of K",
-    "SE_I": "standard error of I",
-    "SE_B": "standard error of B",
-    "SE_K": "standard error of K",
-    "error": "error",
-    "VAF_trial": "VAF of the full dataset",
-    "VAF_perturbation": "VAF of a perturbation",
-    "VAF_cross_validated": "VAF, cross-validated",
-    "VAF_theta_perturbation": "VAF of the angle, perturbation",
-    "VAF_theta_trial": "VAF of the angle, full dataset",
-}
-
+from tepsipe.treadmill.registry import MODEL_MEANINGS
 
 DAGGER = "\N{DAGGER}"
+
+
+def names_data(estimates: pd.DataFrame, choices: dict) -> dict[str, str]:
+    """How the report calls every pathway, estimator and model of a run (no unit): identifier -> words."""
+    found = {*estimates.pathway, *estimates.estimator, *MODEL_MEANINGS}
+    for section in choices.values():
+        found |= {name for key in ("estimators", "table_estimators") for name in section.get(key) or ()}
+    return {name: words(name) for name in sorted(map(str, found))}
 
 
 def flags_data(estimates: pd.DataFrame) -> dict:
@@ -204,43 +199,74 @@ def claims_data(claims: pd.DataFrame) -> dict:
     }
 
 
-def recovery_data(recovery: pd.DataFrame) -> list[dict]:
-    """Estimates and true values (in their units) as text.
+JOINT = ("I", "B", "K")
 
-    One row for each pathway, estimator, quantity and truth; truths that differ from trial to trial, because
-    they hold for the fitted windows, share a row.
+
+def recovery_data(recovery: pd.DataFrame) -> dict:
+    """Estimates beside the true values (in their units), as text.
+
+    Returns
+    -------
+    dict
+        ``joint``: one row for each experiment, pathway and estimator with I, B and K, each a truth, a median
+        error (%) and a coverage; truths that differ from trial to trial, because they hold for the fitted
+        windows, share a row, those for small movements have their own. ``other``: one row for each other
+        quantity. ``windows``: whether any truth is one of fitted windows.
     """
-    rows = []
-    keys = ["experiment", "pathway", "estimator", "quantity", "shared"]
-    shared = recovery.truth.where(recovery.truth_of != AT_WORK, math.nan)
-    own = recovery.assign(shared=shared)
-    for (experiment, pathway, estimator, quantity, _), group in own.groupby(keys, sort=False, dropna=False):
-        covered = (group.covered.astype(str).str.lower() == "true").sum()
-        errors = group.relative_error.dropna()
-        rows.append(
-            {
-                "experiment": experiment,
-                "pathway": pathway,
-                "estimator": estimator,
-                "quantity": quantity,
-                "unit": unit_symbol(group.unit.iloc[0]),
-                "truth": span(group.truth),
-                "truth_of": group.truth_of.iloc[0],
-                "low": _cell(quantity, group.value.min()),
-                "high": _cell(quantity, group.value.max()),
-                "median_error": percent(100.0 * errors.median()) if len(errors) else number(None),
-                "covered": f"{covered} of {len(group)}",
-            }
+    small = recovery.quantity.str.endswith("_small")
+    own = recovery.assign(
+        quantity=recovery.quantity.str.removesuffix("_small"),
+        small=small | (recovery.truth_of != AT_WORK),
+        shared=recovery.truth.where(recovery.truth_of != AT_WORK, math.nan),
+    )
+    joint, other = [], []
+    for (experiment, pathway, estimator, is_small), group in own[own.quantity.isin(JOINT)].groupby(
+        ["experiment", "pathway", "estimator", "small"], sort=False
+    ):
+        cells = {q: _recovered(q, group[group.quantity == q]) for q in JOINT}
+        joint.append(
+            {"experiment": experiment, "pathway": pathway, "estimator": estimator, "small": bool(is_small)}
+            | cells
         )
-    return rows
+    rest = own[~own.quantity.isin(JOINT)]
+    for (experiment, _, estimator, quantity, _), group in rest.groupby(
+        ["experiment", "pathway", "estimator", "quantity", "shared"], sort=False, dropna=False
+    ):
+        row = {"experiment": experiment, "quantity": quantity, "estimator": estimator}
+        other.append(row | {"unit": unit_symbol(group.unit.iloc[0])} | _recovered(quantity, group))
+    return {"joint": joint, "other": other, "windows": bool((recovery.truth_of == AT_WORK).any())}
+
+
+def _recovered(quantity: str, group: pd.DataFrame) -> dict:
+    """Truth, estimates (in their unit), median error (%) and coverage of some estimates, as text."""
+    if not len(group):
+        return dict.fromkeys(("truth", "estimates", "error", "covered"), "")
+    errors = 100.0 * group.relative_error.dropna()
+    median = errors.median() if len(errors) else math.nan
+    covered = (group.covered.astype(str).str.lower() == "true").sum()
+    low, high = _cell(quantity, group.value.min()), _cell(quantity, group.value.max())
+    return {
+        "truth": span(group.truth),
+        "estimates": low if low == high else f"{low} to {high}",
+        "error": _error(median),
+        "covered": f"{covered} of {len(group)}",
+    }
+
+
+def _error(value: float) -> str:
+    """A relative error (%) as text; beyond 1000 % only that."""
+    if abs(value) < 1000.0 or not math.isfinite(value):
+        return percent(value)
+    return f"< {MINUS}1000" if value < 0.0 else "> 1000"
 
 
 def provenance_data(provenance: dict) -> dict:
-    """The provenance page as text: facts, packages and checksums (no units)."""
+    """The provenance page as text: facts, packages, and one checksum for each kind of file (no units)."""
     commit = provenance["commit"] or "not a git checkout"
     if provenance["modified"]:
         commit += ", with uncommitted changes"
     engine = provenance["engine"]
+    raw = [entry for kinds in provenance["raw_files"].values() for entry in kinds.values()]
     return {
         "facts": [
             ["Commit", commit],
@@ -250,10 +276,18 @@ def provenance_data(provenance: dict) -> dict:
             ["Seed of the analysis", str(provenance["seed"])],
         ],
         "packages": [[name, text] for name, text in sorted(provenance["packages"].items())],
-        "files": [[kind, entry["file"], entry["sha256"]] for kind, entry in provenance["files"].items()],
-        "raw": [
-            [trial, kind, entry["sha256"]]
-            for trial, kinds in provenance["raw_files"].items()
-            for kind, entry in kinds.items()
+        "files": [[kind, entry["file"]] for kind, entry in provenance["files"].items()],
+        "digests": [
+            ["Files of the study", str(len(provenance["files"])), digest_of(provenance["files"].values())],
+            ["Raw files", str(len(raw)), digest_of(raw)],
         ],
     }
+
+
+def digest_of(entries: Iterable[dict]) -> str:
+    """SHA-256 over the lines ``<sha256>  <file>`` (no unit) of some files, sorted.
+
+    The same as ``sha256sum FILES | sort | sha256sum`` in the folder of the study.
+    """
+    lines = sorted(f"{entry['sha256']}  {entry['file']}\n" for entry in entries)
+    return hashlib.sha256("".join(lines).encode()).hexdigest()

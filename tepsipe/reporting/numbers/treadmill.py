@@ -6,41 +6,60 @@ import pandas as pd
 from tepsipe.experiments.weight import shapes, usual_weight
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import short_name, unit_symbol
-from tepsipe.reporting.numbers.format import number, percent, span, span_of_decimals
+from tepsipe.reporting.numbers.format import MINUS, number, percent, span, span_of_decimals
 from tepsipe.reporting.numbers.treadmill_sentences import (
-    SEEN_HZ,
     foot_sentences,
     force_sentence,
     frame_of,
     linear_sentence,
     mass_sentence,
     peak_speeds,
+    resonance_sentence,
 )
 from tepsipe.treadmill.calibration import BOTH, OF_BOTH, ModelScore
 from tepsipe.treadmill.registry import MODEL_MEANINGS
 
 CLEAR_FROM_M_PER_S = 0.3
 
+# gain of R² by a lead that counts (-)
+CLEAR_GAIN = 0.005
 # delay of the weight's markers that the report discusses (s)
 LAG_S = 1e-4
 
 
-def scores_data(scores: list[ModelScore], shown_hz: float) -> list[dict]:
-    """Rows of a table of models at one cutoff (Hz), as text (unit of the load in the rows)."""
-    return [
-        {
-            "model": s.model + ("" if s.converged else " *"),
-            "train": s.train,
-            "test": s.test,
-            "r2": number(s.r2, 3) if s.r2 > -10.0 else "< \N{MINUS SIGN}10",
-            "before": number(s.rms_before, 3),
-            "after": number(s.rms_after, 3),
-            "order": str(s.order),
-            "limit": number(s.r2_limit, 3),
-        }
-        for s in scores
-        if s.cutoff_hz == shown_hz
-    ]
+def matrix_data(scores: list[ModelScore], shown_hz: float) -> dict:
+    """R² of every model at one cutoff (Hz), a row for each fit and a column for each evaluation, as text.
+
+    Returns
+    -------
+    dict
+        ``columns``: name, upper limit of R² and root mean square before compensation (unit of the load) of
+        each test; ``rows``: model, order, fit, and R² and residual for each test.
+    """
+    own = [s for s in scores if s.cutoff_hz == shown_hz]
+    tests = list(dict.fromkeys(s.test for s in own))
+    rows: dict[tuple, dict] = {}
+    for s in own:
+        row = rows.setdefault(
+            (s.model, s.train),
+            {"model": s.model, "train": s.train, "order": str(s.order), "converged": True, "cells": {}},
+        )
+        row["converged"] &= bool(s.converged)
+        row["cells"][s.test] = [
+            number(s.r2, 3) if s.r2 > -10.0 else f"< {MINUS}10",
+            number(s.rms_after, 3),
+        ]
+    missing = [number(None)] * 2
+    first = {test: next(s for s in own if s.test == test) for test in tests}
+    for row in rows.values():
+        row["cells"] = [row["cells"].get(test, missing) for test in tests]
+    return {
+        "columns": [
+            {"name": test, "limit": number(s.r2_limit, 3), "before": number(s.rms_before, 3)}
+            for test, s in first.items()
+        ],
+        "rows": list(rows.values()),
+    }
 
 
 def weight_data(
@@ -146,7 +165,7 @@ def weight_data(
         "frame_force": best("loaded-frame", "empty+weight", "weight", "Fy"),
         "frame_force_empty": best("loaded-frame", "empty+weight", "empty", "Fy"),
         "frame_moment": best("loaded-frame", "empty+weight", "weight", "Mx"),
-        "force_scores": scores_data([s for s in scores if s.load == "Fy"], fine_hz),
+        "force_scores": matrix_data([s for s in scores if s.load == "Fy"], fine_hz),
         "best_frame": number(
             max((r for m in OF_BOTH if (r := r2_of(m, BOTH, "weight", "Fy")) is not None), default=None), 3
         ),
@@ -156,10 +175,7 @@ def weight_data(
     if frame is not None:
         mass = choices["weight"]["mass_kg"]
         data["frame"] = {
-            **{
-                key: number(frame[key]) if frame[key] < SEEN_HZ else f"more than {SEEN_HZ:g}"
-                for key in ("empty_hz", "loaded_hz")
-            },
+            "resonance": resonance_sentence(frame["empty_hz"], frame["loaded_hz"]),
             "lag_ms": number(1e3 * frame["lag_s"], 2),
             "viscous": number(frame["motion"][1], 2),
             "friction_empty": number(frame["motion"][2], 2),
@@ -290,10 +306,14 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
         "orders": [number(x, 4) for x in np.sort(orders)],
         "train": scores[0].train,
         "best_linear": number(max(linear), 3) if linear else None,
+        "predicts": bool(linear and max(linear) > 0.0),
+        "ripple_helps": tracked
+        and bool(linear)
+        and at["ripple-tracking", tests[0], shown_hz].r2 > max(linear),
         "ripple": number(at["ripple-tracking", tests[0], shown_hz].r2, 3) if tracked else None,
         "memory": number(choices["models"]["ripple"]["memory_s"], 3),
         "lead_ms": number(1e3 * choices["models"]["fir_lead_s"], 3),
-        "gain_by_lead": number(gain, 2) if gain is not None and gain > 0.0 else None,
+        "gain_by_lead": number(gain, 2) if gain is not None and gain > CLEAR_GAIN else None,
         "recordings": [
             {
                 "name": name,

@@ -11,10 +11,15 @@ same would happen again (``lasting``), or not, as after a signal or with a full 
 """
 
 import atexit
+import ctypes
+import gc
+import importlib
 import json
 import os
+import pkgutil
 import runpy
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from snakemake.script import Snakemake
@@ -35,6 +40,19 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 # errors of the machine, not of the study: the same job may succeed when it is run again
 PASSING = (OSError, MemoryError, KeyboardInterrupt)
 FAILED, PASSED = 1, 3
+# packages of the library that scripts of rules import; figures need more, and import it themselves
+LIBRARY = (
+    "experiments",
+    "identification",
+    "io",
+    "mechanics",
+    "signals",
+    "statistics",
+    "treadmill",
+    "virtual_lab",
+)
+# of malloc.h
+M_TRIM_THRESHOLD, M_TOP_PAD, M_MMAP_THRESHOLD = -1, -2, -3
 
 
 class Executor(RealExecutor):
@@ -80,15 +98,47 @@ class Executor(RealExecutor):
 
 
 def _warm_up() -> None:
-    """Import once what most scripts need."""
+    """Import once what scripts need, and let forks use their memory again and again."""
     import ezc3d  # noqa: F401
     import h5py  # noqa: F401
     import scipy
 
-    import tepsipe.reporting.recovery  # noqa: F401
+    import tepsipe.io.hdf5_file
+    import tepsipe.reporting.recovery
 
-    for package in ("fft", "interpolate", "io", "linalg", "optimize", "signal", "special", "stats"):
+    for package in (
+        "fft",
+        "interpolate",
+        "io",
+        "linalg",
+        "ndimage",
+        "optimize",
+        "signal",
+        "special",
+        "stats",
+    ):
         getattr(scipy, package)
+    for package in LIBRARY:
+        found = importlib.import_module(f"tepsipe.{package}")
+        for module in pkgutil.walk_packages(found.__path__, f"{found.__name__}."):
+            importlib.import_module(module.name)
+    # a fork reads what this run has written, and a fork that crashes ends nothing else
+    tepsipe.io.hdf5_file.read_directly()
+    _keep_memory()
+    # a collection in a fork would copy every page that this process shares with it
+    gc.freeze()
+
+
+def _keep_memory() -> None:
+    """Let the C library keep what arrays free: giving it back costs a fault per page at the next array."""
+    with suppress(OSError, AttributeError):
+        mallopt = ctypes.CDLL(None).mallopt
+        for option, bytes_ in (
+            (M_MMAP_THRESHOLD, 32 << 20),
+            (M_TRIM_THRESHOLD, 512 << 20),
+            (M_TOP_PAD, 16 << 20),
+        ):
+            mallopt(option, bytes_)
 
 
 def _in_a_fork(job) -> int:

@@ -1,0 +1,118 @@
+"""What a record determines of parameters that are estimated with instruments.
+
+Per band l, the regressors x have cross products A_l that are linear in the perturbation and C_l that are not;
+by chance A_l contains m/(b - m) C_l of noise. With the noise s_l of the residual,
+
+    N = sum_l 2 m/(b - m) C_l / s_l,     F = sum_l 2 A_l / s_l - N                                     (1)
+
+F is the Fisher information of the parameters, N what noise alone would show as such. Directions w of the
+parameters with F w = (r - 1) N w, w'N w = 1, have the strength r (Cragg and Donald 1993). With one
+perturbation all angles are responses to one signal u: theta_j = H_j u, and any change of the impedance with
+
+    sum_j dZ_ij(s) H_j(s) = 0                                                                         (2)
+
+leaves the torque that u drives the same. In the mechanics of a body without delays, H_j = N_j(s)/D(s) with
+polynomials N_j of second order, so dZ = c [N_2, -N_1] is such a change: a model of K and B alone excludes it,
+one with terms of inertia or with a free delayed K and B for every angle does not. If joints move in
+proportion, (2) holds for K and B, too. Directions of a strength below a limit are not determined, and neither
+is a parameter to which they contribute.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+# signal that is conceded to a direction that is too weak, over noise (-)
+CONCEDED = 0.02
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Directions of the parameters and what is known along each.
+
+    Attributes
+    ----------
+    strength : ndarray, shape (q,)
+        Power in the bands with the perturbation over that of noise alone, from weak to strong (-).
+    vectors : ndarray, shape (q, q)
+        Columns: one standard deviation of noise along each direction (units of the parameters).
+    scores : ndarray, shape (L, q)
+        Gradient of the likelihood in each band (inverse units of the parameters).
+    limit : float
+        Least strength of a direction that is determined (-).
+    """
+
+    strength: np.ndarray
+    vectors: np.ndarray
+    scores: np.ndarray
+    limit: float
+
+    def in_units(self, factor: np.ndarray) -> "Directions":
+        """The same for parameters multiplied by ``factor``, shape (q,) (unit of the result over its own)."""
+        return Directions(
+            self.strength,
+            self.vectors * factor[:, None],
+            self.scores / factor,
+            self.limit,
+        )
+
+    def standard_error(self, combination: np.ndarray) -> float:
+        """Of a linear combination of the parameters, shape (q,): sandwich over the bands (its unit).
+
+        Directions that are too weak count with a signal of 2 % of noise, so that a combination to which they
+        contribute is as uncertain as it is arbitrary.
+        """
+        loads = combination @ self.vectors
+        along = self.vectors * (loads / self._signal())
+        bands, q = self.scores.shape
+        freedom = 2.0 * bands / max(2 * bands - q, 1)
+        strong = self.strength >= self.limit
+        sandwich = freedom * ((self.scores @ along[:, strong].sum(axis=1)) ** 2).sum()
+        weak = (loads[~strong] ** 2 / self._signal()[~strong]).sum()
+        return float(np.sqrt(sandwich + weak))
+
+    def weak_partners(self, combination: np.ndarray) -> np.ndarray:
+        """Parameters that a weak direction of a combination moves, too, shape (q,), relative (unitless)."""
+        loads = combination @ self.vectors
+        weak = self.strength < self.limit
+        if not weak.any():
+            return np.zeros(combination.size)
+        k = int(np.flatnonzero(weak)[np.abs(loads[weak]).argmax()])
+        return np.abs(self.vectors[:, k])
+
+    def _signal(self) -> np.ndarray:
+        return np.where(self.strength >= self.limit, self.strength - 1.0, CONCEDED)
+
+
+def directions_of(
+    a: np.ndarray, c: np.ndarray, v: np.ndarray, noise: np.ndarray, chance: float, limit: float
+) -> Directions:
+    """Directions of the parameters by strength (1).
+
+    Parameters
+    ----------
+    a, c : ndarray, shape (L, 1 + q, 1 + q)
+        Cross products of response and regressors that are, and are not, linear in the perturbation
+        (squared units of the columns).
+    v : ndarray, shape (1 + q,)
+        1 and the negative parameters (units of the parameters).
+    noise : ndarray, shape (L,)
+        Power of the residual's noise in each band (squared unit of the response).
+    chance : float
+        m/(b - m), fraction of C that A contains by chance (-).
+    limit : float
+        Least strength of a direction that is determined (-).
+
+    Returns
+    -------
+    Directions
+        From weak to strong (units of the parameters).
+    """
+    total = 2.0 * np.einsum("l,lij->ij", 1.0 / noise, a)[1:, 1:]
+    alone = 2.0 * chance * np.einsum("l,lij->ij", 1.0 / noise, c)[1:, 1:]
+    # without any noise, rounding is all there is
+    alone = alone + 1e-12 * np.trace(total) / total.shape[0] * np.eye(total.shape[0])
+    strength, vectors = scipy.linalg.eigh(total, alone)
+    scores = 2.0 * ((a - chance * c) @ v)[:, 1:] / noise[:, None]
+    return Directions(strength, vectors, scores, limit)

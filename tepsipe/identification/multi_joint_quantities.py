@@ -1,0 +1,211 @@
+"""Stiffness and damping of several joints with intervals, or a sentence that refuses them.
+
+A quantity c'p is quoted if the record determines it: its standard error u, times the angle (or rate) that the
+perturbation drives, may be at most a stated share of the torque that the perturbation drives,
+
+    u rms(x) <= share rms(tau)                                                                       (1)
+
+Otherwise it is refused by name, and no number is given. Combinations stay: the static stiffness K + D of an
+angle, and the static stiffness along the mode in which the perturbation moves the joints slowly,
+sum_j (K_ij + D_ij) phi_j, which is known even if the joints move in proportion.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.identification.multi_joint import RowFit, Spectra, cross_products
+
+NAMES = {"K": "K", "B": "B", "D": "K_reflex", "E": "B_reflex"}
+UNITS = {"K": "Nm/rad", "D": "Nm/rad", "B": "Nms/rad", "E": "Nms/rad"}
+# an undetermined direction involves a parameter with this part of its largest effect on the torque (-)
+INVOLVED = 0.3
+# chi2 above its least within which 95 % of the delays lie (-)
+DELAY_CHI2 = 3.84
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A stiffness, damping or delay, or the reason why it is not identified.
+
+    Attributes
+    ----------
+    name, unit : str
+        For example K_ankle_hip (torque of the ankle per angle of the hip) in Nm/rad.
+    value, standard_error, low, high : float
+        Estimate and 95 % interval (``unit``); NaN if it is refused.
+    refusal : str
+        Empty, or one sentence (no unit).
+    """
+
+    name: str
+    unit: str
+    value: float
+    standard_error: float
+    low: float
+    high: float
+    refusal: str = ""
+
+    @property
+    def identified(self) -> bool:
+        """Whether there is a number (-)."""
+        return not self.refusal
+
+
+def driven_products(spectra: Spectra, columns: np.ndarray) -> np.ndarray:
+    """Cross products of the parts of some columns that the perturbations drive, without chance.
+
+    Parameters
+    ----------
+    spectra : Spectra
+        Of the record.
+    columns : ndarray of complex, shape (L, b, q)
+        Transforms (any units).
+
+    Returns
+    -------
+    ndarray, shape (L, q, q)
+        Per band (squared units of the columns).
+    """
+    _, b, m = spectra.perturbation.shape
+    a, c = cross_products(spectra.perturbation, columns)
+    return a - m / (b - m) * c
+
+
+def slow_mode(spectra: Spectra, below_hz: float) -> np.ndarray:
+    """How the perturbations move the joints at low frequencies, shape (joints,) (unitless).
+
+    Principal direction of the driven angles below a frequency (Hz), or in the lowest band; its largest
+    component is 1.
+    """
+    low = spectra.frequency_hz.mean(axis=1) <= below_hz
+    low[0] = True
+    power = driven_products(spectra, spectra.angle)[low].sum(axis=0)
+    mode = np.linalg.eigh(power)[1][:, -1]
+    return mode / mode[np.abs(mode).argmax()]
+
+
+def quantities_of(
+    fit: RowFit,
+    spectra: Spectra,
+    joint: int,
+    names: Sequence[str],
+    largest_share: float,
+    mode_below_hz: float,
+) -> list[Quantity]:
+    """All quantities of one joint's torque.
+
+    Parameters
+    ----------
+    fit : RowFit
+        Parameters and what the record determines (N·m/rad, N·m·s/rad, s).
+    spectra : Spectra
+        Of the record (rad, N·m).
+    joint : int
+        Whose torque (-).
+    names : sequence of str
+        Of the joints (no unit).
+    largest_share : float
+        Of (1) (-).
+    mode_below_hz : float
+        Below this frequency motion is slow (Hz).
+
+    Returns
+    -------
+    list of Quantity
+        Parameters, static stiffness per angle if there is a reflex, along the slow mode, delay.
+    """
+    s = 2j * np.pi * spectra.frequency_hz[:, :, None]
+    drive = [driven_products(spectra, x) for x in (spectra.angle, s * spectra.angle, spectra.torque)]
+    angle, rate, torque = (np.sqrt(np.clip(np.einsum("lii->i", x), 0.0, None)) for x in drive)
+    driven = max(float(torque[joint]), 1e-12)
+    amplitude = np.array([(angle if kind in "KD" else rate)[j] for kind, j in fit.terms]) / driven
+    labels = [f"{NAMES[kind]}_{names[joint]}_{names[j]}" for kind, j in fit.terms]
+    judge = _Judge(fit, labels, amplitude, largest_share)
+    found = [
+        judge(label, UNITS[kind], np.eye(len(fit.terms))[k], amplitude[k])
+        for k, (label, (kind, _)) in enumerate(zip(labels, fit.terms, strict=True))
+    ]
+    for j, name in enumerate(names):
+        if ("D", j) in fit.terms:
+            static = np.array([float(kind in "KD" and i == j) for kind, i in fit.terms])
+            label = f"K_static_{names[joint]}_{name}"
+            found.append(judge(label, "Nm/rad", static, angle[j] / driven))
+    mode = slow_mode(spectra, mode_below_hz)
+    along = np.array([mode[j] if kind in "KD" else 0.0 for kind, j in fit.terms])
+    moved = np.sqrt(max(float(mode @ drive[0].sum(axis=0) @ mode), 0.0)) / (mode @ mode)
+    found.append(judge(f"K_mode_{names[joint]}", "Nm/rad", along, moved / driven))
+    if fit.delay_s is not None:
+        reflex = any(one.identified for one, (kind, _) in zip(found, fit.terms, strict=False) if kind in "DE")
+        found.append(_delay(fit, names[joint], reflex))
+    return found
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """Quotes or refuses a combination of the parameters."""
+
+    fit: RowFit
+    labels: list[str]
+    amplitude: np.ndarray
+    largest_share: float
+
+    def __call__(self, name: str, unit: str, combination: np.ndarray, amplitude: float) -> Quantity:
+        fit = self.fit
+        padded = np.zeros(fit.directions.strength.size)
+        padded[: combination.size] = combination
+        u = fit.directions.standard_error(padded)
+        if not np.isfinite(amplitude) or u * amplitude > self.largest_share:
+            return refused(name, unit, self._refusal(name, padded, combination, u * amplitude))
+        value, half = float(combination @ fit.parameters), u * _quantile(fit.freedom)
+        return Quantity(name, unit, value, u, value - half, value + half)
+
+    def _refusal(self, name: str, padded: np.ndarray, combination: np.ndarray, share: float) -> str:
+        partners = self.fit.directions.weak_partners(padded)[: len(self.labels)] * self.amplitude
+        involved = [
+            label
+            for label, effect, own in zip(self.labels, partners, combination, strict=True)
+            if 0.0 < effect >= INVOLVED * partners.max() and not own
+        ]
+        if involved:
+            return (
+                f"{name} is not identified: the perturbation does not separate it from {', '.join(involved)}"
+            )
+        if share > 1e3:
+            return f"{name} is not identified: the perturbation drives no torque of this joint"
+        return (
+            f"{name} is not identified: its standard error amounts to {100.0 * share:.2g} % of the torque "
+            f"that the perturbation drives, more than {100.0 * self.largest_share:g} %"
+        )
+
+
+def refused(name: str, unit: str, refusal: str) -> Quantity:
+    """A quantity without a number (unit as given)."""
+    nan = float("nan")
+    return Quantity(name, unit, nan, nan, nan, nan, refusal)
+
+
+def _delay(fit: RowFit, joint: str, reflex: bool) -> Quantity:
+    """Delay of the reflex (s), if there is an identified reflex and the delay lies within those tried."""
+    name = f"delay_{joint}"
+    inside = np.flatnonzero(fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2)
+    if inside[0] == 0 or inside[-1] == fit.delays_s.size - 1:
+        ends = f"{fit.delays_s[inside[0]]:g} to {fit.delays_s[inside[-1]]:g} s"
+        return refused(
+            name,
+            "s",
+            f"{name} is not identified: the record does not exclude {ends}, at an end of those tried",
+        )
+    if not reflex:
+        return refused(
+            name, "s", f"{name} is not identified: neither is any stiffness or damping of the reflex"
+        )
+    u = fit.directions.standard_error(np.eye(fit.directions.strength.size)[-1])
+    half = u * _quantile(fit.freedom)
+    return Quantity(name, "s", fit.delay_s, u, fit.delay_s - half, fit.delay_s + half)
+
+
+def _quantile(freedom: int) -> float:
+    return float(scipy.special.stdtrit(max(freedom, 1), 0.975))

@@ -1,0 +1,37 @@
+"""What every treadmill model can be asked, with the answers of a model that knows no load on the belt."""
+
+import numpy as np
+
+from tepsipe.treadmill.recording import BeltRecording
+
+
+class BeltModel:
+    """Base of the treadmill models, which predict the belt-induced load (N or N·m)."""
+
+    def predict(self, recording: BeltRecording) -> np.ndarray:
+        """Belt-induced load (N or N·m), shape (n,).
+
+        Raises
+        ------
+        NotImplementedError
+            Always: every model has its own.
+        """
+        raise NotImplementedError
+
+    def compensate(
+        self, recording: BeltRecording, force: np.ndarray | None = None, friction: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Measured load less the belt-induced one (N or N·m), shape (n,).
+
+        ``force`` is the true fore-aft force (N), ``friction`` that of the belt (N) where it is known already,
+        both of shape (n,), for models that need them.
+        """
+        return recording.load - self.predict(recording)
+
+    def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
+        """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,)."""
+        return np.zeros(recording.load.size)
+
+    def shared_friction(self, other: "BeltModel", recording: BeltRecording) -> np.ndarray | None:
+        """Friction of the belt (N), shape (n,), if ``other`` has the same; None without such friction."""
+        return None

@@ -1,0 +1,161 @@
+"""Compact tables, schematics and summary of the report: numbers known by hand."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.figures.protocol import TimeLine, draw_protocol
+from tepsipe.reporting.figures.schematics import draw_rigs, rig_at_rest
+from tepsipe.reporting.numbers.format import MINUS, fixed
+from tepsipe.reporting.numbers.simulations import noise_table
+from tepsipe.reporting.numbers.study import digest_of, recovery_data
+from tepsipe.reporting.numbers.summary import covered_of_recommended, summary_of
+from tepsipe.reporting.numbers.treadmill import matrix_data
+from tepsipe.reporting.thesis_tables import TableRow
+from tepsipe.treadmill.calibration import ModelScore
+
+
+@pytest.mark.parametrize(
+    ("condition", "label"),
+    [("sine-0.3-60kg", "S3, 60 kg"), ("negative-sine-0.5-60kg", f"{MINUS}S5, 60 kg"), ("sine-0.5-8s", "S52")],
+)
+def test_mass_and_direction_are_not_taken_for_an_interval(condition, label):
+    assert short_name(condition) == label
+
+
+@pytest.mark.parametrize(("value", "text"), [(-0.001, "0.00"), (-0.006, f"{MINUS}0.01"), (0.0, "0.00")])
+def test_zero_is_never_negative(value, text):
+    assert fixed(value, 2) == text
+
+
+def test_truth_and_estimates_share_a_row_for_each_pathway():
+    def row(condition, quantity, truth, value, covered, of="the fitted windows"):
+        return (
+            "dummy",
+            condition,
+            "leg",
+            "ls",
+            quantity,
+            "Nm/rad",
+            truth,
+            value,
+            value / truth - 1,
+            covered,
+            of,
+        )
+
+    columns = ["experiment", "condition", "pathway", "estimator", "quantity", "unit"]
+    columns += ["truth", "value", "relative_error", "covered", "truth_of"]
+    frame = pd.DataFrame(
+        [
+            row("a", "K", 10.0, 11.0, "true"),
+            row("b", "K", 8.0, 8.0, "false"),
+            row("a", "B", 0.1, -5.0, "false"),
+            row("a", "K_small", 12.0, 12.6, "true", "small movements"),
+            row("a", "mass", 20.0, 19.0, "true", "small movements"),
+        ],
+        columns=columns,
+    )
+    data = recovery_data(frame)
+    at_work, small = data["joint"]
+    assert (at_work["K"]["truth"], at_work["K"]["error"], at_work["K"]["covered"]) == (
+        "8.00 to 10.0",
+        "5.0",
+        "1 of 2",
+    )
+    assert at_work["B"]["error"] == f"< {MINUS}1000"
+    assert at_work["I"]["covered"] == ""
+    assert small["small"] and small["K"]["error"] == "5.0"
+    assert [(r["quantity"], r["error"]) for r in data["other"]] == [("mass", f"{MINUS}5.0")]
+    assert data["windows"]
+
+
+def test_recommended_estimates_are_counted_once_each():
+    keys = ["experiment", "condition", "pathway", "estimator", "quantity"]
+    names = [("dummy", c, "leg", "ls", "K") for c in "abcd"]
+    recovery = pd.DataFrame([(*n, c) for n, c in zip(names, ["true", "false", "false", "true"], strict=True)])
+    recovery.columns = [*keys, "covered"]
+    estimates = pd.DataFrame(
+        [(*n, r, f) for n, r, f in zip(names, [1, 1, 1, 0], ["", "", "skin", ""], strict=True)]
+    )
+    estimates.columns = [*keys, "recommended", "flags"]
+    estimates["recommended"] = estimates.recommended.map({1: "true", 0: "false"})
+    counts = covered_of_recommended(estimates, recovery)
+    assert counts == {"total": "3", "covered": "1", "flagged": "1", "missed": "1"}
+    assert covered_of_recommended(estimates, None) is None
+
+
+def test_studies_without_the_thesis_have_no_summary():
+    assert summary_of({"reported": None, "experiments": ["dummy"]}) == []
+
+
+def test_table_of_the_noise_study_has_a_group_of_columns_for_each_processing():
+    columns = ["none", "tau"]
+    rows = [
+        TableRow("as-printed", "K = 10 Nm/rad", "K", "Nm/rad", [3.66, None], [10.0, 2.963]),
+        TableRow("as-printed", "K = 15 Nm/rad", "K", "Nm/rad", [8.0, 9.0], [10.0, 2.963]),
+        TableRow("recommended", "K = 10 Nm/rad", "K", "Nm/rad", [10.0, 9.99], [10.0, 2.963]),
+    ]
+    table = noise_table(rows, columns, 10.0)
+    assert table["groups"] == ["as-printed", "recommended"]
+    (row,) = table["rows"]
+    assert row["values"] == [["3.66", "\N{EN DASH}"], ["10.0", "9.99"]]
+    assert row["reported"] == ["10.0", "2.96"]
+
+
+def test_models_stand_in_rows_and_evaluations_in_columns():
+    def score(train, test, r2):
+        return ModelScore(
+            model="fir", train=train, test=test, load="Fy", unit="N", cutoff_hz=20.0, order=3, r2=r2,
+            rms_before=8.0, rms_after=2.0, r2_limit=0.95, converged=train == "empty",
+        )  # fmt: skip
+
+    data = matrix_data(
+        [score("empty", "empty", 0.9), score("empty", "weight", -20.0), score("weight", "weight", 0.8)], 20.0
+    )
+    assert [c["name"] for c in data["columns"]] == ["empty", "weight"]
+    first, second = data["rows"]
+    assert first["cells"] == [["0.900", "2.00"], [f"< {MINUS}10", "2.00"]]
+    assert second["cells"][0] == ["\N{EN DASH}"] * 2
+    assert (first["converged"], second["converged"]) == (True, False)
+
+
+def test_digest_does_not_depend_on_the_order_of_the_files():
+    files = [{"file": "b", "sha256": "2"}, {"file": "a", "sha256": "1"}]
+    assert digest_of(files) == digest_of(files[::-1])
+    assert digest_of(files) != digest_of([{"file": "b", "sha256": "3"}, files[1]])
+
+
+def test_markers_are_drawn_where_the_trial_has_them_at_rest():
+    time = np.arange(0.0, 4.0, 0.01)
+    position = np.zeros((400, 2, 3))
+    position[:, :, 1], position[:, :, 2] = [0.30, 0.36], [0.05, 0.40]
+    position[250:, :, 1] += 9.0  # the perturbation comes after the rest
+    trial = Trial(
+        100.0,
+        {"time": time, "marker": np.array(["ankle", "leg1"]), "axis": np.array(["x", "y", "z"])},
+        {"marker_position": Signal(position, "m", ("time", "marker", "axis"))},
+    )
+    rig = rig_at_rest(trial)
+    assert rig.points == pytest.approx(np.array([[0.30, 0.05], [0.36, 0.40]]))
+    assert rig.ankle == pytest.approx([0.30, 0.05])
+    geometry = {
+        "foot_height_m": 0.055, "leg_com_m": 0.45, "leg_mass_kg": 0.4, "leg_inertia_kgm2": 0.027,
+        "foot_mass_kg": 2.1,
+    }  # fmt: skip
+    figure = draw_rigs({"dummy": rig, "wristalyzer": None}, geometry, {"stature_m": 1.75}, 20.0)
+    dummy = figure.axes[1]
+    drawn = dummy.lines[0].get_xydata()
+    assert drawn == pytest.approx(np.array([[0.0, 0.05], [0.06, 0.40]]))
+
+
+def test_protocol_has_a_tick_at_every_onset():
+    lines = {"dummy": [TimeLine("S5", 60.0, [6.0, 10.0], 0.5)], "weight": [TimeLine("S1", 60.0, [6.0], -0.1)]}
+    figure = draw_protocol(lines)
+    ticks = [c.get_segments() for axis in figure.axes for c in axis.collections]
+    assert [len(own) for own in ticks] == [2, 1]
+    assert [float(s[0][0]) for s in ticks[0]] == [6.0, 10.0]
+    height = [abs(own[0][1][1] - own[0][0][1]) for own in ticks]
+    assert height[0] == pytest.approx(5.0 * height[1])
