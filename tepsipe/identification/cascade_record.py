@@ -78,7 +78,7 @@ class CascadeRecord:
 
     @property
     def fitted(self) -> slice:
-        """Samples of the whole record that are fitted."""
+        """Part of the whole record that is fitted (samples)."""
         return slice(self.kept.start, self.kept.start + self.training)
 
     def weighted(self, slow: SlowModel) -> "CascadeRecord":
