@@ -49,6 +49,8 @@ class CascadeRecord:
         Radii of the stop elements within the recorded movement (rad).
     slow : SlowModel
         Spectrum of the slow torque against which the regression is weighted (Hz).
+    made : dict
+        What was computed, by name and choice (unitless).
     """
 
     torque: np.ndarray
@@ -61,7 +63,7 @@ class CascadeRecord:
     options: ParallelCascadeOptions
     radii: tuple[float, ...]
     slow: SlowModel
-    _made: dict = field(default_factory=dict, repr=False)
+    made: dict = field(default_factory=dict, repr=False)
 
     @property
     def used(self) -> np.ndarray:
@@ -72,9 +74,9 @@ class CascadeRecord:
     def white_torque(self) -> np.ndarray:
         """Innovation of the torque of the part that is used (N·m)."""
         key = ("torque", self.slow)
-        if key not in self._made:
-            self._made[key] = self.whiten(self.torque)[self.kept]
-        return self._made[key]
+        if key not in self.made:
+            self.made[key] = self.whiten(self.torque)[self.kept]
+        return self.made[key]
 
     @property
     def fitted(self) -> slice:
@@ -99,12 +101,12 @@ class CascadeRecord:
         if name in ("reflex", "gain_slope", "unloading"):
             shape = (structure.direction, structure.threshold_rad_per_s, structure.pole_per_s)
             key = (name, *shape)
-        if key not in self._made:
-            self._made[key] = self._compute(name, structure)
+        if key not in self.made:
+            self.made[key] = self._compute(name, structure)
         white = (*key, self.slow)
-        if white not in self._made:
-            self._made[white] = self.whiten(self._made[key])
-        pair = self._made[key], self._made[white]
+        if white not in self.made:
+            self.made[white] = self.whiten(self.made[key])
+        pair = self.made[key], self.made[white]
         return tuple(self._late(x, structure.delay_s if len(key) > 1 else 0.0) for x in pair)
 
     def _late(self, x: np.ndarray, delay_s: float) -> np.ndarray:
@@ -121,10 +123,10 @@ class CascadeRecord:
         """
         direction = -structure.direction if name == "unloading" else structure.direction
         threshold = 0.0 if name == "unloading" else structure.threshold_rad_per_s
-        if "velocity" not in self._made:
+        if "velocity" not in self.made:
             time = np.arange(self.angle.size) / self.rate_hz
-            self._made["velocity"] = derivative(time, self.angle)
-        velocity = rectified(self._made["velocity"], direction, threshold)
+            self.made["velocity"] = derivative(time, self.angle)
+        velocity = rectified(self.made["velocity"], direction, threshold)
         return self.lowpass(velocity * self.angle if name == "gain_slope" else velocity)
 
     def _compute(self, name: str, structure: Structure) -> np.ndarray:
