@@ -19,7 +19,8 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged
+from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.spectra import frequency_averaged
 from tepsipe.statistics.bootstrap import bootstrap_blocks
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line

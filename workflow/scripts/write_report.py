@@ -157,7 +157,7 @@ if "belt" in experiments:
     )
 if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
-        fits["position_manipulator"], estimates
+        fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]
     )
 if snakemake.input.operating_points:
     text = {"participant": str, "condition": str}
