@@ -57,7 +57,7 @@ def pulsed(walk, phases=(40.0, 80.0), every=3, degrees=2.0, joint=None, seed=5):
 
 
 def analysed(walk, options=None, sources=None):
-    strides = segment_strides(walk.heel_strikes, walk.toe_offs, perturbed_s=walk.onsets)
+    strides = segment_strides(walk.heel_strikes, walk.toe_offs)
     return analyse_walking(recorded(walk), strides, walk.onsets, options, sources)
 
 
@@ -113,7 +113,7 @@ def test_type_b_scales_with_what_is_not_known_and_a_gain_of_the_angle_is_one_of_
     assert one.budget.of_source("angle_gain") == pytest.approx(0.02 * np.abs(one.values), rel=0.05)
     # a centre that is 1 mm off: the estimate with a moved centre differs by the contribution
     moved = recorded(walk, ankle_x=walk.signals["ankle_x"] + 0.001)
-    strides = segment_strides(walk.heel_strikes, walk.toe_offs, perturbed_s=walk.onsets)
+    strides = segment_strides(walk.heel_strikes, walk.toe_offs)
     shifted = analyse_walking(moved, strides, walk.onsets).phases[40.0].values - one.values
     budget = one.budget.contributions["joint_centre_anterior_m"][0]
     assert shifted[2] == pytest.approx(budget[2], rel=0.3, abs=0.05)

@@ -39,6 +39,18 @@ class WalkingImpedance:
     stance_s: float
     dropped: tuple[str, ...]
 
+    def stiffness_at(self, percent: float) -> tuple[float, float]:
+        """K and its Type A uncertainty (N·m/rad) at a phase (%), on the line through the nearest two."""
+        usable = [phase for phase, fit in self.phases.items() if not fit.flags]
+        near = sorted(usable, key=lambda phase: abs(self.at_percent[phase] - percent))[:2]
+        if len(near) < 2:
+            return float("nan"), float("inf")
+        (a, b), (first, second) = (self.at_percent[p] for p in near), (self.phases[p] for p in near)
+        share = (percent - a) / (b - a)
+        value = (1.0 - share) * first.values[2] + share * second.values[2]
+        u = np.hypot((1.0 - share) * first.budget.type_a[2], share * second.budget.type_a[2])
+        return float(value), float(u)
+
 
 def analyse_walking(
     recording: WalkingRecording,
@@ -86,7 +98,7 @@ def analyse_walking(
     delay = pulses.onset - strides.start[pulses.stride]
     percent = 100.0 * delay / stance
     walk = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, options.matched_by)
-    phases, at_percent, deviations = {}, {}, {}
+    phases, onset_percent, at_percent, deviations = {}, {}, {}, {}
     dropped = [
         *strides.dropped,
         *pulses.dropped,
@@ -111,7 +123,8 @@ def analyse_walking(
         )
         deviations[phase] = found
         phases[phase] = estimate_impedance(found, options, sources)
-        at_percent[phase] = float(percent[here].mean() + 100.0 * phases[phase].at_s / stance)
+        onset_percent[phase] = float(percent[here].mean())
+        at_percent[phase] = onset_percent[phase] + 100.0 * phases[phase].at_s / stance
     if not phases:
         raise InputError(
             f"{recording.name}: expected at least {options.fewest_strides} perturbed strides at one of "
@@ -119,7 +132,27 @@ def analyse_walking(
             f"{', '.join(f'{p:g}' for p in options.phases_percent)} % of stance, found fewer at each: "
             "record more"
         )
+    for phase, rising in _rising(phases, at_percent, stance).items():
+        phases[phase] = estimate_impedance(deviations[phase], options, sources, rising)
+        at_percent[phase] = onset_percent[phase] + 100.0 * phases[phase].at_s / stance
     return WalkingImpedance(phases, at_percent, deviations, stance, tuple(dropped))
+
+
+def _rising(
+    phases: dict[float, PhaseImpedance], at_percent: dict[float, float], stance_s: float
+) -> dict[float, tuple[float, float, float]]:
+    """Rate of K at each phase by the phases beside it, its uncertainty, and the time of K after the onset."""
+    usable = [phase for phase, fit in phases.items() if not fit.flags]
+    found = {}
+    for k, phase in enumerate(usable):
+        first, last = usable[max(k - 1, 0)], usable[min(k + 1, len(usable) - 1)]
+        if first == last:
+            continue
+        apart = stance_s * (at_percent[last] - at_percent[first]) / 100.0
+        low, high = phases[first], phases[last]
+        u = np.hypot(low.budget.type_a[2], high.budget.type_a[2])
+        found[phase] = (float(high.values[2] - low.values[2]) / apart, float(u) / apart, phases[phase].at_s)
+    return found
 
 
 def _unperturbed(strides: Strides, onsets: np.ndarray, recovery: int) -> np.ndarray:

@@ -78,7 +78,7 @@ class WalkingOptions:
     state_before_s : float
         The state at the onset is taken so long before (s).
     inertia_kgm2 : float or None
-        I if it is known (N·m·s²/rad); None to estimate it.
+        I as it is known of a foot (N·m·s²/rad); None to estimate it.
     foot_mass_kg : float
         Mass of the foot with its shoe (kg).
     foot_depth_m : float
@@ -99,7 +99,7 @@ class WalkingOptions:
     matched_by: tuple[str, ...] | None = None
     ridge: float = 1.0
     state_before_s: float = 0.04
-    inertia_kgm2: float | None = None
+    inertia_kgm2: float | None = 0.012
     foot_mass_kg: float = 1.15
     foot_depth_m: float = 0.06
     fewest_strides: int = 6
@@ -140,9 +140,15 @@ class PhaseImpedance:
 
 
 def estimate_impedance(
-    deviations: Deviations, options: WalkingOptions, sources: Mapping[str, Source] | None = None
+    deviations: Deviations,
+    options: WalkingOptions,
+    sources: Mapping[str, Source] | None = None,
+    rising: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> PhaseImpedance:
     """I, B and K of one phase with combined 95 % intervals.
+
+    A stiffness that rises by K' within the window would pass for a lack of damping. Given K' from the other
+    phases, K' (t - t_K) Dtheta is subtracted first, which leaves K at t_K.
 
     Parameters
     ----------
@@ -153,6 +159,8 @@ def estimate_impedance(
     sources : mapping of str to Source
         Type B: joint_centre_anterior_m, joint_centre_vertical_m, foot_mass_kg, belt_load_kgm, sync_s,
         angle_gain, inertia_kgm2 (units in the names; the last counts where I is known).
+    rising : tuple of float
+        K' and its standard uncertainty (N·m/rad/s), and t_K (s after the onset).
 
     Returns
     -------
@@ -161,7 +169,9 @@ def estimate_impedance(
     """
     n, m = len(deviations.perturbed), len(deviations.unperturbed)
     factor = options.foot_mass_kg * options.foot_depth_m
-    signals = (_response(deviations.perturbed, factor), _response(deviations.unperturbed, factor))
+    x, y = _response(deviations.perturbed, factor)
+    ramp = (deviations.time - rising[2]) * x[:, 2]
+    signals = ((x, y - rising[0] * ramp), _response(deviations.unperturbed, factor))
     free = slice(0, 3) if options.inertia_kgm2 is None else slice(1, 3)
     beta = np.array([options.inertia_kgm2 or 0.0, 0.0, 0.0])
     for _ in range(4):
@@ -177,6 +187,8 @@ def estimate_impedance(
         type_a[free], freedom = np.inf, 1.0
     contributions = _type_b(deviations, beta, weights, free, options, sources or {})
     contributions["model"] = _of_the_model(deviations, beta, weights, free)
+    contributions["stiffness_rate"] = np.zeros((1, 3))
+    contributions["stiffness_rate"][0, free] = -weights @ ramp.mean(axis=0) * rising[1]
     budget = Budget(type_a, freedom, contributions)
     low, high = budget.interval(beta)
     angle = signals[0][0][:, 2].mean(axis=0)

@@ -14,7 +14,7 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.recording import WalkingRecording
 
-ODD_STANCE = 4.0  # median absolute deviations (scaled to an SD) from the median
+ODD_STANCE = 0.25  # largest difference from the median stance, relative
 
 
 @dataclass(frozen=True)
@@ -79,12 +79,12 @@ def segment_strides(
     *,
     name: str = "walking",
     from_s: float = 0.0,
-    perturbed_s: Sequence[float] = (),
 ) -> Strides:
     """Cut a trial into strides by the heel strikes of one foot.
 
-    A stride is dropped, with a sentence, if it has no toe-off or several, or if it is no perturbed stride
-    and its stance is more than four robust standard deviations from the median.
+    A stride is dropped, with a sentence, if it has no toe-off or several, or a stance that differs by more
+    than a quarter from the median, which says that an event is wrong. Closer limits would select among
+    the unperturbed strides and not among the perturbed ones, whose stance the pulse changes.
 
     Parameters
     ----------
@@ -94,8 +94,6 @@ def segment_strides(
         Name of the trial, for messages (no unit).
     from_s : float
         Strides before this instant are left out, for example while the belt starts (s).
-    perturbed_s : sequence of float
-        Onsets of pulses (s).
 
     Returns
     -------
@@ -132,8 +130,7 @@ def segment_strides(
         else:
             kept.append((start, inside[0] - start, end))
     start, stance, end = np.array(kept).reshape(-1, 3).T
-    pulsed = _holds(start, end, np.asarray(perturbed_s, float))
-    odd = _odd(stance, pulsed)
+    odd = np.abs(stance - np.median(stance)) > ODD_STANCE * np.median(stance)
     dropped += [
         f"{name}: expected a stance of about {np.median(stance):.2f} s, found {stance[k]:.2f} s from the "
         "heel "
@@ -141,20 +138,6 @@ def segment_strides(
         for k in np.flatnonzero(odd)
     ]
     return Strides(start[~odd], stance[~odd], end[~odd], tuple(dropped))
-
-
-def _holds(start: np.ndarray, end: np.ndarray, onsets: np.ndarray) -> np.ndarray:
-    """Whether a pulse starts in each stride."""
-    return ((onsets >= start[:, None]) & (onsets < end[:, None])).any(axis=1)
-
-
-def _odd(stance: np.ndarray, pulsed: np.ndarray) -> np.ndarray:
-    """Unperturbed strides whose stance is unlike the others."""
-    if stance.size < 8:
-        return np.zeros(stance.size, dtype=bool)
-    centre = np.median(stance)
-    spread = 1.4826 * np.median(np.abs(stance - centre))
-    return ~pulsed & (np.abs(stance - centre) > ODD_STANCE * max(spread, 0.01))
 
 
 def locate_pulses(
