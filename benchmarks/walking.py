@@ -36,7 +36,7 @@ COLUMNS = {
     "hip": "LeftHipFlexionAngle",
     "com": "COM_x",
 }
-RAMP_S, NOISE_RAD, STRIDES = 0.06, np.deg2rad(0.05), 450
+RAMP_S, NOISE_RAD, STRIDES = 0.06, np.deg2rad(0.05), 460
 LOOP = {"A": (1.5, {40.0: 50, 60.0: 50, 80.0: 50}), "B": (2.0, {20.0: 82, 40.0: 30, 60.0: 15, 80.0: 23})}
 
 
