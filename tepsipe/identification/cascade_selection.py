@@ -42,6 +42,8 @@ class Selection:
         All terms that were tried (units there).
     errors : dict of Structure to ndarray of shape (folds,)
         Error of every block (N²·m²) for the models that were compared, the simplest first.
+    variants : dict of Structure to ndarray of shape (folds,)
+        The same for other kernels and thresholds of the reflex with all terms; empty without a reflex.
     delays : dict of float to ndarray of shape (folds,)
         The same for every profiled delay (s) of the selected structure; empty without a reflex.
     thresholds : dict of float to ndarray of shape (folds,)
@@ -52,6 +54,7 @@ class Selection:
     structure: Structure
     full: Structure
     errors: dict[Structure, np.ndarray]
+    variants: dict[Structure, np.ndarray]
     delays: dict[float, np.ndarray]
     thresholds: dict[float, np.ndarray]
 
@@ -76,22 +79,32 @@ def select_structure(record: CascadeRecord) -> Selection:
     starts = [replace(full, direction=sign) for sign in (1, -1) if _stretched(record, sign)] or [first]
     start, _ = _best(record, starts)
     record = record.weighted(_slow_model(record, start))
+    variants = {}
     if start.direction:
         # without a threshold, both directions are interchangeable once unloading is a term
         start = replace(_best(record, starts)[0], unloading=True)
-        start = _kernel(record, start)
-        start, _ = _best(
-            record, [replace(start, threshold_rad_per_s=v) for v in options.reflex_thresholds_rad_per_s]
-        )
+        kernels = dict(_errors(record, replace(start, pole_per_s=p)) for p in _poles(options))
+        start = _kernel(kernels)
+        thresholds = [replace(start, threshold_rad_per_s=v) for v in options.reflex_thresholds_rad_per_s]
+        variants = dict(_errors(record, structure) for structure in thresholds)
+        start = min(variants, key=lambda s: variants[s].mean())
+        if start.pole_per_s:
+            # relative errors of the other kernels as at the first threshold
+            ratio = variants[start] / kernels[_at_kernel(kernels, start)]
+            variants |= {
+                replace(s, threshold_rad_per_s=start.threshold_rad_per_s): error * ratio
+                for s, error in kernels.items()
+                if s.pole_per_s not in (0.0, start.pole_per_s)
+            }
     errors = _errors_of_terms(record, start)
     structure = choose(errors, options.term_tolerance)
     if not structure.direction:
-        return Selection(record, structure, start, errors, {}, {})
+        return Selection(record, structure, start, errors, {}, {}, {})
     delays = _profile(record, structure, "delay_s", _delays(record))
     structure = replace(structure, delay_s=_delay(delays, options))
     structure, _ = _best(record, [structure])
     thresholds = _profile(record, structure, "threshold_rad_per_s", options.reflex_thresholds_rad_per_s)
-    return Selection(record, structure, start, errors, delays, thresholds)
+    return Selection(record, structure, start, errors, variants, delays, thresholds)
 
 
 def alike(profile: dict[float, np.ndarray], tolerance: float) -> list[float]:
@@ -340,14 +353,24 @@ def _separated(gain: np.ndarray) -> np.ndarray:
     return gain.mean(axis=-1) > SEPARATED * gain.std(axis=-1, ddof=1) / np.sqrt(gain.shape[-1])
 
 
-def _kernel(record: CascadeRecord, start: Structure) -> Structure:
+def _poles(options: ParallelCascadeOptions) -> list[float]:
+    """Poles that are tried (rad/s), 0 for knots."""
+    return [0.0, *options.reflex_poles_per_s]
+
+
+def _kernel(errors: dict[Structure, np.ndarray]) -> Structure:
     """Kernel of the reflex: knots only if their error is clearly smaller."""
-    poles = record.options.reflex_poles_per_s
-    knots, of_knots = _best(record, [replace(start, pole_per_s=0.0)])
-    if not poles:
+    knots = next(s for s in errors if not s.pole_per_s)
+    smooth = [s for s in errors if s.pole_per_s]
+    if not smooth:
         return knots
-    smooth, error = _best(record, [replace(start, pole_per_s=p) for p in poles])
-    return knots if _separated(error - of_knots) else smooth
+    best = min(smooth, key=lambda s: errors[s].mean())
+    return knots if _separated(errors[best] - errors[knots]) else best
+
+
+def _at_kernel(errors: dict[Structure, np.ndarray], structure: Structure) -> Structure:
+    """Of several kernels, that of a structure."""
+    return next(s for s in errors if s.pole_per_s == structure.pole_per_s)
 
 
 def _slow_model(record: CascadeRecord, structure: Structure) -> SlowModel:

@@ -27,9 +27,9 @@ they are I theta'' + B theta' + K theta. Roughness are second differences betwee
 Laguerre coefficients; a large lambda reduces the model to I, B, K and stops. The structure is selected by
 cross-validation (`tepsipe.identification.cascade_selection`).
 
-Intervals: blocks are drawn with replacement, and for each draw the structure by the same rule from folds
-drawn with replacement, so that they include the choice among terms that the record hardly separates, but
-not that of kernel, threshold and delay, nor the bias of the penalty.
+Intervals: blocks are drawn with replacement, and for each draw terms, kernel and threshold by the same rules
+from folds drawn with replacement, so that they include these choices, but not that of the delay, which is
+assumed where the record does not determine it, nor the bias of the penalty.
 """
 
 from collections.abc import Callable
@@ -71,25 +71,22 @@ from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 LASTING = 0.95
 
 
+REFLEX_GROUPS = ("reflex", "gain_slope", "unloading")
+
+
 @dataclass(frozen=True)
 class _Drawn:
-    """Coefficients of the columns of a design, and their bootstrap (N·m over the column's unit)."""
+    """Coefficients of a design (N·m over the column's unit), and bootstraps of them or of what follows."""
 
     design: Design
     solution: np.ndarray
-    bootstrap: np.ndarray
+    bootstrap: dict[str, np.ndarray]
 
     def mapped(self, name: str, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Linear combinations, rows of ``matrix``, of the coefficients of one group, and their bootstrap."""
         own = self.design.groups[name]
-        if own.start == own.stop:
-            return np.zeros(matrix.shape[0]), np.zeros((self.bootstrap.shape[0], matrix.shape[0]))
-        return matrix @ self.solution[own], self.bootstrap[:, own] @ matrix.T
-
-    def total(self, name: str, weights: np.ndarray) -> tuple[float, np.ndarray]:
-        """One linear combination, and its bootstrap, shape (draws,)."""
-        value, drawn = self.mapped(name, weights[None])
-        return float(value[0]), drawn[:, 0]
+        value = matrix @ self.solution[own] if own.stop > own.start else np.zeros(matrix.shape[0])
+        return value, self.bootstrap[name] @ matrix.T
 
     def torque(self, *names: str) -> np.ndarray:
         """Torque of groups of columns over the part that is used (N·m)."""
@@ -150,13 +147,12 @@ def identify_cascade(
     times = np.array([np.bincount(draw, minlength=len(blocks)) for draw in drawn_blocks], dtype=float)
     found = _draw(selection, blocks, times, rng)
     predicted = found.torque(*found.design.groups)
-    motion = _motion_map(record, found.design)
-    lags = found.design.groups["intrinsic"].stop
+    motion, lags = _motion_map(record), found.design.groups["intrinsic"].stop
     impedance, impedance_drawn = found.mapped("intrinsic", motion[:, :lags])
     short = _short_range(record, found, impedance[2], impedance_drawn[:, 2])
-    yielding, yielding_drawn = found.total("stops", motion[2, lags:])
-    stiffening, stiffening_drawn = found.total("stiffening", np.array([2.0]))
-    reflex_torque = found.torque("reflex", "gain_slope", "unloading")
+    yielding, yielding_drawn = (x[..., 0] for x in found.mapped("stops", motion[2:, lags:]))
+    stiffening, stiffening_drawn = (x[..., 0] for x in found.mapped("stiffening", np.array([[2.0]])))
+    reflex_torque = found.torque(*REFLEX_GROUPS)
     spread = np.mean((record.used[:training] - record.used[:training].mean()) ** 2)
     lag, smooth = _shown_response(found.solution[found.design.groups["intrinsic"]], rate_hz, lowpass)
     return ParallelCascadeFit(
@@ -171,7 +167,7 @@ def identify_cascade(
         working_stiffness=float(impedance[2] + yielding),
         working_stiffness_bootstrap=impedance_drawn[:, 2] + yielding_drawn,
         short_range=short,
-        stiffening=stiffening,
+        stiffening=float(stiffening),
         stiffening_bootstrap=stiffening_drawn,
         reflex_share=float(100.0 * np.var(reflex_torque[:training]) / spread),
         intrinsic_time=lag,
@@ -185,50 +181,82 @@ def identify_cascade(
 
 
 def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> _Drawn:
-    """Estimate of the selected structure; bootstrap of it and of those that folds cannot separate from it."""
+    """Estimate of the selected structure; bootstrap of it and of those that folds do not separate from it."""
     record, structure = selection.record, selection.structure
     candidates = list(selection.errors)
     table = np.array(list(selection.errors.values()))
     folds = rng.integers(0, table.shape[1], (times.shape[0], table.shape[1]))
     reflex = np.array([candidate.direction != 0 for candidate in candidates])
-    rows = choose_rows(np.swapaxes(table[:, folds], 0, 1), reflex, record.options.term_tolerance)
-    used = [_at(candidates[row], structure) for row in np.unique(rows)]
-    union = _union([structure, *used])
-    design = make_design(record, union)
-    sums = block_sums(design.white, record.white_torque, blocks)
-    drawn = np.zeros((times.shape[0], design.scale.size))
-    for row, own in zip(np.unique(rows), used, strict=True):
-        columns, taken = design.of(own), np.flatnonzero(rows == row)
-        penalty = own.penalty * design.penalty[np.ix_(columns, columns)]
-        found = solve_drawn(sums.of(columns), times[taken], penalty, design.bounded[columns])
-        drawn[np.ix_(taken, columns)] = found
-    own = make_design(record, structure)
-    solution = np.zeros(design.scale.size)
-    solution[design.of(structure)] = fit_once(record, own, structure)
-    return _Drawn(design, solution / design.scale, drawn / design.scale)
+    terms = choose_rows(np.swapaxes(table[:, folds], 0, 1), reflex, record.options.term_tolerance)
+    shapes = list(selection.variants) or [selection.full]
+    errors = np.array(list(selection.variants.values()) or [np.ones(table.shape[1])])
+    variants = np.argmin(errors[:, folds].mean(axis=2), axis=0)
+    variants[~reflex[terms]] = -1
+    lags = record.group("intrinsic", structure)[0].shape[1]
+    sizes = {"intrinsic": lags, "stops": len(record.radii), "stiffening": 1, "response": _samples(selection)}
+    drawn = {name: np.zeros((times.shape[0], size)) for name, size in sizes.items()}
+    drawn |= {name: np.zeros((times.shape[0], 1)) for name in REFLEX_GROUPS}
+    for variant in np.unique(variants):
+        shape = shapes[variant] if variant >= 0 else structure
+        rows = np.unique(terms[variants == variant])
+        used = {row: _at(candidates[row], structure, shape) for row in rows}
+        design = make_design(record, _union(list(used.values())), fitted_only=True)
+        sums = block_sums(design.white, record.white_torque, blocks)
+        for row, each in used.items():
+            taken = np.flatnonzero((variants == variant) & (terms == row))
+            columns = design.of(each)
+            penalty = each.penalty * design.penalty[np.ix_(columns, columns)]
+            found = np.zeros((taken.size, design.scale.size))
+            found[:, columns] = solve_drawn(sums.of(columns), times[taken], penalty, design.bounded[columns])
+            _keep(drawn, taken, design, found / design.scale, each, record)
+    design = make_design(record, structure)
+    return _Drawn(design, fit_once(record, design, structure) / design.scale, drawn)
 
 
-def _at(candidate: Structure, structure: Structure) -> Structure:
-    """A compared structure with the delay, and if it has the same terms the penalty, that were selected."""
-    same = replace(candidate, delay_s=structure.delay_s, penalty=structure.penalty) == structure
-    if structure.direction and candidate.direction:
-        candidate = replace(candidate, delay_s=structure.delay_s)
-    return structure if same else candidate
+def _keep(drawn: dict, taken: np.ndarray, design: Design, found: np.ndarray, structure, record) -> None:
+    """Write coefficients, or what follows from them, to the draws that were taken."""
+    for name in ("intrinsic", "stops", "stiffening"):
+        own = design.groups[name]
+        if own.stop > own.start:
+            drawn[name][taken] = found[:, own]
+    kernels = kernel_responses(structure.pole_per_s, record.options, record.rate_hz)
+    for name in REFLEX_GROUPS:
+        own = design.groups[name]
+        if own.stop > own.start:
+            drawn[name][taken] = found[:, own] @ kernels.sum(axis=0)[:, None] / record.rate_hz
+    own, size = design.groups["reflex"], drawn["response"].shape[1]
+    if own.stop > own.start and size:
+        shown = kernels[:size]
+        drawn["response"][np.ix_(taken, np.arange(shown.shape[0]))] = found[:, own] @ shown.T
 
 
-def _union(structures: list[Structure]) -> Structure:
-    """A structure with all terms of several."""
-    reflex = next((s for s in structures if s.direction), structures[0])
+def _samples(selection: Selection) -> int:
+    """Length of the reflex response (samples), 0 without a reflex."""
+    if not selection.structure.direction:
+        return 0
+    record = selection.record
+    return kernel_responses(selection.structure.pole_per_s, record.options, record.rate_hz).shape[0]
+
+
+def _at(candidate: Structure, structure: Structure, shape: Structure) -> Structure:
+    """Terms of a compared structure with the kernel and threshold of another, and the selected delay."""
+    if not candidate.direction:
+        return candidate
     return replace(
-        reflex,
-        **{
-            name: any(getattr(s, name) for s in structures)
-            for name in ("stops", "stiffening", "gain_slope", "unloading")
-        },
+        candidate,
+        delay_s=structure.delay_s if structure.direction else candidate.delay_s,
+        pole_per_s=shape.pole_per_s,
+        threshold_rad_per_s=shape.threshold_rad_per_s,
     )
 
 
-def _motion_map(record: CascadeRecord, design: Design) -> np.ndarray:
+def _union(structures: list[Structure]) -> Structure:
+    """A structure with all terms of several of the same reflex."""
+    names = ("stops", "stiffening", "gain_slope", "unloading")
+    return replace(structures[0], **{name: any(getattr(s, name) for s in structures) for name in names})
+
+
+def _motion_map(record: CascadeRecord) -> np.ndarray:
     """Matrix that maps h and w to I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), shape (3, lags + stops)."""
     time = np.arange(record.angle.size) / record.rate_hz
     velocity = derivative(time, record.angle)
@@ -236,24 +264,24 @@ def _motion_map(record: CascadeRecord, design: Design) -> np.ndarray:
         [derivative(time, velocity), velocity, record.angle, np.ones_like(record.angle)]
     )[record.fitted]
     scale = np.linalg.norm(motion, axis=0)
-    torque = [
-        design.columns[: record.training, design.groups[name]] * design.scale[design.groups[name]]
-        for name in ("intrinsic", "stops")
-    ]
+    bare = Structure(0, False, 0.0, 0.0)
+    names = ("intrinsic", *["stops"] * bool(record.radii))
+    torque = [record.group(name, bare)[0][: record.training] for name in names]
     mapped = np.linalg.lstsq(motion / scale, np.hstack(torque), rcond=None)[0]
     return (mapped / scale[:, None])[:3]
 
 
 def _short_range(record: CascadeRecord, found: _Drawn, stiffness, stiffness_drawn) -> ShortRange:
+    """Short-range stiffness of the estimate and its bootstrap; no radii where the structure has none."""
     own = found.design.groups["stops"]
-    radii = np.array(record.radii)[: own.stop - own.start]
-    weights, drawn = found.solution[own], found.bootstrap[:, own]
+    radii, weights, drawn = np.array(record.radii), found.solution[own], found.bootstrap["stops"]
     with np.errstate(invalid="ignore", divide="ignore"):
-        radius, radius_drawn = (w @ radii / w.sum(axis=-1) for w in (weights, drawn))
+        radius = weights @ radii[: weights.size] / weights.sum() if weights.size else np.nan
+        radius_drawn = drawn @ radii / drawn.sum(axis=1)
     return ShortRange(
-        radii_rad=radii,
+        radii_rad=radii[: weights.size],
         weights=weights,
-        weights_bootstrap=drawn,
+        weights_bootstrap=drawn[:, : weights.size],
         stiffness=float(stiffness + weights.sum()),
         stiffness_bootstrap=stiffness_drawn + drawn.sum(axis=1),
         yield_angle_rad=float(radius),
@@ -264,28 +292,32 @@ def _short_range(record: CascadeRecord, found: _Drawn, stiffness, stiffness_draw
 def _reflex(selection: Selection, found: _Drawn, blocks: list[slice], times: np.ndarray) -> dict:
     """Fields of the result on the reflex pathway (units there)."""
     record, structure = selection.record, selection.structure
-    rate, options = record.rate_hz, record.options
-    any_reflex = next((s for s in selection.errors if s.direction), structure)
-    kernels = kernel_responses(any_reflex.pole_per_s, options, rate)
-    gains = {
-        name: found.total(name, kernels.sum(axis=0) / rate) for name in ("reflex", "gain_slope", "unloading")
-    }
-    response, drawn = found.mapped("reflex", kernels)
-    if not structure.direction:
-        response, drawn = np.empty(0), np.empty((times.shape[0], 0))
+    rate = record.rate_hz
+    response, gains = np.empty(0), dict.fromkeys(REFLEX_GROUPS, 0.0)
+    if structure.direction:
+        kernels = kernel_responses(structure.pole_per_s, record.options, rate)
+        response = kernels @ found.solution[found.design.groups["reflex"]]
+        for name in REFLEX_GROUPS:
+            own = found.design.groups[name]
+            if own.stop > own.start:
+                gains[name] = float(kernels.sum(axis=0) @ found.solution[own] / rate)
+    drawn = found.bootstrap["response"]
     low, high = np.percentile(drawn, [2.5, 97.5], axis=0) if drawn.size else np.empty((2, 0))
     peak = duration = np.nan
     if np.any(response):
         area = np.cumsum(np.abs(response))
         peak = structure.delay_s + float(np.argmax(np.abs(response))) / rate
         duration = float(np.searchsorted(area, LASTING * area[-1])) / rate
+    muscle = None
+    if structure.direction:
+        muscle = fit_muscle(record, structure, blocks, times, response.size)
     return {
-        "gain": gains["reflex"][0],
-        "gain_bootstrap": gains["reflex"][1],
-        "gain_slope": gains["gain_slope"][0],
-        "gain_slope_bootstrap": gains["gain_slope"][1],
-        "unloading_gain": gains["unloading"][0],
-        "unloading_gain_bootstrap": gains["unloading"][1],
+        "gain": gains["reflex"],
+        "gain_bootstrap": found.bootstrap["reflex"][:, 0],
+        "gain_slope": gains["gain_slope"],
+        "gain_slope_bootstrap": found.bootstrap["gain_slope"][:, 0],
+        "unloading_gain": gains["unloading"],
+        "unloading_gain_bootstrap": found.bootstrap["unloading"][:, 0],
         "reflex_time": structure.delay_s + np.arange(response.size) / rate,
         "reflex_response": response,
         "reflex_low": low,
@@ -294,9 +326,7 @@ def _reflex(selection: Selection, found: _Drawn, blocks: list[slice], times: np.
         "reflex_duration_s": duration,
         "delays": np.array(list(selection.delays)),
         "delay_vaf": _weighted_vaf(record, selection.delays),
-        "muscle": fit_muscle(record, structure, blocks, times, response.size)
-        if structure.direction
-        else None,
+        "muscle": muscle,
     }
 
 

@@ -25,6 +25,7 @@ import scipy
 from tepsipe.experiments.position_manipulator import REFLEX_ESTIMATOR
 from tepsipe.io.csv_table import write_rows
 from tepsipe.io.estimates import Estimate
+from tepsipe.statistics.least_squares import least_squares_line
 
 # K per torque (1/rad): 250 to 400 N·m/rad at 100 N·m
 LITERATURE_SLOPE = (2.5, 4.0)
@@ -190,16 +191,15 @@ def relations(points: Iterable[OperatingPoint]) -> list[Relation]:
         torque = np.abs([p.torque_Nm for p in own])
         if len(own) < LEAST_TRIALS or not np.ptp(torque) > 0.0:
             continue
-        line = scipy.stats.linregress(torque, [p.value for p in own])
-        t = scipy.stats.t.ppf(0.975, len(own) - 2)
-        wide, high = t * line.stderr, t * line.intercept_stderr
+        value = np.array([p.value for p in own])
+        line = least_squares_line(np.column_stack([torque, np.ones(len(own))]), value)
+        half = scipy.special.stdtrit(len(own) - 2, 0.975) * line.standard_error
         found.append(
             Relation(
                 participant,
                 direction,
                 len(own),
-                *(float(line.slope + sign * wide) for sign in (0, -1, 1)),
-                *(float(line.intercept + sign * high) for sign in (0, -1, 1)),
+                *(float(line.parameters[k] + sign * half[k]) for k in (0, 1) for sign in (0, -1, 1)),
             )
         )
     return found
