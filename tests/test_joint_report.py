@@ -22,7 +22,7 @@ def abstract_of(data):
 def test_abstract_leads_with_the_stiffness_of_the_model_that_predicts():
     told = abstract_of(data_of({"a": fit_of(), "b": fit_of()}, {"name": "ankle"}))
     assert told.startswith(
-        "The intrinsic stiffness of the human ankle is K = 50.0 N·m/rad (95 % interval 45.0 to 55.0) in a and"
+        "The intrinsic stiffness of the human ankle is K = 50.0 N·m/rad (45.0 to 55.0) in a and"
     )
     assert "VAF of 90.0 % in a and 90.0 % in b" in told
     assert (
@@ -30,16 +30,16 @@ def test_abstract_leads_with_the_stiffness_of_the_model_that_predicts():
         in told
     )
     assert "more than the short-latency stretch reflex" in told
-    assert "100 N·m/rad (95 % interval 90 to 110) in a" in told
+    assert "100 N·m/rad (90 to 110) in a" in told
     assert "80 % lies below 1 Hz" in told
 
 
 def test_short_range_stiffness_leads_with_the_stiffness_at_the_recorded_amplitude():
     told = abstract_of(data_of({"a": fit_of(short_range=True)}))
     assert told.startswith(
-        "The intrinsic stiffness of the joint at the recorded amplitude is 60.0 N·m/rad (95 % interval 55.0"
+        "The intrinsic stiffness of the joint at the recorded amplitude is 60.0 N·m/rad (55.0"
     )
-    assert "from 80 N·m/rad (95 % interval 70 to 90) for the smallest movements to K = 50.0 N·m/rad" in told
+    assert "from 80 N·m/rad (70 to 90) for the smallest movements to K = 50.0 N·m/rad" in told
 
 
 def test_a_delay_that_the_data_determine_is_not_called_assumed():

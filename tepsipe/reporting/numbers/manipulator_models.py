@@ -133,7 +133,7 @@ def quoted(own: pd.DataFrame, estimator: str, quantity: str, conditions: list[st
     for condition in conditions:
         if condition in rows.index:
             value, interval = cell(rows.loc[condition])
-            found[condition] = f"{value} (95 % interval {interval})" if interval else value
+            found[condition] = f"{value} ({interval})" if interval else value
     return found
 
 
@@ -152,10 +152,19 @@ def comparison_data(fits: dict[str, Result], own: pd.DataFrame) -> list[dict]:
                     "held_out": [percent(score[2]) if score else number(None) for score in found],
                 }
             )
-    rows.append(_row_of_estimator(own, REFLEX_ESTIMATOR, "*selected terms*", conditions, ""))
+    chosen = [_score(fit, selected_terms(fit)) for fit in fits.values()]
+    count = _count([score[0] for score in chosen if score])
+    rows.append(_row_of_estimator(own, REFLEX_ESTIMATOR, "*selected terms*", conditions, count))
     if (own.estimator == MUSCLE_ESTIMATOR).any():
         rows.append(_row_of_estimator(own, MUSCLE_ESTIMATOR, "the same, second-order muscle", conditions, ""))
     return rows
+
+
+def selected_terms(fit: Result) -> tuple[str, ...]:
+    """Names of the terms that cross-validation selected for a trial (no unit)."""
+    facts = fit.facts["reflex"]
+    present = {"direction": facts["direction"] != 0, "stops": facts["short_range"]}
+    return tuple(name for name in TERMS if present.get(name, facts.get(name, False)))
 
 
 def _count(counts: list) -> str:
@@ -165,7 +174,11 @@ def _count(counts: list) -> str:
 
 def _named(terms: tuple[str, ...]) -> str:
     """A model in words."""
-    return "linear intrinsic pathway" if not terms else "+ " + ", ".join(TERM_NAMES[name] for name in terms)
+    if not terms:
+        return "linear intrinsic pathway"
+    if terms == TERMS:
+        return "with all terms"
+    return "with " + ", ".join(TERM_NAMES[name] for name in terms)
 
 
 def _score(fit: Result, terms: tuple[str, ...]) -> tuple[float, float, float] | None:

@@ -149,7 +149,7 @@ def residuals_data(fits: dict[str, Result]) -> dict:
         "longer_than_block": forgetful,
         "mostly_slow": len(slow) == len(rows),
         "below": " to ".join(dict.fromkeys(percent(x, 0) for x in (min(shares), max(shares)))),
-        "block": number(recording["block_s"]),
-        "cutoff": number(recording["cutoff_hz"]),
+        "block": f"{recording['block_s']:g}",
+        "cutoff": f"{recording['cutoff_hz']:g}",
         "count": len(rows),
     }

@@ -60,10 +60,12 @@ def abstract_data(a: dict) -> list[list]:
     there = [r for r in a["reflexes"] if r["there"]]
     parts, left = a["parts"], a["residuals"]
     told = [
-        "The intrinsic stiffness of the {of} at the recorded amplitude is {stiffness_working}. It falls from "
-        "{stiffness_small} for the smallest movements to $K$ = {stiffness_beyond} beyond the short range."
+        "The intrinsic stiffness of the {of} at the recorded amplitude is {stiffness_working}, with 95 % "
+        "intervals in brackets. It falls from {stiffness_small} for the smallest movements to $K$ = "
+        "{stiffness_beyond} beyond the short range."
         if a["short_range"]
-        else "The intrinsic stiffness of the {of} is $K$ = {stiffness_beyond}.",
+        else "The intrinsic stiffness of the {of} is $K$ = {stiffness_beyond}, with 95 % intervals in "
+        "brackets.",
         "It is that of the parallel-cascade model, which predicts the torque of the held-out part from the "
         "angle alone with a VAF of {vaf_each}.",
         "Inertia, damping and stiffness alone reach {vaf_alone_each}."
@@ -71,15 +73,14 @@ def abstract_data(a: dict) -> list[list]:
         else "This is not in every trial more than the VAF of inertia, damping and stiffness alone, "
         "{vaf_alone_each}.",
     ]
-    told += _of_reflex(a, there)
-    told.append(
+    last = [
         "The stiffness differs between the thirds of {differing}."
         if parts["differing"]
-        else "The stiffness does not differ between the thirds of {a_record}."
-    )
+        else "The stiffness does not differ between the thirds of {a_record}.",
+    ]
     if left["mostly_slow"]:
-        told.append("Of what the model leaves, {below} % lies below 1 Hz.")
-    delays = [f"{r['delays']} ms" + ("" if a["one"] else f" in {r['condition']}") for r in there]
+        last.append("Of what the model leaves, {below} % lies below 1 Hz.")
+    delays = [r["delays"] + ("" if a["one"] else f" in {r['condition']}") for r in there]
     values = {
         "of": a["joint"]["of"],
         "delays": joined(delays) if len(delays) <= NAMED else "other delays",
@@ -89,7 +90,8 @@ def abstract_data(a: dict) -> list[list]:
         "below": left["below"],
     }
     used = ("stiffness_working", "stiffness_small", "stiffness_beyond", "vaf_each", "vaf_alone_each")
-    return [[" ".join(told), values | {key: a[key] for key in (*used, "stiffness", "with_reflex")}]]
+    values |= {key: a[key] for key in (*used, "stiffness", "with_reflex")}
+    return [[" ".join(part), values] for part in (told, _of_reflex(a, there), last)]
 
 
 def _of_reflex(a: dict, there: list[dict]) -> list[str]:

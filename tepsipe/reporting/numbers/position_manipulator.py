@@ -15,6 +15,7 @@ from tepsipe.reporting.numbers.manipulator_models import (
     comparison_data,
     flags_of,
     quoted,
+    selected_terms,
 )
 from tepsipe.reporting.numbers.manipulator_recordings import (
     parts_data,
@@ -125,19 +126,17 @@ def _reflex(condition: str, fit: Result, own: pd.DataFrame) -> dict:
     gain, gain_interval = cell(rows.loc["reflex_gain"])
     delay, (low, high) = facts["delay_s"], facts["delay_range_s"]
     lasting = facts["delay_s"] + facts["duration_s"] if facts["direction"] else 0.0
-    present = {"direction": facts["direction"] != 0, "stops": facts["short_range"]}
-    present |= {name: facts[name] for name in ("stiffening", "gain_slope", "unloading")}
     return {
         "condition": condition,
         "there": facts["direction"] != 0,
         "rising": facts["direction"] > 0,
-        "terms": joined([TERM_NAMES[name] for name in TERM_NAMES if present[name]]),
+        "terms": joined([TERM_NAMES[name] for name in selected_terms(fit)]),
         "gain": gain,
         "gain_interval": gain_interval,
         # a gain whose interval holds 0 is not seen
         "clear": bool(rows.ci_low["reflex_gain"] > 0.0 or rows.ci_high["reflex_gain"] < 0.0),
         "delay": number(1e3 * delay, 2),
-        "delays": span([1e3 * low, 1e3 * high], 2),
+        "delays": f"{span([1e3 * low, 1e3 * high], 2)} ms",
         "delay_assumed": "reflex_delay" in facts["assumed"],
         "delay_within": bool(low <= delay <= high),
         # what responds so early is no reflex
