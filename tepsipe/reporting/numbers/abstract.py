@@ -53,8 +53,9 @@ def source_of(data: dict) -> Paragraph:
             "*Source of the raw files.* The recordings of the thesis [cite thesis] were never published. "
             "Of the {trials} trials in this report, {made} were simulated by a _virtual laboratory_, "
             "which integrates the full mechanics of the rigs with its own constants and writes the files "
-            "that the instruments would have written. The analysis does not use these constants; only "
-            "comparisons with the truth do ([@findings]). This report therefore tests the _method_ of the "
+            "that the instruments would have written. The analysis does not use these constants; they "
+            "serve only where this report compares an estimate with the truth ([@findings]). "
+            "This report therefore tests the _method_ of the "
             "thesis, not its measurements.",
             trials=data["trials"],
             made=data["made"],
