@@ -18,9 +18,10 @@ from tepsipe.signals.resampling import (
     repair_time_stamps,
     resample,
     rising_edges,
+    runs_of,
 )
 
-# torque per angle (N·m/rad) below which the columns are taken for exchanged, and least swing of an angle (rad)
+# torque per angle (N·m/rad) below which columns are taken for exchanged, and least swing of an angle (rad)
 EXCHANGED_NM_PER_RAD, LEAST_SWING_RAD = 0.1, 1e-3
 # a saturated torque stays at its extreme value for so long (s), in so many stretches
 SATURATED_S, SATURATED_STRETCHES = 0.02, 3
@@ -277,7 +278,7 @@ def _refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str) -> None:
     """Refuse a torque so small for the angle that each must be in the other's column."""
     spread = float(angle.std())
     ratio = float(torque.std()) / spread if spread > 0.0 else np.inf
-    if 0.0 < ratio < EXCHANGED_NM_PER_RAD:
+    if 0.0 < ratio < EXCHANGED_NM_PER_RAD and np.ptp(torque) < 0.5 * np.pi:
         raise InputError(
             f"{name}: expected a torque of at least {EXCHANGED_NM_PER_RAD:g} N·m per rad of the angle, found "
             f"{ratio:.2g} N·m/rad: exchange the columns of torque and angle in the configuration, or correct "
@@ -299,7 +300,7 @@ def _refuse_saturated(torque: np.ndarray, rate_hz: float, name: str) -> None:
 
 
 def _refuse_little_motion(angle: np.ndarray, unit: str, name: str) -> None:
-    """Refuse an angle that moves by less than any perturbation of a joint; one that stands still comes later."""
+    """Refuse an angle that hardly moves; the analysis refuses one that stands still."""
     swing = float(np.subtract(*np.percentile(angle, [99.0, 1.0])))
     if 0.0 < swing < LEAST_SWING_RAD:
         raise InputError(
