@@ -294,8 +294,8 @@ def _refuse_saturated(torque: np.ndarray, rate_hz: float, name: str) -> None:
         if len(long) >= SATURATED_STRETCHES and np.ptp(torque) > 0.0:
             raise InputError(
                 f"{name}: expected a torque within the range of its sensor, found its {word} value "
-                f"{value:.4g} N·m in {len(long)} stretches of up to {1e3 * max(long) / rate_hz:.3g} ms: record "
-                "with a larger range"
+                f"{value:.4g} N·m in {len(long)} stretches of up to {1e3 * max(long) / rate_hz:.3g} ms: "
+                "record with a larger range"
             )
 
 
