@@ -43,7 +43,7 @@ RECORDED = {
     "provenance": {
         "facts": [["Seed", "1"]],
         "packages": [["numpy", "2.0"]],
-        "files": [["sheet", "a.tsv", "ab"]],
+        "files": [["sheet", "a.tsv"]],
     },
     "flags": {"count": 0, "total": 10, "kinds": [], "recommended": {"count": "0", "total": "4", "kinds": []}},
 }

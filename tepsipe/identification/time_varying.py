@@ -417,7 +417,7 @@ def _pooled(pieces, times: np.ndarray, place: str, lost: int) -> tuple[np.ndarra
     drawn = np.linalg.solve(np.tensordot(times, normal, 1), (times @ right)[..., None])[..., 0] / scale
     n = len(pieces)
     # few pieces: their spread is too small by sqrt(n / (n - 1)), and known from n - 1 of them
-    growth = np.sqrt(n / (n - 1.0)) * scipy.stats.t.ppf(0.975, n - 1) / scipy.stats.norm.ppf(0.975)
+    growth = np.sqrt(n / (n - 1.0)) * scipy.special.stdtrit(n - 1, 0.975) / scipy.special.ndtri(0.975)
     return value, growth * (drawn - value), _vaf(y, y - x @ value)
 
 

@@ -194,6 +194,8 @@ def check_config(config: dict, name: str) -> None:
                 f"{low} and {high}, found {stiffness}: correct it"
             )
     _check_treadmill(config, name)
+    if config["plan"] is not None:
+        _check_plan(config, name)
     if config["noise"]["table_snr_db"] not in config["noise"]["snr_db"]:
         raise InputError(
             f"{name}: expected noise.table_snr_db to be one of noise.snr_db ({config['noise']['snr_db']}), "
@@ -298,6 +300,11 @@ def _check_reflex(reflex: dict, name: str) -> None:
         raise InputError(
             f"{where}.expected_delay_s within reflex_delays_s, from short to long ([{shortest}, {longest}]), "
             f"found {reflex['expected_delay_s']}: correct one of the two"
+        )
+    if not reflex["profiled_delays_s"][0] <= reflex["profiled_delays_s"][1]:
+        raise InputError(
+            f"{where}.profiled_delays_s from short to long, found {reflex['profiled_delays_s']}: turn it "
+            "round"
         )
     if reflex["reflex_length_s"] < 2.0 * reflex["reflex_knot_s"]:
         raise InputError(
@@ -459,3 +466,24 @@ def check_plate_models(config: dict, name: str) -> None:
                 f"standing.pathways.{pathway} takes the model {choice['treadmill_model']!r} of the "
                 "treadmill, found none: add their rows to the trial sheet, or set its treadmill_model to null"
             )
+
+
+def _check_plan(config: dict, name: str) -> None:
+    """A plan study names its own designs, and tries filters on simulated trials with a treadmill model."""
+    plan, study = config["plan"], config["study"]
+    for key, named in (("references", plan["references"]), ("filters.design", [plan["filters"]["design"]])):
+        for design in named:
+            _refuse_unknown(name, f"plan.{key}", design, "plan.designs", plan["designs"])
+    if study["virtual_lab"] is None or config["coverage"] is not None:
+        found = "study.virtual_lab null" if study["virtual_lab"] is None else "coverage, too"
+        raise InputError(
+            f"{name}: expected a plan study of simulated trials, whose truth is known, found {found}: "
+            "correct "
+            "it, or set plan to null"
+        )
+    pathway = config["dummy"]["foot"]["pathways"].get("foot-compensated")
+    if pathway is None or pathway["treadmill_model"] not in config["weight"]["models"]["family"]:
+        raise InputError(
+            f"{name}: expected weight.models.family to fit the treadmill_model of "
+            "dummy.foot.pathways.foot-compensated for a plan study, found none: add it"
+        )
