@@ -62,10 +62,17 @@ if config["coverage"] is not None:
     include: "workflow/rules/coverage.smk"
 
 
+# what an experiment will show, and which filter to use
+if config["plan"] is not None:
+
+    include: "workflow/rules/plan.smk"
+
+
 rule all:
     default_target: True
     input:
         outputs.coverage(STUDY)
+        or outputs.plan(STUDY)
         or [
             *outputs.everything(STUDY),
             *outputs.pages(STUDY),
