@@ -1,4 +1,4 @@
-"""The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``export``, ``check``.
+"""The command line: ``tepsipe fit``, ``calibrate``, ``info``, ``new-study``, ``plan``, ``export``, ``check``.
 
 Every command calls the public functions. It returns 0; if its input cannot be used, it prints one sentence
 to the standard error and returns 2.
@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tepsipe import __version__
 from tepsipe.errors import InputError, listed, quoted
+from tepsipe.reporting.plan_arguments import add_plan
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -149,6 +150,7 @@ def _parser() -> argparse.ArgumentParser:
     info.set_defaults(command=_info)
 
     _add_new_study(commands)
+    add_plan(commands).set_defaults(command=_plan)
 
     check = commands.add_parser(
         "check",
@@ -333,6 +335,20 @@ def _new_study(chosen: argparse.Namespace) -> None:
         print(f"next: fill in what {made.folder / FILES[2]} lists (items: {made.missing}), then")
     for command in ("tepsipe check", "snakemake -n --configfile", "snakemake -c2 --configfile"):
         print(f"  {command} {config}")
+
+
+def _plan(chosen: argparse.Namespace) -> None:
+    from tepsipe.reporting.figures.planning import plot_plan
+    from tepsipe.reporting.figures.style import save_png
+    from tepsipe.reporting.plan_command import run_plan, summary, write_plan
+
+    table, png = _outputs(chosen.output, (".csv", ".png"))
+    plan, best = run_plan(chosen)
+    print(summary(plan, best))
+    write_plan(plan, best, table)
+    plans = {plan.design.protocol.pulse.profile: plan} | ({} if best is None else {"optimal": best.plan})
+    save_png(plot_plan(plans), png)
+    print(f"\nwritten: {table}, {png}")
 
 
 def _picture(file: Path, wanted: Path) -> Path:

@@ -72,6 +72,8 @@ HARMLESS = {
 # what is believed and not drawn
 UNDRAWN = {
     "dummy.foot_compliance_rad_per_Nm": "a mechanism of the laboratory, which has this size",
+    "dummy.levelled_rad": "a standard error of the trial's own, not of the rig",
+    "dummy.leg_bending_rad_per_m_per_s2": "a mechanism of the laboratory, which has this size",
     "dummy.log_delay_s": "the laboratory's log is on one clock",
     "weight.belt_force_ratio": "of the plate's mechanisms, which are not drawn",
     "standing.joint_centre_anterior_m": "what quiet sway leaves of the drawn place of the axis",

@@ -43,7 +43,7 @@ def test_no_command_prints_help(capsys):
     assert "calibrate" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["fit", "calibrate", "info", "new-study"])
+@pytest.mark.parametrize("command", ["fit", "calibrate", "info", "new-study", "plan"])
 def test_every_command_has_help(command, capsys):
     with pytest.raises(SystemExit) as ended:
         main([command, "--help"])
@@ -176,3 +176,28 @@ def test_info_reads_recordings_made_by_others(name, kind, channel, rate_hz, real
     contents = contents_of(real_data(name))
     assert contents.kind == kind
     assert {c.name: c for c in contents.channels}[channel].rate_hz == pytest.approx(rate_hz)
+
+
+def test_plan_writes_what_it_prints(capsys, tmp_path):
+    assert main(["plan", "--number", "4", "--interval", "2", "--pathway", "leg", "--amplitude", "0.1"]) == 0
+    out = capsys.readouterr().out
+    found = rows(tmp_path / "plan.csv")
+    assert found["K"]["unit"] == "Nm/rad" and float(found["K"]["u_type_a"]) > 0.01
+    assert f"K +-20 % (95 %): {found['K']['n_for_20_percent']}" in out
+    assert (tmp_path / "plan.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--leg-mass", "-1"], "mass_kg"),
+        (["--interval", "0.1"], "interval_s"),
+        (["--max-jerk", "100"], "--optimise"),
+        (["--optimise", "--max-jerk", "0"], "no pulse meets"),
+        (["--tolerance", "leg_mas_kg=0.1"], "leg_mass_kg"),
+        (["--stiffness", "1"], "critical"),
+        (["--output", "nowhere/plan"], "folder that exists"),
+    ],
+)
+def test_plans_that_cannot_be_are_refused(arguments, words, capsys):
+    assert words in refused(capsys, "plan", "--number", "2", "--interval", "1.5", *arguments)

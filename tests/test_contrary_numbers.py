@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pandas as pd
 import pytest
 
+from tepsipe.reporting.numbers.abstract import _standing
 from tepsipe.reporting.numbers.dummy import _vaf_of_trial
 from tepsipe.reporting.numbers.position_manipulator import _raises
 from tepsipe.reporting.numbers.simulations import _of_noise
@@ -83,3 +84,20 @@ def test_vaf_depends_on_the_trial_only_if_parameters_matter_less(crossed, told):
 def test_a_record_of_whole_periods_does_not_leak(samples, leaks):
     fit = SimpleNamespace(facts={"kept_samples": [1536, 1536 + samples], "rate_hz": 256.0})
     assert _leaks({"0.16": fit}, 10.0) is leaks
+
+
+@pytest.mark.parametrize(
+    ("latency", "told"), [("1.9", " and 1.9 ms in the latency of a muscle."), (DASH, ".")]
+)
+def test_latencies_without_an_onset_have_no_error(latency, told):
+    person = {
+        "stood": "2",
+        "trials": "2",
+        "recommended": {"estimator": "gls"},
+        "tasks": [],
+        "estimators": [],
+        "recovery": {"stiffness": "3.1", "latency": latency},
+    }
+
+    words = "".join(piece for paragraph in _standing({"standing": person}) for _, piece in paragraph)
+    assert words.endswith(f"The largest error is 3.1 % in stiffness{told}")

@@ -11,7 +11,7 @@ from test_leg_pathways import OPTIONS, trial_of_swing
 
 from tepsipe.experiments.dummy.foot_budget import FOOT_SOURCES
 from tepsipe.experiments.dummy.foot_pathways import analyse_foot
-from tepsipe.experiments.dummy.leg_budget import LEG_SOURCES, compliance_contributions
+from tepsipe.experiments.dummy.leg_budget import LEG_SOURCES, LIKELIHOOD_SOURCES, compliance_contributions
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
 from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_contributions, dummy_estimates
 from tepsipe.io.trial import Signal
@@ -356,4 +356,4 @@ def test_a_delay_of_the_log_after_the_forces_contributes_what_later_forces_show(
 
 def test_shipped_sources_are_those_of_the_pathways(config):
     known = set(sources_of(config["uncertainty"]["dummy"]))
-    assert known == set(LEG_SOURCES) | set(FOOT_SOURCES)
+    assert known == {*LEG_SOURCES, *LIKELIHOOD_SOURCES, *FOOT_SOURCES}

@@ -7,7 +7,7 @@ import pytest
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.broadband import BroadbandEpochs
-from tepsipe.experiments.standing.checks import failed_checks
+from tepsipe.experiments.standing.checks import failed_checks, quotable
 from tepsipe.experiments.standing.free_body import SOURCES
 from tepsipe.experiments.standing.free_reflex import (
     DISCREPANCY,
@@ -34,6 +34,7 @@ from tepsipe.identification.generalised_least_squares import (
 )
 from tepsipe.io.result import Result
 from tepsipe.statistics.uncertainty import Budget, Source
+from tepsipe.treadmill.held_out import UNKNOWN
 
 K, B = 370.0, 8.0
 RATE_HZ = 250.0
@@ -208,11 +209,22 @@ def test_inertia_is_refused():
         ({"centre_used": False}, "centre-assumed"),
         ({"calibrated_kg": 20.0}, "beyond-calibrated-mass"),
         ({"calibrated_kg": None}, None),
+        ({"treadmill_error": (0.2 * K, 0.03 * K)}, "treadmill-model"),
+        # perhaps, not clearly, beyond a tenth of K
+        ({"treadmill_error": (0.12 * K, 0.03 * K)}, None),
+        # a model below its limit: the error is not known
+        ({"treadmill_error": (0.0, UNKNOWN)}, "treadmill-model"),
     ],
 )
 def test_what_the_trials_show_is_flagged(changes, flag):
     trials = [replace(trial, **changes) for trial in group()]
     assert failed_checks(fitted(trials), trials, 80, None) == ((flag,) if flag else ())
+
+
+def test_estimate_is_not_to_be_quoted_where_the_treadmill_certainly_makes_half_of_it():
+    for error, quoted in ((0.4, True), (0.52, True), (0.7, False), (-0.7, False)):
+        assert quotable([replace(group()[0], treadmill_error=(300.0 * error, 30.0))], 300.0) == quoted
+    assert quotable(group(), 300.0)
 
 
 def test_few_perturbations_windows_and_another_stiffness_are_flagged():

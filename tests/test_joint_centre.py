@@ -1,11 +1,22 @@
 """Centre of the ankle from quiet sway, and the feet as a free body up to 60 Hz: an ideal laboratory."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
-from standing_builders import CUTTING, DAMPING, LABELS, LAYOUT, OPTIONS, PERSON, STIFFNESS, standing_trial
+from standing_builders import (
+    CUTTING,
+    DAMPING,
+    LABELS,
+    LAYOUT,
+    OPTIONS,
+    PERSON,
+    STIFFNESS,
+    USUAL,
+    Stance,
+    standing_trial,
+)
 
 from tepsipe.experiments.standing.broadband import broadband_of, broadband_result, cut_broadband
 from tepsipe.experiments.standing.epochs import cut_standing_epochs
@@ -138,8 +149,8 @@ def test_size_of_the_soft_tissue_is_found_from_the_markers():
 
 
 @lru_cache(maxsize=1)
-def ideal():
-    trial = standing_trial()
+def ideal(stance=USUAL):
+    trial = standing_trial(stance)
     standing = process_standing(trial, "ideal", OPTIONS, {"ankle": TorquePathway("ankle", None)}, {})
     epochs = cut_standing_epochs(trial, standing, "ideal", CUTTING)
     return (
@@ -150,6 +161,11 @@ def ideal():
     )
 
 
+@lru_cache(maxsize=1)
+def smooth():
+    return ideal.__wrapped__(Smooth())[3]
+
+
 def fitted(broadband, window_s=0.08, sources=()):
     return fit_free_reflex([broadband], window_s, FREE, list(sources), 20, np.random.default_rng(1))
 
@@ -158,6 +174,24 @@ def fitted(broadband, window_s=0.08, sources=()):
 def test_ideal_laboratory_returns_its_truth(window_s):
     fit = fitted(ideal()[3], window_s)
     assert fit.parameters[0] == pytest.approx([DAMPING, STIFFNESS], rel=4e-3)
+
+
+@dataclass(frozen=True)
+class Smooth(Stance):
+    """Pulses whose acceleration begins at 0: what is sampled at 250 Hz holds all of it."""
+
+    def belt(self, time):
+        omega, scale = 2.0 * np.pi / self.pulse_s, self.peak_m_per_s / 1.299
+        phases = np.clip(omega * (np.ravel(time) - np.array(self.onsets_s)[:, None]), 0.0, 2.0 * np.pi)
+        c, s = np.cos(phases), np.sin(phases)
+        parts = (1.0 - c) ** 2 / (2.0 * omega), s * (1.0 - c), omega * (c - np.cos(2.0 * phases))
+        return [scale * part.sum(axis=0).reshape(np.shape(time)) for part in parts]
+
+
+@pytest.mark.parametrize("window_s", [0.04, 0.06, 0.08])
+def test_smooth_pulses_return_the_truth_to_a_thousandth(window_s):
+    fit = fitted(smooth(), window_s)
+    assert fit.parameters[0] == pytest.approx([DAMPING, STIFFNESS], rel=1e-3)
 
 
 def test_slopes_are_those_of_the_torque():

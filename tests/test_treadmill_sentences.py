@@ -77,7 +77,7 @@ def test_frame_names_its_terms_and_no_resonance_that_nobody_sees():
     found = frame_of(facts, scores, 20.0)
     assert "bristles" in found["kept"]
     assert "lever" in found["kept"]
-    assert found["resonances"].startswith("above 200 Hz at 0 kg, 48.7 ± 0.20 Hz at 20 kg")
+    assert found["resonances"].startswith("above 200 Hz at 0 kg, at 48.7 ± 0.20 Hz at 20 kg")
     assert found["rows"] == [
         {"test": "weight", "load": "Fy", "r2": "0.990", "limit": "0.990", "loaded": "0.860"}
     ]

@@ -220,7 +220,12 @@ def levelled(markers: DummyMarkers, at_rest: np.ndarray) -> DummyMarkers:
 
 
 def make_channels(
-    time: np.ndarray, markers: DummyMarkers, belt_velocity: np.ndarray | None, at_rest: np.ndarray
+    time: np.ndarray,
+    markers: DummyMarkers,
+    belt_velocity: np.ndarray | None,
+    at_rest: np.ndarray,
+    *,
+    level: bool = True,
 ) -> Channels:
     """Reduce markers and log to the channels of the likelihood.
 
@@ -235,6 +240,8 @@ def make_channels(
         that of the markers.
     at_rest : ndarray of bool, shape (n,)
         Samples at rest (-).
+    level : bool
+        Whether axes are levelled by the direction of the belt, see `levelled` (-).
 
     Returns
     -------
@@ -246,7 +253,8 @@ def make_channels(
     InputError
         If the foot, the belt or the leg does not move, or there are fewer than three markers.
     """
-    markers = levelled(markers, at_rest)
+    if level:
+        markers = levelled(markers, at_rest)
     on_leg, k = markers.on_leg, markers.positions.shape[1]
     if k < 3:
         raise InputError(f"expected at least three markers on foot and leg, found {k}: place more")

@@ -44,6 +44,7 @@ from tepsipe.errors import InputError
 from tepsipe.identification.arguments import undetermined
 from tepsipe.identification.joint_channels import Channels, DummyMarkers, make_channels
 from tepsipe.identification.joint_model import LINEAR, SOFTENING, JointModel, Motion, Point, Spectra
+from tepsipe.identification.joint_residuals import Residuals
 from tepsipe.mechanics.inverse_dynamics import Leg
 
 # chi-square of C and B_s above which phi_h is chosen by the trial (-)
@@ -55,59 +56,6 @@ _HALF_RANGE = (0.1, 10.0)
 _UNDETERMINED = 0.5
 # steps, and those of them that update the noise of the log (-)
 _STEPS, _NOISE_STEPS = 60, 15
-
-
-@dataclass(frozen=True)
-class Residuals:
-    """Likelihood at one point.
-
-    Attributes
-    ----------
-    foot : ndarray of complex, shape (m,)
-        Estimated spectrum of the foot (m times samples).
-    left : ndarray of complex, shape (c, m)
-        P W (z - m), with unit variance (-).
-    columns : ndarray of complex, shape (p, c, m)
-        u (1 over the units of the parameters).
-    by_noise : ndarray of complex, shape (p, c, m)
-        P W dh / |W h|, what noise in Y adds to u (1 over the units of the parameters).
-    direction : ndarray of complex, shape (c, m)
-        W h / |W h| (-).
-    """
-
-    foot: np.ndarray
-    left: np.ndarray
-    columns: np.ndarray
-    by_noise: np.ndarray
-    direction: np.ndarray
-
-    @property
-    def deviance(self) -> float:
-        """Twice the sum of squares (-)."""
-        return 2.0 * float(np.sum(np.abs(self.left) ** 2))
-
-    @property
-    def information(self) -> np.ndarray:
-        """F_0, shape (p, p) (1 over the units of the parameters, squared)."""
-        return _products(self.columns)
-
-    @property
-    def excess(self) -> np.ndarray:
-        """What noise in Y adds to F_0, shape (p, p) (units as F_0)."""
-        return _products(self.by_noise)
-
-    @property
-    def gradient(self) -> np.ndarray:
-        """2 Re sum u^H P W (z - m), shape (p,) (1 over the units of the parameters)."""
-        left = self.left.ravel()
-        columns = self.columns.reshape(len(self.columns), -1)
-        return 2.0 * (columns.real @ left.real + columns.imag @ left.imag)
-
-
-def _products(columns: np.ndarray) -> np.ndarray:
-    """2 Re sum of u_i^H u_j, shape (p, p)."""
-    flat = columns.reshape(len(columns), -1)
-    return 2.0 * (flat.real @ flat.real.T + flat.imag @ flat.imag.T)
 
 
 @dataclass(frozen=True)
@@ -332,9 +280,13 @@ def _climb(task: _Task, point: Point, limits: tuple[float, float] | None = None)
 
 def _covariance(found: Residuals) -> np.ndarray:
     """F^-1 F_0 F^-1, shape (p, p)."""
-    information = found.information
+    return _sandwich(found.information - found.excess, found.information)
+
+
+def _sandwich(normal: np.ndarray, information: np.ndarray) -> np.ndarray:
+    """Covariance for F and F_0, shape (p, p)."""
     scale = np.sqrt(np.diag(information))
-    normal = (information - found.excess) / np.outer(scale, scale)
+    normal = normal / np.outer(scale, scale)
     if not np.isfinite(normal).all() or np.linalg.cond(normal) > 1e12:
         raise undetermined("sensitivities that depend on each other")
     inverse = np.linalg.inv(normal) / np.outer(scale, scale)
@@ -344,17 +296,111 @@ def _covariance(found: Residuals) -> np.ndarray:
     return covariance
 
 
-def _by_offset(task: _Task, found: Residuals) -> np.ndarray:
+def _by_offset(task: _Task, found: Residuals, normal: np.ndarray | None = None) -> np.ndarray:
     """What the standard error of the joint's place adds to the covariance, shape (p, p)."""
     channels = task.channels
     moved = np.zeros_like(task.measured)
     moved[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, task.measured[1])
     moved = task.whitening() @ moved
     moved = moved - found.direction * np.sum(found.direction.conj() * moved, axis=0)
-    scale = np.sqrt(np.diag(found.information))
-    normal = (found.information - found.excess) / np.outer(scale, scale)
-    step = np.linalg.solve(normal, replace(found, left=moved).gradient / scale) / scale
+    step = _step_by(found, replace(found, left=moved).gradient, normal)
     return np.outer(step, step)
+
+
+def _step_by(found: Residuals, gradient: np.ndarray, normal: np.ndarray | None = None) -> np.ndarray:
+    """F^-1 g, shape (p,): how far a gradient g (p,) moves the maximum (units of the parameters)."""
+    scale = np.sqrt(np.diag(found.information))
+    normal = (found.information - found.excess if normal is None else normal) / np.outer(scale, scale)
+    return np.linalg.solve(normal, gradient / scale) / scale
+
+
+def step_to(found: JointFit, channels: Channels) -> np.ndarray:
+    """How far slightly other channels move the maximum, to first order: one step without another fit.
+
+    Parameters
+    ----------
+    found : JointFit
+        The maximum (units in it); its noise levels are kept.
+    channels : Channels
+        The same trial, for example with other instants of one marker (m, rad, m/s).
+
+    Returns
+    -------
+    ndarray, shape (p,)
+        Change of the fitted parameters (units in `joint_model`).
+    """
+    channels = replace(channels, marker_noise_m=found.channels.marker_noise_m)
+    task = _Task(channels, JointModel(channels, found.model.leg))
+    task.log_noise = found.log_noise_m_per_s
+    return _step_by(found.residuals, task.residuals(found.point).gradient - found.residuals.gradient)
+
+
+@dataclass(frozen=True)
+class ExpectedFit:
+    """What the likelihood will be for signals with noise.
+
+    Attributes
+    ----------
+    fit : JointFit
+        At the true parameters, with the expected covariance of the fitted ones.
+    bound : ndarray, shape (p, p)
+        Cramer-Rao bound of this covariance: F^-1, where noise in Y adds nothing.
+    by_foot : ndarray, shape (p, p, m)
+        Information per |Y|^2 at every frequency, F without what does not depend on the foot (1 over the units
+        of the parameters, over (m times samples)²).
+    """
+
+    fit: JointFit
+    bound: np.ndarray
+    by_foot: np.ndarray
+
+
+def expect_joint(
+    exact: JointFit, marker_noise_m: float, log_noise_m_per_s: float, *, softening: bool = True
+) -> ExpectedFit:
+    """Covariance that fits to noisy signals of a linear joint will have, from a fit to exact ones.
+
+    Parameters
+    ----------
+    exact : JointFit
+        Fit of a linear joint to signals without noise, and with a log.
+    marker_noise_m, log_noise_m_per_s : float
+        Noise that is to come, of a marker in one direction (m) and of a sample of the log (m/s).
+    softening : bool
+        Whether the fits will allow a joint that softens (-).
+
+    Returns
+    -------
+    ExpectedFit
+        Covariance, its bound and the information per frequency (units of the parameters).
+
+    Raises
+    ------
+    InputError
+        If the signals will not determine the parameters.
+    """
+    known = exact.channels
+    share = marker_noise_m / known.marker_noise_m
+    offset_error = known.joint_offset_error_m * share
+    channels = replace(known, marker_noise_m=marker_noise_m, joint_offset_error_m=offset_error)
+    task = _Task(channels, exact.model)
+    task.log_noise = log_noise_m_per_s
+    point = exact.point
+    if softening:
+        largest = float(np.percentile(np.abs(exact.model.motion.phi), 99.9))
+        point = _with_softening(task, exact, largest)
+    found = task.residuals(point)
+    # without noise in Y, F_0 as computed is F
+    normal, added = found.information, found.excess
+    covariance = _sandwich(normal, normal + added) + _by_offset(task, found, normal)
+    bound = _sandwich(normal, normal)
+    size = np.sum(
+        np.abs(task.whitening() @ exact.model.spectra(point).response[: len(task.measured)]) ** 2, 0
+    )
+    scaled = found.by_noise * np.sqrt(size)
+    by_foot = 2.0 * np.einsum("acm,bcm->abm", scaled.conj(), scaled).real
+    fit = JointFit(point, covariance, found, log_noise_m_per_s, channels, exact.model)
+    return ExpectedFit(fit, bound, by_foot)
 
 
 def _solve(found: Residuals) -> tuple[np.ndarray, np.ndarray]:

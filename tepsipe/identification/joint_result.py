@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from tepsipe.identification.joint_likelihood import JointFit
+from tepsipe.identification.joint_channels import Channels
+from tepsipe.identification.joint_likelihood import JointFit, step_to
 from tepsipe.identification.joint_model import SOFTENING, softening_forces
 from tepsipe.identification.output_error import intervals_as_windows, sums_by_interval
 from tepsipe.identification.window_regression import WindowedFits
@@ -117,8 +118,7 @@ def joint_impedance(
     InputError
         If a window does not determine the parameters.
     """
-    names = [name for name in _LAW if name in found.point.names]
-    own = [found.point.names.index(name) for name in names]
+    names, own = _law_of(found)
     covariance = found.covariance[np.ix_(own, own)]
     change = _working_amplitude(found, names, perturbations)
     small = np.array([found.value("J") - found.model.own_inertia, found.value("B"), found.value("K")])
@@ -143,6 +143,60 @@ def joint_impedance(
         small=small,
         small_covariance=covariance[:3, :3],
     )
+
+
+def changes_by(
+    found: JointLikelihood, channels: Channels, perturbations: list[Perturbation]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What slightly other channels would change, to first order.
+
+    Parameters
+    ----------
+    found : JointLikelihood
+        The estimates.
+    channels : Channels
+        The same trial with other markers (m, rad, m/s).
+    perturbations : list of Perturbation
+        Windows (samples).
+
+    Returns
+    -------
+    working, small : ndarray, shape (3,)
+        Changes of I, B, K at the working amplitude and of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    """
+    names, own = _law_of(found.fit)
+    law = step_to(found.fit, channels)[own]
+    return _working_amplitude(found.fit, names, perturbations) @ law, law[:3]
+
+
+def _law_of(found: JointFit) -> tuple[list[str], list[int]]:
+    """Names and places of the fitted parameters that make up I, B, K."""
+    names = [name for name in _LAW if name in found.point.names]
+    return names, [found.point.names.index(name) for name in names]
+
+
+def working_covariance(
+    found: JointFit, perturbations: list[Perturbation], of_parameters: np.ndarray
+) -> np.ndarray:
+    """Covariance of I, B, K over the windows of the perturbations.
+
+    Parameters
+    ----------
+    found : JointFit
+        The fit.
+    perturbations : list of Perturbation
+        Windows (samples).
+    of_parameters : ndarray, shape (p, p)
+        Covariance of the fitted parameters (their units).
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Units of I, B, K.
+    """
+    names, own = _law_of(found)
+    change = _working_amplitude(found, names, perturbations)
+    return change @ of_parameters[np.ix_(own, own)] @ change.T
 
 
 def _law_forces(found: JointFit) -> dict[str, np.ndarray]:

@@ -23,6 +23,8 @@ SOURCES = {
     "marker_scale": "lengths of the motion capture",
     "clock_ratio": "rate of the motion capture",
     "marker_sampling_s": "time between markers",
+    "levelled_rad": "axes after levelling by the belt",
+    "leg_bending_rad_per_m_per_s2": "bending of the leg",
     "foot_mass_kg": "mass of the foot",
     "foot_com_m": "centre of mass of the foot",
     "foot_compliance_rad_per_Nm": "foot that yields",

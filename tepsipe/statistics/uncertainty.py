@@ -1,4 +1,4 @@
-"""Type A and Type B uncertainty, budgets and combined intervals (GUM: JCGM 100:2008 and JCGM 101:2008).
+"""Type A and Type B uncertainty, budgets and combined intervals (GUM: JCGM 100:2008).
 
 Type A is what a trial's own scatter shows. Type B is everything else that was not known: masses, lengths,
 calibrations, delays. Each source i of Type B has a standard uncertainty u(x_i); through the estimator
@@ -41,7 +41,8 @@ class Source:
     standard_uncertainty : float
         u(x), the standard deviation of what is believed about it (unit of the quantity).
     distribution : {"normal", "rectangular", "triangular"}
-        Shape of that belief; the half width is u sqrt(3) if rectangular, u sqrt(6) if triangular.
+        Shape of that belief, for readers of the budget: to first order only u(x) counts. The half width is
+        u sqrt(3) if rectangular, u sqrt(6) if triangular.
     freedom : float
         Degrees of freedom of u(x) (-); infinite where it is not itself an estimate.
     reason : str
@@ -53,26 +54,6 @@ class Source:
     distribution: str = "normal"
     freedom: float = np.inf
     reason: str = ""
-
-    def draw(self, rng: np.random.Generator, draws: int) -> np.ndarray:
-        """Deviations from the assumed value, shape (draws,) (unit of the quantity).
-
-        Raises
-        ------
-        ValueError
-            If the distribution is not one of the three.
-        """
-        u = self.standard_uncertainty
-        if self.distribution == "normal":
-            return u * rng.standard_normal(draws)
-        if self.distribution == "rectangular":
-            return u * np.sqrt(3.0) * rng.uniform(-1.0, 1.0, draws)
-        if self.distribution == "triangular":
-            return u * np.sqrt(6.0) * (rng.uniform(0.0, 1.0, draws) - rng.uniform(0.0, 1.0, draws))
-        raise ValueError(
-            f"{self.name}: expected the distribution normal, rectangular or triangular, "
-            f"found {self.distribution!r}"
-        )
 
 
 def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
@@ -126,7 +107,7 @@ class Budget:
         Their degrees of freedom (-).
     contributions : dict of str to ndarray, shape (k, p)
         Source -> root R of its covariance, R'R (units of the estimates). One row, c_i u(x_i) with its sign,
-        if it was propagated linearly; as many rows as draws if by Monte Carlo or bootstrap.
+        if it was propagated linearly; as many rows as draws if by a bootstrap.
     freedom : dict of str to float
         Source -> degrees of freedom (-); infinite where none are given.
     """
@@ -262,34 +243,6 @@ def linear_contributions(
         above, below = (np.asarray(estimate({source.name: sign * u})) for sign in (1.0, -1.0))
         found[source.name] = 0.5 * (above - below)[None]
     return found
-
-
-def propagate(
-    estimate: Callable[[Mapping[str, float]], np.ndarray],
-    sources: Sequence[Source],
-    rng: np.random.Generator,
-    draws: int,
-) -> np.ndarray:
-    """Estimates for sources drawn together from what is believed about them (Monte Carlo, JCGM 101).
-
-    Parameters
-    ----------
-    estimate : callable
-        As in `linear_contributions`.
-    sources : sequence of Source
-        What is not known exactly.
-    rng : numpy.random.Generator
-        Draws the deviations.
-    draws : int
-        Number of draws (-).
-
-    Returns
-    -------
-    ndarray, shape (draws, p)
-        Estimates (any units).
-    """
-    drawn = {source.name: source.draw(rng, draws) for source in sources}
-    return np.array([estimate({name: float(x[k]) for name, x in drawn.items()}) for k in range(draws)])
 
 
 def root_of_draws(draws: np.ndarray) -> np.ndarray:

@@ -13,8 +13,9 @@ too large and a clock that runs a times too fast,
 
     J -> s J,    B -> s B / a,    K -> k_g + s (K - k_g) / a^2,    k_g = m g r
 
-Offsets of markers and delays change the angle at rest and the delay, which are estimated. Every derivative is
-that of what the analysis would return with another value for the source.
+Offsets of markers and delays change the angle at rest and the delay, which are estimated. Sources that move
+markers against each other act on the joint likelihood by `tepsipe.experiments.dummy.likelihood_budget`. Every
+derivative is that of what the analysis would return with another value for the source.
 """
 
 from collections.abc import Callable, Mapping
@@ -42,6 +43,8 @@ LEG_SOURCES = (
     "marker_sampling_s",
     "foot_compliance_rad_per_Nm",
 )
+# of the joint likelihood alone
+LIKELIHOOD_SOURCES = ("levelled_rad", "leg_bending_rad_per_m_per_s2")
 ANTERIOR, LONGITUDINAL = "anterior", "longitudinal"
 # of the markers, in the order of the columns of a layout
 OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
@@ -113,6 +116,7 @@ def leg_budget(
     found: WindowedFits,
     again: Callable[[SegmentMotion, Leg], np.ndarray] | None,
     known: LegKnowledge,
+    further: Mapping[str, np.ndarray] | None = None,
 ) -> Budget:
     """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
@@ -125,6 +129,8 @@ def leg_budget(
         angle over the whole trial.
     known : LegKnowledge
         What was taken as known (units there).
+    further : mapping of str to ndarray, shape (k, 3), optional
+        Contributions of other sources to I, B, K (their units).
 
     Returns
     -------
@@ -137,15 +143,17 @@ def leg_budget(
         contributions = angle_contributions(found.mean, known.leg, known.sources)
     else:
         contributions = torque_contributions(again, known)
-    contributions |= compliance_contributions(found.mean, known.sources)
+    contributions |= compliance_contributions(found.mean, known.sources) | dict(further or {})
     freedom = {name: known.sources[name].freedom for name in contributions}
     return Budget(*type_a_of(found), contributions, freedom)
 
 
-def small_budget(found: JointLikelihood, leg: Leg, sources: Mapping[str, Source]) -> Budget:
-    """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+def small_budget(
+    found: JointLikelihood, leg: Leg, sources: Mapping[str, Source], further: Mapping[str, np.ndarray]
+) -> Budget:
+    """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad); ``further`` as there."""
     contributions = angle_contributions(found.small, leg, sources) if sources else {}
-    contributions |= compliance_contributions(found.small, sources)
+    contributions |= compliance_contributions(found.small, sources) | dict(further)
     freedom = {name: sources[name].freedom for name in contributions}
     return Budget(np.sqrt(np.diag(found.small_covariance)), np.inf, contributions, freedom)
 

@@ -8,6 +8,7 @@ import numpy as np
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget, small_budget
+from tepsipe.experiments.dummy.likelihood_budget import LikelihoodData, marker_contributions
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
 from tepsipe.identification.joint_channels import DummyMarkers, dummy_markers
 from tepsipe.identification.joint_result import JointLikelihood
@@ -197,14 +198,14 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
         if "markers" in estimator.needs:
             given["markers"] = markers_of(trial, options, pathway.marker_instants)
             given["belt_log"] = None if MARKED_BELT in trial.attributes else trial.values("belt_velocity")
-        regressions[name] = estimate(pathway.estimator, Record(**given))
-        budgets[name] = leg_budget(
-            regressions[name],
-            again_by(pathway, given) if "torque" in given else None,
-            known_leg(trial, options, pathway, motion, lowpass),
-        )
-        if isinstance(regressions[name], JointLikelihood):
-            small[name] = small_budget(regressions[name], options.leg, options.sources)
+        found = regressions[name] = estimate(pathway.estimator, Record(**given))
+        known, further = known_leg(trial, options, pathway, motion, lowpass), {}
+        if isinstance(found, JointLikelihood):
+            data = fitted_data(trial, options, pathway.marker_instants, given)
+            further, of_small = marker_contributions(found, data, known.sources)
+            small[name] = small_budget(found, options.leg, known.sources, of_small)
+        again = again_by(pathway, given) if "torque" in given else None
+        budgets[name] = leg_budget(found, again, known, further)
     return DummyAnalysis(
         time=time,
         belt_velocity=belt_velocity,
@@ -254,6 +255,24 @@ def markers_of(trial: Trial, options: DummyOptions, instants: str) -> DummyMarke
         options.leg_markers,
         options.belt_fixed_labels,
         hidden,
+    )
+
+
+def fitted_data(trial: Trial, options: DummyOptions, instants: str, given: dict) -> LikelihoodData:
+    """What a joint likelihood was fitted to (s, m, m/s).
+
+    ``given`` are the parts of its `Record` (units there), ``instants`` whether markers sampled one after the
+    other were aligned.
+    """
+    wanted = {*options.belt_fixed_labels, *options.leg_markers.labels}
+    places = [place for place, label in enumerate(trial.axes["marker"].tolist()) if label in wanted]
+    return LikelihoodData(
+        trial.time,
+        given["markers"],
+        np.array(places) if instants == "aligned" else None,
+        given["belt_log"],
+        given["at_rest"],
+        given["perturbations"],
     )
 
 

@@ -28,7 +28,7 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
         for profile in PROFILES
     }
     groups = {profile: names for profile, names in groups.items() if names} or {"": list(results)}
-    figure, axes = new_figure(1, len(groups), 2.9, sharey=True, squeeze=False)
+    figure, axes = new_figure(1, len(groups), 2.4, sharey=True, squeeze=False)
     for axis, (profile, names) in zip(axes[0], groups.items(), strict=True):
         for colour, name in zip(cycle(CYCLE), names, strict=False):
             result = results[name]
@@ -46,7 +46,7 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
 @in_style
 def plot_window(result: Result, name: str, pathway: str) -> Figure:
     """One perturbation and the window that is fitted: belt, angle and torque (s, m/s, rad, N·m)."""
-    figure, axes = new_figure(3, 1, 4.4, sharex=True)
+    figure, axes = new_figure(3, 1, 3.3, sharex=True)
     index = len(result.arrays["windows"]) // 2
     shown, time = _around(result, index, 0.3, 0.9)
     start, stop = result.arrays["windows"][index]
@@ -72,7 +72,7 @@ def plot_window(result: Result, name: str, pathway: str) -> Figure:
 @in_style
 def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
     """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation as boxes, one per condition."""
-    figure, axes = new_figure(3, 1, 5.2, sharex=True)
+    figure, axes = new_figure(3, 1, 4.1, sharex=True)
     labels = [short_name(name) for name in results]
     for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
         values = [result.arrays[f"{pathway}/parameters"][:, k] for result in results.values()]
@@ -107,7 +107,7 @@ def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: s
 
     ``colours`` maps names of pathways to names of colours; ``legend`` is inside or outside of the axes.
     """
-    figure, axes = new_figure(3, 1, 5.4, sharex=True)
+    figure, axes = new_figure(3, 1, 4.1, sharex=True)
     x = np.arange(len(results))
     shifts = np.linspace(-0.22, 0.22, len(colours))
     for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
@@ -143,7 +143,7 @@ def plot_torque(result: Result, name: str, pathways: dict[str, str]) -> Figure:
 
     ``pathways`` maps names of pathways to names of colours.
     """
-    figure, axes = new_figure(1, len(pathways), 2.8, squeeze=False)
+    figure, axes = new_figure(1, len(pathways), 2.3, squeeze=False)
     index = len(result.arrays["windows"]) // 2
     shown, time = _around(result, index, 0.1, 0.4)
     start, stop = result.arrays["windows"][index]

@@ -52,7 +52,7 @@ def _draw(axis, result: Result, signal: str, measured: str, part: slice, label: 
 @in_style
 def plot_angles(result: Result) -> Figure:
     """Measured and simulated angle over the trial and after one perturbation (s, rad)."""
-    figure, axes = new_figure(1, 2, 3.3, width_ratios=[1.3, 1.0], sharey=True)
+    figure, axes = new_figure(1, 2, 2.5, width_ratios=[1.3, 1.0], sharey=True)
     _draw(axes[0], result, "theta", "theta", slice(None, None, 4))
     _draw(axes[1], result, "theta", "theta", _around(result, 3.6), label=True)
     axes[0].set(xlabel="Time (s)", ylabel=r"Angle $\theta_A$ from rest (rad)")
@@ -64,7 +64,7 @@ def plot_angles(result: Result) -> Figure:
 @in_style
 def plot_torques(result: Result) -> Figure:
     """Torque by inverse dynamics, as printed and consistent, and simulated torque (s, N·m)."""
-    figure, axes = new_figure(1, 2, 3.3)
+    figure, axes = new_figure(1, 2, 2.5)
     part = _around(result, 0.6)
     for axis, quantity, title in zip(
         axes, ("tau", "tau_consistent"), ("inverse dynamics as printed", "consistent"), strict=True
@@ -78,7 +78,7 @@ def plot_torques(result: Result) -> Figure:
 @in_style
 def plot_scores(scores: list[ForwardScore], conditions: list[str], key: str) -> Figure:
     """VAF of angle and torque for every parameter set and condition (%)."""
-    figure, axes = new_figure(len(QUANTITIES), 1, 4.8, sharex=True)
+    figure, axes = new_figure(len(QUANTITIES), 1, 3.9, sharex=True)
     x = np.arange(len(conditions))
     shifts = np.linspace(-0.26, 0.26, len(PARAMETER_SETS))
     for axis, (quantity, title) in zip(axes, QUANTITIES.items(), strict=True):

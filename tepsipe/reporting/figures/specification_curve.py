@@ -50,7 +50,7 @@ def plot_specification(rows: list[Specification]) -> Figure:
     figure, (top, middle, below) = new_figure(
         3,
         1,
-        7.6,
+        6.4,
         sharex=True,
         height_ratios=[2.4, 1.3, 0.19 * sum(1 + len(names) for names in levels.values())],
     )

@@ -25,7 +25,7 @@ def _nothing(figure: Figure, sentence: str) -> Figure:
 @in_style
 def plot_processed(result: Result) -> Figure:
     """Ankle angle, velocity, acceleration and torque of a whole trial: Figure 4-13 (s, rad, N·m)."""
-    figure, axes = new_figure(4, 1, 4.9, sharex=True)
+    figure, axes = new_figure(4, 1, 3.9, sharex=True)
     arrays = result.arrays
     time = arrays["processed/time"]
     rows = (
@@ -57,7 +57,7 @@ def plot_activity(result: Result) -> Figure:
     responses = arrays["envelope"].shape[0]
     if not responses:
         return _nothing(new_figure()[0], result.facts["left_out"][0])
-    height_in = 0.7 + 0.8 * (len(muscles) + 1)
+    height_in = 0.7 + 0.66 * (len(muscles) + 1)
     figure, axes = new_figure(len(muscles) + 1, 1, height_in, sharex=True, squeeze=False)
     axes = axes[:, 0]
     time = 1e3 * arrays["time"]
@@ -85,7 +85,7 @@ def plot_ensembles(trials: dict[str, Result], groups: dict[str, list[str]], musc
     ``groups`` holds the conditions of every column, by its title; ``muscles`` are the rows.
     """
     figure, axes = new_figure(
-        len(muscles), len(groups), 1.0 + 0.95 * len(muscles), sharex=True, sharey="row", squeeze=False
+        len(muscles), len(groups), 1.0 + 0.76 * len(muscles), sharex=True, sharey="row", squeeze=False
     )
     for column, (title, conditions) in enumerate(groups.items()):
         axes[0, column].set(title=title)
@@ -124,7 +124,7 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
     if not muscles:
         return _nothing(new_figure()[0], "no muscle responds in any task")
     figure, axes = new_figure(
-        len(muscles), len(results), 1.0 + 0.9 * len(muscles), sharex=True, squeeze=False
+        len(muscles), len(results), 1.0 + 0.74 * len(muscles), sharex=True, squeeze=False
     )
     for column, (task, result) in enumerate(results.items()):
         for row, muscle in enumerate(muscles):
@@ -173,7 +173,7 @@ def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figu
     ]
     if not there:
         return _nothing(new_figure()[0], "no estimator of the active torque could be used in every task")
-    figure, axes = new_figure(len(there), len(results), 0.9 + 2.3 * len(there), sharex="row", squeeze=False)
+    figure, axes = new_figure(len(there), len(results), 0.9 + 1.9 * len(there), sharex="row", squeeze=False)
     for row, name in enumerate(there):
         for column, (task, result) in enumerate(results.items()):
             axis, arrays = axes[row, column], result.arrays
@@ -206,7 +206,7 @@ def plot_stiffness(
     estimators: list[str],
 ) -> Figure:
     """Ankle stiffness against ankle rotation, with 95 % intervals (mrad, N·m/rad)."""
-    figure, axes = new_figure(1, len(estimators), 3.4, sharey=True, squeeze=False)
+    figure, axes = new_figure(1, len(estimators), 2.7, sharey=True, squeeze=False)
     colours = _task_colours(list(tasks))
     critical_stiffness = next(iter(tasks.values())).facts["critical_stiffness_Nm_per_rad"]
     for axis, estimator in zip(axes[0], estimators, strict=True):
@@ -259,7 +259,7 @@ def plot_windows(results: dict[str, Result], window_s: float, pathway: str, esti
     pathway, estimator : str
         The recommended ones, whose combined interval is shown.
     """
-    figure, axis = new_figure(height_in=3.0)
+    figure, axis = new_figure(height_in=2.6)
     for (task, result), colour in zip(results.items(), _task_colours(list(results)).values(), strict=True):
         length = 1e3 * result.arrays["windows/length"]
         if not length.size:
@@ -288,7 +288,7 @@ def plot_joints(results: dict[str, Result]) -> Figure:
     shown = {task: result for task, result in results.items() if "mean/time" in result.arrays}
     if not shown:
         return _nothing(new_figure()[0], "no trial has usable responses")
-    figure, axes = new_figure(1, len(shown), 3.0, sharey=True, squeeze=False)
+    figure, axes = new_figure(1, len(shown), 2.5, sharey=True, squeeze=False)
     for axis, (task, result) in zip(axes[0], shown.items(), strict=True):
         arrays = result.arrays
         time = 1e3 * arrays["mean/time"]

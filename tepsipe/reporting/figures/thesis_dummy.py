@@ -21,7 +21,7 @@ PANELS = (
 def plot_thesis_dummy(rows: list[CellRow]) -> Figure:
     """Printed numbers and those of the fitted dummy by condition (units on the axes)."""
     conditions = list(dict.fromkeys(row.condition for row in rows))
-    figure, axes = new_figure(2, 3, 4.4, sharex=True)
+    figure, axes = new_figure(2, 3, 3.8, sharex=True)
     for axis, (quantity, label) in zip(axes.flat, PANELS, strict=True):
         own = {row.condition: row for row in rows if row.quantity == quantity}
         places = [k for k, name in enumerate(conditions) if name in own]

@@ -22,7 +22,7 @@ def plot_calibration(result: Result, scores: list[ModelScore], chosen: str, seco
     r2 = next(
         s.r2 for s in scores if s.model == chosen and s.test == name and s.cutoff_hz == facts["cutoff_hz"]
     )
-    figure, axes = new_figure(3, 1, 4.6, sharex=True, height_ratios=[1, 1.4, 1.4])
+    figure, axes = new_figure(3, 1, 3.9, sharex=True, height_ratios=[1, 1.4, 1.4])
     axes[0].plot(time, velocity, color=COLOURS["measured"])
     axes[0].set_ylabel("Belt velocity\n(m/s)")
     axes[1].plot(time, measured, color=COLOURS["measured"], label="measured")

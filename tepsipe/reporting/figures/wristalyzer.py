@@ -15,7 +15,7 @@ LOWEST_HZ = 0.5
 @in_style
 def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figure:
     """Segment of the torque perturbation with the lowest and the highest scale factor (s, N·m)."""
-    figure, axes = new_figure(height_in=2.6)
+    figure, axes = new_figure(height_in=2.1)
     names = sorted(results, key=lambda name: results[name].arrays["torque"].std())
     shown = {names[-1]: ("--", COLOURS["model"]), names[0]: ("-", COLOURS["measured"])}
     for name, (line, colour) in shown.items():
@@ -54,7 +54,7 @@ def _label_frequency_axes(axes, limits: tuple[float, float]) -> None:
 @in_style
 def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
     """Spectral estimate, phase and coherence far beyond the fitted band (Hz, rad/(N·m), degrees)."""
-    figure, axes = new_figure(3, 1, 4.6, sharex=True)
+    figure, axes = new_figure(3, 1, 3.5, sharex=True)
     choices = (
         ("spectral-fit", COLOURS["other"], f"estimate, scale factor {name}"),
         ("tapered", COLOURS["measured"], "the same, ends tapered"),
@@ -85,7 +85,7 @@ def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, floa
 @in_style
 def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
     """Spectral estimate beside the fitted model in the fitted band (Hz, rad/(N·m), degrees)."""
-    figure, axes = new_figure(3, 1, 4.6, sharex=True)
+    figure, axes = new_figure(3, 1, 3.5, sharex=True)
     frequency = result.arrays["spectral-fit/frequency"]
     shown = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     _gain_phase_coherence(
@@ -107,7 +107,7 @@ def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float])
 @in_style
 def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: float = 10.0) -> Figure:
     """Measured and predicted angle (s, rad)."""
-    figure, axes = new_figure(height_in=2.8)
+    figure, axes = new_figure(height_in=2.2)
     rate, (start, stop) = result.facts["rate_hz"], result.facts["kept_samples"]
     middle = (start + stop) // 2
     count = min(round(seconds * rate), stop - middle)
@@ -130,7 +130,7 @@ def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: floa
 @in_style
 def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> Figure:
     """Result of the fit for other starting values of K, and the profile of K (N·m/rad, -)."""
-    figure, axes = new_figure(1, 3, 2.8)
+    figure, axes = new_figure(1, 3, 2.5)
     markers = dict(zip(results, cycle("os^vD<>P*X"), strict=False))
     for name, result in results.items():
         start = result.arrays["tried/stiffness"]
@@ -178,7 +178,7 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
 @in_style
 def plot_averaging(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
     """Averaging over neighbouring frequencies against averaging over periods (Hz, rad/(N·m))."""
-    figure, axes = new_figure(3, 1, 4.6, sharex=True)
+    figure, axes = new_figure(3, 1, 3.5, sharex=True)
     choices = [("spectral-fit", "neighbouring frequencies", COLOURS["as printed"])]
     if "spectral-fit-periods/frequency" in result.arrays:
         choices.append(("spectral-fit-periods", "whole periods", COLOURS["recommended"]))

@@ -39,7 +39,7 @@ def plot_amplitudes(
     Figure
         Two panels.
     """
-    figure, axes = new_figure(1, 2, 3.2)
+    figure, axes = new_figure(1, 2, 2.6)
     order = np.argsort(rms_angle)
     angle = rms_angle[order]
     for axis, quantity, column, label in (

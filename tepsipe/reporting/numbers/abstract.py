@@ -270,8 +270,11 @@ def _standing(data: dict) -> list[Paragraph]:
             )
     if p["recovery"] is not None:
         found += pieces(
-            " The largest error is {stiffness} % in stiffness and {latency} ms in the latency of a muscle.",
-            **p["recovery"],
+            " The largest error is {stiffness} % in stiffness{of_latency}.",
+            stiffness=p["recovery"]["stiffness"],
+            of_latency=""
+            if p["recovery"]["latency"] == number(None)
+            else f" and {p['recovery']['latency']} ms in the latency of a muscle",
         )
     return [found]
 
@@ -280,7 +283,7 @@ def _position_manipulator(data: dict) -> list[Paragraph]:
     a = data["position_manipulator"]
     return [
         pieces(
-            "A human ankle under random position perturbations has a stiffness of {stiffness} N·m/rad "
+            "The joint under random position perturbations has a stiffness of {stiffness} N·m/rad "
             "over the trials. Inertia, damping and stiffness, fitted to the first part of a trial, "
             "predict the torque of the rest with a held-out VAF of {held_out} %. {reflex} "
             "{held_out_reflex} %; the intrinsic stiffness is then {stiffness_intrinsic} N·m/rad.",

@@ -64,6 +64,7 @@ def manipulator_data(fits: dict[str, Result], estimates: pd.DataFrame) -> dict:
         "held_out": span(values(ESTIMATOR, "VAF_held_out")),
         "held_out_reflex": span(values(REFLEX_ESTIMATOR, "VAF_held_out")),
         "reflex_raises": _raises(values),
+        "predicts": bool((values(ESTIMATOR, "VAF_held_out") > 0.0).all()),
         "any_offset": span(values(ESTIMATOR, "VAF_held_out_any_offset")),
         "any_offset_reflex": span(values(REFLEX_ESTIMATOR, "VAF_held_out_any_offset")),
         "stiffness": span(values(ESTIMATOR, "K")),
@@ -106,6 +107,14 @@ def _cell(quantity: str, row: pd.Series) -> str:
     return f"{number(row.value)} ± {number(row.standard_error)}"
 
 
+def _delay_sentence(selected_s: float, low_s: float, high_s: float) -> str:
+    """The selected delay, and those that the trial does not separate from it (s)."""
+    text = f"The selected delay is {number(1e3 * selected_s, 2)} ms"
+    if low_s == high_s:
+        return f"{text}; the trial separates it from all others that were tried."
+    return f"{text}; the trial does not separate delays of {span([1e3 * low_s, 1e3 * high_s], 2)} ms."
+
+
 def _reflex(condition: str, fit: Result, own: pd.DataFrame) -> dict:
     """Structure selected by cross-validation for one trial, and the reflex gain with its interval."""
     rows = own[(own.estimator == REFLEX_ESTIMATOR) & (own.condition == condition)].set_index("quantity")
@@ -120,7 +129,8 @@ def _reflex(condition: str, fit: Result, own: pd.DataFrame) -> dict:
         "gain": number(gain.value),
         "gain_low": number(gain.ci_low),
         "gain_high": number(gain.ci_high),
-        "delay": number(1e3 * facts["delay_s"], 2),
-        "delays": span([1e3 * delay for delay in facts["delay_range_s"]], 2),
+        # a gain whose interval holds 0 is not seen
+        "clear": bool(gain.ci_low > 0.0 or gain.ci_high < 0.0),
+        "delay_sentence": _delay_sentence(facts["delay_s"], *facts["delay_range_s"]),
         "share": percent(rows.value["reflex_share"]),
     }

@@ -8,19 +8,21 @@ from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import short_name, unit_symbol
 from tepsipe.reporting.numbers.format import MINUS, number, percent, span, span_of_decimals
 from tepsipe.reporting.numbers.treadmill_sentences import (
-    SEEN_HZ,
     foot_sentences,
     force_sentence,
     frame_of,
     linear_sentence,
     mass_sentence,
     peak_speeds,
+    resonance_sentence,
 )
 from tepsipe.treadmill.calibration import BOTH, OF_BOTH, ModelScore
 from tepsipe.treadmill.registry import MODEL_MEANINGS
 
 CLEAR_FROM_M_PER_S = 0.3
 
+# gain of R² by a lead that counts (-)
+CLEAR_GAIN = 0.005
 # delay of the weight's markers that the report discusses (s)
 LAG_S = 1e-4
 
@@ -173,10 +175,7 @@ def weight_data(
     if frame is not None:
         mass = choices["weight"]["mass_kg"]
         data["frame"] = {
-            **{
-                key: number(frame[key]) if frame[key] < SEEN_HZ else f"more than {SEEN_HZ:g}"
-                for key in ("empty_hz", "loaded_hz")
-            },
+            "resonance": resonance_sentence(frame["empty_hz"], frame["loaded_hz"]),
             "lag_ms": number(1e3 * frame["lag_s"], 2),
             "viscous": number(frame["motion"][1], 2),
             "friction_empty": number(frame["motion"][2], 2),
@@ -307,10 +306,14 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
         "orders": [number(x, 4) for x in np.sort(orders)],
         "train": scores[0].train,
         "best_linear": number(max(linear), 3) if linear else None,
+        "predicts": bool(linear and max(linear) > 0.0),
+        "ripple_helps": tracked
+        and bool(linear)
+        and at["ripple-tracking", tests[0], shown_hz].r2 > max(linear),
         "ripple": number(at["ripple-tracking", tests[0], shown_hz].r2, 3) if tracked else None,
         "memory": number(choices["models"]["ripple"]["memory_s"], 3),
         "lead_ms": number(1e3 * choices["models"]["fir_lead_s"], 3),
-        "gain_by_lead": number(gain, 2) if gain is not None and gain > 0.0 else None,
+        "gain_by_lead": number(gain, 2) if gain is not None and gain > CLEAR_GAIN else None,
         "recordings": [
             {
                 "name": name,

@@ -75,6 +75,18 @@ def linear_sentence(own: list[float], other: list[float], before: str) -> str:
     return "Here linear models of the empty belt predict about as much as those of the weight."
 
 
+def resonance_sentence(empty_hz: float, loaded_hz: float) -> str:
+    """Where the pitch moment shows the resonance of the frame without and with the weight (Hz)."""
+    seen = {"without": empty_hz, "with": loaded_hz}
+    where = [f"at {number(hz)} Hz {which}" for which, hz in seen.items() if hz < SEEN_HZ]
+    if not where:
+        return f"shows none below {SEEN_HZ:g} Hz, neither without nor with the weight"
+    if len(where) == 2:
+        return f"locates it {where[0]} and {where[1]} the weight"
+    (unseen,) = (which for which, hz in seen.items() if not hz < SEEN_HZ)
+    return f"locates it {where[0]} the weight and shows none below {SEEN_HZ:g} Hz {unseen} it"
+
+
 def frame_of(facts: dict | None, scores: list[ModelScore], cutoff_hz: float) -> dict | None:
     """Text on the frame with bristles, from the facts of the calibration (units in their keys).
 
@@ -97,7 +109,7 @@ def frame_of(facts: dict | None, scores: list[ModelScore], cutoff_hz: float) -> 
     terms = [NAMES[term] for term in facts["terms"]]
     kept = "no further term" if not terms else _listed(terms)
     resonances = [
-        f"{number(hz)} ± {number(sd, 2)} Hz at {kg:g} kg"
+        f"at {number(hz)} ± {number(sd, 2)} Hz at {kg:g} kg"
         if hz < SEEN_HZ
         else f"above {SEEN_HZ:g} Hz at {kg:g} kg"
         for kg, hz, sd in zip(

@@ -1,0 +1,108 @@
+"""Uncertainty of the joint likelihood from what moves markers: instants, axes, a bending rod.
+
+The other sources scale the equation of motion (`tepsipe.experiments.dummy.leg_budget`). These change the
+channels of the likelihood; each is propagated to first order, by one step from the maximum for markers that
+are moved by one standard uncertainty:
+
+    marker_sampling_s                   y_j -> y_j + j dt y_j',  j the place of the marker in the sequence
+    levelled_rad                        all markers turned by an angle after levelling
+    leg_bending_rad_per_m_per_s2        y_j -> y_j + c l_j y'',  l_j its height on the leg, y'' of the foot
+
+A rod that lags behind the acceleration of its foot by c y'' bends by its first mode; markers show the lag as
+if the leg had turned by this angle.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.identification.joint_channels import DummyMarkers, levelled, make_channels
+from tepsipe.identification.joint_result import JointLikelihood, changes_by
+from tepsipe.signals.perturbations import Perturbation
+from tepsipe.statistics.uncertainty import Source
+
+
+@dataclass(frozen=True)
+class LikelihoodData:
+    """What the joint likelihood was fitted to.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Instants (s).
+    markers : DummyMarkers
+        Markers of foot and leg (m).
+    places : ndarray of int, shape (k,) or None
+        Places of these markers in the sequence of a frame, from 0 (-); None if they are not sampled one after
+        the other, or their instants are not corrected.
+    belt_log : ndarray or None, shape (n,)
+        Logged velocity of the belt (m/s).
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+    perturbations : list of Perturbation
+        Windows (samples).
+    """
+
+    time: np.ndarray
+    markers: DummyMarkers
+    places: np.ndarray | None
+    belt_log: np.ndarray | None
+    at_rest: np.ndarray
+    perturbations: list[Perturbation]
+
+
+def marker_contributions(
+    found: JointLikelihood, data: LikelihoodData, sources: Mapping[str, Source]
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """What sources that move markers contribute to I, B, K, at the working amplitude and of small movements.
+
+    Parameters
+    ----------
+    found : JointLikelihood
+        The estimates (units there).
+    data : LikelihoodData
+        What they were fitted to (s, m, m/s).
+    sources : mapping of str to Source
+        What is not known exactly (units in the names); others than those of the module's head are ignored.
+
+    Returns
+    -------
+    working, small : dict of str to ndarray, shape (1, 3)
+        For `Budget.contributions` (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    """
+    markers = levelled(data.markers, data.at_rest)
+    moves: dict[str, Callable[[float], np.ndarray]] = {
+        "levelled_rad": lambda u: _turned(markers.positions, u),
+        "leg_bending_rad_per_m_per_s2": lambda u: _bent(markers, u, found.fit.model.motion.y_dd),
+    }
+    if data.places is not None:
+        moves["marker_sampling_s"] = lambda u: _later(markers.positions, data.time, u * data.places)
+    working, small = {}, {}
+    for name, moved in moves.items():
+        if name not in sources:
+            continue
+        other = replace(markers, positions=moved(sources[name].standard_uncertainty))
+        channels = make_channels(data.time, other, data.belt_log, data.at_rest, level=False)
+        both = changes_by(found, channels, data.perturbations)
+        working[name], small[name] = (x[None] for x in both)
+    return working, small
+
+
+def _turned(positions: np.ndarray, angle: float) -> np.ndarray:
+    """Positions (m), shape (n, k, 2), turned by an angle (rad)."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return positions @ np.array([[cosine, -sine], [sine, cosine]])
+
+
+def _bent(markers: DummyMarkers, lag: float, acceleration: np.ndarray) -> np.ndarray:
+    """Positions (m), shape (n, k, 2), of a leg that lags by an angle (rad per m/s²) of the foot (m/s²)."""
+    height = np.where(markers.on_leg, markers.layout_m[:, 1], 0.0)
+    positions = markers.positions.copy()
+    positions[..., 0] += lag * np.outer(acceleration, height)
+    return positions
+
+
+def _later(positions: np.ndarray, time: np.ndarray, lags: np.ndarray) -> np.ndarray:
+    """Positions (m), shape (n, k, 2), at instants (s) that are later by the lags of the markers (s)."""
+    return positions + lags[:, None] * np.gradient(positions, time, axis=0)

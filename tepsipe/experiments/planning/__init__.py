@@ -1,0 +1,1 @@
+"""What an experiment on the treadmill will show, before it is done."""

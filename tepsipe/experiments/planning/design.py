@@ -1,0 +1,362 @@
+"""What a planned experiment consists of: joint, leg and foot, rig, protocol; and its motion without noise."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse
+from tepsipe.mechanics.engines.interface import Joint
+from tepsipe.mechanics.forward_dynamics import ForwardSimulation, simulate_dummy
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.signals.perturbations import Perturbation, find_perturbations
+from tepsipe.statistics.uncertainty import Source
+
+JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT = (
+    "joint-likelihood",
+    "joint-likelihood-linear",
+    "leg",
+    "foot",
+)
+# what can be planned for: two likelihoods, and windowed least squares with the torque from leg or foot
+PATHWAYS = (JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT)
+# markers of the thesis's dummy on the leg: anterior and longitudinal offset from the ankle (m)
+LEG_MARKERS = SegmentMarkers(
+    ("ankle", "leg1", "leg2", "leg3", "leg4"),
+    np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.63], [-0.012, 0.39], [0.012, 0.15]]),
+)
+
+
+def _positive(where: str, values: Mapping[str, float | None], least: float = math.ulp(0.0)) -> None:
+    for name, value in values.items():
+        if value is not None and not (math.isfinite(value) and value >= least):
+            what = "a positive number" if least > 0.0 else "a number of at least 0"
+            raise InputError(f"{where}: expected {what} for {name}, found {value:g}: correct it")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """What measures and moves: noise is white, and given as standard deviation of one sample.
+
+    Attributes
+    ----------
+    leg_markers : SegmentMarkers
+        Markers on the leg (m); the first is the ankle's.
+    foot_markers : int
+        Further markers, on the foot (-).
+    marker_noise_m, camera_rate_hz : float
+        Noise of a marker in each direction (m), and rate of the cameras (Hz).
+    log_noise_m_per_s, log_rate_hz : float
+        Noise of the logged velocity of the belt (m/s) and rate of the log (Hz).
+    force_noise_N, moment_noise_Nm, plate_rate_hz : float
+        Noise of the plate's forces (N) and of its moment (N·m), and its rate (Hz).
+    sync_jitter_s : float
+        Standard uncertainty of the time between plate and cameras (s).
+    drive : Drive
+        The belt's drive (Hz, s, m/s²).
+    """
+
+    leg_markers: SegmentMarkers = LEG_MARKERS
+    foot_markers: int = 3
+    marker_noise_m: float = 6.5e-6
+    camera_rate_hz: float = 250.0
+    log_noise_m_per_s: float = 0.001
+    log_rate_hz: float = 1000.0
+    force_noise_N: float = 0.2
+    moment_noise_Nm: float = 0.05
+    plate_rate_hz: float = 1000.0
+    sync_jitter_s: float = 0.00015
+    drive: Drive = field(default_factory=Drive)
+
+    def __post_init__(self):
+        """Refuse what no rig can be.
+
+        Raises
+        ------
+        InputError
+            If noise or a rate is not positive, or a rate is too low.
+        """
+        numbers = {k: v for k, v in vars(self).items() if k not in ("leg_markers", "foot_markers", "drive")}
+        may_be_zero = ("sync_jitter_s", "force_noise_N", "moment_noise_Nm")
+        _positive("rig", {k: v for k, v in numbers.items() if k not in may_be_zero})
+        _positive("rig", {k: numbers[k] for k in may_be_zero}, 0.0)
+        if self.foot_markers < 1:
+            raise InputError(
+                f"rig: expected at least one of foot_markers, found {self.foot_markers}: place one"
+            )
+        if self.camera_rate_hz < 80.0:
+            raise InputError(
+                f"rig: expected a camera_rate_hz of at least 80 Hz, because signals up to 30 Hz are fitted, "
+                f"found {self.camera_rate_hz:g} Hz: plan with faster cameras"
+            )
+        for name in ("log_rate_hz", "plate_rate_hz"):
+            if numbers[name] < self.camera_rate_hz:
+                raise InputError(
+                    f"rig: expected a {name} of at least camera_rate_hz ({self.camera_rate_hz:g} Hz), found "
+                    f"{numbers[name]:g} Hz: correct one of the two"
+                )
+
+    @property
+    def log_noise_of_sample_m_per_s(self) -> float:
+        """Noise of the log after low-pass and resampling at the rate of the cameras (m/s)."""
+        return self.log_noise_m_per_s * math.sqrt(self.camera_rate_hz / self.log_rate_hz)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Protocol:
+    """What is done, and how it is analysed.
+
+    Attributes
+    ----------
+    pulse : Pulse
+        The belt's command (m/s).
+    number : int
+        Perturbations (-).
+    interval_s : float
+        From onset to onset (s).
+    rest_before_s, rest_after_s : float
+        Unperturbed time at the start and, after the last interval, at the end (s).
+    pathway : {"joint-likelihood", "joint-likelihood-linear", "leg", "foot"}
+        Estimator (-): the likelihood of all markers and the log, of a joint that may soften or of a linear
+        one; windowed least squares with the torque from the leg's motion, or from plate and foot.
+    cutoff_hz, order : float, int
+        Zero-lag low-pass of windowed least squares (Hz; both passes together).
+    """
+
+    pulse: Pulse
+    number: int = 14
+    interval_s: float = 4.0
+    rest_before_s: float = 3.0
+    rest_after_s: float = 3.0
+    pathway: str = JOINT_LIKELIHOOD
+    cutoff_hz: float = 20.0
+    order: int = 4
+
+    def __post_init__(self):
+        """Refuse what cannot be done.
+
+        Raises
+        ------
+        InputError
+            If the estimator is unknown, or numbers contradict each other.
+        """
+        if self.pathway not in PATHWAYS:
+            raise InputError(
+                f"protocol: expected a pathway of {listed(PATHWAYS)}, found {quoted(self.pathway)}: "
+                "correct it"
+            )
+        if self.number < 1:
+            raise InputError(
+                f"protocol: expected at least 1 perturbation for number, found {self.number}: plan more"
+            )
+        times = {k: vars(self)[k] for k in ("interval_s", "rest_before_s", "rest_after_s", "cutoff_hz")}
+        _positive("protocol", times)
+        if self.interval_s < self.pulse.duration_s + 0.1:
+            raise InputError(
+                "protocol: expected an interval_s that leaves 0.1 s of rest after a pulse of "
+                f"{self.pulse.duration_s:g} s, found {self.interval_s:g} s: lengthen the interval"
+            )
+        for name in ("rest_before_s", "rest_after_s"):
+            if times[name] < 1.0:
+                raise InputError(
+                    f"protocol: expected a {name} of at least 1 s, found {times[name]:g} s: lengthen it"
+                )
+        if self.order < 2 or self.order % 2:
+            raise InputError(
+                f"protocol: expected an even order, both passes together, found {self.order}: change it"
+            )
+
+    @property
+    def onsets_s(self) -> np.ndarray:
+        """When the pulses are commanded to start (s), shape (number,)."""
+        return self.rest_before_s + self.interval_s * np.arange(self.number)
+
+    @property
+    def signs(self) -> np.ndarray:
+        """Direction of every pulse, shape (number,) (-): one-way pulses alternate."""
+        return np.where(np.arange(self.number) % 2, -1.0, 1.0) if self.pulse.one_way else np.ones(self.number)
+
+    @property
+    def lasts_s(self) -> float:
+        """Length of the trial (s)."""
+        return self.rest_before_s + self.interval_s * self.number + self.rest_after_s
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """A planned experiment.
+
+    Attributes
+    ----------
+    joint : Joint
+        Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    leg, foot : Leg, Foot
+        What moves (kg, m, kg·m²).
+    rig : Rig
+        What measures and moves it.
+    protocol : Protocol
+        What is done.
+    sources : mapping of str to Source
+        Tolerances of the calibration, as of the uncertainty budgets (units in their names); none: no Type B.
+    """
+
+    joint: Joint
+    leg: Leg
+    protocol: Protocol
+    foot: Foot = field(default_factory=lambda: Foot(mass_kg=2.1, height_m=0.055))
+    rig: Rig = field(default_factory=Rig)
+    sources: Mapping[str, Source] = field(default_factory=dict)
+
+    def __post_init__(self):
+        """Refuse a joint on which the leg does not stand, and a foot that cannot be.
+
+        Raises
+        ------
+        InputError
+            If K does not exceed m g r, B or I is negative, mass or height of the foot are not positive, or
+            the cutoff is too high.
+        """
+        joint, critical = self.joint, self.leg.mass_kg * self.leg.gravity_m_per_s2 * self.leg.com_m
+        for name in ("inertia_Nms2_per_rad", "damping_Nms_per_rad"):
+            _positive("joint", {name: getattr(joint, name)}, 0.0)
+        _positive("foot", vars(self.foot))
+        if not (math.isfinite(joint.stiffness_Nm_per_rad) and joint.stiffness_Nm_per_rad > critical):
+            raise InputError(
+                f"joint: expected a stiffness above the critical one, m g r = {critical:.3g} Nm/rad, found "
+                f"{joint.stiffness_Nm_per_rad:g} Nm/rad, with which the leg falls: correct one of them"
+            )
+        if not self.protocol.cutoff_hz < 0.5 * self.rig.camera_rate_hz:
+            raise InputError(
+                "protocol: expected a cutoff_hz below half the camera_rate_hz "
+                f"({0.5 * self.rig.camera_rate_hz:g} Hz), found {self.protocol.cutoff_hz:g} Hz: lower it"
+            )
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """I, B, K, shape (3,) (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+        joint = self.joint
+        return np.array([joint.inertia_Nms2_per_rad, joint.damping_Nms_per_rad, joint.stiffness_Nm_per_rad])
+
+
+def belt_velocity(protocol: Protocol, pulse_velocity: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Velocity of the belt over a trial (m/s), shape (n,).
+
+    Parameters
+    ----------
+    protocol : Protocol
+        When and in which direction pulses start (s).
+    pulse_velocity : ndarray, shape (k,)
+        Velocity of the belt after one of them, every `STEP_S` (m/s).
+    time : ndarray, shape (n,)
+        Instants (s).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Sum over the pulses (m/s).
+    """
+    elapsed = STEP_S * np.arange(pulse_velocity.size)
+    found = np.zeros(time.size)
+    for onset, sign in zip(protocol.onsets_s, protocol.signs, strict=True):
+        first, last = np.searchsorted(time, [onset, onset + elapsed[-1]])
+        own = slice(first, last + 1)
+        found[own] += sign * np.interp(time[own] - onset, elapsed, pulse_velocity, right=0.0)
+    return found
+
+
+@dataclass(frozen=True)
+class ExpectedMotion:
+    """What a trial will be without noise.
+
+    Attributes
+    ----------
+    simulated : ForwardSimulation
+        Motion and forces at the instants of the cameras (s, rad, m, N, N·m).
+    perturbations : list of Perturbation
+        Windows as the analysis finds them (samples).
+    at_rest : ndarray of bool, shape (n,)
+        Samples before the first pulse (-).
+    pulse_velocity : ndarray, shape (k,)
+        Of the belt after one pulse, every `STEP_S` (m/s).
+    """
+
+    simulated: ForwardSimulation
+    perturbations: list[Perturbation]
+    at_rest: np.ndarray
+    pulse_velocity: np.ndarray
+
+    @property
+    def time(self) -> np.ndarray:
+        """Instants (s), shape (n,)."""
+        return self.simulated.time
+
+
+def expected_motion(design: Design) -> ExpectedMotion:
+    """Simulate the planned trial.
+
+    Parameters
+    ----------
+    design : Design
+        The experiment.
+
+    Returns
+    -------
+    ExpectedMotion
+        At the instants of the cameras (s).
+
+    Raises
+    ------
+    InputError
+        If no perturbation stands out of a belt at rest.
+    """
+    rig, protocol = design.rig, design.protocol
+    time = np.arange(round(protocol.lasts_s * rig.camera_rate_hz)) / rig.camera_rate_hz
+    moved = rig.drive.follow(protocol.pulse.velocity_m_per_s)
+    velocity = belt_velocity(protocol, moved, time)
+    stride = math.ceil(1.0 / (rig.camera_rate_hz * STEP_S) - 1e-9)
+    step = 1.0 / (rig.camera_rate_hz * stride)
+    simulated = simulate_dummy(
+        time, velocity, design.leg, design.foot, design.joint, step, must_stand=True, engine="equations"
+    )
+    if simulated.fell_at_s is not None:
+        raise InputError(
+            "protocol: expected a leg that stays upright, found that it falls "
+            f"{simulated.fell_at_s:.3g} s after the start: plan smaller pulses"
+        )
+    before, after = protocol.rest_before_s - 0.5, protocol.rest_after_s - 0.5
+    windows = find_perturbations(
+        time, velocity, rest_before_s=before, rest_after_s=after, cutoff_hz=protocol.cutoff_hz
+    )
+    return ExpectedMotion(simulated, windows, time < before, moved)
+
+
+def exact_markers(design: Design, motion: ExpectedMotion) -> tuple[np.ndarray, list[str], tuple[str, ...]]:
+    """Markers of a trial without noise.
+
+    Parameters
+    ----------
+    design : Design
+        The experiment.
+    motion : ExpectedMotion
+        Its motion (m, rad).
+
+    Returns
+    -------
+    positions : ndarray, shape (n, k, 2)
+        y along the belt, z up (m), from the ankle at rest.
+    labels : list of str
+        Names of the markers.
+    belt_fixed : tuple of str
+        Those that move with the foot.
+    """
+    markers, rig = design.rig.leg_markers, design.rig
+    theta, foot = motion.simulated.theta, motion.simulated.foot_y
+    fixed = tuple(f"foot{k + 1}" for k in range(rig.foot_markers))
+    offsets = np.zeros((rig.foot_markers, 2))
+    across, along = np.vstack([offsets, markers.layout_m]).T
+    y = foot[:, None] + np.outer(np.cos(theta), across) + np.outer(np.sin(theta), along)
+    z = np.outer(np.cos(theta), along) - np.outer(np.sin(theta), across)
+    return np.stack([y, z], axis=2), [*fixed, *markers.labels], (*fixed, markers.labels[0])

@@ -1,0 +1,108 @@
+"""Check of a plan: noise is drawn again and again, and the real estimators fit what was drawn."""
+
+import numpy as np
+
+from tepsipe.experiments.planning.design import (
+    FOOT,
+    JOINT_LIKELIHOOD,
+    LEG,
+    Design,
+    ExpectedMotion,
+    exact_markers,
+)
+from tepsipe.identification.joint_fit import fit_joint_likelihood
+from tepsipe.identification.window_regression import regress_torque
+from tepsipe.mechanics.inverse_dynamics import foot_torque, leg_torque
+from tepsipe.mechanics.segment_kinematics import segment_motion
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
+
+
+def draw_estimates(
+    design: Design, motion: ExpectedMotion, rng: np.random.Generator, draws: int
+) -> np.ndarray:
+    """Estimates of I, B, K from trials with noise that are otherwise the same.
+
+    Parameters
+    ----------
+    design : Design
+        Joint, rig, protocol (units there).
+    motion : ExpectedMotion
+        Its motion (s, m, rad, N, N·m).
+    rng : numpy.random.Generator
+        Draws the noise.
+    draws : int
+        Number of trials (-).
+
+    Returns
+    -------
+    ndarray, shape (draws, 3)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+
+    Raises
+    ------
+    InputError
+        If a trial does not determine them.
+    """
+    positions, labels, fixed = exact_markers(design, motion)
+    of_windows = design.protocol.pathway in (LEG, FOOT)
+    found = np.empty((draws, 3))
+    for k in range(draws):
+        noisy = positions + design.rig.marker_noise_m * rng.standard_normal(positions.shape)
+        if of_windows:
+            found[k] = _by_windows(design, motion, noisy, labels, rng)
+        else:
+            found[k] = _by_likelihood(design, motion, noisy, labels, fixed, rng)
+    return found
+
+
+def _by_likelihood(design, motion, positions, labels, fixed, rng) -> np.ndarray:
+    noise = design.rig.log_noise_of_sample_m_per_s
+    log = motion.simulated.foot_y_d + noise * rng.standard_normal(motion.time.size)
+    fit = fit_joint_likelihood(
+        motion.time,
+        positions,
+        design.rig.leg_markers,
+        design.leg,
+        labels=labels,
+        belt_fixed=fixed,
+        perturbations=motion.perturbations,
+        belt_velocity=log,
+        rest=motion.at_rest,
+        softening=design.protocol.pathway == JOINT_LIKELIHOOD,
+    )
+    return np.array([fit.I, fit.B, fit.K])
+
+
+def _by_windows(design, motion, positions, labels, rng) -> np.ndarray:
+    rig, protocol, rate = design.rig, design.protocol, design.rig.camera_rate_hz
+    moved = segment_motion(
+        motion.time,
+        positions,
+        rig.leg_markers,
+        design.leg.com_m,
+        labels=labels,
+        cutoff_hz=protocol.cutoff_hz,
+        order=protocol.order,
+    )
+    if protocol.pathway == LEG:
+        torque = leg_torque(design.leg, moved.theta, moved.theta_dd, moved.y_dd, moved.z_dd)
+    else:
+
+        def lowpass(x: np.ndarray, noise: float = 0.0) -> np.ndarray:
+            noise = noise * np.sqrt(rate / rig.plate_rate_hz)
+            return butterworth_lowpass(
+                x + noise * rng.standard_normal(x.size), rate, protocol.cutoff_hz, protocol.order
+            )
+
+        simulated, ankle = motion.simulated, labels.index(rig.leg_markers.labels[0])
+        y_a = lowpass(positions[:, ankle, 0])
+        torque = foot_torque(
+            design.foot,
+            lowpass(simulated.f_y, rig.force_noise_N),
+            lowpass(simulated.f_z, rig.force_noise_N),
+            lowpass(simulated.m_x, rig.moment_noise_Nm),
+            y_a,
+            derivative(motion.time, derivative(motion.time, y_a)),
+        )
+    return regress_torque(moved, torque, motion.perturbations, motion.at_rest).mean

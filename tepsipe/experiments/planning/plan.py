@@ -1,0 +1,282 @@
+"""From a design to the standard uncertainty of I, B, K that it will have, and the perturbations it needs.
+
+    u^2(n) = (u_A^2 - u_R^2) n_0 / n + u_R^2 + u_B^2
+
+u_A is that of the estimator with the planned number n_0, from its own covariance (`expect_joint`,
+`window_noise`); the Cramer-Rao bound is given beside that of the likelihood. u_R is the part of u_A that
+comes through the rest to which windowed least squares refers: it falls with the time of rest only. u_B comes
+from the tolerances of the calibration, as in the budgets of the dummy.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.dummy.foot_budget import FootKnowledge, foot_budget
+from tepsipe.experiments.dummy.leg_budget import (
+    LegKnowledge,
+    angle_contributions,
+    compliance_contributions,
+    torque_contributions,
+)
+from tepsipe.experiments.planning.design import (
+    FOOT,
+    JOINT_LIKELIHOOD,
+    LEG,
+    Design,
+    ExpectedMotion,
+    exact_markers,
+    expected_motion,
+)
+from tepsipe.experiments.planning.window_noise import window_noise
+from tepsipe.identification.joint_channels import dummy_markers
+from tepsipe.identification.joint_likelihood import ExpectedFit, expect_joint, fit_joint
+from tepsipe.identification.joint_result import working_covariance
+from tepsipe.identification.window_regression import WindowedFits, regress_torque
+from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.inverse_dynamics import Leg, foot_torque, leg_torque
+from tepsipe.mechanics.segment_kinematics import SegmentMotion, segment_motion
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.statistics.uncertainty import Budget, Source
+
+# two-sided 95 % of a normal distribution (-)
+COVERAGE = 1.959964
+UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a design will show of I, B, K: N·m·s²/rad, N·m·s/rad, N·m/rad.
+
+    Attributes
+    ----------
+    design : Design
+        The experiment.
+    motion : ExpectedMotion
+        Its motion without noise (s, m, rad).
+    covariance : ndarray, shape (3, 3)
+        Of the estimator, Type A (units of the parameters).
+    bound : ndarray, shape (3,) or None
+        Smallest standard uncertainty of Type A that any unbiased estimator from markers and log can have
+        (units of the parameters); None for estimators of other signals or with less than all of them.
+    bias : ndarray, shape (3,)
+        What noise in the regressors adds to the mean of the estimates (units of the parameters).
+    of_rest : ndarray, shape (3,)
+        u_R, part of Type A that does not fall with the number (units of the parameters).
+    budget : Budget
+        Type A and one entry per tolerance (units of the parameters).
+    """
+
+    design: Design
+    motion: ExpectedMotion
+    covariance: np.ndarray
+    bound: np.ndarray | None
+    bias: np.ndarray
+    of_rest: np.ndarray
+    budget: Budget
+
+    @property
+    def type_a(self) -> np.ndarray:
+        """Standard uncertainty of Type A of I, B, K, shape (3,) (their units)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def type_b(self) -> np.ndarray:
+        """Standard uncertainty of Type B of I, B, K, shape (3,) (their units)."""
+        return self.budget.type_b
+
+    @property
+    def combined(self) -> np.ndarray:
+        """Combined standard uncertainty of I, B, K, shape (3,) (their units)."""
+        return np.hypot(self.type_a, self.type_b)
+
+    def number_for(self, relative: float, quantity: str = "K") -> int | None:
+        """Perturbations after which bias and 95 % interval are within +- ``relative`` of the value (-).
+
+        None where no number is enough, because tolerances and bias alone exceed it, or the value is 0.
+        """
+        k = PARAMETERS.index(quantity)
+        left = relative * self.design.parameters[k] - abs(self.bias[k])
+        wanted = (left / COVERAGE) ** 2 - self.type_b[k] ** 2 - self.of_rest[k] ** 2
+        if not (left > 0.0 and wanted > 0.0):
+            return None
+        falling = self.type_a[k] ** 2 - self.of_rest[k] ** 2
+        needed = self.design.protocol.number * falling / wanted
+        return max(1, math.ceil(needed - 1e-9))
+
+    def with_number(self, number: int) -> np.ndarray:
+        """Combined standard uncertainty of I, B, K, shape (3,), after a number of perturbations (-)."""
+        return np.hypot(self.type_a_with(number), self.type_b)
+
+    def type_a_with(self, number: int) -> np.ndarray:
+        """Type A of I, B, K, shape (3,), after a number of perturbations (-)."""
+        falling = self.type_a**2 - self.of_rest**2
+        return np.sqrt(falling * self.design.protocol.number / number + self.of_rest**2)
+
+    def rows(self) -> list[dict]:
+        """One row per quantity, for a table (units in it)."""
+        found = []
+        for k, name in enumerate(PARAMETERS):
+            value = float(self.design.parameters[k])
+            half_width = COVERAGE * float(self.combined[k])
+            found.append(
+                {
+                    "quantity": name,
+                    "unit": UNITS[name],
+                    "value": value,
+                    "n_perturbations": self.design.protocol.number,
+                    "predicted_u": float(self.combined[k]),
+                    "u_type_a": float(self.type_a[k]),
+                    "u_type_b": float(self.type_b[k]),
+                    "cramer_rao": None if self.bound is None else float(self.bound[k]),
+                    "bias": float(self.bias[k]),
+                    "half_width_percent": 100.0 * half_width / value if value else None,
+                    "n_for_5_percent": self.number_for(0.05, name),
+                    "n_for_10_percent": self.number_for(0.10, name),
+                    "n_for_20_percent": self.number_for(0.20, name),
+                }
+            )
+        return found
+
+
+def plan_experiment(design: Design) -> Plan:
+    """Expected standard uncertainty of I, B, K.
+
+    Parameters
+    ----------
+    design : Design
+        Joint, leg, foot, rig, protocol and tolerances (units in their names).
+
+    Returns
+    -------
+    Plan
+        Type A, Type B, bias and the number that is needed.
+
+    Raises
+    ------
+    InputError
+        If the perturbations do not determine the parameters.
+    """
+    motion = expected_motion(design)
+    if design.protocol.pathway in (LEG, FOOT):
+        return _of_windows(design, motion)
+    expected = expected_likelihood(design, motion)
+    windows = motion.perturbations
+    covariance = working_covariance(expected.fit, windows, expected.fit.covariance)
+    bound = np.sqrt(np.diag(working_covariance(expected.fit, windows, expected.bound)))
+    values, sources = design.parameters, design.sources
+    contributions = angle_contributions(values, design.leg, sources)
+    contributions |= compliance_contributions(values, sources)
+    budget = _budget(design, np.sqrt(np.diag(covariance)), contributions)
+    return Plan(design, motion, covariance, bound, np.zeros(3), np.zeros(3), budget)
+
+
+def expected_likelihood(design: Design, motion: ExpectedMotion) -> ExpectedFit:
+    """Likelihood of the planned trial, as far as its signals determine it (units of `ExpectedFit`).
+
+    Raises
+    ------
+    InputError
+        If the perturbations do not determine the parameters.
+    """
+    rig = design.rig
+    positions, labels, fixed = exact_markers(design, motion)
+    markers = dummy_markers(positions, labels, rig.leg_markers, fixed)
+    log = motion.simulated.foot_y_d
+    exact = fit_joint(motion.time, markers, log, design.leg, motion.at_rest, softening=False)
+    softening = design.protocol.pathway == JOINT_LIKELIHOOD
+    return expect_joint(exact, rig.marker_noise_m, rig.log_noise_of_sample_m_per_s, softening=softening)
+
+
+def _budget(design: Design, type_a: np.ndarray, contributions: dict[str, np.ndarray]) -> Budget:
+    freedom = {name: design.sources[name].freedom for name in contributions}
+    return Budget(type_a, np.inf, contributions, freedom)
+
+
+@dataclass(frozen=True)
+class _Signals:
+    """Filtered signals of a trial without noise."""
+
+    motion: SegmentMotion
+    torque: np.ndarray
+    loads: dict[str, np.ndarray]
+    y_a: np.ndarray
+    y_a_dd: np.ndarray
+
+
+def _signals(design: Design, motion: ExpectedMotion) -> _Signals:
+    protocol, rate = design.protocol, design.rig.camera_rate_hz
+
+    def lowpass(x: np.ndarray) -> np.ndarray:
+        return butterworth_lowpass(x, rate, protocol.cutoff_hz, protocol.order)
+
+    positions, labels, _ = exact_markers(design, motion)
+    leg_motion = segment_motion(
+        motion.time,
+        positions,
+        design.rig.leg_markers,
+        design.leg.com_m,
+        labels=labels,
+        cutoff_hz=protocol.cutoff_hz,
+        order=protocol.order,
+    )
+    simulated = motion.simulated
+    loads = {"Fy": lowpass(simulated.f_y), "Fz": lowpass(simulated.f_z), "Mx": lowpass(simulated.m_x)}
+    y_a = lowpass(simulated.foot_y)
+    y_a_dd = derivative(motion.time, derivative(motion.time, y_a))
+    if protocol.pathway == LEG:
+        torque = leg_torque(
+            design.leg, leg_motion.theta, leg_motion.theta_dd, leg_motion.y_dd, leg_motion.z_dd
+        )
+    else:
+        torque = foot_torque(design.foot, loads["Fy"], loads["Fz"], loads["Mx"], y_a, y_a_dd)
+    return _Signals(leg_motion, torque, loads, y_a, y_a_dd)
+
+
+def _of_windows(design: Design, motion: ExpectedMotion) -> Plan:
+    """Plan of windowed least squares."""
+    signals, windows = _signals(design, motion), motion.perturbations
+
+    def fit(moved: SegmentMotion, torque: np.ndarray) -> WindowedFits:
+        return regress_torque(moved, torque, windows, motion.at_rest)
+
+    found = fit(signals.motion, signals.torque)
+    noise = window_noise(design, found.regressors, windows, int(motion.at_rest.sum()))
+    if not np.isfinite(noise.covariance).all() or not (np.diag(noise.covariance) > 0.0).all():
+        raise InputError(
+            "plan: expected windows that determine I, B, K, found regressors that depend on each other: plan "
+            "other pulses"
+        )
+    contributions = _window_contributions(design, found, fit, signals)
+    known = replace(design, sources=_with_jitter(design))
+    budget = _budget(known, np.sqrt(np.diag(noise.covariance)), contributions)
+    return Plan(design, motion, noise.covariance, None, noise.bias, noise.of_rest, budget)
+
+
+def _with_jitter(design: Design) -> dict:
+    """Tolerances, with the synchronisation of the rig where the torque is from the plate."""
+    sources = dict(design.sources)
+    if design.protocol.pathway == FOOT and design.rig.sync_jitter_s > 0.0:
+        sources["log_delay_s"] = Source("log_delay_s", design.rig.sync_jitter_s)
+    return sources
+
+
+def _window_contributions(design: Design, found: WindowedFits, fit, signals: _Signals) -> dict:
+    """What every tolerance contributes to I, B, K, rows of shape (3,)."""
+    sources = _with_jitter(design)
+    if not sources:
+        return {}
+    if design.protocol.pathway == FOOT:
+        known = FootKnowledge(design.foot, signals.loads, signals.y_a, signals.y_a_dd, sources)
+        again = lambda moved, torque: fit(moved, torque).mean  # noqa: E731
+        return foot_budget(found, again, signals.motion, signals.torque, known).contributions
+
+    def by_leg(moved: SegmentMotion, leg: Leg) -> np.ndarray:
+        torque = leg_torque(leg, moved.theta, moved.theta_dd, moved.y_dd, moved.z_dd)
+        return fit(moved, torque).mean
+
+    known = LegKnowledge(design.leg, design.rig.leg_markers, sources, signals.motion)
+    return torque_contributions(by_leg, known) | compliance_contributions(found.mean, sources)

@@ -1,0 +1,217 @@
+"""Pulses of the belt: their velocity as commanded, what the drive makes of it, and their peaks.
+
+The drive is a proportional-integral servo of the belt's velocity, whose force is limited,
+
+    e = v_command - v,    v' = clip(2 pi f (e + q / T), -a_max, a_max),    q' = e while v' is not clipped
+
+with f its bandwidth, T its integral time and a_max the force over the moved mass.
+"""
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed, quoted
+
+# step of all motions of the belt (s)
+STEP_S = 0.001
+# part of the peak velocity below which the belt rests (-)
+_SETTLED = 1e-6
+# longest time for which a drive may take to settle (s)
+_LONGEST_S = 4.0
+
+
+def _sine(s: np.ndarray) -> np.ndarray:
+    return np.sin(2.0 * np.pi * s)
+
+
+def _bump(s: np.ndarray) -> np.ndarray:
+    """Velocity of a minimum-jerk movement with the peak 1 (-)."""
+    return 16.0 * s**2 * (1.0 - s) ** 2
+
+
+def _minjerk(s: np.ndarray) -> np.ndarray:
+    return np.where(s < 0.5, _bump(2.0 * s), -_bump(2.0 * s - 1.0))
+
+
+def _half_sine(s: np.ndarray) -> np.ndarray:
+    return np.sin(np.pi * s)
+
+
+# velocity over the part of the pulse that has passed (-), and whether the belt stays where it was moved to
+PROFILES: dict[str, tuple[Callable[[np.ndarray], np.ndarray], bool]] = {
+    "sine": (_sine, False),
+    "minjerk": (_minjerk, False),
+    "half-sine": (_half_sine, True),
+    "ramp": (_bump, True),
+}
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """A commanded pulse of the belt.
+
+    Attributes
+    ----------
+    profile : str
+        Its name (-).
+    velocity_m_per_s : ndarray, shape (n,)
+        Commanded velocity every `STEP_S`, 0 at both ends (m/s).
+    one_way : bool
+        Whether the belt stays where it was moved to; the next pulse then goes back (-).
+    """
+
+    profile: str
+    velocity_m_per_s: np.ndarray
+    one_way: bool
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the command (s)."""
+        return (self.velocity_m_per_s.size - 1) * STEP_S
+
+
+def pulse_of(profile: str, amplitude_m_per_s: float, duration_s: float) -> Pulse:
+    """A pulse of a known profile.
+
+    Parameters
+    ----------
+    profile : {"sine", "minjerk", "half-sine", "ramp"}
+        A period of a sine, or a minimum-jerk movement out and one back, as in the thesis; half a sine, or one
+        minimum-jerk movement, after which the belt stays where it is.
+    amplitude_m_per_s : float
+        Peak velocity of the command (m/s).
+    duration_s : float
+        Its length (s).
+
+    Returns
+    -------
+    Pulse
+        Commanded velocity (m/s).
+
+    Raises
+    ------
+    InputError
+        If there is no such profile, or amplitude or length are no positive numbers.
+    """
+    if profile not in PROFILES:
+        raise InputError(
+            f"pulse: expected a profile of {listed(PROFILES)}, found {quoted(profile)}: correct it"
+        )
+    for name, value, least in (
+        ("amplitude_m_per_s", amplitude_m_per_s, math.ulp(0.0)),
+        ("duration_s", duration_s, 10.0 * STEP_S),
+    ):
+        if not (math.isfinite(value) and value >= least):
+            what = "a positive number" if least < STEP_S else f"at least {least:g} s"
+            raise InputError(f"pulse: expected {what} for {name}, found {value:g}: correct it")
+    shape, one_way = PROFILES[profile]
+    passed = np.linspace(0.0, 1.0, round(duration_s / STEP_S) + 1)
+    return Pulse(profile, amplitude_m_per_s * shape(passed), one_way)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """The belt's drive.
+
+    Attributes
+    ----------
+    bandwidth_hz : float or None
+        f, with the load on the belt (Hz); None for a belt that follows every command.
+    integral_s : float
+        T (s).
+    acceleration_m_per_s2 : float
+        a_max, largest force over the moved mass (m/s²).
+    """
+
+    bandwidth_hz: float | None = 14.0
+    integral_s: float = 0.25
+    acceleration_m_per_s2: float = 24.0
+
+    def __post_init__(self):
+        """Refuse what no drive can be.
+
+        Raises
+        ------
+        InputError
+            If a value is not positive.
+        """
+        for name, value in vars(self).items():
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"drive: expected a positive number for {name}, found {value:g}: correct it")
+
+    def follow(self, command_m_per_s: np.ndarray, limited: bool = True) -> np.ndarray:
+        """Velocity of the belt (m/s) every `STEP_S` after a command (m/s), until it rests; both start at 0.
+
+        Without ``limited`` the force has no limit, and the velocity is linear in the command.
+        """
+        if self.bandwidth_hz is None:
+            return np.asarray(command_m_per_s, dtype=float)
+        gain, most = 2.0 * math.pi * self.bandwidth_hz, self.acceleration_m_per_s2 if limited else math.inf
+        peak = float(np.abs(command_m_per_s).max())
+        v, q, velocity = 0.0, 0.0, [0.0]
+        command = np.asarray(command_m_per_s, dtype=float).tolist()
+        # a step of the servo is solved with the command half-way through it
+        halfway = [0.5 * (a + b) for a, b in itertools.pairwise(command)]
+        parts, h = 4, STEP_S / 4
+        for k in range(round(_LONGEST_S / STEP_S)):
+            wanted = halfway[k] if k < len(halfway) else 0.0
+            for _ in range(parts):
+                error = wanted - v
+                force = gain * (error + q / self.integral_s)
+                held = min(max(force, -most), most)
+                if held == force:
+                    q += h * error
+                v += h * held
+            velocity.append(v)
+            if k > len(halfway) and max(abs(v), abs(q) / self.integral_s) < _SETTLED * peak:
+                break
+        return np.array(velocity)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Largest motion that a subject or a drive allows; a limit that is not set is infinite.
+
+    Attributes
+    ----------
+    velocity_m_per_s, displacement_m, acceleration_m_per_s2, jerk_m_per_s3 : float
+        Of the belt (m/s, m, m/s², m/s³).
+    """
+
+    velocity_m_per_s: float = math.inf
+    displacement_m: float = math.inf
+    acceleration_m_per_s2: float = math.inf
+    jerk_m_per_s3: float = math.inf
+
+    def __post_init__(self):
+        """Refuse limits that no pulse can meet.
+
+        Raises
+        ------
+        InputError
+            If a limit is not positive.
+        """
+        for name, value in vars(self).items():
+            if not value > 0.0:
+                raise InputError(
+                    f"limits: expected a positive number for {name}, found {value:g}, which no pulse meets: "
+                    "raise it"
+                )
+
+    def hold(self, other: "Limits", tolerance: float = 1e-6) -> bool:
+        """Whether the peaks of a motion (m/s, m, m/s², m/s³) are within these limits."""
+        pairs = zip(vars(other).values(), vars(self).values(), strict=True)
+        return all(peak <= limit * (1.0 + tolerance) for peak, limit in pairs)
+
+
+def peaks_of(velocity_m_per_s: np.ndarray) -> Limits:
+    """Peak velocity, displacement, acceleration and jerk (over `STEP_S`) of a motion of the belt (m/s)."""
+    velocity = np.concatenate([[0.0], velocity_m_per_s, [0.0]])
+    displacement = STEP_S * np.cumsum(0.5 * (velocity[1:] + velocity[:-1]))
+    acceleration = np.diff(velocity) / STEP_S
+    jerk = np.diff(acceleration, prepend=0.0, append=0.0) / STEP_S
+    return Limits(*(float(np.abs(x).max()) for x in (velocity, displacement, acceleration, jerk)))

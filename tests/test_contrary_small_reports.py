@@ -1,0 +1,135 @@
+"""Chapters on a human joint and on a recorded treadmill, of data that show the opposite of the usual."""
+
+import html
+import json
+import re
+import shutil
+import unicodedata
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tepsipe.experiments.position_manipulator import ESTIMATOR, REFLEX_ESTIMATOR
+from tepsipe.reporting.numbers.position_manipulator import manipulator_data
+from tepsipe.reporting.numbers.treadmill import treadmill_data
+from tepsipe.reporting.numbers.treadmill_sentences import resonance_sentence
+from tepsipe.treadmill.calibration import ModelScore
+
+MODELS = ("fir-causal", "fir", "ripple-tracking")
+
+
+def manipulator(usual):
+    """Two trials; a clear reflex that raises the VAF, or none that could be seen."""
+    vafs = {ESTIMATOR: (80.0, 90.0), REFLEX_ESTIMATOR: (93.0, 95.0)} if usual else {
+        ESTIMATOR: (-40.0, 20.0), REFLEX_ESTIMATOR: (-60.0, 30.0)
+    }  # fmt: skip
+    rows = []
+    for estimator, values in vafs.items():
+        for condition, vaf in zip(("a", "b"), values, strict=True):
+            found = {"K": 50.0, "VAF_held_out": vaf, "VAF_held_out_any_offset": vaf + 1.0}
+            if estimator == REFLEX_ESTIMATOR:
+                found |= {"reflex_gain": 5.0, "reflex_share": 20.0}
+            rows += [(condition, estimator, quantity, value) for quantity, value in found.items()]
+    frame = pd.DataFrame(rows, columns=["condition", "estimator", "quantity", "value"])
+    width = 1.0 if usual else 6.0
+    frame = frame.assign(
+        experiment="position_manipulator",
+        unit="1",
+        standard_error=0.5 * width,
+        ci_low=frame.value - width,
+        ci_high=frame.value + width,
+    )
+    delays = (0.04, 0.05) if usual else (0.04, 0.04)
+    reflex = {"direction": 1, "stiffening": False, "delay_s": 0.04, "delay_range_s": delays}
+    fit = SimpleNamespace(facts={"training_s": 30.0, "reflex": reflex})
+    return manipulator_data({"a": fit, "b": fit}, frame)
+
+
+def belt(usual):
+    """One held-out recording; models with a limit of 0.9, or none that predicts anything."""
+    values = (0.5, 0.7, 0.8) if usual else (-3.0, -3.001, -5.0)
+    scores = [
+        ModelScore(model, "one", "two", hz, r2, 10.0, 5.0, 2, 0.9, "load", "N")
+        for model, r2 in zip(MODELS, values, strict=True)
+        for hz in (6.0, 20.0)
+    ]
+    ingested = {
+        "recorded_rate_hz": 100.0,
+        "clock": "kept",
+        "largest_stamp_deviation_s": 0.0,
+        "repeated_stamps": 0,
+        "repeated_velocity_fraction": 0.0,
+        "missing_samples": 0,
+    }
+    result = SimpleNamespace(
+        facts={"recordings": ["two"], "models": list(MODELS), "unit": "N", "ingested": {"two": ingested}},
+        arrays={"ripple/tracked_orders": np.array([1.0, 2.0] if usual else [1.0])},
+    )
+    models = {"ripple": {"memory_s": 20.0}, "fir_lead_s": 0.1}
+    return treadmill_data(
+        result, scores, {"analysis": {"shown_cutoff_hz": 6}, "models": models}, {"two": "validate"}
+    )
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["usual", "contrary"])
+def told(request, root, tmp_path_factory):
+    """Whether the data are usual, and words of both chapters, typeset without figures."""
+    typst = pytest.importorskip("typst")
+    folder = tmp_path_factory.mktemp("report") / "report"
+    shutil.copytree(root / "report", folder)
+    (folder / "figures").mkdir()
+    for caption in (folder / "captions").glob("figure_*.rst"):
+        (folder / f"figures/{caption.stem}.svg").write_text(
+            '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
+        )
+    data = {"belt": belt(request.param), "position_manipulator": manipulator(request.param)}
+    (folder / "report.json").write_text(json.dumps({"title": "t", "names": {}} | data))
+    (folder / "two.typ").write_text(
+        '#include "chapters/belt.typ"\n#include "chapters/position_manipulator.typ"\n'
+        '#bibliography("references.bib", style: "ieee")\n'
+    )
+    page = typst.compile(str(folder / "two.typ"), root=str(folder), ignore_system_fonts=True, format="html")
+    words = html.unescape(re.sub(r"<[^>]+>", "", page.decode()))
+    return request.param, " ".join(unicodedata.normalize("NFKC", words).split())
+
+
+USUAL = (
+    "It accounts for 80",
+    "raises the held-out VAF",
+    "the trial does not separate delays of 40 to 50 ms",
+    "The best linear model of the acceleration reaches",
+    "A lead of 100 ms increases",
+    "narrow lines",
+)
+CONTRARY = (
+    "It does not predict the torque of the held-out part of every trial",
+    "is not higher in every trial",
+    "The interval holds 0",
+    "separates it from all others",
+    "No linear model of the acceleration predicts more than the mean",
+    "not more than the best model without",
+    "a narrow line",
+)
+
+
+def test_chapters_tell_what_their_data_show_and_nothing_else(told):
+    usual, words = told
+    for sentence in USUAL:
+        assert (sentence in words) is usual, sentence
+    for sentence in CONTRARY:
+        assert (sentence in words) is not usual, sentence
+
+
+@pytest.mark.parametrize(
+    ("empty_hz", "loaded_hz", "words"),
+    [
+        (52.0, 48.0, "locates it at 52.0 Hz without and at 48.0 Hz with the weight"),
+        (5e7, 48.0, "locates it at 48.0 Hz with the weight and shows none below 200 Hz without it"),
+        (52.0, float("inf"), "locates it at 52.0 Hz without the weight and shows none below 200 Hz with it"),
+        (5e7, float("inf"), "shows none below 200 Hz, neither without nor with the weight"),
+    ],
+)
+def test_a_resonance_that_is_not_seen_is_not_located(empty_hz, loaded_hz, words):
+    assert resonance_sentence(empty_hz, loaded_hz) == words
