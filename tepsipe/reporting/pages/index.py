@@ -224,6 +224,7 @@ def _provenance(report: dict) -> str:
         f"<p>{_link('../provenance.json', 'provenance.json')}: versions and SHA-256 of every raw file; "
         f"{_link('../config.yaml', 'config.yaml')}: configuration of the run; "
         f"{_link('report.html', 'report.html')}: Snakemake's own report, with the code of every step.</p>\n"
-        f"{table(('Kind', 'File'), files)}\n{table(('', 'Files', 'SHA-256 of the list of their checksums'), digests)}"
+        f"{table(('Kind', 'File'), files)}\n"
+        f"{table(('', 'Files', 'SHA-256 of the list of their checksums'), digests)}"
         f"<details><summary>Versions of packages</summary>\n<p>{packages}</p></details>\n"
     )
