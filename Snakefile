@@ -46,6 +46,7 @@ include: "workflow/rules/participants.smk"
 include: "workflow/rules/belt.smk"
 # a human joint in a position-controlled manipulator
 include: "workflow/rules/position_manipulator.smk"
+include: "workflow/rules/operating_points.smk"
 # tables across experiments, and where truth meets estimate
 include: "workflow/rules/tables.smk"
 # the PDF and the HTML report

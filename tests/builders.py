@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
-from tepsipe.signals.spectra import FrequencyResponse
+from tepsipe.signals.response import FrequencyResponse
 
 # thesis Table 2-2
 LEG = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027, gravity_m_per_s2=9.81)

@@ -14,7 +14,8 @@ from tepsipe.identification.admittance_fit import (
     residuals,
     residuals_as_printed,
 )
-from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged
+from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.spectra import frequency_averaged, period_averaged
 
 # thesis Table 3-2
 BOUNDS = Bounds(

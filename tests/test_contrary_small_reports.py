@@ -10,41 +10,42 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from joint_builders import fit_of, rows_of
 
-from tepsipe.experiments.position_manipulator import ESTIMATOR, REFLEX_ESTIMATOR
 from tepsipe.reporting.numbers.position_manipulator import manipulator_data
 from tepsipe.reporting.numbers.treadmill import treadmill_data
 from tepsipe.reporting.numbers.treadmill_sentences import resonance_sentence
 from tepsipe.treadmill.calibration import ModelScore
 
+CHOICES = {
+    "ingest": {"resample_rate_hz": 250.0},
+    "analysis": {
+        "lowpass_cutoff_hz": 30.0,
+        "cut_s": 1.0,
+        "block_s": 1.0,
+        "training_fraction": 0.5,
+        "parallel_cascade": {"intrinsic_lag_s": 0.04, "reflex_length_s": 0.6},
+    },
+}
 MODELS = ("fir-causal", "fir", "ripple-tracking")
 
 
 def manipulator(usual):
     """Two trials; a clear reflex that raises the VAF, or none that could be seen."""
-    vafs = {ESTIMATOR: (80.0, 90.0), REFLEX_ESTIMATOR: (93.0, 95.0)} if usual else {
-        ESTIMATOR: (-40.0, 20.0), REFLEX_ESTIMATOR: (-60.0, 30.0)
-    }  # fmt: skip
-    rows = []
-    for estimator, values in vafs.items():
-        for condition, vaf in zip(("a", "b"), values, strict=True):
-            found = {"K": 50.0, "VAF_held_out": vaf, "VAF_held_out_any_offset": vaf + 1.0}
-            if estimator == REFLEX_ESTIMATOR:
-                found |= {"reflex_gain": 5.0, "reflex_share": 20.0}
-            rows += [(condition, estimator, quantity, value) for quantity, value in found.items()]
-    frame = pd.DataFrame(rows, columns=["condition", "estimator", "quantity", "value"])
-    width = 1.0 if usual else 6.0
-    frame = frame.assign(
-        experiment="position_manipulator",
-        unit="1",
-        standard_error=0.5 * width,
-        ci_low=frame.value - width,
-        ci_high=frame.value + width,
+    vafs = [(80.0, 93.0), (90.0, 95.0)] if usual else [(-40.0, -60.0), (20.0, 30.0)]
+    made = (
+        {"delays_s": (0.04, 0.05), "lasting_s": 0.5}
+        if usual
+        else {"delays_s": (0.04, 0.04), "lasting_s": 0.1}
     )
-    delays = (0.04, 0.05) if usual else (0.04, 0.04)
-    reflex = {"direction": 1, "stiffening": False, "delay_s": 0.04, "delay_range_s": delays}
-    fit = SimpleNamespace(facts={"training_s": 30.0, "reflex": reflex})
-    return manipulator_data({"a": fit, "b": fit}, frame)
+    made |= {} if usual else {"p": 0.001, "white": 0.5, "memory_s": 4.0, "slow": 10.0, "coherent": 0.5}
+    gain = (8.0, 12.0) if usual else (-2.0, 12.0)
+    frames = [
+        rows_of(condition, alone=alone, cascade=cascade, gain=gain, flags="" if usual else "at-bound")
+        for condition, (alone, cascade) in zip("ab", vafs, strict=True)
+    ]
+    joint = {"name": "ankle", "positive": "dorsiflexion", "negative": "plantarflexion"} if usual else None
+    return manipulator_data({"a": fit_of(**made), "b": fit_of(**made)}, pd.concat(frames), joint)
 
 
 def belt(usual):
@@ -85,6 +86,7 @@ def told(request, root, tmp_path_factory):
             '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
         )
     data = {"belt": belt(request.param), "position_manipulator": manipulator(request.param)}
+    data["choices"] = {"position_manipulator": CHOICES}
     (folder / "report.json").write_text(json.dumps({"title": "t", "names": {}} | data))
     (folder / "two.typ").write_text(
         '#include "chapters/belt.typ"\n#include "chapters/position_manipulator.typ"\n'
@@ -96,18 +98,32 @@ def told(request, root, tmp_path_factory):
 
 
 USUAL = (
-    "It accounts for 80",
-    "raises the held-out VAF",
-    "the trial does not separate delays of 40 to 50 ms",
+    "A human ankle in a",
+    "responds to dorsiflexion",
+    "predicts every held-out part better than inertia",
+    "delays of 40 to 50 ms predict the fitted part as well",
+    "is not the gain of the short-latency stretch reflex alone",
+    "The residual is not white",
+    "Its memory is shorter than a block",
+    "does not differ between the thirds of any record",
+    "lies below 1 Hz: slow changes",
     "The best linear model of the acceleration reaches",
     "A lead of 100 ms increases",
     "narrow lines",
 )
 CONTRARY = (
-    "It does not predict the torque of the held-out part of every trial",
-    "is not higher in every trial",
+    "A joint in a",
+    "responds to increasing angles",
+    "do not predict the torque of the held-out part of every trial",
+    "does not predict every held-out part better",
     "The interval holds 0",
-    "separates it from all others",
+    "no other delay that was tried",
+    "Its response has ended",
+    "The residual is white up to",
+    "so the intervals there are too narrow",
+    "differs between the thirds of a and b",
+    "voluntary torque drifted",
+    "A check of this estimate failed",
     "No linear model of the acceleration predicts more than the mean",
     "not more than the best model without",
     "a narrow line",

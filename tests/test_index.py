@@ -39,11 +39,7 @@ RECORDED = {
     "claims": None,
     "cells": None,
     "position_manipulator": {
-        "stiffness": "50 to 60",
-        "held_out": "80",
-        "held_out_reflex": "93",
-        "reflex_raises": True,
-        "stiffness_intrinsic": "40",
+        "abstract": [["The intrinsic stiffness $K$ is {stiffness}.", {"stiffness": "40 N·m/rad"}]]
     },
     "provenance": provenance_data(
         {
@@ -106,7 +102,7 @@ def test_source_tells_simulated_trials_from_recordings():
 
 def test_abstract_has_what_the_study_has():
     (paragraph,) = abstract_of(RECORDED)
-    assert "held-out VAF of 80 %" in plain(paragraph)
+    assert "stiffness K is 40 N·m/rad" in plain(paragraph)
     *_, last = abstract_of(RECORDED | {"claims": CLAIMS})
     assert "Of the 2 claims of the thesis, 1 are reproduced" in plain(last)
 

@@ -5,7 +5,8 @@ import pytest
 from builders import assert_one_sentence, multisine_record, second_order_response
 
 from tepsipe.errors import InputError
-from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged
+from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.spectra import frequency_averaged, period_averaged
 
 JOINT = np.array([0.015, 0.1, 8.0])
 RATE = 256.0

@@ -123,7 +123,7 @@ def test_reflex_torque_is_separated_from_the_stiffness(rng):
     torque = torque_of(60.0, *motion) + gain * stretch + voluntary(time.size, 0.05, rng)
     alone = impedance_in_windows(motion[0], torque, RATE, **WINDOWS, rng=rng)
     both = impedance_in_windows(motion[0], torque, RATE, **WINDOWS, rng=rng, reflex_torque=stretch)
-    assert both.names[-1] == "reflex_gain"
+    assert both.names[-1] == "reflex_gain_ratio"
     assert both.values[:, 3] == pytest.approx(1.0 + both.at / 60.0, rel=0.1)
     assert np.abs(both.values[:, 2] - 60.0).mean() < 0.5 * np.abs(alone.values[:, 2] - 60.0).mean()
 

@@ -19,7 +19,8 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged
+from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.spectra import frequency_averaged
 from tepsipe.statistics.bootstrap import bootstrap_blocks
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
@@ -28,6 +29,8 @@ PATHWAY = "impedance"
 ESTIMATOR = "regression"
 REFLEX_ESTIMATOR = "parallel-cascade"
 MUSCLE_ESTIMATOR = "parallel-cascade-muscle"
+# terms of a structure, the columns of ``models_terms`` in a result
+TERMS = ("direction", "stops", "stiffening", "gain_slope", "unloading")
 # a constant of the muscle this close to a bound of its search lies at it (-)
 AT_BOUND = 1e-3
 MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
@@ -255,42 +258,76 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     reflex gain of 0 N·m·s/rad.
     """
     names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
-
-    def drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray) -> Estimate:
-        low, high = np.percentile(draws, [2.5, 97.5])
-        return Estimate(
-            *names, quantity, unit, float(value), float(draws.std(ddof=1)), float(low), float(high)
-        )
-
     rows = [
-        drawn(names, quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
+        _drawn(names, quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
         for k, quantity in enumerate(PARAMETERS)
     ]
+    short = fit.short_range
+    rows += [
+        _drawn(names, "K_working", "Nm/rad", fit.working_stiffness, fit.working_stiffness_bootstrap),
+        _drawn(names, "K_short_range", "Nm/rad", short.stiffness, short.stiffness_bootstrap),
+    ]
+    if np.isfinite(short.yield_angle_rad):
+        rows.append(_drawn(names, "yield_angle", "rad", short.yield_angle_rad, short.yield_angle_bootstrap))
     if fit.structure.stiffening:
-        rows.append(drawn(names, "K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
-    if fit.muscle is None:
-        rows.append(Estimate(*names, "reflex_gain", "Nms/rad", 0.0))
-    else:
-        rows.append(drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap))
-        rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+        rows.append(_drawn(names, "K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
+    rows += _reflex_rows(names, fit)
     rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
+    rows.append(Estimate(*names, "slow_torque_sd", "Nm", fit.slow.sd_Nm))
     rows.append(Estimate(*names, "VAF_cross_validated", "%", fit.vaf_cross_validated))
     rows += _vaf_rows(names, fit.vaf)
+    rows.append(Estimate(*names, "VAF_held_out_with_slow_torque", "%", fit.slow.vaf.held_out))
     if fit.muscle is not None:
-        muscle = fit.muscle
-        names = (experiment, condition, PATHWAY, MUSCLE_ESTIMATOR)
-        at_bound = any(
-            np.isclose(muscle.constants[1 + k], bounds, rtol=AT_BOUND).any()
-            for k, bounds in enumerate(MUSCLE_BOUNDS)
-        )
-        own = [
-            drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k])
-            for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
-        ]
-        own.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
-        own += _vaf_rows(names, muscle.vaf)
-        rows += flagged(own, *["at-bound"] * at_bound)
+        rows += _muscle_rows((experiment, condition, PATHWAY, MUSCLE_ESTIMATOR), fit)
     return recommended(rows, PATHWAY, REFLEX_ESTIMATOR)
+
+
+def _drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray) -> Estimate:
+    """A row with the interval of its bootstrap; draws without a value are left out."""
+    draws = draws[np.isfinite(draws)]
+    low, high = np.percentile(draws, [2.5, 97.5]) if draws.size else (np.nan, np.nan)
+    spread = float(draws.std(ddof=1)) if draws.size > 1 else np.nan
+    return Estimate(*names, quantity, unit, float(value), spread, float(low), float(high))
+
+
+def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
+    """Gain, terms and times of the reflex; a delay or threshold that the record does not tell is flagged."""
+    rows = [_drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap)]
+    if fit.muscle is None:
+        return rows
+    if fit.structure.gain_slope:
+        rows.append(_drawn(names, "reflex_gain_slope", "Nms/rad2", fit.gain_slope, fit.gain_slope_bootstrap))
+    if fit.structure.unloading:
+        rows.append(
+            _drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, fit.unloading_gain_bootstrap)
+        )
+    for choice in fit.assumptions:
+        own = [
+            Estimate(*names, choice.quantity, choice.unit, choice.value),
+            Estimate(*names, f"{choice.quantity}_low", choice.unit, choice.low),
+            Estimate(*names, f"{choice.quantity}_high", choice.unit, choice.high),
+        ]
+        rows += flagged(own, *["assumed"] * (not choice.determined))
+    return [
+        *rows,
+        Estimate(*names, "reflex_peak", "s", fit.reflex_peak_s),
+        Estimate(*names, "reflex_duration", "s", fit.reflex_duration_s),
+    ]
+
+
+def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
+    """Gain, frequency, damping and VAFs of the muscle model."""
+    muscle = fit.muscle
+    at_bound = any(
+        np.isclose(muscle.constants[1 + k], bounds, rtol=AT_BOUND).any()
+        for k, bounds in enumerate(MUSCLE_BOUNDS)
+    )
+    own = [
+        _drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k])
+        for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
+    ]
+    own.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+    return flagged(own + _vaf_rows(names, muscle.vaf), *["at-bound"] * at_bound)
 
 
 def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:
@@ -333,6 +370,18 @@ def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: Para
         "delay_s": fit.structure.delay_s,
         "delay_range_s": list(fit.delay_range_s),
         "penalty": fit.structure.penalty,
+        "short_range": fit.structure.stops,
+        "gain_slope": fit.structure.gain_slope,
+        "unloading": fit.structure.unloading,
+        "threshold_rad_per_s": fit.structure.threshold_rad_per_s,
+        "pole_per_s": fit.structure.pole_per_s,
+        "peak_s": fit.reflex_peak_s,
+        "duration_s": fit.reflex_duration_s,
+        "slow_corner_hz": fit.slow.model.corner_hz,
+        "slow_crossover_hz": fit.slow.model.crossover_hz,
+        "slow_horizon_s": fit.slow.horizon_s,
+        "slow_vaf_held_out_percent": fit.slow.vaf.held_out,
+        "assumed": [choice.quantity for choice in fit.assumptions if not choice.determined],
     }
     return Result(arrays, units, facts)
 
@@ -350,8 +399,25 @@ def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:
         "response_high": (fit.reflex_high, "Nm/rad"),
         "delay": (fit.delays, "s"),
         "delay_vaf": (fit.delay_vaf, "%"),
+        "stop_torque": (fit.stop_torque, "Nm"),
+        "stop_radius": (fit.short_range.radii_rad, "rad"),
+        "stop_stiffness": (fit.short_range.weights, "Nm/rad"),
+        "slow_torque": (fit.slow.predicted, "Nm"),
+        "slow_horizon": (fit.slow.horizons_s, "s"),
+        "slow_vaf": (fit.slow.held_out_vaf, "%"),
+        "models_terms": (_terms(fit), "1"),
+        "models_error": (np.array([score.error for score in fit.models]), "%"),
+        "models_error_se": (np.array([score.error_se for score in fit.models]), "%"),
+        "models_vaf_cross_validated": (np.array([s.vaf_cross_validated for s in fit.models]), "%"),
+        "models_vaf_held_out": (np.array([s.vaf_held_out for s in fit.models]), "%"),
     }
     if fit.muscle is not None:
         arrays["muscle_response"] = (fit.muscle.response, "Nm/rad")
         arrays["muscle_predicted_torque"] = (fit.muscle.predicted, "Nm")
     return arrays
+
+
+def _terms(fit: ParallelCascadeFit) -> np.ndarray:
+    """Terms of the models that were compared, shape (models, 5): whether each of ``TERMS`` is present."""
+    found = [[bool(getattr(s.structure, name)) for name in TERMS] for s in fit.models]
+    return np.array(found, dtype=float)

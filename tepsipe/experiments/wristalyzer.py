@@ -24,7 +24,8 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, simulate_angle
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.spectra import FrequencyResponse, frequency_averaged, period_averaged, power_at_lines
+from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.spectra import frequency_averaged, period_averaged, power_at_lines
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.uncertainty import Budget, Source
 

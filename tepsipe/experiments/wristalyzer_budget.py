@@ -20,7 +20,7 @@ from tepsipe.identification.admittance_fit import (
 )
 from tepsipe.identification.period_regression import PeriodFit
 from tepsipe.identification.pooled_regression import PooledFit
-from tepsipe.signals.spectra import FrequencyResponse
+from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.uncertainty import Budget, Source
 
 # sources that are evaluated from the trial itself: choices that would not matter for a linear joint

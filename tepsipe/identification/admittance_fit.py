@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from tepsipe.mechanics.impedance_model import admittance
-from tepsipe.signals.spectra import FrequencyResponse
+from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.least_squares import sem_as_printed, standard_error
 
 # typical magnitude of I, B, K for the scaled solver (N·m·s²/rad, N·m·s/rad, N·m/rad)

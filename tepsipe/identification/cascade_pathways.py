@@ -1,4 +1,8 @@
-"""Parts of the intrinsic and the reflex pathway of a parallel-cascade model (Kearney et al. 1997)."""
+"""Parts of the intrinsic and the reflex pathway of a parallel-cascade model (Kearney et al. 1997).
+
+Short-range stiffness is that of elastic-plastic elements in parallel (Prandtl, Jenkin), each a spring in
+series with a slider: its force follows the angle, but its deflection does not exceed its radius.
+"""
 
 import numpy as np
 
@@ -6,8 +10,10 @@ from tepsipe.mechanics.impedance_model import simulate_angle
 from tepsipe.signals.differentiation import derivative
 
 
-def rectified_velocity(angle: np.ndarray, rate_hz: float, direction: int) -> np.ndarray:
-    """Velocity of an angle in one direction: theta' where it has the sign of ``direction``, else 0.
+def rectified_velocity(
+    angle: np.ndarray, rate_hz: float, direction: int, threshold: float = 0.0
+) -> np.ndarray:
+    """Velocity of an angle in one direction: theta' beyond a threshold, else 0.
 
     Parameters
     ----------
@@ -17,14 +23,42 @@ def rectified_velocity(angle: np.ndarray, rate_hz: float, direction: int) -> np.
         Sampling rate (Hz).
     direction : {1, -1}
         Sign of the velocity that is kept (-).
+    threshold : float
+        Speed below which there is no response; it is subtracted above (rad/s).
 
     Returns
     -------
     ndarray, shape (n,)
         u (rad/s).
     """
-    velocity = derivative(np.arange(angle.size) / rate_hz, angle)
-    return np.where(direction * velocity > 0.0, velocity, 0.0)
+    return rectified(derivative(np.arange(angle.size) / rate_hz, angle), direction, threshold)
+
+
+def rectified(velocity: np.ndarray, direction: int, threshold: float = 0.0) -> np.ndarray:
+    """Velocity beyond a threshold in one direction (1 or -1), else 0; all of shape (n,), in rad/s."""
+    return np.where(direction * velocity > threshold, velocity - direction * threshold, 0.0)
+
+
+def stop_deflection(angle: np.ndarray, radius: float) -> np.ndarray:
+    """Deflection of the spring of an elastic-plastic stop element, initially 0.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        theta (rad).
+    radius : float
+        Largest deflection (rad): beyond it the element yields.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        z (rad): dz = dtheta, limited to |z| <= radius. An element of stiffness w has the torque w z.
+    """
+    deflection, found = 0.0, []
+    for step in np.diff(angle, prepend=angle[:1]).tolist():
+        deflection = min(radius, max(-radius, deflection + step))
+        found.append(deflection)
+    return np.array(found)
 
 
 def delayed(x: np.ndarray, delay_s: float, rate_hz: float) -> np.ndarray:
@@ -78,6 +112,33 @@ def knot_responses(length_s: float, knot_s: float, rate_hz: float) -> np.ndarray
     return np.column_stack(
         [np.interp(time, np.arange(knots + 1) * knot_s, np.eye(knots + 1)[k]) for k in range(1, knots)]
     )
+
+
+def laguerre_responses(length_s: float, pole_per_s: float, order: int, rate_hz: float) -> np.ndarray:
+    """Orthonormal basis of t^k exp(-pole t), k = 1 ... order: Laguerre functions that begin at 0.
+
+    The first one is the impulse response of a critically damped second-order muscle.
+
+    Parameters
+    ----------
+    length_s : float
+        Time after which all responses are cut (s).
+    pole_per_s : float
+        Their pole (rad/s).
+    order : int
+        Number of functions (-).
+    rate_hz : float
+        Sampling rate (Hz).
+
+    Returns
+    -------
+    ndarray, shape (samples, order)
+        The responses at 0, 1 / rate, ... (-), with a sum of squares of ``rate_hz`` samples each.
+    """
+    time = np.arange(int(length_s * rate_hz) + 1) / rate_hz
+    late = pole_per_s * time[:, None]
+    basis, upper = np.linalg.qr(late ** np.arange(1, order + 1) * np.exp(-late))
+    return np.sqrt(rate_hz) * basis * np.sign(np.diag(upper))
 
 
 def muscle_response(x: np.ndarray, rate_hz: float, frequency_hz: float, damping: float) -> np.ndarray:

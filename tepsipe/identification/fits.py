@@ -248,7 +248,7 @@ def fit_admittance(
         starting_values,
     )
     from tepsipe.mechanics.impedance_model import admittance
-    from tepsipe.signals.spectra import FrequencyResponse
+    from tepsipe.signals.response import FrequencyResponse
 
     refuse_other_kind(
         response, FrequencyResponse, "fit_admittance", "frequency_response(time, torque, angle)"

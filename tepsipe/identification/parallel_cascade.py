@@ -2,84 +2,99 @@
 
 The model of Kearney, Stein & Parameswaran (1997), with both pathways in one regression:
 
-    tau(t)   = tau_I(t) + tau_R(t) + offset
-    tau_I(t) = sum over k of h[k] theta(t - k T) + c (theta(t) - theta_0)^2,    |k T| <= lag
-    tau_R(t) = sum over k of g[k] u(t - delay - k T) T,                         0 <= k T <= length
-    u(t)     = theta'(t) where theta' has the sign of ``direction``, else 0
+    tau(t)   = tau_I(t) + tau_S(t) + tau_R(t) + offset
+    tau_I(t) = sum over k of h[k] theta(t - k T) + c (theta(t) - theta_0)^2,        |k T| <= lag
+    tau_S(t) = sum over j of w[j] z_j(t),   dz_j = dtheta limited to |z_j| <= r_j,   w[j] >= 0
+    tau_R(t) = sum over k of (g[k] u(t') + m[k] u(t') (theta(t') - theta_0) + b[k] u_-(t')) T
+    t'       = t - delay - k T,                                                     k >= 0
+    u(t)     = theta'(t) beyond a threshold in the direction ``direction``, else 0;  u_- in the other one
 
 T is the sampling period, theta_0 the mean angle of the fitted part, 2 c the angle-dependent stiffness (change
-of K per angle). g is linear between its knots and zero at both ends; its integral is the reflex gain G. All
-signals and regressors are low-pass filtered identically, which preserves their linear relation. The criterion
+of K per angle). tau_S is short-range stiffness: elastic-plastic stop elements (Prandtl 1928) of fixed radii
+r_j, so that K + sum of w is the stiffness of small movements and K that beyond yield; both fall steadily with
+amplitude in human calf muscles (Loram, Maganaris & Lakie 2007). g is the reflex response, its integral the
+reflex gain G; the integral of m is the change of G per angle, that of b the gain of unloading, the delayed
+response to the other direction. They are linear between knots and zero at both ends, or sums of Laguerre
+functions t^k exp(-pole t), k >= 1. All signals and regressors are low-pass filtered identically, which
+preserves their linear relation. The criterion
 
-    |tau - tau_I - tau_R - offset|^2 + lambda N (|h[k], |k| > 1|^2 + |second differences of g|^2)
+    |W (tau - tau_I - tau_S - tau_R - offset)|^2 + lambda N (|h[k], |k| > 1|^2 + |roughness of g, m, b|^2)
 
-is minimised over the N samples of the fitted part, with every regressor scaled to unit size. h[-1], h[0] and
-h[1] are not penalised: by central differences they are I theta'' + B theta' + K theta, so a large lambda
-reduces the model to I, B, K without a reflex. The structure (presence and direction of the reflex, presence
-of c, delay, lambda) is selected by cross-validation over blocks of the fitted part. Confidence intervals
-hold for the selected structure: they include neither the selection nor the bias of the penalty.
+is minimised over the N samples of the fitted part, with every group of regressors scaled to unit size. W
+whitens the slow voluntary torque (`tepsipe.identification.slow_torque`): generalised least squares. The
+offset is the mean of what is left without W. h[-1], h[0] and h[1] are not penalised: by central differences
+they are I theta'' + B theta' + K theta. Roughness are second differences between knots, or the size of the
+Laguerre coefficients; a large lambda reduces the model to I, B, K and stops. The structure is selected by
+cross-validation (`tepsipe.identification.cascade_selection`).
 
-The muscle model is a variant with three parameters in place of g:
-
-    tau_R(s) = G w^2 / (s^2 + 2 zeta w s + w^2) u(s) exp(-s delay),   w = 2 pi frequency
+Intervals: blocks are drawn with replacement, and for each draw terms, kernel and threshold by the same rules
+from folds drawn with replacement, so that they include these choices, but not that of the delay, which is
+assumed where the record does not determine it, nor the bias of the penalty.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
-from tepsipe.errors import InputError
 from tepsipe.identification.cascade_fit import (
-    MuscleFit,
     ParallelCascadeFit,
     ParallelCascadeOptions,
+    ShortRange,
+    SlowTorque,
     Structure,
 )
-from tepsipe.identification.cascade_pathways import (
-    delayed,
-    knot_responses,
-    lagged,
-    muscle_response,
-    rectified_velocity,
+from tepsipe.identification.cascade_muscle import MUSCLE_BOUNDS as MUSCLE_BOUNDS
+from tepsipe.identification.cascade_muscle import fit_muscle
+from tepsipe.identification.cascade_normal import block_sums, solve_drawn
+from tepsipe.identification.cascade_record import (
+    CascadeRecord,
+    Design,
+    kernel_responses,
+    make_design,
+    make_record,
+)
+from tepsipe.identification.cascade_selection import (
+    Selection,
+    alike,
+    assumptions,
+    choose_rows,
+    cross_validated,
+    fit_once,
+    scores,
+    select_structure,
 )
 from tepsipe.signals.differentiation import derivative
-from tepsipe.statistics.bootstrap import bootstrap_blocks
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
-# frequency (Hz) and damping ratio (-) of the muscle: starting values, bounds, and step of the logarithms for
-# numerical derivatives
-MUSCLE_START = (2.0, 1.0)
-MUSCLE_BOUNDS = ((0.2, 20.0), (0.2, 5.0))
-SLOPE = 1e-3
+# fraction of the area of a response that counts as its duration (-)
+LASTING = 0.95
+
+
+REFLEX_GROUPS = ("reflex", "gain_slope", "unloading")
 
 
 @dataclass(frozen=True)
-class _Record:
-    """Filtered signals over the whole record (N·m, rad, rad/s), and the part that is used (samples)."""
+class _Drawn:
+    """Coefficients of a design (N·m over the column's unit), and bootstraps of them or of what follows."""
 
-    torque: np.ndarray
-    angle: np.ndarray
-    squared: np.ndarray
-    intrinsic: np.ndarray
-    reflex: dict[int, np.ndarray]
-    velocity: dict[int, np.ndarray]
-    rate_hz: float
-    kept: slice
-    training: int
+    design: Design
+    solution: np.ndarray
+    bootstrap: dict[str, np.ndarray]
 
+    def mapped(self, name: str, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Linear combinations, rows of ``matrix``, of the coefficients of one group, and their bootstrap."""
+        own = self.design.groups[name]
+        value = matrix @ self.solution[own] if own.stop > own.start else np.zeros(matrix.shape[0])
+        return value, self.bootstrap[name] @ matrix.T
 
-@dataclass(frozen=True)
-class _Design:
-    """Regressors over the part that is used: scaled columns, their scale, the penalty without lambda."""
-
-    columns: np.ndarray
-    scale: np.ndarray
-    penalty: np.ndarray
-    intrinsic: slice
-    reflex: slice
-    stiffening: slice
+    def torque(self, *names: str) -> np.ndarray:
+        """Torque of groups of columns over the part that is used (N·m)."""
+        found = np.zeros(self.design.columns.shape[0])
+        for name in names:
+            own = self.design.groups[name]
+            found += self.design.columns[:, own] @ (self.design.scale[own] * self.solution[own])
+        return found
 
 
 def identify_cascade(
@@ -125,215 +140,226 @@ def identify_cascade(
     InputError
         If the joint does not move.
     """
-    record = _record(angle, torque, rate_hz, kept, training, lowpass, options)
-    y = record.torque[kept]
-    folds = _folds(training, rate_hz, options)
-    errors = {
-        structure: _fold_errors(record, structure, y, folds, options)
-        for structure in _candidates(record, options)
-    }
-    errors = {
-        replace(structure, penalty=penalty): error[k]
-        for structure, error in errors.items()
-        for k, penalty in enumerate(options.penalties)
-    }
-    structure = _choose(errors)
-    profile = {
-        delay: float(error.mean())
-        for delay, error in (
-            (s.delay_s, e) for s, e in errors.items() if replace(s, delay_s=structure.delay_s) == structure
-        )
-    }
-    alike = [d for d, e in profile.items() if e <= (1.0 + options.delay_tolerance) * min(profile.values())]
-    if structure.direction:
-        delay = min(alike, key=lambda d: abs(d - options.expected_delay_s))
-        structure = replace(structure, delay_s=delay)
-
-    design = _design(record, structure, options)
-    fitted = design.columns[:training]
-    penalty = structure.penalty * training * design.penalty
-    solution = np.linalg.solve(fitted.T @ fitted + penalty, fitted.T @ y[:training])
-    drawn = bootstrap_blocks(fitted, y[:training], block, draws, rng, penalty) / design.scale
-    solution = solution / design.scale
-    predicted = design.columns @ (design.scale * solution)
-
-    def part(group: slice) -> np.ndarray:
-        return design.columns[:, group] @ (design.scale[group] * solution[group])
-
-    reflex_torque = part(design.reflex)
-    impedance = _impedance_of_response(record)
-    kernels = knot_responses(options.reflex_length_s, options.reflex_knot_s, rate_hz)
-    response = drawn[:, design.reflex] @ kernels.T if structure.direction else np.empty((draws, 0))
-    low, high = np.percentile(response, [2.5, 97.5], axis=0) if response.size else np.empty((2, 0))
-    spread = np.mean((y[:training] - y[:training].mean()) ** 2)
-    lag, smooth = _shown_response(solution[design.intrinsic], rate_hz, lowpass)
+    selection = select_structure(make_record(angle, torque, rate_hz, kept, training, lowpass, options))
+    record, structure = selection.record, selection.structure
+    blocks = [slice(k * block, (k + 1) * block) for k in range(training // block)]
+    drawn_blocks = rng.integers(0, len(blocks), (draws, len(blocks)))
+    times = np.array([np.bincount(draw, minlength=len(blocks)) for draw in drawn_blocks], dtype=float)
+    found = _draw(selection, blocks, times, rng)
+    predicted = found.torque(*found.design.groups)
+    motion, lags = _motion_map(record), found.design.groups["intrinsic"].stop
+    impedance, impedance_drawn = found.mapped("intrinsic", motion[:, :lags])
+    short = _short_range(record, found, impedance[2], impedance_drawn[:, 2])
+    yielding, yielding_drawn = (x[..., 0] for x in found.mapped("stops", motion[2:, lags:]))
+    stiffening, stiffening_drawn = (x[..., 0] for x in found.mapped("stiffening", np.array([[2.0]])))
+    reflex_torque = found.torque(*REFLEX_GROUPS)
+    spread = np.mean((record.used[:training] - record.used[:training].mean()) ** 2)
+    lag, smooth = _shown_response(found.solution[found.design.groups["intrinsic"]], rate_hz, lowpass)
     return ParallelCascadeFit(
         structure=structure,
         predicted=predicted,
         reflex_torque=reflex_torque,
-        vaf=evaluate_held_out(y, predicted, training),
-        vaf_cross_validated=_percent(errors[structure].mean(), spread),
-        impedance=impedance @ solution[design.intrinsic],
-        impedance_bootstrap=drawn[:, design.intrinsic] @ impedance.T,
-        stiffening=2.0 * float(solution[design.stiffening].sum()),
-        stiffening_bootstrap=2.0 * drawn[:, design.stiffening].sum(axis=1),
-        gain=float((kernels @ solution[design.reflex]).sum() / rate_hz) if structure.direction else 0.0,
-        gain_bootstrap=response.sum(axis=1) / rate_hz,
+        stop_torque=found.torque("stops"),
+        vaf=evaluate_held_out(record.used, predicted, training),
+        vaf_cross_validated=cross_validated(record, structure),
+        impedance=impedance,
+        impedance_bootstrap=impedance_drawn,
+        working_stiffness=float(impedance[2] + yielding),
+        working_stiffness_bootstrap=impedance_drawn[:, 2] + yielding_drawn,
+        short_range=short,
+        stiffening=float(stiffening),
+        stiffening_bootstrap=stiffening_drawn,
         reflex_share=float(100.0 * np.var(reflex_torque[:training]) / spread),
         intrinsic_time=lag,
         intrinsic_response=smooth,
-        reflex_time=structure.delay_s + np.arange(response.shape[1]) / rate_hz,
-        reflex_response=kernels @ solution[design.reflex] if structure.direction else np.empty(0),
-        reflex_low=low,
-        reflex_high=high,
-        delays=np.array(list(profile)) if structure.direction else np.empty(0),
-        delay_vaf=_percent(np.array(list(profile.values())), spread) if structure.direction else np.empty(0),
-        delay_range_s=(min(alike), max(alike)),
-        muscle=_fit_muscle(record, structure, options, block, draws, rng) if structure.direction else None,
+        delay_range_s=_delay_range(selection),
+        slow=_slow_torque(record, predicted),
+        assumptions=assumptions(selection),
+        models=scores(selection),
+        **_reflex(selection, found, blocks, times),
     )
 
 
-def _percent(error, spread: float):
-    """VAF (%) from a mean squared error and the variance of the signal."""
-    return 100.0 * (1.0 - error / spread)
+def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> _Drawn:
+    """Estimate of the selected structure; bootstrap of it and of those that folds do not separate from it."""
+    record, structure = selection.record, selection.structure
+    candidates = list(selection.errors)
+    table = np.array(list(selection.errors.values()))
+    folds = rng.integers(0, table.shape[1], (times.shape[0], table.shape[1]))
+    reflex = np.array([candidate.direction != 0 for candidate in candidates])
+    terms = choose_rows(np.swapaxes(table[:, folds], 0, 1), reflex, record.options.term_tolerance)
+    shapes = list(selection.variants) or [selection.full]
+    errors = np.array(list(selection.variants.values()) or [np.ones(table.shape[1])])
+    variants = np.argmin(errors[:, folds].mean(axis=2), axis=0)
+    variants[~reflex[terms]] = -1
+    lags = record.group("intrinsic", structure)[0].shape[1]
+    sizes = {"intrinsic": lags, "stops": len(record.radii), "stiffening": 1, "response": _samples(selection)}
+    drawn = {name: np.zeros((times.shape[0], size)) for name, size in sizes.items()}
+    drawn |= {name: np.zeros((times.shape[0], 1)) for name in REFLEX_GROUPS}
+    for variant in np.unique(variants):
+        shape = shapes[variant] if variant >= 0 else structure
+        rows = np.unique(terms[variants == variant])
+        used = {row: _at(candidates[row], structure, shape) for row in rows}
+        design = make_design(record, _union(list(used.values())), fitted_only=True)
+        sums = block_sums(design.white, record.white_torque, blocks)
+        for row, each in used.items():
+            taken = np.flatnonzero((variants == variant) & (terms == row))
+            columns = design.of(each)
+            penalty = each.penalty * design.penalty[np.ix_(columns, columns)]
+            found = np.zeros((taken.size, design.scale.size))
+            found[:, columns] = solve_drawn(sums.of(columns), times[taken], penalty, design.bounded[columns])
+            _keep(drawn, taken, design, found / design.scale, each, record)
+    design = make_design(record, structure)
+    return _Drawn(design, fit_once(record, design, structure) / design.scale, drawn)
 
 
-def _record(angle, torque, rate_hz, kept, training, lowpass, options) -> _Record:
-    turned = angle - angle[kept][:training].mean()
-    filtered = lowpass(turned)
-    if not np.ptp(filtered[kept][:training]) > 0.0:
-        raise InputError(
-            "expected a moving joint, found an angle that stands still: check that the perturbation was "
-            "applied"
-        )
-    reach = max(1, round(options.intrinsic_lag_s * rate_hz))
-    kernels = knot_responses(options.reflex_length_s, options.reflex_knot_s, rate_hz)
-    velocity = {s: lowpass(rectified_velocity(filtered, rate_hz, s)) for s in (1, -1)}
-    return _Record(
-        torque=lowpass(torque),
-        angle=filtered,
-        squared=lowpass(turned**2),
-        intrinsic=lagged(filtered, np.arange(-reach, reach + 1)),
-        reflex={
-            s: scipy.signal.oaconvolve(u[:, None], kernels, axes=0)[: u.size] / rate_hz
-            for s, u in velocity.items()
-        },
-        velocity=velocity,
-        rate_hz=rate_hz,
-        kept=kept,
-        training=training,
+def _keep(drawn: dict, taken: np.ndarray, design: Design, found: np.ndarray, structure, record) -> None:
+    """Write coefficients, or what follows from them, to the draws that were taken."""
+    for name in ("intrinsic", "stops", "stiffening"):
+        own = design.groups[name]
+        if own.stop > own.start:
+            drawn[name][taken] = found[:, own]
+    kernels = kernel_responses(structure.pole_per_s, record.options, record.rate_hz)
+    for name in REFLEX_GROUPS:
+        own = design.groups[name]
+        if own.stop > own.start:
+            drawn[name][taken] = found[:, own] @ kernels.sum(axis=0)[:, None] / record.rate_hz
+    own, size = design.groups["reflex"], drawn["response"].shape[1]
+    if own.stop > own.start and size:
+        shown = kernels[:size]
+        drawn["response"][np.ix_(taken, np.arange(shown.shape[0]))] = found[:, own] @ shown.T
+
+
+def _samples(selection: Selection) -> int:
+    """Length of the reflex response (samples), 0 without a reflex."""
+    if not selection.structure.direction:
+        return 0
+    record = selection.record
+    return kernel_responses(selection.structure.pole_per_s, record.options, record.rate_hz).shape[0]
+
+
+def _at(candidate: Structure, structure: Structure, shape: Structure) -> Structure:
+    """Terms of a compared structure with the kernel and threshold of another, and the selected delay."""
+    if not candidate.direction:
+        return candidate
+    return replace(
+        candidate,
+        delay_s=structure.delay_s if structure.direction else candidate.delay_s,
+        pole_per_s=shape.pole_per_s,
+        threshold_rad_per_s=shape.threshold_rad_per_s,
     )
 
 
-def _design(
-    record: _Record,
-    structure: Structure,
-    options: ParallelCascadeOptions,
-    reflex: np.ndarray | None = None,
-) -> _Design:
-    """Regressors of a structure; those of the reflex are computed, or given with shape (n, columns)."""
-    lags = record.intrinsic.shape[1]
-    groups = [record.intrinsic]
-    if structure.direction:
-        if reflex is None:
-            reflex = delayed(record.reflex[structure.direction], structure.delay_s, record.rate_hz)
-        groups.append(reflex)
-    end = sum(group.shape[1] for group in groups)
-    groups += [record.squared[:, None]] * structure.stiffening + [np.ones((record.angle.size, 1))]
-    groups = [group[record.kept] for group in groups]
-    # one scale for all columns of a pathway, so that the penalty does not distort its response
-    scale = np.concatenate(
-        [np.full(group.shape[1], np.sqrt(np.mean(group[: record.training] ** 2))) for group in groups]
-    )
-    penalty = np.zeros((scale.size, scale.size))
-    penalty[:lags, :lags] = np.diag((np.abs(np.arange(lags) - lags // 2) > 1).astype(float))
-    if end - lags > 1:
-        bends = np.diff(np.eye(end - lags + 2), 2, axis=0)[:, 1:-1]
-        penalty[lags:end, lags:end] = bends.T @ bends
-    return _Design(
-        columns=np.hstack(groups) / scale,
-        scale=scale,
-        penalty=penalty,
-        intrinsic=slice(0, lags),
-        reflex=slice(lags, end),
-        stiffening=slice(end, scale.size - 1),
-    )
+def _union(structures: list[Structure]) -> Structure:
+    """A structure with all terms of several of the same reflex."""
+    names = ("stops", "stiffening", "gain_slope", "unloading")
+    return replace(structures[0], **{name: any(getattr(s, name) for s in structures) for name in names})
 
 
-def _candidates(record: _Record, options: ParallelCascadeOptions) -> list[Structure]:
-    """Structures to try, without their penalty."""
-    rate = record.rate_hz
-    shortest, longest = options.reflex_delays_s
-    first, last = int(np.ceil(shortest * rate - 1e-6)), int(np.floor(longest * rate + 1e-6))
-    delays = np.arange(first, max(first, last) + 1) / rate
-    fitted = slice(record.kept.start, record.kept.start + record.training)
-    directions = [s for s, reflex in record.reflex.items() if np.any(reflex[fitted])]
-    return [
-        Structure(direction, stiffening, float(delay), 0.0)
-        for stiffening in (False, True)
-        for direction in (0, *directions)
-        for delay in (delays if direction else [0.0])
-    ]
-
-
-def _folds(training: int, rate_hz: float, options: ParallelCascadeOptions) -> list[np.ndarray]:
-    """Blocks of the fitted part (samples): at least two, otherwise none shorter than the reflex."""
-    memory = (options.reflex_length_s + options.reflex_delays_s[1]) * rate_hz
-    count = max(2, min(options.folds, int(training / memory)))
-    return np.array_split(np.arange(training), count)
-
-
-def _fold_errors(record, structure, y, folds, options) -> np.ndarray:
-    """Mean squared error (N²·m²) of every block, fitted to the others, shape (penalties, folds)."""
-    design = _design(record, structure, options)
-    columns = [design.columns[fold] for fold in folds]
-    normal = np.array([x.T @ x for x in columns])
-    right = np.array([x.T @ y[fold] for x, fold in zip(columns, folds, strict=True)])
-    power = np.array([y[fold] @ y[fold] for fold in folds])
-    size = np.array([fold.size for fold in folds])
-    others, left = normal.sum(axis=0) - normal, right.sum(axis=0) - right
-    errors = []
-    for penalty in options.penalties:
-        weight = penalty * (record.training - size)
-        p = np.linalg.solve(others + weight[:, None, None] * design.penalty, left[..., None])[..., 0]
-        product = np.einsum("fi,fij,fj->f", p, normal, p) - 2.0 * np.einsum("fi,fi->f", p, right)
-        errors.append((power + product) / size)
-    return np.array(errors)
-
-
-def _choose(errors: dict[Structure, np.ndarray]) -> Structure:
-    """The simplest structure whose error is within one standard error of the smallest.
-
-    The standard error is that of the difference over blocks. A structure without reflex is simpler than one
-    with, and one without angle-dependent stiffness simpler than one with.
-    """
-    best: dict[tuple[int, bool], Structure] = {}
-    for s in errors:
-        kind = (s.direction, s.stiffening)
-        if kind not in best or errors[s].mean() < errors[best[kind]].mean():
-            best[kind] = s
-    smallest = errors[min(best.values(), key=lambda s: errors[s].mean())]
-    simplest_first = sorted(
-        best.values(), key=lambda s: (abs(s.direction), s.stiffening, errors[s].mean(), -s.direction)
-    )
-    for s in simplest_first:
-        more = errors[s] - smallest
-        if more.mean() <= more.std(ddof=1) / np.sqrt(more.size):
-            return s
-    raise AssertionError("the best structure is within one standard error of itself")
-
-
-def _impedance_of_response(record: _Record) -> np.ndarray:
-    """Matrix that maps h to I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), shape (3, lags)."""
-    fitted = slice(record.kept.start, record.kept.start + record.training)
+def _motion_map(record: CascadeRecord) -> np.ndarray:
+    """Matrix that maps h and w to I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), shape (3, lags + stops)."""
     time = np.arange(record.angle.size) / record.rate_hz
     velocity = derivative(time, record.angle)
     motion = np.column_stack(
         [derivative(time, velocity), velocity, record.angle, np.ones_like(record.angle)]
-    )[fitted]
+    )[record.fitted]
     scale = np.linalg.norm(motion, axis=0)
-    mapped = np.linalg.lstsq(motion / scale, record.intrinsic[fitted], rcond=None)[0]
+    bare = Structure(0, False, 0.0, 0.0)
+    names = ("intrinsic", *["stops"] * bool(record.radii))
+    torque = [record.group(name, bare)[0][: record.training] for name in names]
+    mapped = np.linalg.lstsq(motion / scale, np.hstack(torque), rcond=None)[0]
     return (mapped / scale[:, None])[:3]
+
+
+def _short_range(record: CascadeRecord, found: _Drawn, stiffness, stiffness_drawn) -> ShortRange:
+    """Short-range stiffness of the estimate and its bootstrap; no radii where the structure has none."""
+    own = found.design.groups["stops"]
+    radii, weights, drawn = np.array(record.radii), found.solution[own], found.bootstrap["stops"]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        radius = weights @ radii[: weights.size] / weights.sum() if weights.size else np.nan
+        radius_drawn = drawn @ radii / drawn.sum(axis=1)
+    return ShortRange(
+        radii_rad=radii[: weights.size],
+        weights=weights,
+        weights_bootstrap=drawn[:, : weights.size],
+        stiffness=float(stiffness + weights.sum()),
+        stiffness_bootstrap=stiffness_drawn + drawn.sum(axis=1),
+        yield_angle_rad=float(radius),
+        yield_angle_bootstrap=radius_drawn,
+    )
+
+
+def _reflex(selection: Selection, found: _Drawn, blocks: list[slice], times: np.ndarray) -> dict:
+    """Fields of the result on the reflex pathway (units there)."""
+    record, structure = selection.record, selection.structure
+    rate = record.rate_hz
+    response, gains = np.empty(0), dict.fromkeys(REFLEX_GROUPS, 0.0)
+    if structure.direction:
+        kernels = kernel_responses(structure.pole_per_s, record.options, rate)
+        response = kernels @ found.solution[found.design.groups["reflex"]]
+        for name in REFLEX_GROUPS:
+            own = found.design.groups[name]
+            if own.stop > own.start:
+                gains[name] = float(kernels.sum(axis=0) @ found.solution[own] / rate)
+    drawn = found.bootstrap["response"]
+    low, high = np.percentile(drawn, [2.5, 97.5], axis=0) if drawn.size else np.empty((2, 0))
+    peak = duration = np.nan
+    if np.any(response):
+        area = np.cumsum(np.abs(response))
+        peak = structure.delay_s + float(np.argmax(np.abs(response))) / rate
+        duration = float(np.searchsorted(area, LASTING * area[-1])) / rate
+    muscle = None
+    if structure.direction:
+        muscle = fit_muscle(record, structure, blocks, times, response.size)
+    return {
+        "gain": gains["reflex"],
+        "gain_bootstrap": found.bootstrap["reflex"][:, 0],
+        "gain_slope": gains["gain_slope"],
+        "gain_slope_bootstrap": found.bootstrap["gain_slope"][:, 0],
+        "unloading_gain": gains["unloading"],
+        "unloading_gain_bootstrap": found.bootstrap["unloading"][:, 0],
+        "reflex_time": structure.delay_s + np.arange(response.size) / rate,
+        "reflex_response": response,
+        "reflex_low": low,
+        "reflex_high": high,
+        "reflex_peak_s": peak,
+        "reflex_duration_s": duration,
+        "delays": np.array(list(selection.delays)),
+        "delay_vaf": _weighted_vaf(record, selection.delays),
+        "muscle": muscle,
+    }
+
+
+def _weighted_vaf(record: CascadeRecord, profile: dict[float, np.ndarray]) -> np.ndarray:
+    """Cross-validated VAF (%) of the weighted torque for every value of a profile."""
+    power = np.var(record.white_torque[: record.training])
+    return np.array([100.0 * (1.0 - error.mean() / power) for error in profile.values()])
+
+
+def _delay_range(selection: Selection) -> tuple[float, float]:
+    """Ends of the profiled delays that the record does not separate (s); 0 and 0 without a reflex."""
+    if not selection.delays:
+        return (0.0, 0.0)
+    within = alike(selection.delays, selection.record.options.delay_tolerance)
+    return (min(within), max(within))
+
+
+def _slow_torque(record: CascadeRecord, predicted: np.ndarray) -> SlowTorque:
+    """Slow torque from past residuals, for every horizon (units of the result)."""
+    left, rate = record.used - predicted, record.rate_hz
+    horizons = record.options.slow_horizons_s
+    ahead = {h: record.slow.predict(left, rate, max(1, round(h * rate))) for h in horizons}
+    scored = {h: evaluate_held_out(record.used, predicted + b, record.training) for h, b in ahead.items()}
+    ordered = sorted(horizons)
+    return SlowTorque(
+        model=record.slow,
+        sd_Nm=float(np.std(record.slow.predict(left, rate, 0)[: record.training])),
+        horizon_s=horizons[0],
+        predicted=ahead[horizons[0]],
+        vaf=scored[horizons[0]],
+        horizons_s=np.array(ordered),
+        held_out_vaf=np.array([scored[h].held_out for h in ordered]),
+    )
 
 
 def _shown_response(h: np.ndarray, rate_hz: float, lowpass) -> tuple[np.ndarray, np.ndarray]:
@@ -343,70 +369,3 @@ def _shown_response(h: np.ndarray, rate_hz: float, lowpass) -> tuple[np.ndarray,
     padded = np.concatenate([np.zeros(room), h * rate_hz, np.zeros(room)])
     shown = slice(room - reach, room + h.size + reach)
     return np.arange(-2 * reach, 2 * reach + 1) / rate_hz, lowpass(padded)[shown]
-
-
-def _fit_muscle(record, structure, options, block, draws, rng) -> MuscleFit:
-    """Muscle model: frequency and damping by optimisation, the rest by regression, structure as selected."""
-    kernels = knot_responses(options.reflex_length_s, options.reflex_knot_s, record.rate_hz).shape[0]
-    u = delayed(record.velocity[structure.direction], structure.delay_s, record.rate_hz)
-    y = record.torque[record.kept]
-    training = record.training
-
-    def design(constants: np.ndarray) -> _Design:
-        through = muscle_response(u, record.rate_hz, *np.exp(constants))
-        return _design(record, structure, options, through[:, None])
-
-    def solve(made: _Design) -> np.ndarray:
-        x = made.columns[:training]
-        weight = structure.penalty * training * made.penalty
-        return np.linalg.solve(x.T @ x + weight, x.T @ y[:training])
-
-    def error(constants: np.ndarray) -> float:
-        made = design(constants)
-        left = y[:training] - made.columns[:training] @ solve(made)
-        return float(left @ left)
-
-    found = scipy.optimize.minimize(
-        error,
-        np.log(MUSCLE_START),
-        method="Nelder-Mead",
-        bounds=np.log(MUSCLE_BOUNDS),
-        options={"xatol": 1e-3, "fatol": 1e-6 * float(y @ y), "maxfev": 120},
-    )
-    made = design(found.x)
-    solution = solve(made)
-    predicted = made.columns @ solution
-    frequency, damping = np.exp(found.x)
-    at = made.reflex.start
-    gain = float(solution[at] / made.scale[at])
-    # one Gauss-Newton step per draw: derivatives of the torque by both logarithms are regressors
-    up, down = (
-        np.column_stack(
-            [
-                muscle_response(u, record.rate_hz, *np.exp(found.x + shift))
-                for shift in sign * SLOPE * np.eye(2)
-            ]
-        )[record.kept][:training]
-        for sign in (1.0, -1.0)
-    )
-    slopes = gain * (up - down) / (2.0 * SLOPE)
-    drawn = bootstrap_blocks(
-        np.hstack([made.columns[:training], slopes]),
-        y[:training],
-        block,
-        draws,
-        rng,
-        np.pad(structure.penalty * training * made.penalty, (0, 2)),
-    )
-    time = np.arange(kernels) / record.rate_hz
-    w = 2.0 * np.pi * frequency
-    muscle = ([w**2], [1.0, 2.0 * damping * w, w**2])
-    return MuscleFit(
-        constants=np.array([gain, frequency, damping]),
-        bootstrap=np.column_stack(
-            [drawn[:, at] / made.scale[at], frequency * np.exp(drawn[:, -2]), damping * np.exp(drawn[:, -1])]
-        ),
-        response=gain * scipy.signal.impulse(muscle, T=time)[1],
-        predicted=predicted,
-        vaf=evaluate_held_out(y, predicted, training),
-    )

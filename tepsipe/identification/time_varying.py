@@ -28,7 +28,7 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.signals.differentiation import derivative
 
-NAMES = ("I", "B", "K", "reflex_gain")
+NAMES = ("I", "B", "K", "reflex_gain_ratio")
 # realisations or pieces below which a bootstrap over them tells little (-)
 LEAST_PIECES = 8
 # part of the motion that must differ between realisations: the rest is the same in all and is subtracted (-)
@@ -51,7 +51,7 @@ class VaryingImpedance:
     at : ndarray, shape (m,)
         Centres of the segments (s, or unit of the schedule).
     names : tuple of str
-        I, B, K and, if a reflex torque was given, reflex_gain, relative to that torque (-).
+        I, B, K and, if a reflex torque was given, reflex_gain_ratio, the gain relative to that torque (-).
     values, standard_error, low, high : ndarray, shape (m, parameters)
         Parameters, standard errors and ends of the 95 % intervals (N·m·s²/rad, N·m·s/rad, N·m/rad, -).
     angle, torque : ndarray, shape (m,)
@@ -129,7 +129,7 @@ def impedance_in_windows(
             "perturb longer"
         )
     nuisance = _level_and_trend(window)
-    solvers, values, vafs = [], [], []
+    solvers, spans, values, vafs = [], [], [], []
     squared, times = np.zeros(angle.size), np.zeros(angle.size)
     sums = np.zeros(angle.size)
     for start in starts:
@@ -141,14 +141,13 @@ def impedance_in_windows(
         times[part] += 1.0
         squared[part] += np.mean(left**2)
         solvers.append(solver)
+        spans.append(np.linalg.qr(np.hstack([x / np.linalg.norm(x, axis=0), nuisance]))[0])
         values.append(solver @ y)
         vafs.append(_vaf(y, left))
     often = np.maximum(times, 1.0)
     level = np.sqrt(squared / often)
     unit = (sums / often)[times > 0.0] / level[times > 0.0]
-    # least squares leaves less than there was: parameters and levels are fitted, too
-    growth = np.sqrt(window / (window - len(names) - 2.0))
-    deviations = _block_deviations(solvers, starts, unit, growth * level, block, draws, rng)
+    deviations = _block_deviations(solvers, spans, starts, unit, level, block, draws, rng)
     centre = (starts + 0.5 * (window - 1)) / rate_hz
     means = np.array([[s[start : start + window].mean() for start in starts] for s in (angle, torque)])
     return _result("time", centre, names, np.array(values), deviations, means, np.ones(starts.size), vafs)
@@ -375,22 +374,28 @@ def _vaf(y: np.ndarray, left: np.ndarray) -> float:
     return float(100.0 * (1.0 - np.sum(left**2) / np.sum(y**2)))
 
 
-def _block_deviations(solvers, starts, unit, level, block, draws, rng) -> np.ndarray:
+def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) -> np.ndarray:
     """Errors of the parameters for residuals drawn in blocks, shape (windows, draws, parameters).
 
-    ``unit`` holds the residuals of all windows over their RMS (-), ``level`` the RMS over time (N·m).
+    ``unit`` holds the residuals of all windows over their RMS (-), ``level`` the RMS over time (N·m) and
+    ``spans`` orthonormal bases of what is fitted in each window. Least squares leaves less than there was,
+    of slow torque in a short window much less: errors grow by what a fit takes away from drawn residuals.
     """
     block = min(block, unit.size)
     blocks = -(-level.size // block)
     window = solvers[0].shape[1]
     found = np.empty((len(starts), draws, solvers[0].shape[0]))
+    taken, power = np.zeros((2, len(starts)))
     for first in range(0, draws, CHUNK):
         count = min(CHUNK, draws - first)
         begin = rng.integers(0, unit.size - block + 1, (count, blocks))
         drawn = unit[(begin[..., None] + np.arange(block)).reshape(count, -1)[:, : level.size]] * level
-        for w, (solver, start) in enumerate(zip(solvers, starts, strict=True)):
-            found[w, first : first + count] = drawn[:, start : start + window] @ solver.T
-    return found
+        for w, (solver, span, start) in enumerate(zip(solvers, spans, starts, strict=True)):
+            part = drawn[:, start : start + window]
+            found[w, first : first + count] = part @ solver.T
+            taken[w] += np.sum((part @ span) ** 2)
+            power[w] += np.sum(part**2)
+    return found / np.sqrt(1.0 - taken / power)[:, None, None]
 
 
 def _multiplicities(pieces: int, draws: int, rng: np.random.Generator) -> np.ndarray:
@@ -412,7 +417,7 @@ def _pooled(pieces, times: np.ndarray, place: str, lost: int) -> tuple[np.ndarra
     drawn = np.linalg.solve(np.tensordot(times, normal, 1), (times @ right)[..., None])[..., 0] / scale
     n = len(pieces)
     # few pieces: their spread is too small by sqrt(n / (n - 1)), and known from n - 1 of them
-    growth = np.sqrt(n / (n - 1.0)) * scipy.stats.t.ppf(0.975, n - 1) / scipy.stats.norm.ppf(0.975)
+    growth = np.sqrt(n / (n - 1.0)) * scipy.special.stdtrit(n - 1, 0.975) / scipy.special.ndtri(0.975)
     return value, growth * (drawn - value), _vaf(y, y - x @ value)
 
 

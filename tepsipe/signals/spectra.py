@@ -1,85 +1,11 @@
 """Open-loop spectral estimates and coherence (thesis eqs 3-3 and 3-4)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.signals.multitaper import multitaper_response
+from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.units import regular_rate, same_length, samples
-
-
-@dataclass(frozen=True)
-class FrequencyResponse:
-    """Frequency response from u to y, with its coherence.
-
-    Attributes
-    ----------
-    frequency_hz : ndarray, shape (n,)
-        Frequencies (Hz).
-    response : ndarray of complex, shape (n,)
-        S_uy / S_uu (unit of y over unit of u).
-    coherence : ndarray, shape (n,)
-        |S_uy|^2 / (S_uu S_yy), 0 to 1 (-).
-    averages : int
-        Number of raw spectra averaged into each value (-).
-    """
-
-    frequency_hz: np.ndarray
-    response: np.ndarray
-    coherence: np.ndarray
-    averages: int
-
-    def band(self, low_hz: float, high_hz: float) -> "FrequencyResponse":
-        """The part between two frequencies (Hz), both included.
-
-        Raises
-        ------
-        InputError
-            If fewer than four frequencies lie in the band.
-        """
-        inside = (self.frequency_hz >= low_hz - 1e-9) & (self.frequency_hz <= high_hz + 1e-9)
-        if inside.sum() < 4:
-            raise InputError(
-                f"expected at least 4 frequencies between {low_hz:g} and {high_hz:g} Hz, found "
-                f"{inside.sum()}: average over fewer bins, widen the band, or record longer"
-            )
-        return FrequencyResponse(
-            self.frequency_hz[inside], self.response[inside], self.coherence[inside], self.averages
-        )
-
-    def to_frame(self):
-        """The response as a pandas table: frequency (Hz), gain, phase (degrees), coherence (-)."""
-        import pandas as pd
-
-        return pd.DataFrame(
-            {
-                "frequency_hz": self.frequency_hz,
-                "gain": np.abs(self.response),
-                "phase_deg": np.degrees(np.unwrap(np.angle(self.response))),
-                "coherence": self.coherence,
-            }
-        )
-
-    def plot(self):
-        """Gain, phase and coherence as a matplotlib figure (units in its labels)."""
-        import matplotlib.pyplot as plt
-
-        table = self.to_frame()
-        figure, axes = plt.subplots(3, 1, sharex=True, layout="constrained")
-        axes[0].loglog(table.frequency_hz, table.gain, color="0.2")
-        axes[1].semilogx(table.frequency_hz, table.phase_deg, color="0.2")
-        axes[2].semilogx(table.frequency_hz, table.coherence, color="0.2")
-        axes[2].axhline(self.coherence_threshold(), color="#c8371b", linewidth=0.8, linestyle="--")
-        axes[0].set(ylabel="Gain (output/input)")
-        axes[1].set(ylabel="Phase (degrees)")
-        axes[2].set(ylabel="Coherence (–)", xlabel="Frequency (Hz)", ylim=(0.0, 1.05))
-        return figure
-
-    def coherence_threshold(self, confidence: float = 0.95) -> float:
-        """Coherence (-) that unrelated signals exceed with the probability 1 - ``confidence`` (-)."""
-        if self.averages < 2:
-            return 1.0
-        return float(1.0 - (1.0 - confidence) ** (1.0 / (self.averages - 1)))
 
 
 def frequency_response(
@@ -87,7 +13,7 @@ def frequency_response(
     u: np.ndarray,
     y: np.ndarray,
     *,
-    averaged_bins: int = 16,
+    averaged_bins: int | None = 16,
     taper: bool = True,
     period_s: float | None = None,
     band_hz: tuple[float, float] = (0.0, np.inf),
@@ -104,8 +30,10 @@ def frequency_response(
         Instants (s), on a regular clock.
     u, y : array_like or Signal, shape (n,)
         Input and output; a `Signal` is taken in its own unit.
-    averaged_bins : int
-        Number of neighbouring raw frequencies averaged into one (-), without a period.
+    averaged_bins : int or None
+        Number of neighbouring raw frequencies averaged into one (-), without a period. None: bands that
+        widen with the frequency, whose confidence bands also hold where response or perturbation vary
+        within a band (`tepsipe.signals.multitaper`); for random perturbations.
     taper : bool
         Whether to fade both ends out with a Hann window (-), without a period.
     period_s : float, optional
@@ -131,6 +59,8 @@ def frequency_response(
     if period_s is not None:
         lowest = max(band_hz[0], 0.5 / period_s)
         return period_averaged(u, y, rate_hz, period_s, (lowest, highest))
+    if averaged_bins is None:
+        return multitaper_response(u, y, rate_hz, highest).band(band_hz[0], highest)
     if not 2 <= averaged_bins <= u.size // 8:
         raise InputError(
             f"averaged_bins: expected 2 to {u.size // 8} for {u.size} samples, found {averaged_bins}: "
@@ -176,7 +106,16 @@ def frequency_averaged(
     s_uu = average(np.abs(spectrum_u) ** 2)
     s_yy = average(np.abs(spectrum_y) ** 2)
     s_uy = average(np.conj(spectrum_u) * spectrum_y)
-    return _estimate(average(frequency), s_uu, s_yy, s_uy, bins)
+    return _estimate(average(frequency), s_uu, s_yy, s_uy, _independent(bins) if taper else bins)
+
+
+def _independent(bins: int) -> float:
+    """Number of independent ones among neighbouring lines of a record tapered by a Hann window (-).
+
+    Lines one and two apart have the correlations 2/3 and 1/6.
+    """
+    shared = (1.0 - 1.0 / bins) * (2.0 / 3.0) ** 2 + max(0.0, 1.0 - 2.0 / bins) * (1.0 / 6.0) ** 2
+    return bins / (1.0 + 2.0 * shared)
 
 
 def period_averaged(

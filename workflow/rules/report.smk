@@ -42,6 +42,8 @@ rule write_report:
         uncertainty="<results>/tables/uncertainty.csv",
         tables=outputs.thesis_tables(STUDY),
         participants=outputs.participants(STUDY),
+        operating_points=outputs.operating_points(STUDY),
+        time_varying=outputs.time_varying(STUDY),
         recovery=outputs.recovery(STUDY),
         claims=outputs.claims(STUDY),
         cells=outputs.cells(STUDY),

@@ -6,6 +6,7 @@ job.start(snakemake)
 
 import numpy as np
 
+from tepsipe.experiments.manipulator_diagnostics import diagnose
 from tepsipe.experiments.position_manipulator import (
     PositionManipulatorOptions,
     analyse_parallel_cascade,
@@ -16,7 +17,7 @@ from tepsipe.experiments.position_manipulator import (
 )
 from tepsipe.identification.cascade_fit import ParallelCascadeOptions
 from tepsipe.io.estimates import write_estimates
-from tepsipe.io.result import write_result
+from tepsipe.io.result import joined, write_result
 from tepsipe.io.trial import read_trial
 
 trial = read_trial(snakemake.input.trial)
@@ -27,7 +28,10 @@ rng = np.random.default_rng(snakemake.params.seed)
 found = analyse_position_manipulator(trial, options, rng)
 told_apart = analyse_parallel_cascade(trial, options, reflex, rng)
 names = ("position_manipulator", snakemake.wildcards.condition)
-write_result(snakemake.output.fit, position_manipulator_result(found, told_apart))
+write_result(
+    snakemake.output.fit,
+    joined(position_manipulator_result(found, told_apart), diagnose(trial, options, found, told_apart)),
+)
 write_estimates(
     snakemake.output.estimates,
     position_manipulator_estimates(*names, found) + parallel_cascade_estimates(*names, told_apart),

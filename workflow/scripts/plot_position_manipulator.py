@@ -16,6 +16,8 @@ drawn = {
     "figure_position_manipulator_impedance": figures.plot_impedance(results),
     "figure_position_manipulator_prediction": figures.plot_held_out(results),
     "figure_position_manipulator_responses": figures.plot_responses(results),
+    "figure_position_manipulator_stationarity": figures.plot_stationarity(results),
+    "figure_position_manipulator_residual": figures.plot_residual(results),
 }
 for name, figure in drawn.items():
     save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])

@@ -15,6 +15,7 @@ import typst
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.experiments.thesis_dummy.tables import read_cells
+from tepsipe.experiments.time_varying import read_varying
 from tepsipe.io.budget_table import read_budgets
 from tepsipe.io.estimates import read_estimates
 from tepsipe.io.result import read_result
@@ -26,6 +27,7 @@ from tepsipe.reporting.numbers import (
     budget,
     dummy,
     laboratory,
+    operating_points,
     participants,
     position_manipulator,
     simulations,
@@ -33,6 +35,7 @@ from tepsipe.reporting.numbers import (
     study,
     summary,
     thesis_dummy,
+    time_varying,
     treadmill,
     wristalyzer,
 )
@@ -154,8 +157,15 @@ if "belt" in experiments:
     )
 if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
-        fits["position_manipulator"], estimates
+        fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]
     )
+if snakemake.input.operating_points:
+    text = {"participant": str, "condition": str}
+    points, lines = (pd.read_csv(path, dtype=text) for path in snakemake.input.operating_points)
+    data["operating_points"] = operating_points.operating_points_data(points, lines)
+if snakemake.input.time_varying:
+    rows = read_varying(snakemake.input.time_varying[0])
+    data["time_varying"] = time_varying.time_varying_data(rows, list(fits["position_manipulator"]))
 data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
 data["summary"] = summary.summary_of(data)
 data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)

@@ -255,15 +255,23 @@ EXPERIMENTS = {
             "figure_position_manipulator_impedance",
             "figure_position_manipulator_prediction",
             "figure_position_manipulator_responses",
+            "figure_position_manipulator_stationarity",
+            "figure_position_manipulator_residual",
         ),
         printed=(
+            "joint.name",
+            "joint.positive",
+            "joint.negative",
             "ingest.resample_rate_hz",
             "analysis.lowpass_cutoff_hz",
-            "analysis.averaged_bins",
+            "analysis.cut_s",
             "analysis.training_fraction",
             "analysis.block_s",
             "analysis.parallel_cascade.intrinsic_lag_s",
             "analysis.parallel_cascade.reflex_length_s",
+            "time_varying.window_s",
+            "time_varying.segment_s",
+            "time_varying.piece_s",
         ),
     ),
 }
@@ -317,6 +325,18 @@ PARTS = {
     ),
     # any experiment whose trials name participants
     "participants": Part((), "Participants", ("figure_participants",)),
+    # at least two trials
+    "operating_points": Part(
+        ("position_manipulator",),
+        EXPERIMENTS["position_manipulator"].category,
+        ("figure_operating_points",),
+    ),
+    # if the configuration wants it
+    "time_varying": Part(
+        ("position_manipulator",),
+        EXPERIMENTS["position_manipulator"].category,
+        ("figure_time_varying",),
+    ),
     "noise": Part(
         ("wristalyzer", "dummy"),
         "Sensitivity to noise",

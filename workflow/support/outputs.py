@@ -158,6 +158,17 @@ def participants(study: Study) -> list[str]:
     return [f"<results>/tables/{name}.csv" for name in names]
 
 
+def operating_points(study: Study) -> list[str]:
+    """Tables of operating points and of lines through them, if there are several trials."""
+    names = ("operating_points", "operating_relations") if study.has("operating_points") else ()
+    return [f"<results>/tables/{name}.csv" for name in names]
+
+
+def time_varying(study: Study) -> list[str]:
+    """The table of impedance that changes within trials, if the configuration wants it."""
+    return ["<results>/tables/time_varying.csv"] if study.has("time_varying") else []
+
+
 def forward(study: Study) -> list[str]:
     """The comparison of simulations with recordings."""
     return ["<results>/tables/forward.csv"] if study.has("simulation") else []
@@ -212,7 +223,8 @@ def cells(study: Study) -> list[str]:
 
 def tables(study: Study) -> dict[str, str]:
     """Name of a table of the run -> its caption."""
-    others = (models, forward, noise, specification, participants, recovery, claims, cells)
+    others = (models, forward, noise, specification, participants, operating_points, time_varying)
+    others += (recovery, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
     found |= {name: name for name in ("estimates", "uncertainty")}
     found |= {name: name for files in others for name in map(_stem, files(study))}
@@ -265,6 +277,8 @@ def everything(study: Study) -> list[str]:
         *specification(study),
         *thesis_dummy(study)[1:],
         *participants(study),
+        *operating_points(study),
+        *time_varying(study),
         *recovery(study),
         *claims(study),
         *cells(study),

@@ -107,6 +107,10 @@ class Study:
         if name not in PARTS:
             return name in self.experiments
         part = PARTS[name]
+        if name == "operating_points":
+            return len(self.operating_points()) > 1
+        if name == "time_varying" and not self.config["position_manipulator"]["time_varying"]["enabled"]:
+            return False
         if name == "wristalyzer_pooled" and not self._periods_suffice():
             return False
         if part.tables and self.config["study"]["reported"] is None:
@@ -133,6 +137,25 @@ class Study:
         names = ("lowpass_cutoff_hz", "lowpass_order", "cut_s")
         return {name: analysis.get(name) for name in names} | {
             "period_s": analysis.get("perturbation_period_s")
+        }
+
+    def operating_points(self) -> dict[str, dict]:
+        """Condition of the position-controlled manipulator -> participant, angle (rad), torque (N·m).
+
+        Trials with a schedule or a trigger have no operating point of their own.
+        """
+        name, rows = "position_manipulator", {}
+        for condition in self.conditions(name):
+            columns = self.of_trial(name, condition)["files"]["columns"]
+            if columns["schedule"] is None and columns["trigger"] is None:
+                rows[condition] = self.trials[name, condition]
+        return {
+            condition: {
+                "participant": row.participant or "",
+                "angle_rad": row.operating_angle_rad,
+                "torque_Nm": row.operating_torque_Nm,
+            }
+            for condition, row in rows.items()
         }
 
     def conditions(self, experiment: str) -> list[str]:

@@ -31,7 +31,11 @@ COLUMNS = (
     "markers",
 )
 # which a sheet needs only if one of its experiments does
-OPTIONAL_COLUMNS = ("role", "emg", "task", *NAME_COLUMNS, "participant", "belt", "mass_kg")
+OPERATING_COLUMNS = ("operating_angle_rad", "operating_torque_Nm")
+OPTIONAL_COLUMNS = (
+    *("role", "emg", "task", *NAME_COLUMNS, "participant", "belt", "mass_kg"),
+    *OPERATING_COLUMNS,
+)
 ROLES = ("calibrate", "validate")
 EMPTY = "-"
 
@@ -45,7 +49,8 @@ class TrialRow:
     the person) are None where trials have none. ``names`` maps settings of the experiment to what the
     row says in their place, for example ``files.columns.time`` to the name of a column. ``participant``
     is None where the row names none, ``belt`` (left or right) where it is that of the configuration, and
-    ``mass_kg`` (of the weight, kg) where it is that of the configuration or there is no weight.
+    ``mass_kg`` (of the weight, kg) where it is that of the configuration or there is no weight, and
+    ``operating_angle_rad`` and ``operating_torque_Nm`` where the measured means hold.
     """
 
     experiment: str
@@ -63,6 +68,8 @@ class TrialRow:
     participant: str | None = None
     belt: str | None = None
     mass_kg: float | None = None
+    operating_angle_rad: float | None = None
+    operating_torque_Nm: float | None = None
 
 
 def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tuple, TrialRow]:
@@ -242,7 +249,30 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         participant=participant_of(cells, here),
         belt=belt_of(cells, here),
         mass_kg=_mass(cells, here),
+        **{name: _operating(cells, name, here) for name in OPERATING_COLUMNS},
     )
+
+
+def _operating(cells: dict[str, str], name: str, here: str) -> float | None:
+    """Angle (rad) or torque (N·m) about which a joint was perturbed, if the row names it."""
+    cell = cells.get(name, "")
+    if cell in (EMPTY, ""):
+        return None
+    if cells["experiment"] != "position_manipulator":
+        raise InputError(
+            f"{here}: expected {EMPTY!r} for {name}, because only trials of position_manipulator have an "
+            f"operating point, found {quoted(cell)}: correct it"
+        )
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or (name == "operating_angle_rad" and abs(value) > math.pi):
+        raise InputError(
+            f"{here}: expected a number in the unit of its name, or {EMPTY!r}, for {name}, found "
+            f"{quoted(cell)}: correct it or its unit"
+        )
+    return value
 
 
 def _mass(cells: dict[str, str], here: str) -> float | None:

@@ -8,7 +8,16 @@ from matplotlib.figure import Figure
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
-BAND_HZ = (0.5, 40.0)
+# group of the diagnostics in a result
+OWN = "diagnostics/"
+# number of trials in a figure with small panels, and in one with a row for each
+DRAWN, DRAWN_ROWS = 6, 4
+# length of the torque that is shown (s), and every how many samples of a whole record
+SHOWN_S = 3.0
+THINNED = 5
+# the slow part of the residual is its mean over so long (s)
+SLOW_S = 1.0
+BAND = {"color": "0.8", "linewidth": 0.0}
 RESPONSES = (
     "intrinsic_lag",
     "intrinsic_response",
@@ -24,55 +33,186 @@ RESPONSES = (
 
 @in_style
 def plot_impedance(results: dict[str, Result]) -> Figure:
-    """Spectral estimate of the impedance and fitted model, with coherence (Hz, N·m/rad)."""
-    figure, axes = new_figure(3, 1, 3.7, sharex=True, height_ratios=[1.7, 1.1, 0.8])
-    for colour, (name, result) in zip(cycle(CYCLE), results.items(), strict=False):
-        frequency = result.arrays["frequency"]
-        shown = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
-        f = frequency[shown]
-        for key, line, label in (
-            ("impedance", "-", f"{name}, estimate"),
-            ("impedance_model", "--", f"{name}, $Is^2+Bs+K$"),
+    """Impedance with confidence bands, that of the models, and coherence (Hz, N·m/rad), by trial."""
+    names, columns, heights = list(results)[:DRAWN], min(3, len(results)), (1.6, 1.1, 0.8)
+    rows = -(-len(names) // columns)
+    figure, axes = new_figure(
+        3 * rows, columns, 0.5 + 3.6 * rows, sharex=True, squeeze=False, height_ratios=heights * rows
+    )
+    for place in range(rows * columns):
+        block, column = divmod(place, columns)
+        own = axes[3 * block : 3 * block + 3, column]
+        if place < len(names):
+            _draw_impedance(own, results[names[place]], names[place])
+        else:
+            for axis in own:
+                axis.set_visible(False)
+    for block in range(rows):
+        for axis, label in zip(
+            axes[3 * block :, 0], ("Gain (N·m/rad)", "Phase (degrees)", "Coherence (–)"), strict=False
         ):
-            response = result.arrays[key][shown]
-            axes[0].loglog(f, np.abs(response), line, color=colour, label=label)
-            axes[1].semilogx(f, np.degrees(np.unwrap(np.angle(response))), line, color=colour)
-        axes[2].semilogx(f, result.arrays["coherence"][shown], color=colour, label=name)
-    axes[0].set_ylabel("Impedance (N·m/rad)")
-    axes[1].set_ylabel("Phase (degrees)")
-    axes[2].set(ylabel="Coherence (-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)")
-    axes[2].set_xticks([0.5, 1, 2, 5, 10, 20, 40], ["0.5", "1", "2", "5", "10", "20", "40"])
-    axes[2].minorticks_off()
-    axes[0].legend(loc="upper left", ncols=2)
-    axes[0].margins(y=0.15)
+            axis.set_ylabel(label)
+    for axis in axes[-1]:
+        axis.set_xlabel("Frequency (Hz)")
+    axes[0, 0].legend(loc="upper left", handlelength=1.6)
     figure.align_ylabels()
     return figure
 
 
+def _draw_impedance(axes, result: Result, name: str) -> None:
+    """Gain, phase and coherence of one trial."""
+    found = {key.removeprefix(OWN): values for key, values in result.arrays.items() if key.startswith(OWN)}
+    f, response, factor = found["frequency"], found["impedance"], np.minimum(found["gain_factor"], 1e3)
+    gain, phase, half = np.abs(response), _phase_deg(response), found["phase_half_width"]
+    axes[0].fill_between(f, gain / factor, gain * factor, **BAND)
+    axes[0].loglog(f, gain, color=COLOURS["measured"], label="measured, 95 % band")
+    axes[1].fill_between(f, phase - half, phase + half, **BAND)
+    axes[1].semilogx(f, phase, color=COLOURS["measured"])
+    models = (
+        (found["model_frequency"], found["model_impedance"], "recommended", "-", "parallel cascade"),
+        (result.arrays["frequency"], result.arrays["impedance_model"], "model", "--", "I, B, K only"),
+    )
+    for at, modelled, colour, line, label in models:
+        shown = (at >= f[0]) & (at <= found["model_frequency"][-1])
+        look = {"color": COLOURS[colour], "linestyle": line}
+        axes[0].loglog(at[shown], np.abs(modelled[shown]), label=label, **look)
+        axes[1].semilogx(at[shown], _phase_deg(modelled[shown]), **look)
+    axes[2].semilogx(f, found["coherence"], color=COLOURS["measured"])
+    axes[2].semilogx(f, found["coherence_level"], ":", color=COLOURS["model"], label="95 % level")
+    low = found["coherence"] <= found["coherence_level"]
+    for axis in axes:
+        axis.fill_between(
+            f, 0.0, 1.0, where=low, transform=axis.get_xaxis_transform(), color="0.92", linewidth=0.0
+        )
+    axes[0].set_ylim(0.6 * gain.min(), 1.5 * gain.max() * (gain.max() / gain.min()) ** 0.35)
+    axes[0].set_title(name)
+    axes[1].set(ylim=(-90.0, 225.0), yticks=[-90, 0, 90, 180])
+    axes[2].set(ylim=(0.0, 1.05), xlim=(f[0], f[-1]))
+    ticks = [x for x in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if f[0] <= x <= f[-1]]
+    axes[2].set_xticks(ticks, [f"{x:g}" for x in ticks])
+    axes[2].minorticks_off()
+    axes[2].legend(loc="lower right")
+
+
+def _phase_deg(response: np.ndarray) -> np.ndarray:
+    """Phase from -90 to 270 degrees: that of a joint lies between 0 and 180."""
+    return (np.degrees(np.angle(response)) + 90.0) % 360.0 - 90.0
+
+
 @in_style
 def plot_held_out(results: dict[str, Result]) -> Figure:
-    """Torque at the start of the held-out part, measured and predicted by both models (s, N·m)."""
-    figure, axes = new_figure(len(results), 1, 0.7 + 2.3 * len(results), squeeze=False)
-    for axis, (name, result) in zip(axes[:, 0], results.items(), strict=True):
-        time = result.arrays["time"]
-        start = result.facts["held_out_from_s"]
-        shown = (time >= start) & (time <= start + 4.0)
+    """Start of the held-out part: torque measured and predicted, and both pathways (s, N·m), by trial."""
+    names = list(results)[:DRAWN_ROWS]
+    figure, axes = new_figure(
+        2 * len(names), 1, 0.6 + 2.9 * len(names), squeeze=False, height_ratios=(1.5, 1.2) * len(names)
+    )
+    for k, name in enumerate(names):
+        result = results[name]
+        _draw_held_out(*axes[2 * k : 2 * k + 2, 0], result)
+        axes[2 * k, 0].set_title(name)
+    axes[-1, 0].set_xlabel("Time (s)")
+    figure.align_ylabels()
+    return figure
 
-        def draw(key: str, colour: str, label: str, *, axis=axis, time=time, shown=shown, result=result):
-            axis.plot(time[shown], result.arrays[key][shown], color=COLOURS[colour], label=label)
 
-        alone, both = (facts["vaf_held_out_percent"] for facts in (result.facts, result.facts["reflex"]))
-        draw("torque", "measured", "measured")
-        draw("predicted_torque", "model", f"I, B, K: held-out VAF {alone:.1f} %")
-        draw("reflex/predicted_torque", "recommended", f"parallel cascade: {both:.1f} %")
-        if result.facts["reflex"]["direction"]:
-            draw("reflex/reflex_torque", "compensated", "reflex torque")
-        axis.set(ylabel="Torque (N·m)", title=name)
+def _draw_held_out(above, below, result: Result) -> None:
+    arrays, start = result.arrays, result.facts["held_out_from_s"]
+    time = arrays["time"]
+    shown = (time >= start) & (time <= start + SHOWN_S)
+    alone, both = (facts["vaf_held_out_percent"] for facts in (result.facts, result.facts["reflex"]))
+    predicted, reflex = (arrays[f"reflex/{key}"] for key in ("predicted_torque", "reflex_torque"))
+    intrinsic = predicted - reflex
+    curves = (
+        (above, arrays["torque"], "measured", "-", "measured"),
+        (above, arrays["predicted_torque"], "model", "--", f"I, B, K only, VAF {alone:.1f} %"),
+        (above, predicted, "recommended", "-", f"parallel cascade, VAF {both:.1f} %"),
+        (below, intrinsic - intrinsic.mean(), "command", "-", "intrinsic, about its mean"),
+        (below, reflex, "compensated", "-", "reflex"),
+        (below, arrays["torque"] - predicted, "I", "-", "measured less predicted"),
+    )
+    for axis, values, colour, line, label in curves:
+        if label != "reflex" or result.facts["reflex"]["direction"]:
+            axis.plot(time[shown], values[shown], line, color=COLOURS[colour], label=label)
+    for axis in (above, below):
+        axis.set_ylabel("Torque (N·m)")
         axis.margins(x=0.0, y=0.05)
         low, high = axis.get_ylim()
-        axis.set_ylim(low, high + 0.3 * (high - low))
-        axis.legend(loc="upper left", ncols=4, columnspacing=1.2, handlelength=1.4)
+        axis.set_ylim(low, high + 0.28 * (high - low))
+        axis.legend(loc="upper left", ncols=3, columnspacing=1.2, handlelength=1.6)
+    above.tick_params(labelbottom=False)
+
+
+@in_style
+def plot_stationarity(results: dict[str, Result]) -> Figure:
+    """Torque over the whole record, and intrinsic stiffness of its thirds (s, N·m, N·m/rad), by trial."""
+    names = list(results)[:DRAWN_ROWS]
+    figure, axes = new_figure(
+        len(names), 2, 0.5 + 1.65 * len(names), squeeze=False, width_ratios=(2.6, 1.0), sharex="col"
+    )
+    for (left, right), name in zip(axes, names, strict=True):
+        _draw_record(left, results[name])
+        left.set_title(name)
+        arrays = results[name].arrays
+        stiffness, half = arrays[f"{OWN}part_stiffness"], arrays[f"{OWN}part_stiffness_half_width"]
+        right.errorbar([1, 2, 3], stiffness, half, fmt="o", color="#1668a8", markersize=4, capsize=3)
+        right.set(ylabel="$K$ (N·m/rad)", xlim=(0.5, 3.5), xticks=[1, 2, 3])
+        right.set_ylim(
+            min(0.0, 1.15 * float((stiffness - half).min())), 1.15 * float((stiffness + half).max())
+        )
+    axes[0, 0].legend(loc="upper right", ncols=3, columnspacing=1.2, handlelength=1.4)
     axes[-1, 0].set_xlabel("Time (s)")
+    axes[-1, 1].set_xlabel("Third of the record")
+    figure.align_ylabels()
+    return figure
+
+
+def _draw_record(axis, result: Result) -> None:
+    """Torque of a record with its level by thirds, and the slow part of what the model does not predict."""
+    arrays = result.arrays
+    time, torque, predicted = (arrays[key] for key in ("time", "torque", "reflex/predicted_torque"))
+    axis.plot(time[::THINNED], torque[::THINNED], color="0.75", linewidth=0.5, label="torque")
+    size = max(1, round(SLOW_S / float(time[1] - time[0])))
+    slow = np.convolve(torque - predicted, np.full(size, 1.0 / size), "valid") + torque.mean()
+    axis.plot(
+        time[size // 2 :][: slow.size][::THINNED],
+        slow[::THINNED],
+        color=COLOURS["compensated"],
+        linewidth=0.9,
+        label="slow part of the residual",
+    )
+    level, half = (arrays[f"{OWN}part_level{part}"] for part in ("", "_half_width"))
+    for k, ends in enumerate(arrays[f"{OWN}part_ends"]):
+        axis.fill_between(
+            ends, level[k] - half[k], level[k] + half[k], color="#1668a8", alpha=0.4, linewidth=0.0
+        )
+        axis.plot(ends, [level[k]] * 2, color="#1668a8", linewidth=1.2, label="level" if k == 0 else None)
+    axis.axvline(result.facts["held_out_from_s"], color=COLOURS["model"], linewidth=0.9, linestyle="--")
+    axis.set_ylabel("Torque (N·m)")
+    axis.margins(x=0.0)
+    low, high = axis.get_ylim()
+    axis.set_ylim(low, high + 0.25 * (high - low))
+
+
+@in_style
+def plot_residual(results: dict[str, Result]) -> Figure:
+    """Power spectra of torque and residual, and cumulative power of the residual (Hz), held-out parts."""
+    figure, (left, right) = new_figure(1, 2, 2.9, width_ratios=(1.2, 1.0))
+    for colour, (name, result) in zip(cycle(CYCLE), list(results.items())[:DRAWN], strict=False):
+        found = {key.removeprefix(OWN): x for key, x in result.arrays.items() if key.startswith(OWN)}
+        facts = result.facts["diagnostics"]
+        shown = found["psd_frequency"] <= 1.25 * facts["recording"]["cutoff_hz"]
+        at = found["psd_frequency"][shown]
+        left.loglog(at[1:], found["psd_torque"][shown][1:], color=colour, linewidth=0.8, alpha=0.55)
+        left.loglog(at[1:], found["psd_residual"][shown][1:], color=colour, label=name, linewidth=1.4)
+        right.plot(found["white_frequency"], found["white_cumulative"], color=colour)
+    at = found["white_frequency"]
+    straight, limit = np.linspace(0.0, 1.0, at.size), facts["residual"]["white_limit"]
+    right.fill_between(at, straight - limit, straight + limit, color="0.85", label="white noise, 95 %")
+    left.set(xlabel="Frequency (Hz)", ylabel="Power ((N·m)²/Hz)", title="Torque (thin) and residual (thick)")
+    right.set(xlabel="Frequency (Hz)", ylabel="Fraction (–)", title="Cumulative power of the residual")
+    right.set(xlim=(0.0, at[-1]), ylim=(0.0, 1.02))
+    left.legend(loc="lower left")
+    right.legend(loc="lower right")
     return figure
 
 

@@ -280,19 +280,7 @@ def _standing(data: dict) -> list[Paragraph]:
 
 
 def _position_manipulator(data: dict) -> list[Paragraph]:
-    a = data["position_manipulator"]
-    return [
-        pieces(
-            "The joint under random position perturbations has a stiffness of {stiffness} N·m/rad "
-            "over the trials. Inertia, damping and stiffness, fitted to the first part of a trial, "
-            "predict the torque of the rest with a held-out VAF of {held_out} %. {reflex} "
-            "{held_out_reflex} %; the intrinsic stiffness is then {stiffness_intrinsic} N·m/rad.",
-            reflex="Adding a reflex pathway raises the held-out VAF to"
-            if a["reflex_raises"]
-            else "With a reflex pathway the held-out VAF is",
-            **a,
-        )
-    ]
+    return [pieces(template, **values) for template, values in data["position_manipulator"]["abstract"]]
 
 
 def _participants(data: dict) -> list[Paragraph]:

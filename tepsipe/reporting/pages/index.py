@@ -218,13 +218,11 @@ def _provenance(report: dict) -> str:
     facts = "".join(f"<dt>{text(k)}</dt><dd>{text(v)}</dd>\n" for k, v in provenance["facts"])
     packages = ", ".join(f"{text(name)} {text(version)}" for name, version in provenance["packages"])
     files = [[text(kind), f"<code>{text(f)}</code>"] for kind, f in provenance["files"]]
-    digests = [[text(what), text(n), f"<code>{text(s)}</code>"] for what, n, s in provenance["digests"]]
     return (
         f'<dl class="facts">\n{facts}</dl>\n'
-        f"<p>{_link('../provenance.json', 'provenance.json')}: versions and SHA-256 of every raw file; "
+        f"<p>{_link('../provenance.json', 'provenance.json')}: versions and SHA-256 of every file; "
         f"{_link('../config.yaml', 'config.yaml')}: configuration of the run; "
         f"{_link('report.html', 'report.html')}: Snakemake's own report, with the code of every step.</p>\n"
-        f"{table(('Kind', 'File'), files)}\n"
-        f"{table(('', 'Files', 'SHA-256 of the list of their checksums'), digests)}"
+        f"{table(('Kind', 'File'), files)}"
         f"<details><summary>Versions of packages</summary>\n<p>{packages}</p></details>\n"
     )

@@ -1,0 +1,147 @@
+"""Human joint under imposed movement with known parts: bias of the estimates, and what their intervals hold.
+
+    .venv/bin/python benchmarks/human_joint_coverage.py --seeds 200 > benchmarks/human_joint_coverage.md
+
+The joint is not built from the equations of the model: short-range stiffness is a Dahl element, whose force
+approaches its limit exponentially, or a Maxwell element, whose force relaxes; the reflex is the torque of a
+second-order muscle, integrated at 1 kHz, behind a delay of 43 ms and a velocity threshold of 0.15 rad/s that
+are on no grid; slow torque is an Ornstein-Uhlenbeck process; angle and torque have white noise. Prints a
+table.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+import scipy
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tepsipe import fit_parallel_cascade  # noqa: E402
+
+RATE, SECONDS = 1000.0, 60.0
+INERTIA, DAMPING, STIFFNESS = 0.014, 0.7, 60.0
+SHORT_RANGE, LIMIT_RAD, RELAXATION_S = 25.0, 0.005, 0.05
+GAIN, DELAY_S, THRESHOLD, FREQUENCY_HZ, ZETA = 10.0, 0.043, 0.15, 2.2, 0.9
+SLOW_SD, SLOW_S, TORQUE_NOISE, ANGLE_NOISE = 0.25, 1.0, 0.05, 2e-5
+JOINTS = {
+    "no short-range stiffness": {"short_range": None, "gain": GAIN},
+    "short-range stiffness (Dahl)": {"short_range": "dahl", "gain": GAIN},
+    "short-range stiffness (Maxwell)": {"short_range": "maxwell", "gain": GAIN},
+    "no reflex": {"short_range": None, "gain": 0.0},
+    "no reflex, short-range stiffness (Dahl)": {"short_range": "dahl", "gain": 0.0},
+}
+
+
+def imposed_angle(rng: np.random.Generator, amplitude: float = 0.03) -> np.ndarray:
+    """Random steps every 0.1 to 0.4 s as an actuator of 18 Hz follows them (rad), shape (n,)."""
+    count = int(SECONDS * RATE)
+    holds = rng.uniform(0.1, 0.4, int(SECONDS / 0.1))
+    at = np.searchsorted(np.cumsum(holds), np.arange(count) / RATE)
+    levels = amplitude * rng.uniform(-1.0, 1.0, holds.size + 1)
+    w = 2.0 * np.pi * 18.0
+    follower = scipy.signal.cont2discrete(([w**2], [1.0, 1.6 * w, w**2]), 1.0 / RATE)
+    return scipy.signal.lfilter(np.ravel(follower[0]), follower[1], levels[at])
+
+
+def short_range_torque(angle: np.ndarray, kind: str | None) -> np.ndarray:
+    """Torque of a Dahl or a Maxwell element of stiffness ``SHORT_RANGE`` (N·m), shape (n,)."""
+    if kind is None:
+        return np.zeros(angle.size)
+    if kind == "maxwell":
+        keep = np.exp(-1.0 / (RATE * RELAXATION_S))
+        return scipy.signal.lfilter([SHORT_RANGE], [1.0, -keep], np.diff(angle, prepend=angle[:1]))
+    deflection, found = 0.0, []
+    for step in np.diff(angle, prepend=angle[:1]).tolist():
+        # dz = dtheta (1 - z / limit sign(dtheta)), its exact solution over a step
+        end = LIMIT_RAD if step > 0.0 else -LIMIT_RAD
+        deflection = end + (deflection - end) * np.exp(-abs(step) / LIMIT_RAD)
+        found.append(deflection)
+    return SHORT_RANGE * np.array(found)
+
+
+def make_joint(seed: int, short_range: str | None, gain: float, slow_sd: float = SLOW_SD, amplitude=0.03):
+    """Time (s), angle (rad) and torque (N·m) of one record, and its working stiffness (N·m/rad)."""
+    rng = np.random.default_rng(seed)
+    angle = imposed_angle(rng, amplitude)
+    time = np.arange(angle.size) / RATE
+    velocity = np.gradient(angle, 1.0 / RATE)
+    acceleration = np.gradient(velocity, 1.0 / RATE)
+    short = short_range_torque(angle, short_range)
+    motion = np.column_stack([acceleration, velocity, angle, np.ones_like(angle)])
+    working = STIFFNESS + np.linalg.lstsq(motion, short, rcond=None)[0][2]
+    late = np.roll(velocity, round(DELAY_S * RATE))
+    late[: round(DELAY_S * RATE)] = 0.0
+    w = 2.0 * np.pi * FREQUENCY_HZ
+    muscle = scipy.signal.cont2discrete(([w**2], [1.0, 2.0 * ZETA * w, w**2]), 1.0 / RATE)
+    reflex = scipy.signal.lfilter(np.ravel(muscle[0]), muscle[1], np.maximum(late - THRESHOLD, 0.0))
+    keep = np.exp(-1.0 / (SLOW_S * RATE))
+    drive = slow_sd * np.sqrt(1.0 - keep**2) * rng.standard_normal(angle.size)
+    slow = scipy.signal.lfilter([1.0], [1.0, -keep], drive)
+    torque = INERTIA * acceleration + DAMPING * velocity + STIFFNESS * angle + short + gain * reflex + slow
+    torque += 5.0 + TORQUE_NOISE * rng.standard_normal(angle.size)
+    return time, angle + 0.1 + ANGLE_NOISE * rng.standard_normal(angle.size), torque, working
+
+
+def scored(seed: int, joint: dict) -> dict:
+    """Quantity -> (truth, value, low, high) in its unit, and whether a reflex was found."""
+    time, angle, torque, working = make_joint(seed, **joint)
+    fit = fit_parallel_cascade(time, angle, torque, bootstrap_draws=400, seed=seed)
+    found, short = fit.details, joint["short_range"]
+    known = {
+        "I": (INERTIA, found.impedance[0], found.impedance_bootstrap[:, 0]),
+        "K": (STIFFNESS, found.impedance[2], found.impedance_bootstrap[:, 2]),
+        "K_working": (working, found.working_stiffness, found.working_stiffness_bootstrap),
+        "reflex_gain": (joint["gain"], found.gain, found.gain_bootstrap),
+    }
+    if short != "maxwell":
+        known["K_short_range"] = (
+            STIFFNESS + SHORT_RANGE * (short is not None),
+            found.short_range.stiffness,
+            found.short_range.stiffness_bootstrap,
+        )
+    rows = {
+        name: (truth, value, *np.percentile(drawn, [2.5, 97.5]))
+        for name, (truth, value, drawn) in known.items()
+    }
+    return {"rows": rows, "reflex": found.structure.direction != 0, "stops": found.structure.stops}
+
+
+def main() -> None:
+    """Fit all joints and print the table (units in it)."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("--first", type=int, default=1)
+    parser.add_argument("--joint", choices=JOINTS, action="append")
+    chosen = parser.parse_args()
+    print("# Human joint: bias and coverage\n")
+    print(
+        f"{chosen.seeds} records of {SECONDS:g} s per joint, half of each fitted. Slow torque: "
+        f"{SLOW_SD:g} N·m (standard deviation).\n"
+    )
+    print(
+        "| Joint | Quantity | Truth | Bias (%) | Spread (%) | Half width (%) | Held |\n"
+        "|---|---|---|---|---|---|---|"
+    )
+    notes = []
+    for name in chosen.joint or JOINTS:
+        trials = [scored(seed, JOINTS[name]) for seed in range(chosen.first, chosen.first + chosen.seeds)]
+        for quantity in trials[0]["rows"]:
+            table = np.array([trial["rows"][quantity] for trial in trials])
+            truth, value, low, high = table.T
+            unit = 100.0 / np.abs(truth.mean() or GAIN)
+            held = np.mean((low <= truth) & (truth <= high))
+            print(
+                f"| {name} | {quantity} | {truth.mean():.4g} | {unit * np.mean(value - truth):.2f} | "
+                f"{unit * np.std(value - truth):.2f} | {unit * np.mean(high - low) / 2.0:.2f} | {held:.3f} |",
+                flush=True,
+            )
+        share = [100.0 * np.mean([trial[key] for trial in trials]) for key in ("reflex", "stops")]
+        notes.append(f"- {name}: reflex found in {share[0]:.1f} %, short-range stiffness in {share[1]:.1f} %")
+    print("\n" + "\n".join(notes))
+
+
+if __name__ == "__main__":
+    main()

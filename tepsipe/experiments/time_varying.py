@@ -1,0 +1,224 @@
+"""Impedance that changes within a trial of the position-controlled manipulator.
+
+The method follows from what the trial holds: realisations of a movement if it has a trigger, bins of its
+schedule if it has one, else sliding windows (`tepsipe.identification.time_varying`). Angle, torque and
+reflex torque are those of the fit of the whole trial, filtered and cut.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.identification.time_varying import (
+    VaryingImpedance,
+    impedance_by_schedule,
+    impedance_in_windows,
+    impedance_of_ensemble,
+)
+from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import UNITS
+
+
+@dataclass(frozen=True)
+class TimeVaryingOptions:
+    """Choices of the analysis.
+
+    Attributes
+    ----------
+    window_s, window_step_s : float
+        Length and distance of sliding windows (s).
+    block_s : float
+        Length of the blocks of residuals that are bootstrapped in windows (s).
+    realisation_s : float or None
+        Length of a realisation after the trigger (s); None for the shortest time between triggers.
+    segment_s, segment_step_s : float
+        Length and distance of the short segments of an ensemble (s).
+    bins : int
+        Number of bins of a schedule (-).
+    piece_s : float
+        Longest piece of the record within a bin that has one level and one trend (s).
+    bootstrap_draws : int
+        Bootstrap samples of an interval (-).
+    """
+
+    window_s: float
+    window_step_s: float
+    block_s: float
+    realisation_s: float | None
+    segment_s: float
+    segment_step_s: float
+    bins: int
+    piece_s: float
+    bootstrap_draws: int
+
+
+@dataclass(frozen=True)
+class VaryingRow:
+    """One quantity at one place; the fields are the columns of ``tables/time_varying.csv``.
+
+    Attributes
+    ----------
+    experiment, condition : str
+        The trial.
+    over : str
+        time, time after the trigger, or schedule.
+    at : float
+        Centre of the segment (``at_unit``).
+    at_unit : str
+        s, or unit of the recording for a schedule.
+    angle_rad, torque_Nm : float
+        Operating point: mean angle (rad) and torque (N·m).
+    pieces : int
+        Realisations or pieces of the record behind the value (-).
+    quantity, unit : str
+        For example K in Nm/rad; reflex_gain_ratio is relative to the gain of the whole trial.
+    value, standard_error, ci_low, ci_high : float
+        Value, standard error and ends of the 95 % interval (``unit``).
+    vaf_percent : float
+        VAF of the torque of the segments (%).
+    """
+
+    experiment: str
+    condition: str
+    over: str
+    at: float
+    at_unit: str
+    angle_rad: float
+    torque_Nm: float
+    pieces: int
+    quantity: str
+    unit: str
+    value: float
+    standard_error: float
+    ci_low: float
+    ci_high: float
+    vaf_percent: float
+
+
+def analyse_time_varying(
+    trial: Trial, fit: Result, options: TimeVaryingOptions, rng: np.random.Generator
+) -> VaryingImpedance | None:
+    """Impedance over time, after the trigger, or with the schedule of a trial.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``schedule`` (any unit) and ``trigger`` (1 at the first sample of a realisation) if recorded.
+    fit : Result
+        Fit of the whole trial: ``time`` (s), ``angle`` (rad), ``torque`` and ``reflex/reflex_torque`` (N·m).
+    options : TimeVaryingOptions
+        Choices (units in their names).
+    rng : numpy.random.Generator
+        Draws blocks, realisations or pieces.
+
+    Returns
+    -------
+    VaryingImpedance or None
+        Impedance (units there), over the time of the trial for windows; None if there is neither trigger nor
+        schedule and the trial is too short for windows.
+
+    Raises
+    ------
+    InputError
+        If the realisations or the schedule do not determine the impedance.
+    """
+    rate, time = trial.rate_hz, fit.arrays["time"]
+    signals = (fit.arrays["angle"], fit.arrays["torque"], rate)
+    common = {
+        "draws": options.bootstrap_draws,
+        "rng": rng,
+        "reflex_torque": fit.arrays.get("reflex/reflex_torque"),
+    }
+    first = round((time[0] - trial.time[0]) * rate)
+    if "trigger" in trial.signals:
+        starts = np.flatnonzero(trial.values("trigger")) - first
+        return impedance_of_ensemble(
+            *signals,
+            starts,
+            length_s=_realisation_s(starts, rate, options),
+            segment_s=options.segment_s,
+            step_s=options.segment_step_s,
+            **common,
+        )
+    if "schedule" in trial.signals:
+        schedule = trial.values("schedule")[first : first + time.size]
+        return impedance_by_schedule(*signals, schedule, bins=options.bins, piece_s=options.piece_s, **common)
+    lasts = time.size / rate
+    if lasts < max(options.window_s + options.window_step_s, 4.0 * options.block_s):
+        return None
+    found = impedance_in_windows(
+        *signals,
+        window_s=options.window_s,
+        step_s=options.window_step_s,
+        block_s=options.block_s,
+        **common,
+    )
+    return VaryingImpedance(**(vars(found) | {"at": found.at + time[0]}))
+
+
+def _realisation_s(starts: np.ndarray, rate_hz: float, options: TimeVaryingOptions) -> float:
+    """Length of a realisation (s): as chosen, else the shortest time between triggers."""
+    if options.realisation_s is not None:
+        return options.realisation_s
+    if starts.size < 2:
+        raise InputError(
+            f"expected a trigger at the start of every realisation, found {starts.size} in the trial: record "
+            "more realisations, or name no trigger"
+        )
+    return float(np.diff(starts).min()) / rate_hz
+
+
+def varying_rows(experiment: str, condition: str, found: VaryingImpedance | None) -> list[VaryingRow]:
+    """Tidy rows of one trial (units in the rows), none if there is no result."""
+    if found is None:
+        return []
+    rows = []
+    for k, at in enumerate(found.at):
+        for i, quantity in enumerate(found.names):
+            rows.append(
+                VaryingRow(
+                    experiment,
+                    condition,
+                    found.over,
+                    float(at),
+                    "unit of the recording" if found.over == "schedule" else "s",
+                    float(found.angle[k]),
+                    float(found.torque[k]),
+                    int(found.pieces[k]),
+                    quantity,
+                    UNITS.get(quantity, "1"),
+                    float(found.values[k, i]),
+                    float(found.standard_error[k, i]),
+                    float(found.low[k, i]),
+                    float(found.high[k, i]),
+                    float(found.vaf[k]),
+                )
+            )
+    return rows
+
+
+def write_varying(path: str | Path, rows: Iterable[VaryingRow]) -> None:
+    """Write rows as CSV (units in the columns ``unit`` and ``at_unit``)."""
+    write_rows(path, VaryingRow, rows)
+
+
+def read_varying(path: str | Path) -> list[VaryingRow]:
+    """Read a table written by `write_varying` (units in the columns ``unit`` and ``at_unit``).
+
+    Raises
+    ------
+    InputError
+        If the table is missing or damaged.
+    """
+    text = ("experiment", "condition", "over", "at_unit", "quantity", "unit")
+
+    def row(cells: dict[str, str]) -> VaryingRow:
+        kinds = {name: str if name in text else float for name in cells} | {"pieces": int}
+        return VaryingRow(**{name: kinds[name](cell) for name, cell in cells.items()})
+
+    return read_rows(path, VaryingRow, row, "rows of impedance that changes")

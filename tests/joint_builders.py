@@ -1,0 +1,106 @@
+"""Fits and estimates of a human joint as its report reads them, with the numbers that a test wants."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+RECORDING = [
+    "rate_hz",
+    "recorded_s",
+    "used_s",
+    "fitted_s",
+    "held_out_s",
+    "mean_angle_rad",
+    "sd_angle_rad",
+    "lowest_angle_rad",
+    "highest_angle_rad",
+    "rms_velocity_rad_per_s",
+    "peak_velocity_rad_per_s",
+    "velocity_95_hz",
+    "half_power_hz",
+    "mean_torque_Nm",
+    "sd_torque_Nm",
+    "lowest_torque_Nm",
+    "highest_torque_Nm",
+    "cutoff_hz",
+    "above_cutoff_percent",
+    "block_s",
+]
+ALONE, CASCADE, MUSCLE = "regression", "parallel-cascade", "parallel-cascade-muscle"
+
+
+@dataclass
+class Fit:
+    """Facts and arrays of a fit, as the report reads them (units in the keys)."""
+
+    facts: dict
+    arrays: dict = field(default_factory=dict)
+
+
+def fit_of(
+    direction=1,
+    lasting_s=0.5,
+    delays_s=(0.032, 0.044),
+    p=0.5,
+    white=0.0,
+    memory_s=0.2,
+    slow=80.0,
+    coherent=1.0,
+):
+    frequency = np.linspace(0.5, 20.0, 40)
+    time = 0.04 + np.arange(100) * 0.01
+    response = np.where(time < lasting_s, 1.0, 0.0) if direction else np.empty(0)
+    recording = dict.fromkeys(RECORDING, 1.0)
+    residual = {"rms_Nm": 0.4, "torque_rms_Nm": 1.0, "below_1_hz_percent": slow, "offset_percent": 3.0}
+    residual |= {"memory_s": memory_s, "white_p": white}
+    return Fit(
+        {
+            "training_s": 29.0,
+            "reflex": {
+                "direction": direction,
+                "stiffening": False,
+                "delay_s": 0.04 * abs(direction),
+                "delay_range_s": list(delays_s) if direction else [0.0, 0.0],
+            },
+            "diagnostics": {
+                "recording": recording,
+                "residual": residual,
+                "stiffness_equal_p": p,
+                "level_equal_p": p,
+            },
+        },
+        {
+            "reflex/response": response,
+            "reflex/time": time if direction else np.empty(0),
+            "diagnostics/frequency": frequency,
+            "diagnostics/coherence": np.where(np.arange(40) < 40 * coherent, 0.9, 0.01),
+            "diagnostics/coherence_level": np.full(40, 0.2),
+            **{
+                f"diagnostics/part_{name}": np.array(values)
+                for name, values in {
+                    "stiffness": [50.0, 51.0, 52.0],
+                    "stiffness_half_width": [3.0, 3.0, 3.0],
+                    "level": [1.0, 1.1, 1.2],
+                    "level_half_width": [0.1, 0.1, 0.1],
+                }.items()
+            },
+        },
+    )
+
+
+def rows_of(condition, direction=1, alone=80.0, cascade=90.0, gain=(8.0, 12.0), flags=""):
+    known = [
+        (ALONE, "K", "Nm/rad", 100.0, 90.0, 110.0),
+        (CASCADE, "K", "Nm/rad", 50.04, 45.0, 55.0),
+        (CASCADE, "reflex_gain", "Nms/rad", 10.0 * abs(direction), *gain),
+        (CASCADE, "reflex_share", "%", 5.0, np.nan, np.nan),
+    ]
+    if direction:
+        known.append((MUSCLE, "reflex_frequency", "Hz", 1.4, 1.3, 1.5))
+    for estimator, vaf in ((ALONE, alone), (CASCADE, cascade)):
+        for name in ("training", "held_out", "held_out_any_offset"):
+            known.append((estimator, f"VAF_{name}", "%", vaf, np.nan, np.nan))
+    columns = ["estimator", "quantity", "unit", "value", "ci_low", "ci_high"]
+    found = pd.DataFrame(known, columns=columns)
+    return found.assign(experiment="position_manipulator", condition=condition, flags=flags)

@@ -1,0 +1,97 @@
+# A joint at several operating points, and one that changes within a trial: position-controlled manipulator.
+
+
+rule tabulate_operating_points:
+    input:
+        estimates=[f"<results>/estimates/position_manipulator/{c}.csv" for c in STUDY.operating_points()],
+        fits=[f"<results>/fits/position_manipulator/{c}.h5" for c in STUDY.operating_points()],
+        library=library_of("tabulate_operating_points"),
+    output:
+        points=report(
+            "<results>/tables/operating_points.csv",
+            caption="../../report/captions/operating_points.rst",
+            category="Tables",
+            labels={"table": "operating points"},
+        ),
+        relations=report(
+            "<results>/tables/operating_relations.csv",
+            caption="../../report/captions/operating_relations.rst",
+            category="Tables",
+            labels={"table": "stiffness against torque"},
+        ),
+    log:
+        "<logs>/tabulate_operating_points.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        nominal=STUDY.operating_points(),
+    script:
+        "../scripts/tabulate_operating_points.py"
+
+
+rule plot_operating_points:
+    input:
+        points="<results>/tables/operating_points.csv",
+        relations="<results>/tables/operating_relations.csv",
+        library=library_of("plot_operating_points"),
+    output:
+        **figure_files("operating_points"),
+    log:
+        "<logs>/plot_operating_points.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/plot_operating_points.py"
+
+
+rule vary_position_manipulator:
+    input:
+        trial="<results>/trials/position_manipulator/{condition}.h5",
+        fit="<results>/fits/position_manipulator/{condition}.h5",
+        library=library_of("vary_position_manipulator"),
+    output:
+        rows="<results>/time_varying/position_manipulator/{condition}.csv",
+    log:
+        "<logs>/vary_position_manipulator/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        options=without(SETTINGS["position_manipulator"]["time_varying"], "enabled"),
+        seed=SEED,
+    script:
+        "../scripts/vary_position_manipulator.py"
+
+
+rule tabulate_time_varying:
+    input:
+        rows=STUDY.of_trials(
+            "<results>/time_varying/position_manipulator/{condition}.csv", "position_manipulator"
+        ),
+        library=library_of("tabulate_time_varying"),
+    output:
+        table=report(
+            "<results>/tables/time_varying.csv",
+            caption="../../report/captions/time_varying.rst",
+            category="Tables",
+            labels={"table": "impedance that changes"},
+        ),
+    log:
+        "<logs>/tabulate_time_varying.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/tabulate_time_varying.py"
+
+
+rule plot_time_varying:
+    input:
+        table="<results>/tables/time_varying.csv",
+        library=library_of("plot_time_varying"),
+    output:
+        **figure_files("time_varying"),
+    log:
+        "<logs>/plot_time_varying.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/plot_time_varying.py"

@@ -1,0 +1,26 @@
+"""Impedance that changes within one trial in the position-controlled manipulator."""
+
+import job
+
+job.start(snakemake)
+
+import numpy as np
+
+from tepsipe.experiments.time_varying import (
+    TimeVaryingOptions,
+    analyse_time_varying,
+    varying_rows,
+    write_varying,
+)
+from tepsipe.io.result import read_result
+from tepsipe.io.trial import read_trial
+
+found = analyse_time_varying(
+    read_trial(snakemake.input.trial),
+    read_result(snakemake.input.fit),
+    TimeVaryingOptions(**snakemake.params.options),
+    np.random.default_rng(snakemake.params.seed),
+)
+write_varying(
+    snakemake.output.rows, varying_rows("position_manipulator", snakemake.wildcards.condition, found)
+)
