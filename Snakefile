@@ -46,6 +46,7 @@ include: "workflow/rules/participants.smk"
 include: "workflow/rules/belt.smk"
 # a human joint in a position-controlled manipulator
 include: "workflow/rules/position_manipulator.smk"
+include: "workflow/rules/platform.smk"
 include: "workflow/rules/operating_points.smk"
 # tables across experiments, and where truth meets estimate
 include: "workflow/rules/tables.smk"
@@ -61,10 +62,17 @@ if config["coverage"] is not None:
     include: "workflow/rules/coverage.smk"
 
 
+# what an experiment will show, and which filter to use
+if config["plan"] is not None:
+
+    include: "workflow/rules/plan.smk"
+
+
 rule all:
     default_target: True
     input:
         outputs.coverage(STUDY)
+        or outputs.plan(STUDY)
         or [
             *outputs.everything(STUDY),
             *outputs.pages(STUDY),

@@ -182,7 +182,7 @@ def test_plan_writes_what_it_prints(capsys, tmp_path):
     assert main(["plan", "--number", "4", "--interval", "2", "--pathway", "leg", "--amplitude", "0.1"]) == 0
     out = capsys.readouterr().out
     found = rows(tmp_path / "plan.csv")
-    assert found["K"]["unit"] == "Nm/rad" and float(found["K"]["u_type_a"]) > 0.01
+    assert found["K"]["unit"] == "Nm/rad" and float(found["K"]["predicted_u"]) > 0.01
     assert f"K +-20 % (95 %): {found['K']['n_for_20_percent']}" in out
     assert (tmp_path / "plan.png").read_bytes()[:4] == b"\x89PNG"
 

@@ -15,7 +15,14 @@ from workflow.support.reach import reached_by
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
 # what several scripts import: the start of every job, and options from the configuration
-SHARED = {"job.py", "dummy_choices.py", "model_choices.py", "recording_choices.py", "standing_choices.py"}
+SHARED = {
+    "job.py",
+    "dummy_choices.py",
+    "model_choices.py",
+    "plan_choices.py",
+    "recording_choices.py",
+    "standing_choices.py",
+}
 SCRIPTS = sorted((ROOT / "workflow/scripts").glob("*.py"))
 RULE_FILES = sorted((ROOT / "workflow/rules").glob("*.smk"))
 LABORATORY = "tepsipe.virtual_lab"

@@ -11,7 +11,7 @@ from tepsipe.identification.multi_joint_quantities import quantities_of, slow_mo
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
 OPTIONS = MultiJointOptions(
-    band_hz=(0.05, 5.0), averaged_bins=20, taper_fraction=0.02, delays_s=(0.04, 0.24), delay_step_s=0.02
+    band_hz=(0.05, 5.0), averaged_bins=20, taper_fraction=0.02, delays_s=(0.04, 0.24), delay_step_s=0.04
 )
 JOINTS = ("ankle", "hip")
 RATE = 50.0
@@ -107,9 +107,11 @@ def test_one_perturbation_does_not_identify_reflexes_of_all_angles(record):
                 assert not one.identified
                 assert np.isnan([one.value, one.standard_error, one.low, one.high]).all()
                 assert one.refusal.startswith(f"{one.name} is not identified: ")
-        # the combination that the platform moves stays
+        # the combination that the platform moves slowly is near the truth, if it is quoted
         along = q[f"K_mode_{name}"]
-        assert abs(along.value - PERSON.stiffness_Nm_per_rad[joint] @ mode) < 3.0 * along.standard_error
+        if along.identified:
+            assert abs(along.value - PERSON.stiffness_Nm_per_rad[joint] @ mode) < 3.0 * along.standard_error
+    assert told(found, 0, "all-reflex")["K_mode_ankle"].identified
 
 
 def test_joints_that_move_in_proportion_are_refused_and_their_sum_is_not(record, rng):

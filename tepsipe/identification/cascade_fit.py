@@ -226,6 +226,8 @@ class ModelScore:
         Cross-validated error relative to the smallest, and standard error of the difference (%).
     vaf_cross_validated, vaf_held_out : float
         VAF (%) of the blocks of the fitted part, each predicted from the others, and of the held-out part.
+    coefficients : int
+        Number of coefficients, offset included, before they are shrunk by the penalty (-).
     """
 
     structure: Structure
@@ -233,6 +235,7 @@ class ModelScore:
     error_se: float
     vaf_cross_validated: float
     vaf_held_out: float
+    coefficients: int
 
 
 @dataclass(frozen=True)

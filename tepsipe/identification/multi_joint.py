@@ -32,7 +32,7 @@ MODELS = ("intrinsic", "own-reflex", "all-reflex")
 # largest slope of (2) per standard error of a parameter at its minimum (-)
 GRADIENT = 1e-3
 # (2) rises by this for a parameter one standard error along a direction that is not determined (-)
-RIDGE = 0.01
+RIDGE = 0.1
 
 
 @dataclass(frozen=True)

@@ -219,30 +219,66 @@ def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
     if "torque" not in trial.signals or "angle" not in trial.signals:
         return
     torque, angle = (trial.values(name).astype(float) for name in ("torque", "angle"))
-    log, rate = source(files, "log"), trial.rate_hz
-    names = [("angle", angle, "torque", torque)]
-    if "command" not in files:  # a measured torque; a commanded one may be constant
-        names.append(("torque", torque, "angle", angle))
-    for still, values, moving, others in names:
-        found = held_while_moving(values, others, rate, 3.0 * limits.frozen_s)
-        if found is not None:
-            raise InputError(
-                f"{log}: expected the {still} to change with the {moving}, found it constant from "
-                f"{trial.time[found[0]]:.3f} to {trial.time[found[1] - 1]:.3f} s while the {moving} changes: "
-                "check that its sensor was connected, and record again"
-            )
+    log = source(files, "log")
+    # a measured torque varies; a commanded one may be constant
+    _refuse_held(trial, angle, torque, "", limits, log, both="command" not in files)
     if not np.ptp(angle) > 0.0 or not np.ptp(torque) > 0.0:
         return  # the analysis refuses a joint that is not perturbed
-    ratio, (low, high) = float(torque.std() / angle.std()), limits.torque_per_angle_Nm_per_rad
-    if not low <= ratio <= high:
-        raise InputError(
-            f"{source(files, 'command', 'log')}: expected a torque of {low:g} to {high:g} N·m per rad of the "
-            f"angle, found {ratio:.4g} N·m/rad: check the units of torque and angle, or change "
-            "plausible.torque_per_angle_Nm_per_rad in the configuration"
-        )
+    _refuse_ratio(angle, torque, "", limits, source(files, "command", "log"))
     work = float(np.corrcoef(torque, derivative(trial.time, angle))[0, 1])
     if work < AGAINST_MOTION:
         raise InputError(
             f"{log}: expected a torque that moves the joint, found one against its motion (correlation "
             f"with the angular velocity {work:.2g}): reverse the sign of the angle or of the torque"
+        )
+
+
+def refuse_joints(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
+    """Refuse joints of a person on a platform whose angle or torque is held, or of another unit or column.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (units in the signals).
+    limits : Limits
+        What each kind of signal can be (units in the names).
+    files : dict of str to str
+        Kind of each source file -> its path, for messages.
+
+    Raises
+    ------
+    InputError
+        If torque and angle of a joint cannot belong together.
+    """
+    if "joint_torque" not in trial.signals:
+        return
+    log = source(files, "log")
+    for k, joint in enumerate(trial.axes["joint"].tolist()):
+        angle, torque = (trial.values(name)[:, k] for name in ("joint_angle", "joint_torque"))
+        _refuse_held(trial, angle, torque, f" of the {joint}", limits, log)
+        if np.ptp(angle) > 0.0 and np.ptp(torque) > 0.0:
+            _refuse_ratio(angle, torque, f" of the {joint}", limits, log)
+
+
+def _refuse_held(trial: Trial, angle, torque, of: str, limits: Limits, log: str, both: bool = True) -> None:
+    """Refuse an angle, or a torque, that is constant while the other one changes."""
+    pairs = [("angle", angle, "torque", torque), ("torque", torque, "angle", angle)]
+    for still, values, moving, others in pairs[: 1 + both]:
+        found = held_while_moving(values, others, trial.rate_hz, 3.0 * limits.frozen_s)
+        if found is not None:
+            raise InputError(
+                f"{log}: expected the {still}{of} to change with the {moving}, found it constant from "
+                f"{trial.time[found[0]]:.3f} to {trial.time[found[1] - 1]:.3f} s while the {moving} changes: "
+                "check that its sensor was connected, and record again"
+            )
+
+
+def _refuse_ratio(angle, torque, of: str, limits: Limits, file: str) -> None:
+    """Refuse a torque of another size than a joint's."""
+    ratio, (low, high) = float(torque.std() / angle.std()), limits.torque_per_angle_Nm_per_rad
+    if not low <= ratio <= high:
+        raise InputError(
+            f"{file}: expected a torque{of} of {low:g} to {high:g} N·m per rad of the "
+            f"angle, found {ratio:.4g} N·m/rad: check the units of torque and angle, or change "
+            "plausible.torque_per_angle_Nm_per_rad in the configuration"
         )

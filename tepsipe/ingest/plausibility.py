@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tepsipe.errors import InputError, listed
-from tepsipe.ingest.agreement import refuse_foreign_markers, refuse_joint, refuse_mass
+from tepsipe.ingest.agreement import refuse_foreign_markers, refuse_joint, refuse_joints, refuse_mass
 from tepsipe.ingest.frozen import frozen_stretch
 from tepsipe.ingest.limits import Limits, Rig, source, used_belt
 from tepsipe.io.trial import Trial
@@ -45,6 +45,8 @@ _KINDS = {
     ),
     "angle": _Kind("angle_rad", "a joint angle", ("log",), "check the unit of its column"),
     "torque": _Kind("torque_Nm", "a torque", ("command", "log"), "convert it to N·m"),
+    "joint_angle": _Kind("angle_rad", "a joint angle", ("log",), "check the unit of its column"),
+    "joint_torque": _Kind("torque_Nm", "a joint torque", ("log",), "convert it to N·m"),
     "emg": _Kind("emg_uV", "an electromyogram", ("emg",), "check the unit of the channel"),
 }
 
@@ -80,6 +82,7 @@ def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str
     refuse_mass(trial, rig, files)
     refuse_foreign_markers(trial, limits, rig, files)
     refuse_joint(trial, limits, files)
+    refuse_joints(trial, limits, files)
     return trial
 
 

@@ -36,6 +36,10 @@ FLAGS = {
     "centre-assumed": "quiet sway does not show the centre of the ankle, because it is too short or the foot "
     "turns: palpate the centre carefully, or record more quiet standing",
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
+    "not-identified": "the perturbation does not determine the quantity, so it has no value: record a "
+    "second, independent perturbation",
+    "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple: "
+    "do not quote its parameters",
     "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
     "mass-differs": "the mass that the fore-aft force shows is not that of the trial sheet: check the mass, "
     "the scale of the force, and friction and mounts of the belt",
@@ -111,7 +115,8 @@ def write_estimates(
 ) -> None:
     """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``).
 
-    A value that is not finite is an empty cell, and its row has the flag ``undefined``; an uncertainty that
+    A value that is not finite is an empty cell, and its row has the flag ``undefined``, unless the quantity
+    is ``not-identified``; an uncertainty that
     is not a number is an empty cell, too, with the flag ``no-interval``. A standard error of a row without
     Type A and B is that of Type A. A VAF of a prediction that grows without limit has the flag ``diverged``.
     ``labels`` are columns of `LABELS` that follow, with one cell per row.
@@ -159,10 +164,11 @@ def _checked(estimate: Estimate) -> Estimate:
         estimate = replace(estimate, u_type_a=estimate.standard_error)
     lost = [name for name in NUMBERS[1:] if (x := getattr(estimate, name)) is not None and math.isnan(x)]
     undefined = estimate.value is None or not math.isfinite(estimate.value)
-    flags = ["undefined"] * undefined + ["no-interval"] * bool(lost)
+    refused = "not-identified" in estimate.flags.split(";")
+    flags = ["undefined"] * (undefined and not refused) + ["no-interval"] * bool(lost)
     if not undefined and estimate.quantity.startswith("VAF") and estimate.value < DIVERGED_VAF:
         flags.append("diverged")
-    if not flags:
+    if not flags and not undefined:
         return estimate
     empty = dict.fromkeys([*lost, *["value"] * undefined])
     return flagged([replace(estimate, **empty)], *flags)[0]
@@ -184,8 +190,8 @@ def _estimate(row: dict[str, str]) -> Estimate:
     for name in NUMBERS:
         cells[name] = float(row[name]) if row[name] else None
     if cells["value"] is None:
-        if "undefined" not in row["flags"].split(";"):
-            raise ValueError("a row without a value and without the flag 'undefined'")
+        if not {"undefined", "not-identified"} & set(row["flags"].split(";")):
+            raise ValueError("a row without a value and without the flag 'undefined' or 'not-identified'")
         cells["value"] = math.nan
     unknown = [flag for flag in row["flags"].split(";") if flag and flag not in FLAGS]
     if unknown:

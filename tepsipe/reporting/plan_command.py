@@ -149,7 +149,7 @@ def summary(plan: Plan, best: Optimised | None) -> str:
     for row in plan.rows():
         bound = "-" if row["cramer_rao"] is None else f"{row['cramer_rao']:.3g}"
         half = "-" if row["half_width_percent"] is None else f"{row['half_width_percent']:.3g} %"
-        cells = "".join(f"{row[key]:>11.3g}" for key in ("predicted_u", "u_type_a", "u_type_b"))
+        cells = "".join(f"{row[key]:>11.3g}" for key in ("u_combined", "predicted_u", "u_type_b"))
         lines.append(f"{row['quantity']:2}{row['value']:>10.4g}{cells}{bound:>11}{half:>9}  {row['unit']}")
     protocol, k = plan.design.protocol, plan.rows()[2]
     profile = protocol.pulse.profile

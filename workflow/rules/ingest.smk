@@ -105,6 +105,32 @@ rule ingest_position_manipulator:
         "../scripts/ingest_position_manipulator.py"
 
 
+rule ingest_platform:
+    input:
+        raw=raw_inputs("platform"),
+        library=library_of("ingest_platform"),
+    output:
+        trial="<results>/trials/platform/{condition}.h5",
+    log:
+        "<logs>/ingest_platform/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        files=raw_files("platform"),
+        named=lambda w: STUDY.named("platform", w.condition),
+        duration_s=sheet("duration_s", "platform"),
+        columns=files_setting("platform", "columns"),
+        delimiter=as_it_is(SETTINGS["platform"]["files"]["delimiter"]),
+        angle_unit=files_setting("platform", "angle_unit"),
+        torque_sign=files_setting("platform", "torque_sign"),
+        platform_unit=SETTINGS["platform"]["files"]["platform_unit"],
+        named_by=lambda w: STUDY.named_by("platform", w.condition, "columns"),
+        ingest=SETTINGS["platform"]["ingest"],
+        plausible=PLAUSIBLE,
+    script:
+        "../scripts/ingest_platform.py"
+
+
 rule ingest_belt:
     input:
         raw=raw_inputs("belt"),

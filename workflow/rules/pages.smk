@@ -134,6 +134,26 @@ rule write_position_manipulator_pages:
         "../scripts/write_position_manipulator_pages.py"
 
 
+rule write_platform_pages:
+    input:
+        trials=STUDY.of_trials("<results>/trials/platform/{condition}.h5", "platform"),
+        fits=STUDY.of_trials("<results>/fits/platform/{condition}.h5", "platform"),
+        estimates=STUDY.of_trials("<results>/estimates/platform/{condition}.csv", "platform"),
+        source=PAGE_SOURCE,
+        library=library_of("write_platform_pages"),
+    output:
+        pages=STUDY.of_trials(PAGE.format("platform"), "platform"),
+    log:
+        "<logs>/write_platform_pages.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        title=TITLE,
+        trials=STUDY.described("platform"),
+    script:
+        "../scripts/write_platform_pages.py"
+
+
 rule write_belt_pages:
     input:
         trials=STUDY.of_trials("<results>/trials/belt/{condition}.h5", "belt"),

@@ -29,6 +29,7 @@ from tepsipe.reporting.numbers import (
     laboratory,
     operating_points,
     participants,
+    platform,
     position_manipulator,
     simulations,
     standing,
@@ -159,6 +160,8 @@ if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
         fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]
     )
+if "platform" in experiments:
+    data["platform"] = platform.platform_data(fits["platform"], estimates)
 if snakemake.input.operating_points:
     text = {"participant": str, "condition": str}
     points, lines = (pd.read_csv(path, dtype=text) for path in snakemake.input.operating_points)

@@ -194,6 +194,8 @@ def check_config(config: dict, name: str) -> None:
                 f"{low} and {high}, found {stiffness}: correct it"
             )
     _check_treadmill(config, name)
+    if config["plan"] is not None:
+        _check_plan(config, name)
     if config["noise"]["table_snr_db"] not in config["noise"]["snr_db"]:
         raise InputError(
             f"{name}: expected noise.table_snr_db to be one of noise.snr_db ({config['noise']['snr_db']}), "
@@ -459,3 +461,24 @@ def check_plate_models(config: dict, name: str) -> None:
                 f"standing.pathways.{pathway} takes the model {choice['treadmill_model']!r} of the "
                 "treadmill, found none: add their rows to the trial sheet, or set its treadmill_model to null"
             )
+
+
+def _check_plan(config: dict, name: str) -> None:
+    """A plan study names its own designs, and tries filters on simulated trials with a treadmill model."""
+    plan, study = config["plan"], config["study"]
+    for key, named in (("references", plan["references"]), ("filters.design", [plan["filters"]["design"]])):
+        for design in named:
+            _refuse_unknown(name, f"plan.{key}", design, "plan.designs", plan["designs"])
+    if study["virtual_lab"] is None or config["coverage"] is not None:
+        found = "study.virtual_lab null" if study["virtual_lab"] is None else "coverage, too"
+        raise InputError(
+            f"{name}: expected a plan study of simulated trials, whose truth is known, found {found}: "
+            "correct "
+            "it, or set plan to null"
+        )
+    pathway = config["dummy"]["foot"]["pathways"].get("foot-compensated")
+    if pathway is None or pathway["treadmill_model"] not in config["weight"]["models"]["family"]:
+        raise InputError(
+            f"{name}: expected weight.models.family to fit the treadmill_model of "
+            "dummy.foot.pathways.foot-compensated for a plan study, found none: add it"
+        )

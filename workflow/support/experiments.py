@@ -274,6 +274,32 @@ EXPERIMENTS = {
             "time_varying.piece_s",
         ),
     ),
+    "platform": Experiment(
+        raw_files={"log": None},
+        pulsed=False,
+        names={
+            "time_column": "files.columns.time",
+            "angle_unit": "files.angle_unit",
+            "torque_sign": "files.torque_sign",
+        },
+        category="Standing on a moving platform",
+        figures=(
+            "figure_platform_responses",
+            "figure_platform_quantities",
+            "figure_platform_prediction",
+        ),
+        printed=(
+            "ingest.resample_rate_hz",
+            "analysis.band_hz",
+            "analysis.averaged_bins",
+            "analysis.delays_s",
+            "analysis.strength",
+            "analysis.largest_share",
+            "analysis.mode_below_hz",
+            "analysis.rejected_below",
+            "analysis.training_fraction",
+        ),
+    ),
 }
 
 # Figures B-1 to B-12 are one per condition of the dummy, in the order of the trial sheet

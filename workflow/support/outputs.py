@@ -263,6 +263,20 @@ def coverage(study: Study) -> list[str]:
     return [f"<results>/tables/{name}.csv" for name in names] + ["<results>/report/coverage.pdf"]
 
 
+def plan(study: Study) -> list[str]:
+    """What a plan study makes, none of another study."""
+    if study.config["plan"] is None:
+        return []
+    names = ("plan", "pulses", "filters")
+    return [f"<results>/tables/{name}.csv" for name in names] + ["<results>/report/plan.pdf"]
+
+
+def plan_of_design(plan: dict, name: str) -> dict:
+    """What of the section ``plan`` one design depends on."""
+    used = {key: plan[key] for key in ("seed", "draws", "joint", "rig", "protocol")}
+    return used | {"designs": {name: plan["designs"][name]}}
+
+
 def everything(study: Study) -> list[str]:
     """Inputs of the rule `all` that the HTML report shows; its other inputs are pages for a browser."""
     return [

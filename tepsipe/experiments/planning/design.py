@@ -12,6 +12,7 @@ from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.forward_dynamics import ForwardSimulation, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation, find_perturbations
 from tepsipe.statistics.uncertainty import Source
 
@@ -123,7 +124,9 @@ class Protocol:
         Estimator (-): the likelihood of all markers and the log, of a joint that may soften or of a linear
         one; windowed least squares with the torque from the leg's motion, or from plate and foot.
     cutoff_hz, order : float, int
-        Zero-lag low-pass of windowed least squares (Hz; both passes together).
+        Low-pass of windowed least squares (Hz; both passes together if it is zero-lag).
+    zero_lag : bool
+        Whether it runs forwards and backwards, or forwards only (-).
     """
 
     pulse: Pulse
@@ -134,6 +137,7 @@ class Protocol:
     pathway: str = JOINT_LIKELIHOOD
     cutoff_hz: float = 20.0
     order: int = 4
+    zero_lag: bool = True
 
     def __post_init__(self):
         """Refuse what cannot be done.
@@ -164,10 +168,15 @@ class Protocol:
                 raise InputError(
                     f"protocol: expected a {name} of at least 1 s, found {times[name]:g} s: lengthen it"
                 )
-        if self.order < 2 or self.order % 2:
+        if self.order < 1 or (self.zero_lag and self.order % 2):
             raise InputError(
                 f"protocol: expected an even order, both passes together, found {self.order}: change it"
             )
+
+    @property
+    def lowpass(self) -> Lowpass:
+        """Filter of windowed least squares (Hz)."""
+        return Lowpass(self.cutoff_hz, self.order, self.zero_lag)
 
     @property
     def onsets_s(self) -> np.ndarray:

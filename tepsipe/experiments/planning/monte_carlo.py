@@ -10,12 +10,11 @@ from tepsipe.experiments.planning.design import (
     ExpectedMotion,
     exact_markers,
 )
+from tepsipe.experiments.planning.filtering import filtered, filtered_motion, late
 from tepsipe.identification.joint_fit import fit_joint_likelihood
 from tepsipe.identification.window_regression import regress_torque
 from tepsipe.mechanics.inverse_dynamics import foot_torque, leg_torque
-from tepsipe.mechanics.segment_kinematics import segment_motion
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.filters import butterworth_lowpass
 
 
 def draw_estimates(
@@ -75,34 +74,25 @@ def _by_likelihood(design, motion, positions, labels, fixed, rng) -> np.ndarray:
 
 
 def _by_windows(design, motion, positions, labels, rng) -> np.ndarray:
-    rig, protocol, rate = design.rig, design.protocol, design.rig.camera_rate_hz
-    moved = segment_motion(
-        motion.time,
-        positions,
-        rig.leg_markers,
-        design.leg.com_m,
-        labels=labels,
-        cutoff_hz=protocol.cutoff_hz,
-        order=protocol.order,
-    )
-    if protocol.pathway == LEG:
+    rig, lowpass, rate = design.rig, design.protocol.lowpass, design.rig.camera_rate_hz
+    moved = filtered_motion(motion.time, positions, labels, rig.leg_markers, design.leg.com_m, lowpass)
+    if design.protocol.pathway == LEG:
         torque = leg_torque(design.leg, moved.theta, moved.theta_dd, moved.y_dd, moved.z_dd)
     else:
+        per_sample = np.sqrt(rate / rig.plate_rate_hz)
 
-        def lowpass(x: np.ndarray, noise: float = 0.0) -> np.ndarray:
-            noise = noise * np.sqrt(rate / rig.plate_rate_hz)
-            return butterworth_lowpass(
-                x + noise * rng.standard_normal(x.size), rate, protocol.cutoff_hz, protocol.order
-            )
+        def noisy(x: np.ndarray, noise: float) -> np.ndarray:
+            return filtered(x + per_sample * noise * rng.standard_normal(x.size), lowpass, rate)
 
         simulated, ankle = motion.simulated, labels.index(rig.leg_markers.labels[0])
-        y_a = lowpass(positions[:, ankle, 0])
+        y_a = filtered(positions[:, ankle, 0], lowpass, rate)
         torque = foot_torque(
             design.foot,
-            lowpass(simulated.f_y, rig.force_noise_N),
-            lowpass(simulated.f_z, rig.force_noise_N),
-            lowpass(simulated.m_x, rig.moment_noise_Nm),
+            noisy(simulated.f_y, rig.force_noise_N),
+            noisy(simulated.f_z, rig.force_noise_N),
+            noisy(simulated.m_x, rig.moment_noise_Nm),
             y_a,
             derivative(motion.time, derivative(motion.time, y_a)),
         )
-    return regress_torque(moved, torque, motion.perturbations, motion.at_rest).mean
+    windows = late(motion.perturbations, lowpass, rate)
+    return regress_torque(moved, torque, windows, motion.at_rest).mean

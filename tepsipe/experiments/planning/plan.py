@@ -30,6 +30,7 @@ from tepsipe.experiments.planning.design import (
     exact_markers,
     expected_motion,
 )
+from tepsipe.experiments.planning.filtering import filtered, filtered_motion, late
 from tepsipe.experiments.planning.window_noise import window_noise
 from tepsipe.identification.joint_channels import dummy_markers
 from tepsipe.identification.joint_likelihood import ExpectedFit, expect_joint, fit_joint
@@ -37,9 +38,8 @@ from tepsipe.identification.joint_result import working_covariance
 from tepsipe.identification.window_regression import WindowedFits, regress_torque
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Leg, foot_torque, leg_torque
-from tepsipe.mechanics.segment_kinematics import SegmentMotion, segment_motion
+from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.uncertainty import Budget, Source
 
 # two-sided 95 % of a normal distribution (-)
@@ -128,9 +128,9 @@ class Plan:
                     "unit": UNITS[name],
                     "value": value,
                     "n_perturbations": self.design.protocol.number,
-                    "predicted_u": float(self.combined[k]),
-                    "u_type_a": float(self.type_a[k]),
+                    "predicted_u": float(self.type_a[k]),
                     "u_type_b": float(self.type_b[k]),
+                    "u_combined": float(self.combined[k]),
                     "cramer_rao": None if self.bound is None else float(self.bound[k]),
                     "bias": float(self.bias[k]),
                     "half_width_percent": 100.0 * half_width / value if value else None,
@@ -209,20 +209,14 @@ class _Signals:
 
 def _signals(design: Design, motion: ExpectedMotion) -> _Signals:
     protocol, rate = design.protocol, design.rig.camera_rate_hz
+    positions, labels, _ = exact_markers(design, motion)
+    leg_motion = filtered_motion(
+        motion.time, positions, labels, design.rig.leg_markers, design.leg.com_m, protocol.lowpass
+    )
 
     def lowpass(x: np.ndarray) -> np.ndarray:
-        return butterworth_lowpass(x, rate, protocol.cutoff_hz, protocol.order)
+        return filtered(x, protocol.lowpass, rate)
 
-    positions, labels, _ = exact_markers(design, motion)
-    leg_motion = segment_motion(
-        motion.time,
-        positions,
-        design.rig.leg_markers,
-        design.leg.com_m,
-        labels=labels,
-        cutoff_hz=protocol.cutoff_hz,
-        order=protocol.order,
-    )
     simulated = motion.simulated
     loads = {"Fy": lowpass(simulated.f_y), "Fz": lowpass(simulated.f_z), "Mx": lowpass(simulated.m_x)}
     y_a = lowpass(simulated.foot_y)
@@ -238,7 +232,8 @@ def _signals(design: Design, motion: ExpectedMotion) -> _Signals:
 
 def _of_windows(design: Design, motion: ExpectedMotion) -> Plan:
     """Plan of windowed least squares."""
-    signals, windows = _signals(design, motion), motion.perturbations
+    signals = _signals(design, motion)
+    windows = late(motion.perturbations, design.protocol.lowpass, design.rig.camera_rate_hz)
 
     def fit(moved: SegmentMotion, torque: np.ndarray) -> WindowedFits:
         return regress_torque(moved, torque, windows, motion.at_rest)

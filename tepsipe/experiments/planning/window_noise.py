@@ -26,6 +26,7 @@ import numpy as np
 import scipy
 
 from tepsipe.experiments.planning.design import LEG, Design
+from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation
 
 
@@ -49,30 +50,27 @@ class WindowNoise:
     of_rest: np.ndarray
 
 
-def lowpass_gain(
-    frequency_hz: np.ndarray, rate_hz: float, cutoff_hz: float, order: int, zero_lag: bool = True
-) -> np.ndarray:
+def lowpass_gain(frequency_hz: np.ndarray, rate_hz: float, lowpass: Lowpass) -> np.ndarray:
     """Response of a Butterworth low-pass.
 
     Parameters
     ----------
     frequency_hz : ndarray, shape (m,)
         Frequencies (Hz).
-    rate_hz, cutoff_hz : float
-        Sampling rate and cutoff (Hz).
-    order : int
-        Order, of both passes together if zero-lag (-).
-    zero_lag : bool
-        Whether it runs forwards and backwards (-).
+    rate_hz : float
+        Sampling rate (Hz).
+    lowpass : Lowpass
+        The filter (Hz).
 
     Returns
     -------
     ndarray of complex, shape (m,)
         Gain (-).
     """
-    sections = scipy.signal.butter(order // 2 if zero_lag else order, cutoff_hz, fs=rate_hz, output="sos")
+    order = lowpass.order // 2 if lowpass.zero_lag else lowpass.order
+    sections = scipy.signal.butter(order, lowpass.cutoff_hz, fs=rate_hz, output="sos")
     _, gain = scipy.signal.sosfreqz(sections, frequency_hz, fs=rate_hz)
-    return np.abs(gain) ** 2 + 0j if zero_lag else gain
+    return np.abs(gain) ** 2 + 0j if lowpass.zero_lag else gain
 
 
 def _noise_filters(design: Design, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -109,7 +107,7 @@ class _Noise:
         self.lags = 4096
         frequency = np.fft.rfftfreq(self.lags, 1.0 / rate)
         s = 2j * np.pi * frequency
-        passed = lowpass_gain(frequency, rate, protocol.cutoff_hz, protocol.order)
+        passed = lowpass_gain(frequency, rate, protocol.lowpass)
         theta, torque = _noise_filters(design, s)
         moved = np.stack([s**2 * theta, s * theta, theta]) * passed
         error = torque * passed - np.einsum("p,pkm->km", design.parameters, moved)

@@ -40,6 +40,7 @@ TITLES = {
     "standing": "Standing person",
     "belt": "Treadmill belt",
     "position_manipulator": "Position-controlled manipulator",
+    "platform": "Standing on a moving platform",
 }
 
 

@@ -1,0 +1,365 @@
+"""A person on a moving platform: impedance of ankle and hip in closed loop, and what the trial cannot say.
+
+The torques of both joints are fitted with several models of increasing freedom, with the motion of the
+platform as instrument (`tepsipe.identification.multi_joint`). The first model that leaves no torque that is
+coherent with the platform is recommended. Its quantities are quoted as far as the perturbation identifies
+them (`tepsipe.identification.multi_joint_quantities`). Every model is also fitted to the first part of the
+trial and predicts the torque of the rest, beside ordinary regression, which the feedback biases.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from tepsipe.errors import InputError
+from tepsipe.identification.multi_joint import MultiJointOptions, RowFit, Spectra, fit_row, spectra_of
+from tepsipe.identification.multi_joint_quantities import (
+    NAMES,
+    UNITS,
+    Quantity,
+    driven_products,
+    quantities_of,
+    slow_mode,
+)
+from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
+
+PATHWAY = "closed-loop"
+# ends of the record that a prediction cannot use (s)
+CUT_S = 1.0
+FILTER_ORDER = 4
+
+
+@dataclass(frozen=True)
+class PlatformOptions:
+    """Choices of the analysis.
+
+    Attributes
+    ----------
+    estimate : MultiJointOptions
+        Band, averaging and delays (units in the names).
+    models : tuple of str
+        Models, from the least free to the most.
+    rejected_below : float
+        Probability of the torque left over below which a model is rejected (-).
+    largest_share : float
+        Largest standard error of what is quoted, over the driven torque (-).
+    mode_below_hz : float
+        Below this frequency motion is slow (Hz).
+    training_fraction : float
+        First part of the trial that is fitted for the held-out validation (-).
+    """
+
+    estimate: MultiJointOptions
+    models: tuple[str, ...]
+    rejected_below: float
+    largest_share: float
+    mode_below_hz: float
+    training_fraction: float
+
+
+@dataclass(frozen=True)
+class ModelFit:
+    """One model of both joints.
+
+    Attributes
+    ----------
+    rows : tuple of RowFit
+        Torque of each joint, fitted to the whole trial (units in them).
+    quantities : tuple of tuple of Quantity
+        Of each joint (units in them).
+    vaf, direct_vaf : tuple of HeldOutVaf
+        Of each joint, by the instrument and by ordinary regression of the first part (%).
+    driven_vaf : tuple of float
+        VAF of the held-out torque that the platform drives (%).
+    predicted : ndarray, shape (n, joints)
+        Torque predicted from the angles by the fit to the first part (N·m).
+    """
+
+    rows: tuple[RowFit, ...]
+    quantities: tuple[tuple[Quantity, ...], ...]
+    vaf: tuple[HeldOutVaf, ...]
+    direct_vaf: tuple[HeldOutVaf, ...]
+    driven_vaf: tuple[float, ...]
+    predicted: np.ndarray
+
+    def rejected(self, below: float) -> bool:
+        """Whether torque coherent with the platform is left over, at a probability ``below`` (-)."""
+        return any(row.p_value < below for row in self.rows)
+
+
+@dataclass(frozen=True)
+class PlatformAnalysis:
+    """Results of one trial.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        Names (no unit).
+    spectra : Spectra
+        Responses to the platform and coherence (Hz, rad, N·m).
+    mode : ndarray, shape (joints,)
+        How the platform moves the joints slowly (unitless).
+    models : dict of str to ModelFit
+        In the order of the options.
+    chosen : str
+        First model that is not rejected, or the last one.
+    time, torque : ndarray, shape (n,), (n, joints)
+        Filtered torque, without the ends (s, N·m).
+    training : int
+        Number of samples of the first part (samples).
+    """
+
+    joints: tuple[str, ...]
+    spectra: Spectra
+    mode: np.ndarray
+    models: dict[str, ModelFit]
+    chosen: str
+    time: np.ndarray
+    torque: np.ndarray
+    training: int
+
+
+def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis:
+    """Fit all models, test them, and predict the held-out part.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``platform`` (any unit), ``joint_angle`` (rad), ``joint_torque`` (N·m), and ``second_perturbation``
+        (any unit), if there is one.
+    options : PlatformOptions
+        Choices (units in their names).
+
+    Returns
+    -------
+    PlatformAnalysis
+        Fits, quantities and tests (rad, N·m, s).
+
+    Raises
+    ------
+    InputError
+        If the record is too short, the platform does not move the joints, or the ankle's torque has the
+        wrong sign.
+    """
+    signals = _signals(trial)
+    spectra = spectra_of(*signals, trial.rate_hz, options.estimate)
+    joints = tuple(trial.axes["joint"].tolist())
+    mode = slow_mode(spectra, options.mode_below_hz)
+    _refuse_unmoved(spectra)
+    _refuse_sign(spectra, options.mode_below_hz)
+    count = signals[0].shape[0]
+    training = int(options.training_fraction * count)
+    first = spectra_of(*(x[:training] for x in signals), trial.rate_hz, options.estimate)
+    rest = spectra_of(*(x[training:] for x in signals), trial.rate_hz, options.estimate)
+    cut = round(CUT_S * trial.rate_hz)
+    kept = slice(cut, count - cut)
+    angle, torque = (
+        butterworth_lowpass(x, trial.rate_hz, _cutoff(trial.rate_hz, options.estimate), FILTER_ORDER)
+        for x in signals[1:]
+    )
+    models = {}
+    for name in options.models:
+        rows = tuple(fit_row(spectra, joint, name, options.estimate) for joint in range(len(joints)))
+        fitted = [fit_row(first, joint, name, options.estimate) for joint in range(len(joints))]
+        direct = [replace(row, parameters=row.direct) for row in fitted]
+        by_instrument, by_regression = (
+            np.column_stack([_predicted(row, trial.time, angle)[kept] for row in found])
+            for found in (fitted, direct)
+        )
+
+        def vaf(predicted: np.ndarray, of=torque[kept], first_part=training - cut) -> tuple[HeldOutVaf, ...]:
+            return tuple(_held_out(x, y, first_part) for x, y in zip(of.T, predicted.T, strict=True))
+
+        models[name] = ModelFit(
+            rows,
+            tuple(
+                tuple(
+                    quantities_of(row, spectra, joint, joints, options.largest_share, options.mode_below_hz)
+                )
+                for joint, row in enumerate(rows)
+            ),
+            vaf(by_instrument),
+            vaf(by_regression),
+            tuple(_driven_vaf(row, rest, joint) for joint, row in enumerate(fitted)),
+            by_instrument,
+        )
+    accepted = [name for name, model in models.items() if not model.rejected(options.rejected_below)]
+    chosen = accepted[0] if accepted else options.models[-1]
+    return PlatformAnalysis(
+        joints, spectra, mode, models, chosen, trial.time[kept], torque[kept], training - cut
+    )
+
+
+def _signals(trial: Trial) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Perturbations, angles (rad) and torques (N·m), one column each."""
+    names = [name for name in ("platform", "second_perturbation") if name in trial.signals]
+    perturbation = np.column_stack([trial.values(name) for name in names])
+    return perturbation, trial.values("joint_angle"), trial.values("joint_torque")
+
+
+def _cutoff(rate_hz: float, estimate: MultiJointOptions) -> float:
+    """Upper end of the band (Hz), as cutoff of the signals whose prediction is scored."""
+    return min(estimate.band_hz[1], 0.4 * rate_hz)
+
+
+def _refuse_unmoved(spectra: Spectra) -> None:
+    joints = spectra.angle.shape[2]
+    moved = spectra.coherence[:, :joints] > spectra.coherence_threshold()
+    bands, found = moved.shape[0], int(moved.any(axis=1).sum())
+    if found < max(4, 0.2 * bands):
+        raise InputError(
+            f"expected angles that follow the platform, found significant coherence in {found} of "
+            f"{bands} bands: check the platform's column, its clock, and that the platform moved"
+        )
+
+
+def _refuse_sign(spectra: Spectra, below_hz: float) -> None:
+    """Refuse an ankle whose torque drives a slow fall instead of resisting it."""
+    ankle = np.stack([spectra.angle[:, :, 0], spectra.torque[:, :, 0]], axis=2)
+    low = spectra.frequency_hz.mean(axis=1) <= below_hz
+    low[0] = True
+    power = driven_products(spectra, ankle)[low].sum(axis=0)
+    stiffness = power[0, 1] / power[0, 0]
+    if power[0, 0] > 0.0 and stiffness < 0.0:
+        raise InputError(
+            f"expected an ankle torque that resists a slow lean, found {stiffness:.3g} N·m/rad: change "
+            "torque_sign in the configuration or in the trial sheet, or the sign of the angles"
+        )
+
+
+def _predicted(row: RowFit, time: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Torque of one joint from the angles (rad) by its model (N·m), at time (s)."""
+    rate = derivative(time, angle)
+    total = np.zeros(time.size)
+    late = None if row.delay_s is None else np.maximum(time - row.delay_s, time[0])
+    for (kind, joint), value in zip(row.terms, row.parameters, strict=True):
+        x = (angle if kind in "KD" else rate)[:, joint]
+        if kind in "DE":
+            x = scipy.interpolate.CubicSpline(time, x)(late)
+        total += value * x
+    return total
+
+
+def _held_out(torque: np.ndarray, predicted: np.ndarray, training: int) -> HeldOutVaf:
+    """VAFs of a prediction whose offset is that of the first part (%)."""
+    offset = (torque[:training] - predicted[:training]).mean()
+    return evaluate_held_out(torque, predicted + offset, training)
+
+
+def _driven_vaf(row: RowFit, spectra: Spectra, joint: int) -> float:
+    """VAF of the torque that the platform drives in a part of the trial that was not fitted (%)."""
+    torque = spectra.torque[:, :, joint]
+    frequency = spectra.frequency_hz
+    impedance = row.impedance(frequency.ravel()).reshape(*frequency.shape, -1)
+    left = torque - (impedance * spectra.angle[:, :, : impedance.shape[2]]).sum(axis=2)
+    driven = driven_products(spectra, np.stack([torque, left], axis=2)).sum(axis=0)
+    return float(100.0 * (1.0 - driven[1, 1] / driven[0, 0]))
+
+
+# ---- rows and result -------------------------------------------------------------------------------
+
+
+def platform_estimates(
+    experiment: str, condition: str, analysis: PlatformAnalysis, options: PlatformOptions
+) -> list[Estimate]:
+    """Tidy rows of one trial: every model by the instrument and by ordinary regression (units in the rows).
+
+    What is not identified has a row without a value and the flag ``not-identified``; rows of a model that
+    leaves torque coherent with the platform have the flag ``coherent-residual``.
+    """
+    found = []
+    for name, model in analysis.models.items():
+        for joint, label in enumerate(analysis.joints):
+            row = model.rows[joint]
+            names = (experiment, condition, PATHWAY, f"iv-{name}")
+            rows = [_estimate(names, one, name == analysis.chosen) for one in model.quantities[joint]]
+            if row.p_value < options.rejected_below:
+                rows = flagged(rows, "coherent-residual")
+            rows.append(Estimate(*names, f"p_value_{label}", "1", row.p_value))
+            rows.append(Estimate(*names, f"VAF_driven_held_out_{label}", "%", model.driven_vaf[joint]))
+            rows += _vaf_rows(names, label, model.vaf[joint])
+            names = (experiment, condition, PATHWAY, f"direct-{name}")
+            rows += [
+                Estimate(
+                    *names, f"{NAMES[kind]}_{label}_{analysis.joints[j]}", UNITS[kind], float(row.direct[k])
+                )
+                for k, (kind, j) in enumerate(row.terms)
+            ]
+            found += rows + _vaf_rows(names, label, model.direct_vaf[joint])
+    return found
+
+
+def _estimate(names: tuple[str, ...], one: Quantity, quoted: bool) -> Estimate:
+    if not one.identified:
+        return Estimate(*names, one.name, one.unit, float("nan"), flags="not-identified")
+    return Estimate(
+        *names,
+        one.name,
+        one.unit,
+        one.value,
+        one.standard_error,
+        one.low,
+        one.high,
+        recommended=quoted,
+    )
+
+
+def _vaf_rows(names: tuple[str, ...], joint: str, vaf: HeldOutVaf) -> list[Estimate]:
+    return [
+        Estimate(*names, f"VAF_training_{joint}", "%", vaf.training),
+        Estimate(*names, f"VAF_held_out_{joint}", "%", vaf.held_out),
+    ]
+
+
+def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: str) -> Result:
+    """Arrays and facts of one trial; ``unit`` is that of the platform's motion (units in the result)."""
+    spectra, chosen = analysis.spectra, analysis.models[analysis.chosen]
+    frequency = spectra.frequency_hz.mean(axis=1)
+    joints = len(analysis.joints)
+    impedance = np.stack([row.impedance(frequency) for row in chosen.rows], axis=1)
+    response = spectra.response[:, 0]
+    arrays = {
+        "frequency": (frequency, "Hz"),
+        "angle_response": (response[:, :joints], f"rad/({unit})"),
+        "torque_response": (response[:, joints:], f"Nm/({unit})"),
+        "torque_response_model": (np.einsum("fij,fj->fi", impedance, response[:, :joints]), f"Nm/({unit})"),
+        "coherence": (spectra.coherence, "1"),
+        "mode": (analysis.mode, "1"),
+        "time": (analysis.time, "s"),
+        "torque": (analysis.torque, "Nm"),
+        "predicted_torque": (chosen.predicted, "Nm"),
+    }
+    for name, model in analysis.models.items():
+        for label, row in zip(analysis.joints, model.rows, strict=True):
+            arrays[f"{name}/{label}/strength"] = (row.directions.strength, "1")
+            if row.delay_s is not None:
+                arrays[f"{name}/{label}/delay"] = (row.delays_s, "s")
+                arrays[f"{name}/{label}/delay_chi2"] = (row.delay_chi2, "1")
+    facts = {
+        "joints": list(analysis.joints),
+        "chosen": analysis.chosen,
+        "order": list(analysis.models),
+        "rejected": chosen.rejected(options.rejected_below),
+        "perturbations": spectra.perturbation.shape[2],
+        "coherence_threshold": spectra.coherence_threshold(),
+        "platform_unit": unit,
+        "held_out_from_s": float(analysis.time[analysis.training]),
+        "models": {
+            name: {
+                "rejected": model.rejected(options.rejected_below),
+                "p_values": [row.p_value for row in model.rows],
+                "chi2": [row.chi2 for row in model.rows],
+                "freedom": [row.freedom for row in model.rows],
+                "refusals": [one.refusal for of in model.quantities for one in of if not one.identified],
+                "converged": all(row.converged for row in model.rows),
+            }
+            for name, model in analysis.models.items()
+        },
+    }
+    return Result({k: x for k, (x, _) in arrays.items()}, {k: u for k, (_, u) in arrays.items()}, facts)

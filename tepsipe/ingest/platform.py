@@ -1,0 +1,133 @@
+"""From a table of a person on a moving platform to one trial on one regular clock."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.ingest.manipulators import RADIANS_PER_UNIT
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.signals.resampling import (
+    BAND_PER_RATE,
+    fill_gaps,
+    refuse_short,
+    regular_time,
+    repair_time_stamps,
+    resample,
+)
+
+JOINTS = ("ankle", "hip")
+PERTURBATIONS = ("platform", "second_perturbation")
+
+
+@dataclass(frozen=True)
+class PlatformTableOptions:
+    """How to ingest a table of a person on a moving platform.
+
+    Attributes
+    ----------
+    resample_rate_hz : float
+        Rate of the trial (Hz).
+    max_gap_s : float
+        Longest gap between samples (s).
+    angle_unit : {"rad", "deg"}
+        Unit of the angles.
+    torque_sign : {1, -1}
+        +1 if a recorded torque that resists a positive angle is positive, -1 if it is negative.
+    platform_unit : {"m", "m/s", "m/s2"}
+        Unit of the platform's motion.
+    """
+
+    resample_rate_hz: float
+    max_gap_s: float
+    angle_unit: str
+    torque_sign: int
+    platform_unit: str
+
+
+def ingest_platform(
+    table: dict[str, np.ndarray], options: PlatformTableOptions, duration_s: float, name: str
+) -> Trial:
+    """Trial of a person on a moving platform.
+
+    Parameters
+    ----------
+    table : dict of ndarray, shape (n,)
+        ``time`` (s), ``platform`` (in ``options.platform_unit``), ``ankle_angle``, ``hip_angle`` (in
+        ``options.angle_unit``), ``ankle_torque``, ``hip_torque`` (N·m), and, if there is one,
+        ``second_perturbation`` (any unit).
+    options : PlatformTableOptions
+        Rate (Hz), longest gap (s), units and sign.
+    duration_s : float
+        Length of the trial by the protocol (s).
+    name : str
+        Names the source in messages.
+
+    Returns
+    -------
+    Trial
+        ``platform`` (in its unit), ``joint_angle`` (rad) and ``joint_torque`` (N·m, resists the angle) of
+        ankle and hip, and ``second_perturbation``, if there is one.
+
+    Raises
+    ------
+    InputError
+        If time stamps cannot be repaired, a gap is too long, the table ends early, the rate is too low, or
+        the unit of the angles is evidently wrong.
+    """
+    repaired = repair_time_stamps(table["time"], options.max_gap_s, name)
+    time = table["time"][repaired.keep]
+    time = time - time[0]
+    refuse_short(time[-1], duration_s, name)
+    recorded_hz = (time.size - 1) / (time[-1] - time[0])
+    perturbations = [key for key in PERTURBATIONS if key in table]
+    keys = [*perturbations, *(f"{joint}_{what}" for what in ("angle", "torque") for joint in JOINTS)]
+    columns, missing = fill_gaps(
+        np.column_stack([table[key] for key in keys])[repaired.keep], recorded_hz, options.max_gap_s, name
+    )
+    angles = slice(len(perturbations), len(perturbations) + 2)
+    columns[:, angles] *= RADIANS_PER_UNIT[options.angle_unit]
+    swing = float(np.ptp(columns[:, angles], axis=0).max())
+    if swing > np.pi:
+        raise InputError(
+            f"{name}: expected joint angles within half a revolution, found a swing of {swing:.3g} rad when "
+            f"read as {options.angle_unit}: correct angle_unit in the configuration or in the trial sheet"
+        )
+    rate = options.resample_rate_hz
+    if rate > recorded_hz * 1.001:
+        raise InputError(
+            f"{name}: expected a recording at {rate:g} Hz or faster, found {recorded_hz:.4g} Hz: lower "
+            "platform.ingest.resample_rate_hz in the configuration"
+        )
+    grid = regular_time(time[0], time[-1], rate)
+    band = BAND_PER_RATE * rate if rate < 0.99 * recorded_hz else None
+    even = np.column_stack([resample(time, x, grid, band) for x in columns.T])
+    steps = (
+        f"{repaired.repeated} repeated stamps dropped",
+        f"{int(missing.sum())} missing samples filled",
+        f"resampled from {recorded_hz:.4g} to {rate:g} Hz",
+    )
+    both = ("time", "joint")
+    signals = {
+        "platform": Signal(even[:, 0], options.platform_unit, ("time",), "motion of the platform", steps),
+        "joint_angle": Signal(even[:, angles], "rad", both, "joint angles", steps),
+        "joint_torque": Signal(
+            options.torque_sign * even[:, angles.stop :],
+            "Nm",
+            both,
+            "joint torques that resist the angles",
+            steps,
+        ),
+    }
+    if len(perturbations) > 1:
+        signals["second_perturbation"] = Signal(even[:, 1], "1", ("time",), "second perturbation", steps)
+    return Trial(
+        rate_hz=rate,
+        axes={"time": grid, "joint": np.array(JOINTS)},
+        signals=signals,
+        attributes={
+            "repeated_stamps": repaired.repeated,
+            "missing_samples": int(missing.sum()),
+            "recorded_rate_hz": recorded_hz,
+        },
+    )

@@ -1,0 +1,64 @@
+"""Page of a trial of a person on a moving platform."""
+
+from collections.abc import Sequence
+
+from tepsipe.io.estimates import Estimate
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.reporting.pages import header
+from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, Section, Trace
+
+OTHERWISE = "The perturbation identifies every quantity, and no model is rejected."
+
+
+def platform_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choices: dict) -> Page:
+    """Motion of the platform, angles and torques of the joints, measured and predicted.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (m, rad, N·m).
+    fit : Result
+        Of `analyse_platform` (N·m, s).
+    estimates : sequence of Estimate
+        Of the trial (units in them).
+    choices : dict
+        ``study``, ``condition``, ``made``.
+
+    Returns
+    -------
+    Page
+        Time in s.
+    """
+    clock, part = Clock.of(trial.time), Clock.of(fit.arrays["time"])
+    joints = fit.facts["joints"]
+    held_out = Band(
+        "held-out", fit.facts["held_out_from_s"], float(fit.arrays["time"][-1]), "held out of the prediction"
+    )
+    platform = trial.signals["platform"]
+    panels = [Panel("Platform", platform.unit, (Trace("as ingested", platform.values, clock),), (held_out,))]
+    for k, joint in enumerate(joints):
+        angle = Trace("as ingested", trial.values("joint_angle")[:, k], clock)
+        panels.append(Panel(f"Angle of the {joint}", "rad", (angle,), (held_out,)))
+    for k, joint in enumerate(joints):
+        measured = Trace("measured", fit.arrays["torque"][:, k], part, "black")
+        predicted = Trace("predicted", fit.arrays["predicted_torque"][:, k], part, *CYCLE[0])
+        panels.append(Panel(f"Torque of the {joint}", "N·m", (measured, predicted), (held_out,)))
+    models = fit.facts["models"]
+    rejected = [name for name, model in models.items() if model["rejected"]]
+    facts = [
+        *header.trial_facts(trial, "platform", choices),
+        ("Recommended model", fit.facts["chosen"]),
+        ("Rejected models", ", ".join(rejected) or "none"),
+        ("Perturbations", str(fit.facts["perturbations"])),
+    ]
+    refusals = [f"{sentence}." for sentence in models[fit.facts["chosen"]]["refusals"]]
+    return Page(
+        title=f"{header.TITLES['platform']}, {choices['condition']}",
+        study=choices["study"],
+        header=header.facts_list(facts)
+        + header.estimates_table(estimates, [])
+        + header.sentences_list("Not identified by the recommended model", refusals, OTHERWISE),
+        sections=(Section("Platform and joints", tuple(panels)),),
+        footer=header.sources_table(trial) + header.processing(trial),
+    )

@@ -1,0 +1,121 @@
+# What an experiment will show before it is done, the best pulse, and the best filter. Designs need no trials;
+# filters are also tried on simulated trials, made, ingested and calibrated by the rules of the study.
+
+PLAN = config["plan"]
+
+
+# where a study is called plan
+ruleorder: write_plan > write_report
+
+
+rule plan_design:
+    input:
+        library=library_of("plan_design"),
+    output:
+        rows="<results>/designs/{design}.csv",
+    log:
+        "<logs>/plan_design/{design}.log",
+    wildcard_constraints:
+        design=any_of(PLAN["designs"]),
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        plan=lambda w: outputs.plan_of_design(PLAN, w.design),
+        geometry=DUMMY["geometry"],
+        uncertainty=SETTINGS["uncertainty"]["dummy"],
+    script:
+        "../scripts/plan_design.py"
+
+
+rule optimise_pulses:
+    input:
+        library=library_of("optimise_pulses"),
+    output:
+        pulses="<results>/tables/pulses.csv",
+        shapes="<results>/tables/pulse_shapes.csv",
+    log:
+        "<logs>/optimise_pulses.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        plan=without(PLAN, "filters", "draws", "seed"),
+        geometry=DUMMY["geometry"],
+        uncertainty=SETTINGS["uncertainty"]["dummy"],
+    script:
+        "../scripts/optimise_pulses.py"
+
+
+rule sweep_filters:
+    input:
+        trial="<results>/trials/dummy/{condition}.h5",
+        models=lambda w: outputs.plate_models(STUDY, "dummy", w.condition),
+        library=library_of("sweep_filters"),
+    output:
+        windows="<results>/filters/{condition}.csv",
+    log:
+        "<logs>/sweep_filters/{condition}.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        geometry=DUMMY["geometry"],
+        analysis=DUMMY_ANALYSIS,
+        foot=without(DUMMY["foot"], "pathways"),
+        treadmill_model=DUMMY["foot"]["pathways"]["foot-compensated"]["treadmill_model"],
+        belt=lambda w: STUDY.belt_of("dummy", w.condition),
+        filters=without(PLAN["filters"], "design"),
+    script:
+        "../scripts/sweep_filters.py"
+
+
+rule collect_plan:
+    input:
+        designs=[f"<results>/designs/{name}.csv" for name in PLAN["designs"]],
+        windows=STUDY.of_trials("<results>/filters/{condition}.csv", "dummy"),
+        truth=STUDY.of_trials("<results>/truth/dummy/{condition}.h5", "dummy"),
+        library=library_of("collect_plan"),
+    output:
+        plan="<results>/tables/plan.csv",
+        filters="<results>/tables/filters.csv",
+    log:
+        "<logs>/collect_plan.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        plan=PLAN,
+        conditions=STUDY.conditions("dummy"),
+        geometry=DUMMY["geometry"],
+        uncertainty=SETTINGS["uncertainty"]["dummy"],
+    script:
+        "../scripts/collect_plan.py"
+
+
+rule write_plan:
+    input:
+        source=report_sources(),
+        plan="<results>/tables/plan.csv",
+        pulses="<results>/tables/pulses.csv",
+        shapes="<results>/tables/pulse_shapes.csv",
+        filters="<results>/tables/filters.csv",
+        library=library_of("write_plan"),
+    output:
+        pdf="<results>/report/plan.pdf",
+        data="<results>/report/plan.json",
+        needed="<results>/figures/figure_needed.svg",
+        needed_png="<results>/figures/figure_needed.png",
+        pulses="<results>/figures/figure_pulses.svg",
+        pulses_png="<results>/figures/figure_pulses.png",
+        filters="<results>/figures/figure_filters.svg",
+        filters_png="<results>/figures/figure_filters.png",
+        treadmill_filters="<results>/figures/figure_treadmill_filters.svg",
+        treadmill_filters_png="<results>/figures/figure_treadmill_filters.png",
+    log:
+        "<logs>/write_plan.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        title=as_it_is(config["study"]["title"]),
+        plan=PLAN,
+        code=code_version(workflow.basedir),
+        source_folder=lambda w: here("report"),
+    script:
+        "../scripts/write_plan.py"

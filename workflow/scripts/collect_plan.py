@@ -1,0 +1,26 @@
+"""Tables of the plan study: designs, and filters, whose estimates of simulated trials meet the truth here."""
+
+import job
+
+job.start(snakemake)
+
+import pandas as pd
+from plan_choices import design_of
+
+from tepsipe.experiments.planning.filter_trials import lowpasses
+from tepsipe.reporting.plan_tables import predicted_filters, simulated_filters, write_rows
+from tepsipe.reporting.true_motion import read_true_motion
+
+designs = [pd.read_csv(path) for path in snakemake.input.designs]
+pd.concat(designs).to_csv(snakemake.output.plan, index=False, float_format="%.10g", lineterminator="\n")
+plan, filters = snakemake.params.plan, dict(snakemake.params.plan["filters"])
+design = design_of(plan, filters.pop("design"), snakemake.params.geometry, snakemake.params.uncertainty)
+every = lowpasses(**filters)
+truth = {
+    condition: read_true_motion(path)
+    for condition, path in zip(snakemake.params.conditions, snakemake.input.truth, strict=True)
+}
+windows = pd.concat([pd.read_csv(path) for path in snakemake.input.windows])
+rows = predicted_filters(design, every)
+rows += simulated_filters(windows, truth)
+write_rows(snakemake.output.filters, rows)

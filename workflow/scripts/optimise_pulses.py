@@ -1,0 +1,22 @@
+"""Find the best pulses within the limits of the reference pulses, of the drive, and of comfort."""
+
+import job
+
+job.start(snakemake)
+
+from plan_choices import design_of
+
+from tepsipe.experiments.planning.plan import plan_experiment
+from tepsipe.experiments.planning.pulses import Limits
+from tepsipe.reporting.plan_tables import compared_pulses, write_rows
+
+comparisons, shapes = [], []
+for name in snakemake.params.plan["references"]:
+    given = (snakemake.params.plan, name, snakemake.params.geometry, snakemake.params.uncertainty)
+    found, moved = compared_pulses(
+        name, plan_experiment(design_of(*given)), Limits(**snakemake.params.plan["comfort"])
+    )
+    comparisons += found
+    shapes += moved
+write_rows(snakemake.output.pulses, comparisons)
+write_rows(snakemake.output.shapes, shapes)

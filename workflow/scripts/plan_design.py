@@ -1,0 +1,22 @@
+"""Predict the uncertainty of I, B, K of one design, and draw trials with noise to check it."""
+
+import job
+
+job.start(snakemake)
+
+import hashlib
+
+import numpy as np
+from plan_choices import design_of
+
+from tepsipe.experiments.planning.monte_carlo import draw_estimates
+from tepsipe.experiments.planning.plan import plan_experiment
+from tepsipe.reporting.plan_tables import checked_rows, write_rows
+
+name, plan = snakemake.wildcards.design, snakemake.params.plan
+design = design_of(plan, name, snakemake.params.geometry, snakemake.params.uncertainty)
+planned = plan_experiment(design)
+# a design draws the same noise whatever the others are
+seed = [plan["seed"], int(hashlib.sha256(name.encode()).hexdigest()[:8], 16)]
+drawn = draw_estimates(design, planned.motion, np.random.default_rng(seed), plan["draws"])
+write_rows(snakemake.output.rows, checked_rows(name, planned, drawn))
