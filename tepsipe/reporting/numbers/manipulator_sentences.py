@@ -73,6 +73,8 @@ def abstract_data(a: dict) -> list[list]:
         else "This is not in every trial more than the VAF of inertia, damping and stiffness alone, "
         "{vaf_alone_each}.",
     ]
+    if a["half_unpredicted"]:
+        told.append("In {unpredicted}, less than half of the torque's variance follows from the angle.")
     last = [
         "The stiffness differs between the thirds of {differing}."
         if parts["differing"]
@@ -88,6 +90,7 @@ def abstract_data(a: dict) -> list[list]:
         "differing": trials_named(parts["differing"], a["columns"]),
         "a_record": "the record" if a["one"] else "any record",
         "below": left["below"],
+        "unpredicted": a["half_unpredicted"],
     }
     used = ("stiffness_working", "stiffness_small", "stiffness_beyond", "vaf_each", "vaf_alone_each")
     values |= {key: a[key] for key in (*used, "stiffness", "with_reflex")}
