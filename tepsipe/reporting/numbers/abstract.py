@@ -64,7 +64,7 @@ def source_of(data: dict) -> Paragraph:
         "*Source of the raw files.* {trials} in the trial sheet. The report ends with checksums.",
         trials="The trial in this report is a recording listed"
         if data["trials"] == 1
-        else f"All {data['trials']} trials in this report are recordings listed",
+        else f"The {data['trials']} trials in this report are recordings listed",
     )
     if data["recordings_source"] is not None:
         found += pieces(" Source: {source}", source=data["recordings_source"])
