@@ -40,6 +40,8 @@ class Fit:
 
 def fit_of(
     direction=1,
+    short_range=False,
+    assumed=True,
     lasting_s=0.5,
     delays_s=(0.032, 0.044),
     p=0.5,
@@ -49,8 +51,6 @@ def fit_of(
     coherent=1.0,
 ):
     frequency = np.linspace(0.5, 20.0, 40)
-    time = 0.04 + np.arange(100) * 0.01
-    response = np.where(time < lasting_s, 1.0, 0.0) if direction else np.empty(0)
     recording = dict.fromkeys(RECORDING, 1.0)
     residual = {"rms_Nm": 0.4, "torque_rms_Nm": 1.0, "below_1_hz_percent": slow, "offset_percent": 3.0}
     residual |= {"memory_s": memory_s, "white_p": white}
@@ -60,8 +60,14 @@ def fit_of(
             "reflex": {
                 "direction": direction,
                 "stiffening": False,
+                "short_range": short_range,
+                "gain_slope": False,
+                "unloading": False,
                 "delay_s": 0.04 * abs(direction),
                 "delay_range_s": list(delays_s) if direction else [0.0, 0.0],
+                "duration_s": lasting_s - 0.04 if direction else float("nan"),
+                "slow_horizon_s": 0.25,
+                "assumed": ["reflex_delay"] if assumed and direction else [],
             },
             "diagnostics": {
                 "recording": recording,
@@ -71,8 +77,10 @@ def fit_of(
             },
         },
         {
-            "reflex/response": response,
-            "reflex/time": time if direction else np.empty(0),
+            "reflex/models_terms": np.array([[0.0] * 5, [1.0] * 5]),
+            "reflex/models_coefficients": np.array([22.0, 45.0]),
+            "reflex/models_vaf_cross_validated": np.array([80.0, 90.0]),
+            "reflex/models_vaf_held_out": np.array([79.0, 89.0]),
             "diagnostics/frequency": frequency,
             "diagnostics/coherence": np.where(np.arange(40) < 40 * coherent, 0.9, 0.01),
             "diagnostics/coherence_level": np.full(40, 0.2),
@@ -93,6 +101,8 @@ def rows_of(condition, direction=1, alone=80.0, cascade=90.0, gain=(8.0, 12.0), 
     known = [
         (ALONE, "K", "Nm/rad", 100.0, 90.0, 110.0),
         (CASCADE, "K", "Nm/rad", 50.04, 45.0, 55.0),
+        (CASCADE, "K_working", "Nm/rad", 60.0, 55.0, 65.0),
+        (CASCADE, "K_short_range", "Nm/rad", 80.0, 70.0, 90.0),
         (CASCADE, "reflex_gain", "Nms/rad", 10.0 * abs(direction), *gain),
         (CASCADE, "reflex_share", "%", 5.0, np.nan, np.nan),
     ]
@@ -101,6 +111,7 @@ def rows_of(condition, direction=1, alone=80.0, cascade=90.0, gain=(8.0, 12.0), 
     for estimator, vaf in ((ALONE, alone), (CASCADE, cascade)):
         for name in ("training", "held_out", "held_out_any_offset"):
             known.append((estimator, f"VAF_{name}", "%", vaf, np.nan, np.nan))
+    known.append((CASCADE, "VAF_held_out_with_slow_torque", "%", cascade + 1.0, np.nan, np.nan))
     columns = ["estimator", "quantity", "unit", "value", "ci_low", "ci_high"]
     found = pd.DataFrame(known, columns=columns)
     return found.assign(experiment="position_manipulator", condition=condition, flags=flags)

@@ -22,13 +22,39 @@ def abstract_of(data):
 def test_abstract_leads_with_the_stiffness_of_the_model_that_predicts():
     told = abstract_of(data_of({"a": fit_of(), "b": fit_of()}, {"name": "ankle"}))
     assert told.startswith(
-        "The intrinsic stiffness of the human ankle is K = 50.0 N·m/rad (95 % interval 45.0 to 55.0) in a and"
+        "The intrinsic stiffness of the human ankle is K = 50.0 N·m/rad (45.0 to 55.0) in a and"
     )
     assert "VAF of 90.0 % in a and 90.0 % in b" in told
-    assert "its delay is assumed, the data allow 32 to 44 ms in a and 32 to 44 ms in b" in told
+    assert (
+        "Its delay is assumed: the fitted parts are predicted best with 32 to 44 ms in a and 32 to 44 ms in b"
+        in told
+    )
     assert "more than the short-latency stretch reflex" in told
-    assert "100 N·m/rad (95 % interval 90 to 110) in a" in told
+    assert "100 N·m/rad (90 to 110) in a" in told
     assert "80 % lies below 1 Hz" in told
+
+
+def test_short_range_stiffness_leads_with_the_stiffness_at_the_recorded_amplitude():
+    told = abstract_of(data_of({"a": fit_of(short_range=True)}))
+    assert told.startswith(
+        "The intrinsic stiffness of the joint at the recorded amplitude is 60.0 N·m/rad (55.0"
+    )
+    assert "from 80 N·m/rad (70 to 90) for the smallest movements to K = 50.0 N·m/rad" in told
+
+
+def test_a_delay_that_the_data_determine_is_not_called_assumed():
+    data = data_of({"a": fit_of(assumed=False)})
+    assert "assumed" not in abstract_of(data)
+    early = data_of({"a": fit_of(delays_s=(0.0, 0.02))})["reflexes"][0]
+    assert early["delay_assumed"] and early["too_early"] and not early["delay_within"]
+
+
+def test_models_are_compared_with_their_numbers_of_coefficients():
+    rows = data_of({"a": fit_of(), "b": fit_of()})["comparison"]
+    assert [row["coefficients"] for row in rows[:3]] == ["4", "22", "45"]
+    assert rows[1]["label"] == "linear intrinsic pathway"
+    assert rows[2]["held_out"] == ["89.0", "89.0"]
+    assert rows[3]["held_out"] == ["90.0", "90.0"]
 
 
 def test_one_trial_without_reflex_is_told_as_one():

@@ -50,7 +50,7 @@ OPTIONS = TimeVaryingOptions(
 
 def estimates_of(condition, stiffness, inertia=0.015, ratio=0.3):
     damping = 2.0 * ratio * np.sqrt(inertia * stiffness)
-    values = {"I": (inertia, "Nms2/rad"), "B": (damping, "Nms/rad"), "K": (stiffness, "Nm/rad")}
+    values = {"I": (inertia, "Nms2/rad"), "B": (damping, "Nms/rad"), "K_working": (stiffness, "Nm/rad")}
     return [
         Estimate(
             "position_manipulator", condition, "impedance", REFLEX_ESTIMATOR, q, unit, value, 0.01 * value,

@@ -258,6 +258,7 @@ def diagnose(
     facts = {
         "recording": recording_facts(trial, analysis, options),
         "residual": residual_facts(analysis.torque[held_out], residual, rate, cutoff),
+        "stiffness_Nm_per_rad": float(fit.impedance[2]),
         "stiffness_equal_p": equal_means_p(parts.stiffness, parts.stiffness_error, parts.freedom),
         "level_equal_p": equal_means_p(parts.level, parts.level_error, parts.freedom),
     }

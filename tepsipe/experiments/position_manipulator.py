@@ -410,6 +410,7 @@ def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:
         "models_error_se": (np.array([score.error_se for score in fit.models]), "%"),
         "models_vaf_cross_validated": (np.array([s.vaf_cross_validated for s in fit.models]), "%"),
         "models_vaf_held_out": (np.array([s.vaf_held_out for s in fit.models]), "%"),
+        "models_coefficients": (np.array([s.coefficients for s in fit.models], dtype=float), "1"),
     }
     if fit.muscle is not None:
         arrays["muscle_response"] = (fit.muscle.response, "Nm/rad")

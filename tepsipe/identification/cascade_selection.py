@@ -321,6 +321,7 @@ def scores(selection: Selection) -> tuple[ModelScore, ...]:
                 float(more.std(ddof=1) / np.sqrt(more.size)),
                 _vaf_of_folds(record, x[: record.training], without, folds),
                 evaluate_held_out(record.used, predicted, record.training).held_out,
+                len(columns),
             )
         )
     return tuple(found)

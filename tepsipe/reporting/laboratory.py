@@ -35,7 +35,11 @@ MECHANISMS = (
     Mechanism("treadmill", "treadmill.plate.bristle_share", "part of the belt's friction that has a memory"),
     Mechanism("treadmill", "treadmill.plate.friction_lever_m", "lever of the belt's friction"),
     Mechanism("treadmill", "treadmill.plate.belt_lag_wander", "wandering lag of the belt"),
-    Mechanism("treadmill", "treadmill.plate.second_share", "second mode of the frame, in F_y and in M_x"),
+    Mechanism(
+        "treadmill",
+        "treadmill.plate.second_share",
+        "second mode of the frame, in the fore-aft force and in the pitch moment",
+    ),
     Mechanism("treadmill", "treadmill.plate.mount_share", "mounts that take a part of fast forces"),
     Mechanism("treadmill", "treadmill.plate.floor_m_per_s2", "vibration of the floor"),
     Mechanism("dummy", "dummy.rubber.softening", "softening of the rubber"),

@@ -1,8 +1,9 @@
 """Impedance against the operating point: mean angle and torque of several trials of a person.
 
 Stiffness of the ankle rises in proportion to the torque that its muscles hold, from rest to maximal
-contraction, with a nearly constant damping ratio zeta = B / (2 sqrt(I K)) (Hunter & Kearney 1982; Weiss,
-Hunter & Kearney 1988). For every person and direction of torque,
+contraction, with a nearly constant damping ratio zeta = B / (2 sqrt(I K)) of the second-order joint (Hunter &
+Kearney 1982; Weiss, Hunter & Kearney 1988). The stiffness here is K_working, that of the intrinsic torque at
+the recorded amplitude, to which a second-order fit corresponds. For every person and direction of torque,
 
     K = K_0 + s |T|
 
@@ -30,7 +31,9 @@ from tepsipe.statistics.least_squares import least_squares_line
 # K per torque (1/rad): 250 to 400 N·m/rad at 100 N·m
 LITERATURE_SLOPE = (2.5, 4.0)
 LITERATURE_TORQUE_NM = 100.0
-QUANTITIES = ("K", "B", "I", "K_growth", "reflex_gain")
+# the stiffness against the operating point
+STIFFNESS = "K_working"
+QUANTITIES = (STIFFNESS, "K", "K_short_range", "B", "I", "K_growth", "reflex_gain")
 LEAST_TRIALS = 3
 
 
@@ -64,7 +67,7 @@ class OperatingPoint:
     angle_from, torque_from : str
         trial sheet, or measured mean.
     quantity, unit : str
-        For example K in Nm/rad; damping_ratio is B / (2 sqrt(I K)).
+        For example K_working in Nm/rad; damping_ratio is B / (2 sqrt(I K_working)).
     value, standard_error, ci_low, ci_high : float or None
         Estimate, standard error and 95 % interval (``unit``); None where there is none.
     """
@@ -155,8 +158,8 @@ def operating_points(
                 found.append(
                     OperatingPoint(*place, quantity, e.unit, e.value, e.standard_error, e.ci_low, e.ci_high)
                 )
-        if {"I", "B", "K"} <= set(own):
-            inertia, damping, stiffness = (own[q].value for q in ("I", "B", "K"))
+        if {"I", "B", STIFFNESS} <= set(own):
+            inertia, damping, stiffness = (own[q].value for q in ("I", "B", STIFFNESS))
             if inertia > 0.0 and stiffness > 0.0:
                 ratio = damping / (2.0 * math.sqrt(inertia * stiffness))
                 found.append(OperatingPoint(*place, "damping_ratio", "1", ratio))
@@ -180,7 +183,7 @@ def relations(points: Iterable[OperatingPoint]) -> list[Relation]:
     """
     groups: dict[tuple[str, str], list[OperatingPoint]] = {}
     for point in points:
-        if point.quantity != "K":
+        if point.quantity != STIFFNESS:
             continue
         if not point.participant and point.torque_from != "trial sheet":
             continue

@@ -12,6 +12,7 @@ UNIT_SYMBOLS = {
     "Nms2/rad": "N·m·s²/rad",
     "Nms/rad": "N·m·s/rad",
     "Nm/rad": "N·m/rad",
+    "Nms/rad2": "N·m·s/rad²",
     "Nm/rad2": "N·m/rad²",
     "Nm/rad3": "N·m/rad³",
     "Nm": "N·m",

@@ -8,10 +8,12 @@ from matplotlib.figure import Figure
 
 from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.figures.style import CYCLE, in_style, new_figure
-from tepsipe.reporting.operating_points import LITERATURE_SLOPE
+from tepsipe.reporting.operating_points import LITERATURE_SLOPE, STIFFNESS
 
-SHOWN = {"K": "Stiffness $K$", "B": "Damping $B$", "reflex_gain": "Reflex gain"}
+SHOWN = {STIFFNESS: "Stiffness $K$", "B": "Damping $B$", "reflex_gain": "Reflex gain"}
 BEYOND = 0.08
+# narrowest axis of angles (rad) and of torques (N·m)
+NARROWEST = (0.05, 2.0)
 
 
 @in_style
@@ -21,7 +23,7 @@ def plot_operating_points(points: pd.DataFrame, relations: pd.DataFrame) -> Figu
     ``points`` and ``relations`` are the tables of operating points and of lines of K against torque (units in
     their columns).
     """
-    shown = [q for q in SHOWN if (points.quantity == q).any()] or ["K"]
+    shown = [q for q in SHOWN if (points.quantity == q).any()] or [STIFFNESS]
     figure, axes = new_figure(
         len(shown), 2, 0.8 + 1.9 * len(shown), squeeze=False, sharex="col", sharey="row"
     )
@@ -41,11 +43,15 @@ def plot_operating_points(points: pd.DataFrame, relations: pd.DataFrame) -> Figu
                     label=label,
                 )  # fmt: skip
         for line in relations[relations.participant.fillna("") == person].itertuples():
-            _line(axes[0, 0], line, own[own.quantity == "K"].torque_Nm.to_numpy(), colour)
+            _line(axes[0, 0], line, own[own.quantity == STIFFNESS].torque_Nm.to_numpy(), colour)
     for row, quantity in zip(axes, shown, strict=True):
         of = points[points.quantity == quantity]
         unit = unit_symbol(of.unit.iloc[0]) if len(of) else "-"
         row[0].set_ylabel(f"{SHOWN[quantity]} ({unit})")
+    for axis, least in zip(axes[0], NARROWEST[::-1], strict=True):
+        low, high = axis.get_xlim()
+        more = max(0.0, 0.5 * (least - (high - low)))
+        axis.set_xlim(low - more, high + more)
     axes[-1, 0].set_xlabel("Mean torque (N·m)")
     axes[-1, 1].set_xlabel("Mean angle (rad)")
     if len(people) > 1 or len(relations):

@@ -218,34 +218,58 @@ def plot_residual(results: dict[str, Result]) -> Figure:
 
 @in_style
 def plot_responses(results: dict[str, Result]) -> Figure:
-    """Impulse responses of both pathways, and cross-validated VAF against the delay (s, N·m/rad, %)."""
-    figure, axes = new_figure(1, 3, 2.9, width_ratios=[1.0, 1.35, 0.8])
-    for colour, (name, result) in zip(cycle(CYCLE), results.items(), strict=False):
+    """Intrinsic and reflex pathway, and cross-validated VAF against the delay (rad, s, N·m/rad, %).
+
+    Of the intrinsic pathway the stiffness against the size of a movement, if a trial has short-range
+    stiffness, else the impulse response.
+    """
+    figure, axes = new_figure(1, 3, 2.9, width_ratios=[1.0, 1.25, 0.8])
+    short = any(result.facts["reflex"]["short_range"] for result in results.values())
+    longest = 0.0
+    for colour, (name, result) in zip(cycle(CYCLE), list(results.items())[:DRAWN], strict=False):
         found = {key: result.arrays.get(f"reflex/{key}") for key in RESPONSES}
-        axes[0].plot(1e3 * found["intrinsic_lag"], 1e-3 * found["intrinsic_response"], color=colour)
+        facts = result.facts["reflex"]
+        if short:
+            _draw_stiffness(axes[0], result, colour)
+        else:
+            axes[0].plot(1e3 * found["intrinsic_lag"], 1e-3 * found["intrinsic_response"], color=colour)
         axes[1].plot([], [], color=colour, label=name)
-        if not result.facts["reflex"]["direction"]:
+        if not facts["direction"]:
             continue
-        time = 1e3 * found["time"]
-        axes[1].plot(time, found["response"], color=colour)
-        axes[1].fill_between(
-            time, found["response_low"], found["response_high"], color=colour, alpha=0.15, linewidth=0.0
-        )
-        axes[1].plot(time, found["muscle_response"], "--", color=colour, linewidth=0.9)
-        best = found["delay_vaf"].max()
-        chosen = np.argmin(np.abs(found["delay"] - result.facts["reflex"]["delay_s"]))
-        axes[2].plot(1e3 * found["delay"], found["delay_vaf"] - best, ".-", color=colour, markersize=3.5)
-        axes[2].plot(
-            1e3 * found["delay"][chosen],
-            found["delay_vaf"][chosen] - best,
-            "o",
-            color=colour,
-            fillstyle="none",
-        )
-    axes[0].set(xlabel="Lag (ms)", ylabel="$h/T$ (1000 N·m/rad/s)", title="Intrinsic response")
+        longest = max(longest, facts["delay_s"] + facts["duration_s"])
+        _draw_reflex(axes[1], axes[2], found, facts["delay_s"], colour)
+    if short:
+        axes[0].set(xlabel="Peak-to-peak angle (rad)", ylabel="$K$ (N·m/rad)", title="Intrinsic stiffness")
+        axes[0].set_ylim(bottom=0.0)
+    else:
+        axes[0].set(xlabel="Lag (ms)", ylabel="$h/T$ (1000 N·m/rad/s)", title="Intrinsic response")
     axes[1].set(xlabel="Time after the stretch (ms)", ylabel="$g$ (N·m/rad)", title="Reflex response")
-    axes[1].set_xlim(left=0.0)
+    axes[1].set_xlim(0.0, 1.25e3 * longest if longest > 0.0 else 600.0)
     axes[1].plot([], [], "--", color=COLOURS["measured"], linewidth=0.9, label="muscle model")
     axes[1].legend(loc="upper right")
-    axes[2].set(xlabel="Delay (ms)", ylabel="VAF below its maximum (%)", title="Selection of the delay")
+    axes[2].set(xlabel="Delay (ms)", ylabel="VAF below its maximum (%)", title="Delay")
     return figure
+
+
+def _draw_stiffness(axis, result: Result, colour: str) -> None:
+    """Range of the torque of intrinsic stiffness and stop elements over the range of a slow movement."""
+    radii, weights = (result.arrays[f"reflex/stop_{key}"] for key in ("radius", "stiffness"))
+    about = result.facts["diagnostics"]["recording"]
+    size = np.geomspace(1e-3, about["highest_angle_rad"] - about["lowest_angle_rad"], 60)
+    beyond = result.facts["diagnostics"]["stiffness_Nm_per_rad"]
+    reached = np.minimum(1.0, 2.0 * radii / size[:, None]) if radii.size else np.zeros((size.size, 0))
+    axis.semilogx(size, beyond + reached @ weights[: radii.size], color=colour)
+
+
+def _draw_reflex(axis, beside, found: dict, delay_s: float, colour: str) -> None:
+    """Reflex response with its interval and the muscle model, and the VAF against the delay."""
+    time = 1e3 * found["time"]
+    axis.plot(time, found["response"], color=colour)
+    axis.fill_between(
+        time, found["response_low"], found["response_high"], color=colour, alpha=0.15, linewidth=0.0
+    )
+    axis.plot(time, found["muscle_response"], "--", color=colour, linewidth=0.9)
+    less = found["delay_vaf"] - found["delay_vaf"].max()
+    chosen = np.argmin(np.abs(found["delay"] - delay_s))
+    beside.plot(1e3 * found["delay"], less, ".-", color=colour, markersize=3.5)
+    beside.plot(1e3 * found["delay"][chosen], less[chosen], "o", color=colour, fillstyle="none")

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.numbers.format import by_uncertainty, number, percent
+from tepsipe.reporting.numbers.format import MINUS, by_uncertainty, number, percent, span
 
 # probability below which equal quantities are said to differ, or a residual not to be white (-)
 LEVEL = 0.05
@@ -43,6 +43,18 @@ def recordings_data(fits: dict[str, Result]) -> list[dict]:
         row("torque power above the cutoff", "%", (percent(a["above_cutoff_percent"], 0) for a in about)),
         row("coherence significant", "", bands),
     ]
+
+
+def validity_data(fits: dict[str, Result]) -> dict:
+    """Angles (rad), velocities (rad/s) and mean torques (N·m) at which the models were fitted."""
+    about = [fit.facts["diagnostics"]["recording"] for fit in fits.values()]
+    low, high = min(a["lowest_angle_rad"] for a in about), max(a["highest_angle_rad"] for a in about)
+    angles = f"{low:.3f} to {high:.3f} rad ({math.degrees(low):.1f} to {math.degrees(high):.1f}°)"
+    return {
+        "angles": "angles of " + angles.replace("-", MINUS),
+        "velocity": number(max(a["peak_velocity_rad_per_s"] for a in about), 2),
+        "torques": span([a["mean_torque_Nm"] for a in about], 2),
+    }
 
 
 def _angle(value_rad: float) -> str:
@@ -137,7 +149,7 @@ def residuals_data(fits: dict[str, Result]) -> dict:
         "longer_than_block": forgetful,
         "mostly_slow": len(slow) == len(rows),
         "below": " to ".join(dict.fromkeys(percent(x, 0) for x in (min(shares), max(shares)))),
-        "block": number(recording["block_s"]),
-        "cutoff": number(recording["cutoff_hz"]),
+        "block": f"{recording['block_s']:g}",
+        "cutoff": f"{recording['cutoff_hz']:g}",
         "count": len(rows),
     }

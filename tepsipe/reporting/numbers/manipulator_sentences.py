@@ -60,42 +60,52 @@ def abstract_data(a: dict) -> list[list]:
     there = [r for r in a["reflexes"] if r["there"]]
     parts, left = a["parts"], a["residuals"]
     told = [
-        "The intrinsic stiffness of the {of} is $K$ = {stiffness_intrinsic}. It is that of the "
-        "parallel-cascade model, which predicts the torque of the held-out part from the angle alone with a "
-        "VAF of {vaf_each}.",
+        "The intrinsic stiffness of the {of} at the recorded amplitude is {stiffness_working}, with 95 % "
+        "intervals in brackets. It falls from {stiffness_small} for the smallest movements to $K$ = "
+        "{stiffness_beyond} beyond the short range."
+        if a["short_range"]
+        else "The intrinsic stiffness of the {of} is $K$ = {stiffness_beyond}, with 95 % intervals in "
+        "brackets.",
+        "It is that of the parallel-cascade model, which predicts the torque of the held-out part from the "
+        "angle alone with a VAF of {vaf_each}.",
         "Inertia, damping and stiffness alone reach {vaf_alone_each}."
         if a["reflex_raises"]
         else "This is not in every trial more than the VAF of inertia, damping and stiffness alone, "
         "{vaf_alone_each}.",
     ]
-    if there:
-        told.append(
-            "A reflex pathway was found in {with_reflex}; its delay is assumed, the data allow {delays}."
-        )
-        if any(r["late"] for r in there):
-            told.append(
-                "Its response lasts up to {lasting} ms after a stretch, so it holds more than the "
-                "short-latency stretch reflex."
-            )
-        if len(there) == len(a["reflexes"]):
-            told.append("The stiffness of the model without it, {stiffness}, includes reflex torque.")
-    else:
-        told.append("A reflex pathway does not improve the prediction of any fitted part.")
-    told.append(
+    last = [
         "The stiffness differs between the thirds of {differing}."
         if parts["differing"]
-        else "The stiffness does not differ between the thirds of {a_record}."
-    )
+        else "The stiffness does not differ between the thirds of {a_record}.",
+    ]
     if left["mostly_slow"]:
-        told.append("Of what the model leaves, {below} % lies below 1 Hz.")
-    delays = [f"{r['delays']} ms" + ("" if a["one"] else f" in {r['condition']}") for r in there]
+        last.append("Of what the model leaves, {below} % lies below 1 Hz.")
+    delays = [r["delays"] + ("" if a["one"] else f" in {r['condition']}") for r in there]
     values = {
         "of": a["joint"]["of"],
-        "delays": joined(delays) if len(delays) <= NAMED else "other delays, too",
+        "delays": joined(delays) if len(delays) <= NAMED else "other delays",
         "lasting": number(max((r["lasting_ms"] for r in there), default=0.0), 2),
         "differing": trials_named(parts["differing"], a["columns"]),
         "a_record": "the record" if a["one"] else "any record",
         "below": left["below"],
     }
-    quoted = ("stiffness_intrinsic", "vaf_each", "vaf_alone_each", "stiffness", "with_reflex")
-    return [[" ".join(told), values | {key: a[key] for key in quoted}]]
+    used = ("stiffness_working", "stiffness_small", "stiffness_beyond", "vaf_each", "vaf_alone_each")
+    values |= {key: a[key] for key in (*used, "stiffness", "with_reflex")}
+    return [[" ".join(part), values] for part in (told, _of_reflex(a, there), last)]
+
+
+def _of_reflex(a: dict, there: list[dict]) -> list[str]:
+    """Templates of what is said on the reflex of all trials."""
+    if not there:
+        return ["A reflex pathway does not improve the prediction of any fitted part."]
+    told = ["A reflex pathway was found in {with_reflex}."]
+    if any(r["delay_assumed"] for r in there):
+        told.append("Its delay is assumed: the fitted parts are predicted best with {delays}.")
+    if any(r["late"] for r in there):
+        told.append(
+            "Its response lasts up to {lasting} ms after a stretch, so it holds more than the short-latency "
+            "stretch reflex."
+        )
+    if len(there) == len(a["reflexes"]):
+        told.append("The stiffness of the model without it, {stiffness}, includes reflex torque.")
+    return told

@@ -4,14 +4,9 @@ import pandas as pd
 
 from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.numbers.format import MINUS, by_uncertainty, number, span, span_of_decimals
-from tepsipe.reporting.operating_points import LITERATURE_SLOPE, LITERATURE_TORQUE_NM
+from tepsipe.reporting.operating_points import LITERATURE_SLOPE, LITERATURE_TORQUE_NM, STIFFNESS
 
-COLUMNS = {
-    "K": "$K$ (N·m/rad)",
-    "B": "$B$ (N·m·s/rad)",
-    "reflex_gain": "Reflex gain (N·m·s/rad)",
-    "damping_ratio": "ζ",
-}
+COLUMNS = (STIFFNESS, "B", "reflex_gain", "damping_ratio")
 
 
 def operating_points_data(points: pd.DataFrame, relations: pd.DataFrame) -> dict:
@@ -34,7 +29,7 @@ def operating_points_data(points: pd.DataFrame, relations: pd.DataFrame) -> dict
         "named": bool(trials.participant.notna().any()),
         "torques": span(trials.torque_Nm),
         "angles": span_of_decimals(trials.angle_rad, 3),
-        "stiffness": span(points[points.quantity == "K"].value) if len(points) else number(None),
+        "stiffness": span(points[points.quantity == STIFFNESS].value) if len(points) else number(None),
         "damping_ratios": span(ratios, 2) if len(ratios) else None,
         "literature": span(LITERATURE_SLOPE, 2),
         "literature_torque": number(LITERATURE_TORQUE_NM),

@@ -5,6 +5,7 @@ import pandas as pd
 
 from tepsipe.experiments.weight import speed_at_peak
 from tepsipe.io.result import Result
+from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import number, percent, span
 from tepsipe.treadmill.calibration import ModelScore
 
@@ -155,10 +156,8 @@ def foot_sentences(own: pd.DataFrame, reference: str) -> list[str]:
         differences = 100.0 * (k / stiffness.loc[reference].value.reindex(k.index) - 1.0).dropna()
         flags = stiffness.loc[pathway]["flags"].astype(object).fillna("").astype(str)
         failed = int(flags.str.contains("treadmill-model|beyond-calibrated-mass").sum())
-        text = (
-            f"K by {pathway} differs from that by {reference} by {percent(float(differences.min()), 1)} to "
-            f"{percent(float(differences.max()), 1)} %"
-        )
+        low, high = (percent(float(end), 1) for end in (differences.min(), differences.max()))
+        text = f"K by “{words(pathway)}” differs from that by “{words(reference)}” by {low} to {high} %"
         text += (
             f"; in {failed} of {k.size} conditions the gate rejects the treadmill model."
             if failed
@@ -168,5 +167,5 @@ def foot_sentences(own: pd.DataFrame, reference: str) -> list[str]:
     return found
 
 
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+def _listed(parts: list[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

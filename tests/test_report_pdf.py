@@ -1,0 +1,113 @@
+"""The PDF of the tiny study, read as a reader would: words, references and pages."""
+
+import re
+from dataclasses import dataclass
+
+import pytest
+from study_builders import estimates
+
+pytestmark = pytest.mark.study
+
+FOOTER, HEADER = 55.0, 65.0  # heights (pt) without text of the page
+# identifiers that are words, too
+PLAIN = ("least-squares", "output-error", "single-joint", "joint-likelihood")
+FILL = 0.6  # a page of a study with few trials; chapters end where they end
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of text on a page: words, font, height from the bottom (pt)."""
+
+    text: str
+    font: str
+    height: float
+
+
+@pytest.fixture(scope="module")
+def document(study):
+    from pypdf import PdfReader
+
+    return PdfReader(study / "results/report/thesis.pdf")
+
+
+@pytest.fixture(scope="module")
+def pages(document):
+    return [_pieces(page) for page in document.pages]
+
+
+@pytest.fixture(scope="module")
+def words(pages):
+    return re.sub(r"\s+", " ", " ".join(piece.text for page in pages for piece in page))
+
+
+def _pieces(page):
+    found = []
+
+    def visit(text, matrix, text_matrix, font, _size):
+        if text.strip():
+            name = str(font.get("/BaseFont", "")) if font else ""
+            found.append(Piece(text, name, matrix[5] + matrix[3] * text_matrix[5]))
+
+    page.extract_text(visitor_text=visit)
+    return found
+
+
+def test_no_identifier_stands_outside_code(pages, study):
+    names = {row[key] for row in estimates(study) for key in ("pathway", "estimator")}
+    raw = sorted(name for name in names if "-" in name and name not in PLAIN)
+    pattern = re.compile(r"[A-Za-z]+_[A-Za-z_]+|\b(?:" + "|".join(map(re.escape, raw)) + r")\b")
+    told = [
+        (number, match, piece.text)
+        for number, page in enumerate(pages, 1)
+        for piece in page
+        if "Mono" not in piece.font
+        for match in pattern.findall(piece.text)
+    ]
+    assert told == []
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [r"\bNaN\b", r"\bnan\b", r"\bNone\b of the", r"\u22120\. ?0+(?![0-9])", r"\bAll 1 \w+s\b", r"\?\?"],
+)
+def test_nothing_is_printed_that_is_not_a_number_or_a_word(words, pattern):
+    assert re.findall(".{30}" + pattern + ".{10}", words) == []
+
+
+def test_every_figure_and_table_is_referenced(words):
+    captions = set(re.findall(r"(Figure|Table) (\d+)\. ", words))
+    assert len(captions) > 40
+    missing = [
+        f"{kind} {number}"
+        for kind, number in sorted(captions, key=lambda c: (c[0], int(c[1])))
+        if not re.search(rf"{kind}[ \u00a0]{number}(?![\d-]|\. [A-Z])", words)
+    ]
+    assert missing == []
+
+
+def test_numbered_items_of_the_thesis_have_their_counterparts(words):
+    items = [f"Figure {c}-{n}" for c, last in ((2, 14), (3, 3), (4, 14)) for n in range(1, last + 1)]
+    items += [f"Table {c}-{n}" for c, last in ((2, 2), (3, 2), (4, 4)) for n in range(1, last + 1)]
+    index = words[words.index("Every numbered table and figure of the thesis") :]
+    for item in [*items, "Figure 5-1", "Appendix A", "Figure B-13"]:
+        assert item in index, item
+    assert "not in this study" not in index
+
+
+def test_pages_are_filled(pages, document):
+    height = float(document.pages[0].mediabox.height)
+    empty = []
+    for number, page in enumerate(pages[:-1], 1):
+        body = [piece.height for piece in page if piece.height > FOOTER]
+        filled = (height - HEADER - min(body)) / (height - HEADER - FOOTER)
+        if filled < FILL:
+            empty.append(number)
+    # the last page of a part that begins on a page of its own
+    assert len(empty) <= 5, empty
+
+
+def test_the_document_names_itself_and_can_be_archived(document, study):
+    data = document.trailer["/Root"]["/Metadata"].get_data().decode()
+    assert "<pdfaid:part>2</pdfaid:part>" in data.replace("\n", "")
+    assert document.metadata.title
+    assert "/StructTreeRoot" in document.trailer["/Root"]
