@@ -64,8 +64,15 @@ def belt(usual):
         "repeated_velocity_fraction": 0.0,
         "missing_samples": 0,
     }
+    told = {
+        "coefficients": {"mass-spring-damper": {"m": [2.8, 2.68, 2.92]}} if usual else {},
+        "calibrated": {"velocity": [0.9, 1.5], "acceleration": [-3.0, 3.0]},
+        "beyond": {"two": 0.01},
+        "crossed": {"fir": {"one": {"one": 0.8, "two": 0.7}}} if usual else {},
+    }
+    named = {"recordings": ["two"], "models": list(MODELS), "unit": "N", "ingested": {"two": ingested}}
     result = SimpleNamespace(
-        facts={"recordings": ["two"], "models": list(MODELS), "unit": "N", "ingested": {"two": ingested}},
+        facts=named | told,
         arrays={"ripple/tracked_orders": np.array([1.0, 2.0] if usual else [1.0])},
     )
     models = {"ripple": {"memory_s": 20.0}, "fir_lead_s": 0.1}
@@ -109,6 +116,8 @@ USUAL = (
     "does not differ between the thirds of any record",
     "lies below 1 Hz: slow changes",
     "The best linear model of the acceleration reaches",
+    "shows how well a calibration on one recording serves another",
+    "2.80 (2.68 to 2.92)",
     "A lead of 100 ms increases",
     "narrow lines",
 )

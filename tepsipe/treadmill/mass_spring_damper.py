@@ -93,19 +93,20 @@ class MassSpringDamper(BeltModel):
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """L (unit of the load), shape (n,)."""
-        return _motion(recording) @ self.coefficients
+        return motion_regressors(recording) @ self.coefficients
 
 
 def fit_mass_spring_damper(recordings: list[BeltRecording]) -> MassSpringDamper:
     """Least squares over all evaluated samples (unit of the load)."""
-    rows = np.concatenate([_motion(r)[r.evaluated] for r in recordings])
+    rows = np.concatenate([motion_regressors(r)[r.evaluated] for r in recordings])
     load = np.concatenate([r.load[r.evaluated] for r in recordings])
     scale = np.linalg.norm(rows, axis=0)
     solution = np.linalg.lstsq(rows / scale, load, rcond=1e-10)[0] / scale
     return MassSpringDamper(solution, recordings[0].rate_hz)
 
 
-def _motion(recording: BeltRecording) -> np.ndarray:
+def motion_regressors(recording: BeltRecording) -> np.ndarray:
+    """Regressors of eq L: a (m/s²), v less its mean (m/s), distance less its trend (m), 1; shape (n, 4)."""
     v = recording.velocity - recording.velocity.mean()
     y = recording.through_lowpass(scipy.signal.detrend(recording.position))
     return np.column_stack([recording.acceleration, v, y, np.ones_like(v)])

@@ -242,16 +242,34 @@ def _weight(data: dict) -> list[Paragraph]:
 
 def _belt(data: dict) -> list[Paragraph]:
     t = data["belt"]
-    return [
-        pieces(
-            "The models predict the belt-induced load, filtered at {cutoff} Hz, of a held-out recording "
-            "with these $R^2$: {scores}. The upper limit for a linear model of the belt acceleration, "
-            "estimated from coherence, is about {limit}.",
+    best, live = t["recommended"], t["recommended_live"]
+    found = pieces(
+        "*Recommendation.* No model of the belt's motion predicts the belt-induced load of a held-out "
+        "recording: none should be used for compensation. "
+    )
+    if best is not None:
+        found = pieces(
+            "*Recommendation.* Subtract the load that the model “{model}” predicts: on a held-out recording, "
+            "filtered at {cutoff} Hz, it reaches $R^2$ = {r2} and reduces the root mean square by {less} %. ",
             cutoff=t["cutoff"],
-            scores=", ".join(f"{row['model']} {row['cells'][0]['r2']}" for row in t["rows"]),
-            limit=t["tests"][0]["limit"],
+            **(best | {"model": words(best["model"])}),
         )
-    ]
+        if live is not None and live["model"] != best["model"]:
+            found += pieces(
+                "In real time, without looking ahead, “{model}” reaches $R^2$ = {r2}. ",
+                **(live | {"model": words(live["model"])}),
+            )
+    found += pieces(
+        "The upper limit for a linear model of the belt acceleration, estimated from coherence, is about "
+        "{limit}. The models hold for an empty belt, velocities of {v0} to {v1} m/s and "
+        "accelerations of {a0} to {a1} m/s².",
+        limit=t["tests"][0]["limit"],
+        v0=t["ranges"]["velocity"][0],
+        v1=t["ranges"]["velocity"][1],
+        a0=t["ranges"]["acceleration"][0],
+        a1=t["ranges"]["acceleration"][1],
+    )
+    return [found]
 
 
 def _standing(data: dict) -> list[Paragraph]:

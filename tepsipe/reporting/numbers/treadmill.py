@@ -6,6 +6,7 @@ import pandas as pd
 from tepsipe.experiments.weight import shapes, usual_weight
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import short_name, unit_symbol
+from tepsipe.reporting.numbers.belt import belt_data
 from tepsipe.reporting.numbers.format import MINUS, number, percent, span, span_of_decimals
 from tepsipe.reporting.numbers.treadmill_sentences import (
     foot_sentences,
@@ -269,7 +270,7 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
         rows.append(
             {
                 "model": model,
-                "name": model + ("" if all(s.converged for s in cells) else " *"),
+                "converged": all(s.converged for s in cells),
                 "meaning": MODEL_MEANINGS[model],
                 "order": str(cells[0].order),
                 "cells": [
@@ -290,6 +291,7 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
         gain = at["fir", tests[0], highest].r2 - at["fir-causal", tests[0], highest].r2
     orders = result.arrays.get("ripple/tracked_orders", np.empty(0))
     return {
+        **belt_data(facts, scores, shown_hz),
         "rows": rows,
         "tests": [
             {

@@ -1,0 +1,110 @@
+"""What a report says of a recorded treadmill beside scores: coefficients, validity, cross-prediction."""
+
+import numpy as np
+import scipy
+
+from tepsipe.treadmill.mass_spring_damper import MassSpringDamper, motion_regressors
+from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
+from tepsipe.treadmill.transfer_function import DiscreteTransfer
+
+# coefficients of the mass-spring-damper, in the order of its regressors
+TERMS = ("m", "c", "k")
+BLOCKS = 20
+# fits that are quick enough to be repeated for every recording
+CROSSED = ("mass-spring-damper", "output-error", "fir", "fir-causal")
+
+
+def coefficients_of(
+    models: list[FittedModel], recordings: list[BeltRecording], blocks: int = BLOCKS
+) -> dict[str, dict]:
+    """Coefficients of models that have few, with 95 % intervals where the fit is linear.
+
+    Intervals are by a delete-one-block jackknife over ``blocks`` stretches of the calibration, which
+    holds for residuals that are correlated in time (Kunsch 1989, Annals of Statistics 17,
+    1217-1241), with Student's t.
+
+    Parameters
+    ----------
+    models : list of FittedModel
+        Fitted models.
+    recordings : list of BeltRecording
+        Their calibration, filtered as they are.
+    blocks : int
+        Number of stretches (-).
+
+    Returns
+    -------
+    dict of str to dict
+        mass-spring-damper -> m, c, k -> [value, low, high] (unit of the load over m/s², m/s, m);
+        discrete models -> ``numerator`` (unit of the load over m/s²) and ``denominator`` (-).
+    """
+    found: dict[str, dict] = {}
+    for fitted in models:
+        if isinstance(fitted.model, MassSpringDamper):
+            spread = _jackknife(recordings, blocks)
+            width = scipy.stats.t.ppf(0.975, blocks - 1) * spread
+            found[fitted.name] = {
+                term: [float(c), float(c - w), float(c + w)]
+                for term, c, w in zip(TERMS, fitted.model.coefficients, width, strict=False)
+            }
+        elif isinstance(fitted.model, DiscreteTransfer):
+            found[fitted.name] = {
+                "numerator": fitted.model.numerator.tolist(),
+                "denominator": fitted.model.denominator.tolist(),
+            }
+    return found
+
+
+def _jackknife(recordings: list[BeltRecording], blocks: int) -> np.ndarray:
+    """Standard errors of the coefficients of a mass-spring-damper, shape (4,) (their units)."""
+    rows = np.concatenate([motion_regressors(r)[r.evaluated] for r in recordings])
+    load = np.concatenate([r.load[r.evaluated] for r in recordings])
+    scale = np.linalg.norm(rows, axis=0)
+    parts = [
+        (x.T @ x, x.T @ y)
+        for x, y in zip(*(np.array_split(z, blocks) for z in (rows / scale, load)), strict=True)
+    ]
+    products, moments = (np.array(each) for each in zip(*parts, strict=True))
+    left_out = np.linalg.solve(products.sum(axis=0) - products, (moments.sum(axis=0) - moments)[..., None])[
+        ..., 0
+    ]
+    left_out /= scale
+    return np.sqrt((blocks - 1) / blocks * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
+
+
+def range_of_validity(recordings: list[BeltRecording]) -> dict[str, list[float]]:
+    """Range of the calibration: ``velocity`` (m/s), ``acceleration`` (m/s²), both from lowest to highest."""
+    found = {}
+    for name in ("velocity", "acceleration"):
+        values = np.concatenate([getattr(r, name)[r.evaluated] for r in recordings])
+        found[name] = [float(values.min()), float(values.max())]
+    return found
+
+
+def beyond(recording: BeltRecording, ranges: dict[str, list[float]]) -> float:
+    """Share of a recording's samples (-) whose velocity or acceleration lies outside the calibrated range."""
+    outside = np.zeros(int(recording.evaluated.sum()), dtype=bool)
+    for name, (low, high) in ranges.items():
+        values = getattr(recording, name)[recording.evaluated]
+        outside |= (values < low) | (values > high)
+    return float(outside.mean())
+
+
+def cross_prediction(
+    recordings: dict[str, BeltRecording], family: list[str], options: FamilyOptions
+) -> dict[str, dict[str, dict[str, float]]]:
+    """R² of every quick model, fitted to one recording and evaluated on each (-): model -> fitted to -> on.
+
+    ``recordings`` have the same filter; with fewer than two the result is empty.
+    """
+    if len(recordings) < 2:
+        return {}
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for name in (model for model in family if model in CROSSED):
+        fits = {train: fit_model(name, [r], options) for train, r in recordings.items()}
+        found[name] = {
+            train: {test: evaluate(fitted, [r]).r2 for test, r in recordings.items()}
+            for train, fitted in fits.items()
+        }
+    return found

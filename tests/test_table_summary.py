@@ -1,0 +1,90 @@
+"""Coefficients, range and cross-prediction of a recorded treadmill, on a belt whose law is known."""
+
+import numpy as np
+import pytest
+import scipy
+
+from tepsipe.reporting.numbers.belt import belt_data
+from tepsipe.treadmill.calibration import ModelScore
+from tepsipe.treadmill.mass_spring_damper import fit_mass_spring_damper
+from tepsipe.treadmill.recording import BeltRecording
+from tepsipe.treadmill.registry import FamilyOptions, FittedModel
+from tepsipe.treadmill.table_summary import beyond, coefficients_of, cross_prediction, range_of_validity
+
+RATE, MASS, DAMPING = 100.0, 2.8, -1.5
+
+
+def belt(seed, noise=0.3, scale=1.0, name="one"):
+    """A belt under random accelerations whose load is m a + c v and noise that is correlated over 0.2 s."""
+    rng = np.random.default_rng(seed)
+    n = 6000
+    lowpass = scipy.signal.butter(2, 3.0, fs=RATE, output="sos")
+    velocity = 1.2 + scale * scipy.signal.sosfiltfilt(lowpass, rng.normal(0.0, 0.5, n))
+    acceleration = np.gradient(velocity, 1.0 / RATE)
+    colour = scipy.signal.lfilter([1.0], [1.0, -0.95], rng.normal(0.0, 1.0, n))
+    load = MASS * acceleration + DAMPING * (velocity - velocity.mean()) + noise * colour / colour.std()
+    return BeltRecording(
+        name=name, condition=name, rate_hz=RATE, velocity=velocity, acceleration=acceleration,
+        raw_velocity=velocity, load=load, carried=np.zeros(n), carried_kg=0.0, unit="Nm",
+        evaluated=np.ones(n, dtype=bool),
+    )  # fmt: skip
+
+
+def fitted(recording):
+    return FittedModel("mass-spring-damper", fit_mass_spring_damper([recording]), "Nm", None, ("one",))
+
+
+def test_intervals_hold_the_coefficients_although_residuals_are_correlated():
+    held = 0
+    for seed in range(40):
+        recording = belt(seed)
+        m, low, high = coefficients_of([fitted(recording)], [recording])["mass-spring-damper"]["m"]
+        assert low < m < high
+        held += low <= MASS <= high
+    # 95 % of 40, five standard deviations below
+    assert held >= 31
+    width = [
+        np.diff(coefficients_of([fitted(r)], [r])["mass-spring-damper"]["m"][1:])[0]
+        for r in (belt(0), belt(0, noise=0.6))
+    ]
+    assert width[1] == pytest.approx(2.0 * width[0], rel=0.05)
+
+
+def test_range_is_that_of_the_calibration_and_faster_belts_lie_beyond():
+    slow, fast = belt(1), belt(1, scale=2.0)
+    ranges = range_of_validity([slow])
+    assert ranges["velocity"] == [slow.velocity.min(), slow.velocity.max()]
+    assert beyond(slow, ranges) == 0.0
+    assert 0.0 < beyond(fast, ranges) < 1.0
+
+
+def test_every_recording_predicts_every_other():
+    recordings = {"one": belt(1), "two": belt(2, name="two")}
+    crossed = cross_prediction(recordings, ["mass-spring-damper", "hnat2014"], FamilyOptions())
+    assert list(crossed) == ["mass-spring-damper"]
+    found = crossed["mass-spring-damper"]
+    assert found["one"]["one"] >= found["two"]["one"] > 0.8
+    assert cross_prediction({"one": belt(1)}, ["mass-spring-damper"], FamilyOptions()) == {}
+
+
+def score(model, r2, order, converged=True):
+    return ModelScore(model, "one", "two", 6.0, r2, 2.0, 1.0, order, 0.75, "load", "Nm", converged)
+
+
+def recommended(*scores):
+    facts = {
+        "recordings": ["two"],
+        "coefficients": {},
+        "calibrated": {"velocity": [0.9, 1.5]},
+        "beyond": {},
+        "crossed": {},
+    }
+    data = belt_data(facts, scores, 6.0)
+    return [None if data[key] is None else data[key]["model"] for key in ("recommended", "recommended_live")]
+
+
+def test_smallest_of_equally_good_models_is_recommended_and_none_that_predicts_nothing():
+    assert recommended(score("fir", 0.727, 51), score("hnat2014", 0.721, 2)) == ["fir", "hnat2014"]
+    assert recommended(score("fir", 0.727, 51), score("hnat2014", 0.724, 2)) == ["hnat2014"] * 2
+    assert recommended(score("ripple-tracking", 0.9, 12), score("hnat2014", 0.7, 2, False)) == [None, None]
+    assert recommended(score("fir", -0.3, 51)) == [None, None]
