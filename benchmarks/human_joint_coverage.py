@@ -88,20 +88,18 @@ def make_joint(seed: int, short_range: str | None, gain: float, slow_sd: float =
 def scored(seed: int, joint: dict) -> dict:
     """Quantity -> (truth, value, low, high) in its unit, and whether a reflex was found."""
     time, angle, torque, working = make_joint(seed, **joint)
-    fit = fit_parallel_cascade(time, angle, torque, bootstrap_draws=400, seed=seed)
-    found, short = fit.details, joint["short_range"]
+    fit = fit_parallel_cascade(time, angle, torque, bootstrap_draws=300, seed=seed)
+    found = fit.details
     known = {
         "I": (INERTIA, found.impedance[0], found.impedance_bootstrap[:, 0]),
         "K": (STIFFNESS, found.impedance[2], found.impedance_bootstrap[:, 2]),
         "K_working": (working, found.working_stiffness, found.working_stiffness_bootstrap),
         "reflex_gain": (joint["gain"], found.gain, found.gain_bootstrap),
     }
-    if short != "maxwell":
-        known["K_short_range"] = (
-            STIFFNESS + SHORT_RANGE * (short is not None),
-            found.short_range.stiffness,
-            found.short_range.stiffness_bootstrap,
-        )
+    if joint["short_range"] is None:
+        # a Dahl element is stiffer after a reversal than from rest: no single true value
+        short = found.short_range
+        known["K_short_range"] = (STIFFNESS, short.stiffness, short.stiffness_bootstrap)
     rows = {
         name: (truth, value, *np.percentile(drawn, [2.5, 97.5]))
         for name, (truth, value, drawn) in known.items()

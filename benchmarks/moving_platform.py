@@ -1,6 +1,6 @@
 """Bias, coverage and refusals of the impedance of ankle and hip on a moving platform, by simulated persons.
 
-    python benchmarks/moving_platform.py --seeds 100 > benchmarks/moving_platform.md     # four minutes
+    python benchmarks/moving_platform.py --seeds 100 > benchmarks/moving_platform.md     # a minute
     python benchmarks/moving_platform.py --table FILE [--reflex] [--push N]       # one person as a table
 
 Every seed is another motion of the platform, another sway and other noise, of the same person.
@@ -29,14 +29,14 @@ ABOUT = (
 )
 HEADER = "| Quantity | Truth | Identified (%) | Median | Spread | Coverage (%) | Regression | Rejected (%) |"
 INTRINSIC, REFLEX = PlatformPerson(), PlatformPerson().with_reflex()
+# person, push (N), model, and part of the seeds: fits of delays take longer
 CASES = (
-    ("no reflexes, platform only", INTRINSIC, 0.0, "intrinsic"),
-    ("no reflexes, platform only", INTRINSIC, 0.0, "all-reflex"),
-    ("reflexes, platform only", REFLEX, 0.0, "intrinsic"),
-    ("reflexes, platform only", REFLEX, 0.0, "own-reflex"),
-    ("reflexes, platform only", REFLEX, 0.0, "all-reflex"),
-    ("reflexes, platform and push", REFLEX, PUSH_N, "own-reflex"),
-    ("reflexes, platform and push", REFLEX, PUSH_N, "all-reflex"),
+    ("no reflexes, platform only", INTRINSIC, 0.0, "intrinsic", 1.0),
+    ("no reflexes, platform only", INTRINSIC, 0.0, "all-reflex", 0.06),
+    ("reflexes, platform only", REFLEX, 0.0, "intrinsic", 0.06),
+    ("reflexes, platform only", REFLEX, 0.0, "own-reflex", 0.2),
+    ("reflexes, platform only", REFLEX, 0.0, "all-reflex", 0.06),
+    ("reflexes, platform and push", REFLEX, PUSH_N, "all-reflex", 0.2),
 )
 
 
@@ -63,39 +63,33 @@ def truth_of(person: PlatformPerson, mode: np.ndarray) -> dict[str, float]:
     return found
 
 
-def one_seed(person: PlatformPerson, push: float, models: set[str], seed: int) -> dict:
-    """Quantities by model, with truth, value, interval, regression (units of the quantities)."""
-    record = record_platform(person, PlatformProtocol(push_N=push), np.random.default_rng(seed))
+def one_seed(person: PlatformPerson, push: float, model: str, seed: int) -> dict:
+    """Truth, value, interval, regression (units of the quantities) of every quantity, and rejection."""
+    record = record_platform(person, PlatformProtocol(push_N=push, step_s=0.01), np.random.default_rng(seed))
     u = np.column_stack([record.platform, record.push]) if push else record.platform
     spectra = spectra_of(u, record.angle, record.torque, 50.0, OPTIONS)
     truth = truth_of(person, slow_mode(spectra, 0.5))
     found = {}
-    for model in models:
-        rows = found[model] = {}
-        for joint in range(2):
-            fit = fit_row(spectra, joint, model, OPTIONS)
-            quantities = quantities_of(fit, spectra, joint, JOINTS, 0.1, 0.5)
-            for k, one in enumerate(quantities):
-                direct = fit.direct[k] if k < len(fit.terms) else np.nan
-                rows[one.name] = (truth[one.name], one.value, one.low, one.high, direct, fit.p_value < 0.01)
+    for joint in range(2):
+        fit = fit_row(spectra, joint, model, OPTIONS)
+        for k, one in enumerate(quantities_of(fit, spectra, joint, JOINTS, 0.1, 0.5)):
+            direct = fit.direct[k] if k < len(fit.terms) else np.nan
+            found[one.name] = (truth[one.name], one.value, one.low, one.high, direct, fit.p_value < 0.01)
     return found
 
 
-def report(seeds: int) -> None:
-    """Print the table of all cases."""
+def report(seeds: int, cases) -> None:
+    """Print the tables of some cases."""
     print("# Impedance of ankle and hip on a moving platform\n")
     print(f"*By `python benchmarks/moving_platform.py --seeds {seeds}`: {ABOUT}*")
-    done: dict[tuple, list] = {}
-    for name, person, push, model in CASES:
-        models = {m for n, _, _, m in CASES if n == name}
-        if (name,) not in done:
-            done[name,] = [one_seed(person, push, models, seed) for seed in range(seeds)]
-        print(f"\n## {name}, model {model}\n")
+    for name, person, push, model, part in cases:
+        used = round(part * seeds)
+        done = [one_seed(person, push, model, seed) for seed in range(used)]
+        print(f"\n## {name}, model {model}, {used} seeds\n")
         print(HEADER)
         print("|---" * 8 + "|")
-        for quantity in done[name,][0][model]:
-            rows = np.array([of[model][quantity] for of in done[name,]], dtype=float)
-            print(_line(quantity, rows))
+        for quantity in done[0]:
+            print(_line(quantity, np.array([of[quantity] for of in done], dtype=float)))
 
 
 def _line(quantity: str, rows: np.ndarray) -> str:
@@ -126,13 +120,14 @@ def write_table(path: Path, person: PlatformPerson, push: float, seed: int) -> N
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=100)
+    parser.add_argument("--case", type=int, help="number of a case, from 0, in place of all")
     parser.add_argument("--table", type=Path)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--reflex", action="store_true", help="a person with reflexes")
     parser.add_argument("--push", type=float, default=0.0, help="standard deviation of a push at the hip (N)")
     chosen = parser.parse_args()
     if chosen.table is None:
-        report(chosen.seeds)
+        report(chosen.seeds, CASES if chosen.case is None else CASES[chosen.case : chosen.case + 1])
     else:
         write_table(chosen.table, REFLEX if chosen.reflex else INTRINSIC, chosen.push, chosen.seed)
     sys.exit(0)

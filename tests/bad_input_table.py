@@ -45,6 +45,10 @@ def shifted(x):
     return np.roll(x, 125, axis=2)
 
 
+def clipped(x):
+    return np.clip(x, *np.percentile(x, [10, 90]))
+
+
 def frozen_at_start(p):
     p[:, LEG] = p[:, LEG, :1]
 
@@ -989,6 +993,21 @@ TABLES = others(
             "table: angle in degrees",
             cells(TABLE, "ankle_pos_rad", times(5730.0), ","),
             "table.csv: expected joint angles within half a revolution",
+        ),
+        (
+            "table: torque and angle exchanged",
+            text(TABLE, "ankle_pos_rad,ankle_torque_Nm", "ankle_torque_Nm,ankle_pos_rad"),
+            "table.csv: expected a torque of at least 0.1 N·m per rad of the angle",
+        ),
+        (
+            "table: torque saturated",
+            cells(TABLE, "ankle_torque_Nm", clipped, ","),
+            "table.csv: expected a torque within the range of its sensor",
+        ),
+        (
+            "table: angle hardly moves",
+            cells(TABLE, "ankle_pos_rad", times(1e-3), ","),
+            "table.csv: expected an angle that is moved by at least 0.001 rad",
         ),
         (
             "table: torque in mNm",

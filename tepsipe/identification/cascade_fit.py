@@ -44,10 +44,10 @@ class ParallelCascadeOptions:
     """
 
     intrinsic_lag_s: float = 0.04
-    stop_radii_rad: tuple[float, ...] = (0.001, 0.002, 0.004, 0.008, 0.016)
+    stop_radii_rad: tuple[float, ...] = (0.002, 0.004, 0.008, 0.016)
     reflex_length_s: float = 0.6
     reflex_knot_s: float = 0.025
-    reflex_poles_per_s: tuple[float, ...] = (10.0, 16.0, 25.0, 40.0)
+    reflex_poles_per_s: tuple[float, ...] = (16.0, 25.0, 40.0)
     reflex_order: int = 5
     reflex_thresholds_rad_per_s: tuple[float, ...] = (*(0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8),)
     reflex_delays_s: tuple[float, float] = (0.03, 0.06)

@@ -349,17 +349,20 @@ def fit_parallel_cascade(
     Returns
     -------
     ImpedanceFit
-        Intrinsic I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), reflex gain (N·m·s/rad) and delay (s); VAF of
-        the held-out torque (%).
+        Intrinsic I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) beyond yield, at the working amplitude and at
+        short range, reflex gain (N·m·s/rad) and delay (s); VAF of the held-out torque (%), without the slow
+        torque. Its ``details`` are a `ParallelCascadeFit`.
 
     Raises
     ------
     InputError
-        If the signals cannot be used, the record is too short, or the joint does not move.
+        If the signals cannot be used, the record is too short, the joint does not move, or the torque does
+        not resist the movement.
     """
     from dataclasses import fields
 
     from tepsipe.identification.cascade_fit import ParallelCascadeOptions
+    from tepsipe.identification.cascade_quantities import cascade_quantities
     from tepsipe.identification.parallel_cascade import identify_cascade
     from tepsipe.signals.filters import butterworth_lowpass
     from tepsipe.signals.resampling import regular_time, resample
@@ -402,23 +405,12 @@ def fit_parallel_cascade(
         bootstrap_draws,
         rng,
     )
-    quantities = {
-        name: Quantity.drawn(found.impedance[k], UNITS[name], found.impedance_bootstrap[:, k], confidence)
-        for k, name in enumerate(PARAMETERS)
-    }
-    if found.structure.stiffening:
-        quantities["dK/dtheta"] = Quantity.drawn(
-            found.stiffening, "N·m/rad²", found.stiffening_bootstrap, confidence
+    if found.impedance[0] < 0.0 and found.working_stiffness < 0.0:
+        raise InputError(
+            "fit_parallel_cascade: expected a torque that resists a positive angle, found a negative inertia "
+            f"and a stiffness of {found.working_stiffness:.3g} N·m/rad: reverse the sign of the torque"
         )
-    notes = ("Cross-validation found no reflex.",)
-    if found.structure.direction:
-        quantities["reflex gain"] = Quantity.drawn(found.gain, "N·m·s/rad", found.gain_bootstrap, confidence)
-        quantities["reflex delay"] = Quantity(found.structure.delay_s, "s")
-        low, high = found.delay_range_s
-        notes = (
-            f"The record does not separate reflex delays between {low:g} and {high:g} s; "
-            f"{found.structure.delay_s:g} s is the one nearest to the expected delay.",
-        )
+    quantities, notes = cascade_quantities(found, confidence)
     measured = butterworth_lowpass(torque, rate_hz, cutoff_hz, order)[kept]
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])
     return ImpedanceFit(

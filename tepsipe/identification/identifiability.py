@@ -37,15 +37,16 @@ class Directions:
         Power in the bands with the perturbation over that of noise alone, from weak to strong (-).
     vectors : ndarray, shape (q, q)
         Columns: one standard deviation of noise along each direction (units of the parameters).
-    scores : ndarray, shape (L, q)
-        Gradient of the likelihood in each band (inverse units of the parameters).
+    influence : ndarray, shape (L, q)
+        Change of the parameters without one band, along the directions that are determined (units of the
+        parameters).
     limit : float
         Least strength of a direction that is determined (-).
     """
 
     strength: np.ndarray
     vectors: np.ndarray
-    scores: np.ndarray
+    influence: np.ndarray
     limit: float
 
     def in_units(self, factor: np.ndarray) -> "Directions":
@@ -53,24 +54,21 @@ class Directions:
         return Directions(
             self.strength,
             self.vectors * factor[:, None],
-            self.scores / factor,
+            self.influence * factor,
             self.limit,
         )
 
     def standard_error(self, combination: np.ndarray) -> float:
-        """Of a linear combination of the parameters, shape (q,): sandwich over the bands (its unit).
+        """Of a linear combination of the parameters, shape (q,): jackknife over the bands (its unit).
 
         Directions that are too weak count with a signal of 2 % of noise, so that a combination to which they
         contribute is as uncertain as it is arbitrary.
         """
-        loads = combination @ self.vectors
-        along = self.vectors * (loads / self._signal())
-        bands, q = self.scores.shape
-        freedom = 2.0 * bands / max(2 * bands - q, 1)
-        strong = self.strength >= self.limit
-        sandwich = freedom * ((self.scores @ along[:, strong].sum(axis=1)) ** 2).sum()
-        weak = (loads[~strong] ** 2 / self._signal()[~strong]).sum()
-        return float(np.sqrt(sandwich + weak))
+        weak = self.strength < self.limit
+        loads = combination @ self.vectors[:, weak]
+        bands = self.influence.shape[0]
+        chance = ((self.influence @ combination) ** 2).sum() * (bands - 1) / bands
+        return float(np.sqrt(chance + (loads**2).sum() / CONCEDED))
 
     def weak_partners(self, combination: np.ndarray) -> np.ndarray:
         """Parameters that a weak direction of a combination moves, too, shape (q,), relative (unitless)."""
@@ -80,9 +78,6 @@ class Directions:
             return np.zeros(combination.size)
         k = int(np.flatnonzero(weak)[np.abs(loads[weak]).argmax()])
         return np.abs(self.vectors[:, k])
-
-    def _signal(self) -> np.ndarray:
-        return np.where(self.strength >= self.limit, self.strength - 1.0, CONCEDED)
 
 
 def directions_of(
@@ -114,5 +109,11 @@ def directions_of(
     # without any noise, rounding is all there is
     alone = alone + 1e-12 * np.trace(total) / total.shape[0] * np.eye(total.shape[0])
     strength, vectors = scipy.linalg.eigh(total, alone)
-    scores = 2.0 * ((a - chance * c) @ v)[:, 1:] / noise[:, None]
-    return Directions(strength, vectors, scores, limit)
+    strong = vectors[:, strength >= limit]
+    signal = strength[strength >= limit] - 1.0
+    # one Newton step from the estimate without a band: its gradient over the information of the others
+    own = 2.0 * (a - chance * c) / noise[:, None, None]
+    gradient = (own @ v)[:, 1:] @ strong
+    others = np.diag(signal) - strong.T @ own[:, 1:, 1:] @ strong
+    influence = np.linalg.solve(others, gradient[:, :, None])[:, :, 0] @ strong.T
+    return Directions(strength, vectors, influence, limit)

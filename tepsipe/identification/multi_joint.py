@@ -15,7 +15,7 @@ band l (b frequencies) that are and are not linear in u (m perturbations), v = [
 that is the coherence of the residual with the perturbation, in every band over its own noise. This is limited
 information maximum likelihood (Anderson and Rubin 1949) with noise of any spectrum; unlike two-stage least
 squares it stays unbiased if coherence is low. With the right model chi2 has a chi-squared distribution with
-2 m L - q degrees of freedom, which tests the model. Standard errors are those of the sandwich over bands.
+2 m L - q degrees of freedom, which tests the model. Standard errors are those of the jackknife over bands.
 
 What the data cannot say is refused (`tepsipe.identification.identifiability`).
 """
@@ -276,8 +276,20 @@ def cross_products(perturbation: np.ndarray, columns: np.ndarray) -> tuple[np.nd
 
 
 @dataclass(frozen=True)
-class _Solution:
-    """Minimum of (2) for columns of unit power."""
+class Solution:
+    """Minimum of (2).
+
+    Attributes
+    ----------
+    p : ndarray, shape (q,)
+        Parameters (unitless, of scaled columns).
+    chi2 : float
+        (2) there (-).
+    weak : int
+        Number of directions that are not determined (-).
+    converged : bool
+        Whether (2) is flat there (-).
+    """
 
     p: np.ndarray
     chi2: float
@@ -285,8 +297,26 @@ class _Solution:
     converged: bool
 
 
-def _minimise(a: np.ndarray, c: np.ndarray, b: int, m: int, strength: float, starts=()) -> _Solution:
-    """Minimise (2) from the solution for k = m/(b - m) and from others, small along weak directions."""
+def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: float, starts=()) -> Solution:
+    """Minimise (2) from the solution for k = m/(b - m) and from others, small along weak directions.
+
+    Parameters
+    ----------
+    a, c : ndarray, shape (L, 1 + q, 1 + q)
+        Cross products of torque and regressors (unitless).
+    shape : (int, int)
+        Frequencies per band b and perturbations m (-).
+    strength : float
+        Of a direction that is determined (-).
+    starts : sequence of ndarray, shape (q,)
+        Further parameters to start from (unitless).
+
+    Returns
+    -------
+    Solution
+        The lowest minimum found (unitless).
+    """
+    b, m = shape
     chance = m / (b - m)
     noise = c[:, 0, 0] / (b - m)
     for _ in range(3):
@@ -319,13 +349,37 @@ def _minimise(a: np.ndarray, c: np.ndarray, b: int, m: int, strength: float, sta
     best = min(found, key=lambda one: one.fun)
     p = basis @ best.x
     flat = bool(np.abs(best.jac).max() < 1e3 * GRADIENT)
-    return _Solution(p, chi2_of(p)[0], int(weak.sum()), flat)
+    return Solution(p, chi2_of(p)[0], int(weak.sum()), flat)
 
 
 def _scaled(a: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Cross products of columns of unit power, and the roots of their power (units of the columns)."""
     scale = np.sqrt(np.einsum("lii->i", a + c))
     return a / np.outer(scale, scale), c / np.outer(scale, scale), scale
+
+
+def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
+    """Cross products of (2) for columns of unit power.
+
+    Parameters
+    ----------
+    spectra : Spectra
+        Of the record (rad, N·m).
+    joint : int
+        Whose torque (-).
+    terms : sequence of (str, int)
+        Kinds of the parameters, and joints whose angle they multiply.
+    delay_s : float or None
+        Delay of a reflex (s).
+
+    Returns
+    -------
+    a, c : ndarray, shape (L, 1 + q, 1 + q)
+        Parts that are, and are not, linear in the perturbations (unitless).
+    scale : ndarray, shape (1 + q,)
+        Roots of the columns' power (N·m, rad, rad/s).
+    """
+    return _scaled(*cross_products(spectra.perturbation, _columns(spectra, joint, terms, delay_s)))
 
 
 def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions) -> RowFit:
@@ -355,17 +409,15 @@ def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions
     _, b, m = spectra.perturbation.shape
     terms = terms_of(model, joint, spectra.angle.shape[2])
 
-    def products(delay_s: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return _scaled(*cross_products(spectra.perturbation, _columns(spectra, joint, terms, delay_s)))
-
     delays, tried, delay, starts = np.empty(0), np.empty(0), None, ()
     if model != "intrinsic":
         count = 1 + round((options.delays_s[1] - options.delays_s[0]) / options.delay_step_s)
         delays = np.linspace(*options.delays_s, max(count, 3))
-        tried, starts = _profile([products(d)[:2] for d in delays], b, m, options.strength)
+        products = [scaled_products(spectra, joint, terms, d)[:2] for d in delays]
+        tried, starts = _profile(products, (b, m), options.strength)
         delay = _vertex(delays, tried)
-    a, c, scale = products(delay)
-    solution = _minimise(a, c, b, m, options.strength, starts)
+    a, c, scale = scaled_products(spectra, joint, terms, delay)
+    solution = minimise(a, c, (b, m), options.strength, starts)
     parameters = solution.p * scale[0] / scale[1:]
     normal = (a + c).sum(axis=0)
     direct = np.linalg.lstsq(normal[1:, 1:], normal[1:, 0], rcond=None)[0] * scale[0] / scale[1:]
@@ -384,13 +436,13 @@ def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions
     )
 
 
-def _profile(products: list, b: int, m: int, strength: float) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+def _profile(products: list, shape: tuple[int, int], strength: float):
     """Least chi2 of every delay, searches started at its neighbours' solutions, too; best solution."""
     found = []
     for a, c in products:
-        found.append(_minimise(a, c, b, m, strength, [one.p for one in found[-1:]]))
+        found.append(minimise(a, c, shape, strength, [one.p for one in found[-1:]]))
     for k in range(len(found) - 2, -1, -1):
-        again = _minimise(*products[k], b, m, strength, [found[k + 1].p])
+        again = minimise(*products[k], shape, strength, [found[k + 1].p])
         found[k] = min(found[k], again, key=lambda one: one.chi2)
     chi2 = np.array([one.chi2 for one in found])
     return chi2, (found[int(chi2.argmin())].p,)

@@ -5,6 +5,7 @@ perturbation drives, may be at most a stated share of the torque that the pertur
 
     u rms(x) <= share rms(tau)                                                                       (1)
 
+and the record must exclude values that are twice this away (`tepsipe.identification.multi_joint_profile`).
 Otherwise it is refused by name, and no number is given. Combinations stay: the static stiffness K + D of an
 angle, and the static stiffness along the mode in which the perturbation moves the joints slowly,
 sum_j (K_ij + D_ij) phi_j, which is known even if the joints move in proportion.
@@ -17,6 +18,7 @@ import numpy as np
 import scipy
 
 from tepsipe.identification.multi_joint import RowFit, Spectra, cross_products
+from tepsipe.identification.multi_joint_profile import Profile
 
 NAMES = {"K": "K", "B": "B", "D": "K_reflex", "E": "B_reflex"}
 UNITS = {"K": "Nm/rad", "D": "Nm/rad", "B": "Nms/rad", "E": "Nms/rad"}
@@ -123,7 +125,9 @@ def quantities_of(
     driven = max(float(torque[joint]), 1e-12)
     amplitude = np.array([(angle if kind in "KD" else rate)[j] for kind, j in fit.terms]) / driven
     labels = [f"{NAMES[kind]}_{names[joint]}_{names[j]}" for kind, j in fit.terms]
-    judge = _Judge(fit, labels, amplitude, largest_share)
+    weak = bool((fit.directions.strength < fit.directions.limit).any())
+    weakly = _open_delay(fit) or (weak and fit.delay_s is not None)
+    judge = _Judge(fit, labels, amplitude, largest_share, Profile(fit, spectra, joint, weakly))
     found = [
         judge(label, UNITS[kind], np.eye(len(fit.terms))[k], amplitude[k])
         for k, (label, (kind, _)) in enumerate(zip(labels, fit.terms, strict=True))
@@ -151,6 +155,7 @@ class _Judge:
     labels: list[str]
     amplitude: np.ndarray
     largest_share: float
+    profile: Profile
 
     def __call__(self, name: str, unit: str, combination: np.ndarray, amplitude: float) -> Quantity:
         fit = self.fit
@@ -159,7 +164,11 @@ class _Judge:
         u = fit.directions.standard_error(padded)
         if not np.isfinite(amplitude) or u * amplitude > self.largest_share:
             return refused(name, unit, self._refusal(name, padded, combination, u * amplitude))
+        far = 2.0 * self.largest_share / max(amplitude, 1e-12)
+        said = f"{name} is not identified: values far from the best explain the record as well"
         value, half = float(combination @ fit.parameters), u * _quantile(fit.freedom)
+        if not all(self.profile.excludes(combination, value + step) for step in (-far, far)):
+            return refused(name, unit, said)
         return Quantity(name, unit, value, u, value - half, value + half)
 
     def _refusal(self, name: str, padded: np.ndarray, combination: np.ndarray, share: float) -> str:
@@ -191,7 +200,7 @@ def _delay(fit: RowFit, joint: str, reflex: bool) -> Quantity:
     """Delay of the reflex (s), if there is an identified reflex and the delay lies within those tried."""
     name = f"delay_{joint}"
     inside = np.flatnonzero(fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2)
-    if inside[0] == 0 or inside[-1] == fit.delays_s.size - 1:
+    if _open_delay(fit):
         ends = f"{fit.delays_s[inside[0]]:g} to {fit.delays_s[inside[-1]]:g} s"
         return refused(
             name,
@@ -205,6 +214,14 @@ def _delay(fit: RowFit, joint: str, reflex: bool) -> Quantity:
     u = fit.directions.standard_error(np.eye(fit.directions.strength.size)[-1])
     half = u * _quantile(fit.freedom)
     return Quantity(name, "s", fit.delay_s, u, fit.delay_s - half, fit.delay_s + half)
+
+
+def _open_delay(fit: RowFit) -> bool:
+    """Whether the delays that the record does not exclude reach an end of those tried."""
+    if fit.delay_s is None:
+        return False
+    inside = fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2
+    return bool(inside[0] or inside[-1])
 
 
 def _quantile(freedom: int) -> float:

@@ -18,8 +18,13 @@ from tepsipe.signals.resampling import (
     repair_time_stamps,
     resample,
     rising_edges,
+    runs_of,
 )
 
+# torque per angle (N·m/rad) below which columns are taken for exchanged, and least swing of an angle (rad)
+EXCHANGED_NM_PER_RAD, LEAST_SWING_RAD = 0.1, 1e-3
+# a saturated torque stays at its extreme value for so long (s), in so many stretches
+SATURATED_S, SATURATED_STRETCHES = 0.02, 3
 RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
 
 
@@ -199,7 +204,10 @@ def ingest_position_manipulator(
     columns = np.column_stack([table["angle"], table["torque"]])[repaired.keep]
     columns, missing = fill_gaps(columns, recorded_hz, options.max_gap_s, name)
     angle = RADIANS_PER_UNIT[options.angle_unit] * columns[:, 0]
+    _refuse_exchanged(angle, columns[:, 1], name)
     _refuse_degrees(angle, options.angle_unit, name)
+    _refuse_saturated(columns[:, 1], recorded_hz, name)
+    _refuse_little_motion(angle, options.angle_unit, name)
     rate = options.resample_rate_hz
     if rate > recorded_hz * 1.001:
         raise InputError(
@@ -263,4 +271,39 @@ def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:
             f"{name}: expected joint angles within half a revolution, found a swing of {swing:.3g} rad "
             f"when read as {unit}: "
             "correct angle_unit in the configuration or in the trial sheet"
+        )
+
+
+def _refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str) -> None:
+    """Refuse a torque so small for the angle that each must be in the other's column."""
+    spread = float(angle.std())
+    ratio = float(torque.std()) / spread if spread > 0.0 else np.inf
+    if 0.0 < ratio < EXCHANGED_NM_PER_RAD and np.ptp(torque) < 0.5 * np.pi:
+        raise InputError(
+            f"{name}: expected a torque of at least {EXCHANGED_NM_PER_RAD:g} N·m per rad of the angle, found "
+            f"{ratio:.2g} N·m/rad: exchange the columns of torque and angle in the configuration, or correct "
+            "their units"
+        )
+
+
+def _refuse_saturated(torque: np.ndarray, rate_hz: float, name: str) -> None:
+    """Refuse a torque that stays again and again at its largest or smallest value."""
+    for word, value in (("largest", torque.max()), ("smallest", torque.min())):
+        runs = [stop - start for start, stop in runs_of(torque == value)]
+        long = [run for run in runs if run >= max(3, round(SATURATED_S * rate_hz))]
+        if len(long) >= SATURATED_STRETCHES and np.ptp(torque) > 0.0:
+            raise InputError(
+                f"{name}: expected a torque within the range of its sensor, found its {word} value "
+                f"{value:.4g} N·m in {len(long)} stretches of up to {1e3 * max(long) / rate_hz:.3g} ms: "
+                "record with a larger range"
+            )
+
+
+def _refuse_little_motion(angle: np.ndarray, unit: str, name: str) -> None:
+    """Refuse an angle that hardly moves; the analysis refuses one that stands still."""
+    swing = float(np.subtract(*np.percentile(angle, [99.0, 1.0])))
+    if 0.0 < swing < LEAST_SWING_RAD:
+        raise InputError(
+            f"{name}: expected an angle that is moved by at least {LEAST_SWING_RAD:g} rad, found {swing:.2g} "
+            f"rad when read as {unit}: correct angle_unit, or record with a larger perturbation"
         )

@@ -301,6 +301,11 @@ def _check_reflex(reflex: dict, name: str) -> None:
             f"{where}.expected_delay_s within reflex_delays_s, from short to long ([{shortest}, {longest}]), "
             f"found {reflex['expected_delay_s']}: correct one of the two"
         )
+    if not reflex["profiled_delays_s"][0] <= reflex["profiled_delays_s"][1]:
+        raise InputError(
+            f"{where}.profiled_delays_s from short to long, found {reflex['profiled_delays_s']}: turn it "
+            "round"
+        )
     if reflex["reflex_length_s"] < 2.0 * reflex["reflex_knot_s"]:
         raise InputError(
             f"{where}.reflex_knot_s of at most half of reflex_length_s ({reflex['reflex_length_s']:g} s), "

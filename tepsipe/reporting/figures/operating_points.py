@@ -12,6 +12,8 @@ from tepsipe.reporting.operating_points import LITERATURE_SLOPE, STIFFNESS
 
 SHOWN = {STIFFNESS: "Stiffness $K$", "B": "Damping $B$", "reflex_gain": "Reflex gain"}
 BEYOND = 0.08
+# narrowest axis of angles (rad) and of torques (N·m)
+NARROWEST = (0.05, 2.0)
 
 
 @in_style
@@ -46,6 +48,10 @@ def plot_operating_points(points: pd.DataFrame, relations: pd.DataFrame) -> Figu
         of = points[points.quantity == quantity]
         unit = unit_symbol(of.unit.iloc[0]) if len(of) else "-"
         row[0].set_ylabel(f"{SHOWN[quantity]} ({unit})")
+    for axis, least in zip(axes[0], NARROWEST[::-1], strict=True):
+        low, high = axis.get_xlim()
+        more = max(0.0, 0.5 * (least - (high - low)))
+        axis.set_xlim(low - more, high + more)
     axes[-1, 0].set_xlabel("Mean torque (N·m)")
     axes[-1, 1].set_xlabel("Mean angle (rad)")
     if len(people) > 1 or len(relations):

@@ -1,0 +1,1 @@
+"""Impedance of the ankle in the stance phase of walking, by belt pulses at random strides."""

@@ -1,0 +1,176 @@
+"""From a walking trial to the impedance of the ankle at each perturbed phase of stance."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.walking.deviations import Deviations, filter_walk, subtract_unperturbed
+from tepsipe.experiments.walking.impedance import PhaseImpedance, WalkingOptions, estimate_impedance
+from tepsipe.experiments.walking.recording import WalkingRecording
+from tepsipe.experiments.walking.strides import Strides, locate_pulses, refuse_swapped_belts
+from tepsipe.statistics.uncertainty import Source
+
+FEWEST_UNPERTURBED = 12
+
+
+@dataclass(frozen=True)
+class WalkingImpedance:
+    """Results of a trial.
+
+    Attributes
+    ----------
+    phases : dict of float to PhaseImpedance
+        Nominal phase (%) -> impedance.
+    at_percent : dict of float to float
+        Nominal phase (%) -> phase to which K belongs (%).
+    deviations : dict of float to Deviations
+        Nominal phase (%) -> strides minus their unperturbed behaviour (units there).
+    stance_s : float
+        Mean stance of the unperturbed strides (s).
+    dropped : tuple of str
+        A sentence for every stride, pulse and phase that was left out (no unit).
+    """
+
+    phases: dict[float, PhaseImpedance]
+    at_percent: dict[float, float]
+    deviations: dict[float, Deviations]
+    stance_s: float
+    dropped: tuple[str, ...]
+
+    def stiffness_at(self, percent: float) -> tuple[float, float]:
+        """K and its Type A uncertainty (N·m/rad) at a phase (%), on the line through the nearest two."""
+        usable = [phase for phase, fit in self.phases.items() if not fit.flags]
+        near = sorted(usable, key=lambda phase: abs(self.at_percent[phase] - percent))[:2]
+        if len(near) < 2:
+            return float("nan"), float("inf")
+        (a, b), (first, second) = (self.at_percent[p] for p in near), (self.phases[p] for p in near)
+        share = (percent - a) / (b - a)
+        value = (1.0 - share) * first.values[2] + share * second.values[2]
+        u = np.hypot((1.0 - share) * first.budget.type_a[2], share * second.budget.type_a[2])
+        return float(value), float(u)
+
+
+def analyse_walking(
+    recording: WalkingRecording,
+    strides: Strides,
+    onsets: Sequence[float],
+    options: WalkingOptions | None = None,
+    sources: Mapping[str, Source] | None = None,
+) -> WalkingImpedance:
+    """Impedance of the ankle at each phase of stance that was perturbed.
+
+    Parameters
+    ----------
+    recording : WalkingRecording
+        Signals of the perturbed leg (units there).
+    strides : Strides
+        Of the same leg, from `segment_strides` (s).
+    onsets : sequence of float
+        Onsets of the pulses (s).
+    options : WalkingOptions or None
+        Choices (units in their names); None for the recommended ones.
+    sources : mapping of str to Source or None
+        Type B, see `estimate_impedance` (units in the names).
+
+    Returns
+    -------
+    WalkingImpedance
+        Impedance of each phase (units there), and what was left out.
+
+    Raises
+    ------
+    InputError
+        If the belts are swapped, there are too few unperturbed strides, or no phase can be evaluated.
+    """
+    options = options or WalkingOptions()
+    refuse_swapped_belts(recording, strides)
+    pulses = locate_pulses(strides, onsets, options.window_s, recording.name)
+    quiet = _unperturbed(strides, np.asarray(onsets, float), options.recovery_strides)
+    if quiet.sum() < FEWEST_UNPERTURBED:
+        raise InputError(
+            f"{recording.name}: expected at least {FEWEST_UNPERTURBED} unperturbed strides, found "
+            f"{quiet.sum()}: "
+            "record unperturbed walking, or perturb fewer strides"
+        )
+    stance, starts = float(strides.stance[quiet].mean()), strides.start[quiet]
+    delay = pulses.onset - strides.start[pulses.stride]
+    percent = 100.0 * delay / stance
+    walk = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, options.matched_by)
+    phases, onset_percent, at_percent, deviations = {}, {}, {}, {}
+    dropped = [
+        *strides.dropped,
+        *pulses.dropped,
+        *_of_no_phase(recording.name, pulses.onset, percent, options),
+    ]
+    for phase in options.phases_percent:
+        here = np.abs(percent - phase) <= options.phase_tolerance_percent
+        if here.sum() < options.fewest_strides:
+            dropped.append(
+                f"{recording.name}: expected at least {options.fewest_strides} perturbed strides at "
+                f"{phase:g} % of "
+                f"stance, found {here.sum()}: record more, the other phases are kept"
+            )
+            continue
+        found = subtract_unperturbed(
+            walk,
+            (pulses.onset[here], delay[here]),
+            starts,
+            options.window_s,
+            options.ridge,
+            options.state_before_s,
+        )
+        deviations[phase] = found
+        phases[phase] = estimate_impedance(found, options, sources)
+        onset_percent[phase] = float(percent[here].mean())
+        at_percent[phase] = onset_percent[phase] + 100.0 * phases[phase].at_s / stance
+    if not phases:
+        raise InputError(
+            f"{recording.name}: expected at least {options.fewest_strides} perturbed strides at one of "
+            "the phases "
+            f"{', '.join(f'{p:g}' for p in options.phases_percent)} % of stance, found fewer at each: "
+            "record more"
+        )
+    for phase, rising in _rising(phases, at_percent, stance).items():
+        phases[phase] = estimate_impedance(deviations[phase], options, sources, rising)
+        at_percent[phase] = onset_percent[phase] + 100.0 * phases[phase].at_s / stance
+    return WalkingImpedance(phases, at_percent, deviations, stance, tuple(dropped))
+
+
+def _rising(
+    phases: dict[float, PhaseImpedance], at_percent: dict[float, float], stance_s: float
+) -> dict[float, tuple[float, float, float]]:
+    """Rate of K at each phase by the phases beside it, its uncertainty, and the time of K after the onset."""
+    usable = [phase for phase, fit in phases.items() if not fit.flags]
+    found = {}
+    for k, phase in enumerate(usable):
+        first, last = usable[max(k - 1, 0)], usable[min(k + 1, len(usable) - 1)]
+        if first == last:
+            continue
+        apart = stance_s * (at_percent[last] - at_percent[first]) / 100.0
+        low, high = phases[first], phases[last]
+        u = np.hypot(low.budget.type_a[2], high.budget.type_a[2])
+        found[phase] = (float(high.values[2] - low.values[2]) / apart, float(u) / apart, phases[phase].at_s)
+    return found
+
+
+def _unperturbed(strides: Strides, onsets: np.ndarray, recovery: int) -> np.ndarray:
+    """Strides that are neither perturbed nor among those after a perturbed one."""
+    quiet = np.ones(len(strides), dtype=bool)
+    for onset in onsets:
+        first = int(np.searchsorted(strides.start, onset, side="right")) - 1
+        quiet[max(first, 0) : max(first, -1) + 1 + recovery] = False
+    return quiet
+
+
+def _of_no_phase(name: str, onset: np.ndarray, percent: np.ndarray, options: WalkingOptions) -> list[str]:
+    """A sentence for every pulse that is near none of the phases."""
+    distance = np.abs(percent[:, None] - np.array(options.phases_percent)).min(axis=1, initial=np.inf)
+    return [
+        f"{name}: expected the pulse at {onset[k]:.3f} s at one of the phases "
+        f"{', '.join(f'{p:g}' for p in options.phases_percent)} % of stance, found it at {percent[k]:.0f} "
+        "%: the "
+        "pulse is left out"
+        for k in np.flatnonzero(distance > options.phase_tolerance_percent)
+    ]

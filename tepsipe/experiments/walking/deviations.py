@@ -1,0 +1,173 @@
+"""Signals of perturbed strides after the onset of their pulses, minus matched unperturbed strides."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.experiments.walking.matching import (
+    cut,
+    fit_matching,
+    left_out_residuals,
+    state_features,
+)
+from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording, ankle_moment
+from tepsipe.signals.filters import butterworth_lowpass
+
+# signal and order of its time derivative; the value at the onset is subtracted from each
+CHANNELS = (
+    ("angle", 0),
+    ("angle", 1),
+    ("angle", 2),
+    ("moment", 0),
+    ("moment", 1),
+    ("vertical", 0),
+    ("anterior", 0),
+    ("ankle_x", 2),
+)
+ANGLE, RATE, ACCELERATION, MOMENT, MOMENT_RATE, VERTICAL, ANTERIOR, FOOT_ACCELERATION = range(len(CHANNELS))
+
+
+@dataclass(frozen=True)
+class FilteredWalk:
+    """Splines through the low-passed signals of a trial, all filtered alike.
+
+    Attributes
+    ----------
+    splines : dict of str to scipy.interpolate.CubicSpline
+        angle (rad), moment (N·m), vertical and anterior force (N), ankle_x (m) over time (s).
+    state : list of scipy.interpolate.CubicSpline
+        Signals from which unperturbed behaviour is predicted (any units).
+    rate_hz : float
+        Rate of the recording (Hz).
+    """
+
+    splines: dict[str, scipy.interpolate.CubicSpline]
+    state: list
+    rate_hz: float
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Strides minus their unperturbed behaviour, for one phase.
+
+    Attributes
+    ----------
+    time : ndarray, shape (w,)
+        After the onset (s).
+    perturbed : ndarray, shape (n, 8, w)
+        Perturbed strides: the signals of `CHANNELS` (rad, rad/s, rad/s2, N·m, N·m/s, N, N, m/s2).
+    unperturbed : ndarray, shape (m, 8, w)
+        Unperturbed strides, each minus its prediction by the others, in their order (the same units).
+    """
+
+    time: np.ndarray
+    perturbed: np.ndarray
+    unperturbed: np.ndarray
+
+
+def filter_walk(
+    recording: WalkingRecording, cutoff_hz: float, order: int, matched_by: tuple[str, ...] | None
+) -> FilteredWalk:
+    """Low-pass all signals of a trial alike.
+
+    Parameters
+    ----------
+    recording : WalkingRecording
+        Signals (units there).
+    cutoff_hz : float
+        Cutoff (Hz).
+    order : int
+        Order of both passes together (-).
+    matched_by : tuple of str or None
+        Signals of which the state at the onset is taken: moment, angle, vertical, anterior, other_vertical or
+        names of the recording's ``state``; None for all, () for the plain mean.
+
+    Returns
+    -------
+    FilteredWalk
+        Splines (units of the signals).
+    """
+    contact = recording.vertical > CONTACT_N
+    known = {
+        "moment": ankle_moment(recording),
+        "angle": recording.angle,
+        "vertical": np.where(contact, recording.vertical, 0.0),
+        "anterior": np.where(contact, recording.anterior, 0.0),
+        "ankle_x": recording.ankle_x,
+        "other_vertical": recording.other_vertical,
+        **recording.state,
+    }
+    filtered = butterworth_lowpass(
+        np.stack(list(known.values()), axis=1), recording.rate_hz, cutoff_hz, order
+    )
+    splines = {
+        name: scipy.interpolate.CubicSpline(recording.time, column)
+        for name, column in zip(known, filtered.T, strict=True)
+    }
+    chosen = [name for name in known if name != "ankle_x"] if matched_by is None else matched_by
+    return FilteredWalk(splines, [splines[name] for name in chosen], recording.rate_hz)
+
+
+def subtract_unperturbed(
+    walk: FilteredWalk,
+    pulses: tuple[np.ndarray, np.ndarray],
+    unperturbed: np.ndarray,
+    window_s: float,
+    ridge: float,
+    before_s: float,
+) -> Deviations:
+    """Deviations of the perturbed strides of one phase.
+
+    Parameters
+    ----------
+    walk : FilteredWalk
+        Signals (units there).
+    pulses : tuple of ndarray, each of shape (n,)
+        Onsets and their delays after the heel strike (s).
+    unperturbed : ndarray, shape (m,)
+        Heel strikes of unperturbed strides (s).
+    window_s : float
+        Length of the window (s).
+    ridge : float
+        Penalty of the matching, relative to the number of strides (-).
+    before_s : float
+        The state is that so long before the onset (s).
+
+    Returns
+    -------
+    Deviations
+        Units there.
+    """
+    onset, delay = pulses
+    time = np.arange(1, round(window_s * walk.rate_hz) + 1) / walk.rate_hz
+    rounded = np.round(delay, 3)  # pulses of one delay share their unperturbed strides
+    perturbed = np.empty((onset.size, len(CHANNELS), time.size))
+    for value in np.unique(rounded):
+        here = rounded == value
+        matching, *_ = _matching(walk, unperturbed + delay[here].mean(), time, ridge, before_s)
+        predicted = matching.predict(state_features(walk.state, onset[here], before_s))
+        perturbed[here] = _signals(walk, onset[here], time) - predicted.reshape(-1, len(CHANNELS), time.size)
+    matching, features, signals = _matching(walk, unperturbed + delay.mean(), time, ridge, before_s)
+    residuals = left_out_residuals(matching, features, signals)
+    return Deviations(time, perturbed, residuals.reshape(-1, len(CHANNELS), time.size))
+
+
+def _matching(walk: FilteredWalk, onsets: np.ndarray, time: np.ndarray, ridge: float, before_s: float):
+    """The prediction, and the features and signals of the unperturbed strides that it was fitted to."""
+    features = state_features(walk.state, onsets, before_s)
+    signals = _signals(walk, onsets, time).reshape(onsets.size, -1)
+    return fit_matching(features, signals, ridge), features, signals
+
+
+def _signals(walk: FilteredWalk, onsets: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Signals of `CHANNELS` after each onset, shape (n, 8, w), relative to the onset.
+
+    Derivatives too: a zero-lag filter brings the start of the pulse forward, before the onset.
+    """
+    found = []
+    for name, order in CHANNELS:
+        spline = walk.splines[name].derivative(order) if order else walk.splines[name]
+        values = cut(spline, onsets, time)
+        found.append(values - spline(onsets)[:, None])
+    return np.stack(found, axis=1)

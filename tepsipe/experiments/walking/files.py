@@ -1,0 +1,119 @@
+"""Walking recordings and their events as tables of text."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from tepsipe.errors import InputError, quoted
+from tepsipe.experiments.walking.recording import WalkingRecording
+from tepsipe.io.readers.text_file import read_text
+from tepsipe.io.readers.text_table import read_text_table
+
+SIGNALS = ("angle", "vertical", "anterior", "cop", "ankle_x", "ankle_y", "other_vertical")
+EVENTS = ("heel_strike", "toe_off", "pulse")
+
+
+def read_recording(
+    path: str | Path,
+    columns: Mapping[str, str | None],
+    rate_hz: float,
+    max_gap_s: float,
+    delimiter: str = ",",
+) -> WalkingRecording:
+    """Read one leg of a walking trial and bring it to a regular clock.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text table with a header; a name that ends in ``.gz`` is decompressed.
+    columns : mapping of str to str or None
+        time (s), angle (rad, plantarflexion positive), vertical, anterior and other_vertical (N), cop,
+        ankle_x and ankle_y (m), supplied_moment (N·m; None if there is none), and any others that may
+        foretell a stride -> name in the header.
+    rate_hz : float
+        Rate of the regular clock (Hz).
+    max_gap_s : float
+        Longest step between two time stamps (s).
+    delimiter : str
+        Character between columns.
+
+    Returns
+    -------
+    WalkingRecording
+        Signals, linearly interpolated (units there).
+
+    Raises
+    ------
+    InputError
+        If the table cannot be read, its time runs backwards, or has a longer gap.
+    """
+    table = read_text_table(path, dict(columns), delimiter)
+    time = table.pop("time")
+    steps = np.diff(time)
+    if time.size < 2 or steps.min() < 0.0 or steps.max() > max_gap_s or not np.isfinite(time).all():
+        found = "fewer than two" if time.size < 2 else f"steps from {steps.min():.3g} to {steps.max():.3g} s"
+        raise InputError(
+            f"{path}: expected time stamps that rise by at most {max_gap_s:g} s, found {found}: correct "
+            "the column "
+            f"{quoted(columns['time'])}, or cut the recording at the gap"
+        )
+    clock = (
+        np.arange(math.ceil(time[0] * rate_hz - 1e-6), math.floor(time[-1] * rate_hz + 1e-6) + 1) / rate_hz
+    )
+    signals = {name: np.interp(clock, time, values) for name, values in table.items()}
+    own = {name: signals.pop(name) for name in SIGNALS}
+    supplied = signals.pop("supplied_moment", None)
+    return WalkingRecording(str(path), rate_hz, clock, **own, state=signals, supplied_moment=supplied)
+
+
+def read_events(
+    path: str | Path, columns: Mapping[str, str | None], delimiter: str = ","
+) -> dict[str, np.ndarray]:
+    """Read heel strikes, toe-offs and onsets of pulses of one leg.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text table with a header, one event per cell (s); empty cells are missing events.
+    columns : mapping of str to str or None
+        heel_strike, toe_off, pulse -> name in the header; None where there are none.
+    delimiter : str
+        Character between columns.
+
+    Returns
+    -------
+    dict of str to ndarray
+        heel_strike, toe_off, pulse (s), each in increasing order.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, a column is missing, or a cell is not a number.
+    """
+    lines = [
+        line.split(delimiter) for line in read_text(path, "a table of events").splitlines() if line.strip()
+    ]
+    names = [name.strip() for name in lines[0]] if lines else []
+    found = {}
+    for kind in EVENTS:
+        name = columns.get(kind)
+        if name is None:
+            found[kind] = np.zeros(0)
+            continue
+        if name not in names:
+            raise InputError(
+                f"{path}: expected a column {quoted(name)} of events, found {', '.join(names) or 'nothing'}: "
+                "correct the name in the configuration, or detect the events"
+            )
+        at = names.index(name)
+        cells = [line[at].strip() for line in lines[1:] if at < len(line)]
+        try:
+            values = np.array([float(cell) for cell in cells if cell and cell.lower() != "nan"])
+        except ValueError as error:
+            raise InputError(
+                f"{path}: expected events in s in the column {quoted(name)}, found {error}: correct the cell"
+            ) from error
+        found[kind] = np.sort(values[np.isfinite(values)])
+    return found

@@ -1,0 +1,304 @@
+"""Intrinsic impedance of the ankle at one phase of stance, from strides minus their unperturbed behaviour.
+
+With deviations (D) averaged over n perturbed strides, moment and angle positive in plantarflexion,
+
+    -DM + d m_f Dx'' = I Dtheta'' + B Dtheta' + K Dtheta + e,     e ~ N(0, S)
+
+for a foot of mass m_f whose centre of mass lies d below the ankle and moves with the belt. Rouse et al.
+(2014) fit this by least squares to means over strides in the 100 ms after the onset. Here S weights the
+samples (generalised least squares in time): the deviation between strides grows and stays after the onset,
+and its covariance is known from unperturbed strides,
+
+    S = cov(M + I theta'' + B theta' + K theta) (1/n + 1/m) + (0.02 y)^2 1 + s^2 R(t, t')
+
+with m unperturbed strides, 2 % of the response for what the model lacks, and a reflex moment of any shape
+from t_r on, an integrated Wiener process R that amounts to s 20 ms after t_r. What varies within the window
+is averaged with the weights of K, so that the estimate belongs to their centre of time (Lee, Krebs & Hogan
+2016 and Shorter & Rouse 2018 on impedance that changes within stance).
+
+Errors in variables: means of natural scatter remain in Dtheta. Its covariances are known
+from unperturbed strides and are subtracted from the normal equations.
+
+References
+----------
+Rouse, Hargrove, Perreault & Kuiken (2014). IEEE Trans. Neural Syst. Rehabil. Eng. 22(4), 870-878.
+Lee, Krebs & Hogan (2016). IEEE Trans. Neural Syst. Rehabil. Eng.
+Shorter & Rouse (2018). IEEE Trans. Neural Syst. Rehabil. Eng. 26(1), 135-143.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.experiments.walking.deviations import (
+    ACCELERATION,
+    ANGLE,
+    ANTERIOR,
+    FOOT_ACCELERATION,
+    MOMENT,
+    MOMENT_RATE,
+    RATE,
+    VERTICAL,
+    Deviations,
+)
+from tepsipe.statistics.uncertainty import Budget, Source
+
+QUANTITIES = ("I", "B", "K")
+REGRESSORS = (ACCELERATION, RATE, ANGLE)
+DISCREPANCY = 0.02  # of the response, what the model lacks
+LEAST_RESPONSE = 5.0  # of the angle, in standard deviations of its chance; below there is no interval
+LAGS = 5  # strides over which unperturbed strides are taken as correlated
+
+
+@dataclass(frozen=True)
+class WalkingOptions:
+    """Choices of the analysis.
+
+    Attributes
+    ----------
+    phases_percent : tuple of float
+        Phases of stance at which pulses were given (%).
+    phase_tolerance_percent : float
+        Largest distance of a pulse from its phase (%).
+    lowpass_cutoff_hz : float
+        Cutoff of all signals (Hz).
+    lowpass_order : int
+        Order of both passes together (-).
+    window_s : float
+        Window after the onset (s).
+    reflex_from_s : float
+        Earliest reflex moment after the onset (s).
+    reflex_Nm : float
+        Standard deviation of the free reflex moment 20 ms later (N·m).
+    matched_by : tuple of str or None
+        Signals that foretell a stride, see `filter_walk`; None for all, () for the plain mean (no unit).
+    ridge : float
+        Penalty of the matching, relative to the number of strides (-).
+    state_before_s : float
+        The state at the onset is taken so long before (s).
+    inertia_kgm2 : float or None
+        I as it is known of a foot (N·m·s²/rad); None to estimate it.
+    foot_mass_kg : float
+        Mass of the foot with its shoe (kg).
+    foot_depth_m : float
+        Its centre of mass below the ankle (m).
+    fewest_strides : int
+        Fewest perturbed strides of a phase (-).
+    recovery_strides : int
+        Strides after a perturbed one that count as neither perturbed nor unperturbed (-).
+    """
+
+    phases_percent: tuple[float, ...] = (20.0, 40.0, 60.0, 80.0)
+    phase_tolerance_percent: float = 5.0
+    lowpass_cutoff_hz: float = 20.0
+    lowpass_order: int = 4
+    window_s: float = 0.1
+    reflex_from_s: float = 0.05
+    reflex_Nm: float = 1.6
+    matched_by: tuple[str, ...] | None = None
+    ridge: float = 1.0
+    state_before_s: float = 0.04
+    inertia_kgm2: float | None = 0.012
+    foot_mass_kg: float = 1.15
+    foot_depth_m: float = 0.06
+    fewest_strides: int = 6
+    recovery_strides: int = 1
+
+
+@dataclass(frozen=True)
+class PhaseImpedance:
+    """Impedance at one phase.
+
+    Attributes
+    ----------
+    values : ndarray, shape (3,)
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+    budget : Budget
+        Their uncertainty (the same units); infinite where the angle does not respond.
+    low, high : ndarray, shape (3,)
+        Ends of the 95 % intervals (the same units).
+    at_s : float
+        Time after the onset to which K belongs (s).
+    response : float
+        RMS response of the mean angle, in standard deviations of its chance (-).
+    perturbed, unperturbed : int
+        Numbers of strides (-).
+    flags : str
+        ``no-response`` if the angle does not respond, else empty (no unit).
+    """
+
+    values: np.ndarray
+    budget: Budget
+    low: np.ndarray
+    high: np.ndarray
+    at_s: float
+    response: float
+    perturbed: int
+    unperturbed: int
+    flags: str
+
+
+def estimate_impedance(
+    deviations: Deviations,
+    options: WalkingOptions,
+    sources: Mapping[str, Source] | None = None,
+    rising: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> PhaseImpedance:
+    """I, B and K of one phase with combined 95 % intervals.
+
+    A stiffness that rises by K' within the window would pass for a lack of damping. Given K' from the other
+    phases, K' (t - t_K) Dtheta is subtracted first, which leaves K at t_K.
+
+    Parameters
+    ----------
+    deviations : Deviations
+        Strides minus their unperturbed behaviour (units there).
+    options : WalkingOptions
+        Choices (units in their names).
+    sources : mapping of str to Source
+        Type B: joint_centre_anterior_m, joint_centre_vertical_m, foot_mass_kg, belt_load_kgm, sync_s,
+        angle_gain, inertia_kgm2 (units in the names; the last counts where I is known).
+    rising : tuple of float
+        K' and its standard uncertainty (N·m/rad/s), and t_K (s after the onset).
+
+    Returns
+    -------
+    PhaseImpedance
+        Estimates (units there).
+    """
+    n, m = len(deviations.perturbed), len(deviations.unperturbed)
+    factor = options.foot_mass_kg * options.foot_depth_m
+    x, y = _response(deviations.perturbed, factor)
+    ramp = (deviations.time - rising[2]) * x[:, 2]
+    signals = ((x, y - rising[0] * ramp), _response(deviations.unperturbed, factor))
+    free = slice(0, 3) if options.inertia_kgm2 is None else slice(1, 3)
+    beta = np.array([options.inertia_kgm2 or 0.0, 0.0, 0.0])
+    for _ in range(4):
+        beta, weights = _step(signals, deviations.time, beta, free, options)
+    influence = np.zeros((n, 3))
+    scatter = np.zeros((m, 3))
+    influence[:, free] = _remainder(*signals[0], beta) @ weights.T
+    scatter[:, free] = _remainder(*signals[1], beta) @ weights.T
+    type_a, freedom = _type_a(influence, scatter)
+    response = _size(deviations)
+    nothing = response < LEAST_RESPONSE
+    if nothing:
+        type_a[free], freedom = np.inf, 1.0
+    contributions = _type_b(deviations, beta, weights, free, options, sources or {})
+    contributions["model"] = _of_the_model(deviations, beta, weights, free)
+    contributions["stiffness_rate"] = np.zeros((1, 3))
+    contributions["stiffness_rate"][0, free] = -weights @ ramp.mean(axis=0) * rising[1]
+    budget = Budget(type_a, freedom, contributions)
+    low, high = budget.interval(beta)
+    angle = signals[0][0][:, 2].mean(axis=0)
+    at_s = float(weights[-1] @ (angle * deviations.time) / (weights[-1] @ angle))
+    return PhaseImpedance(beta, budget, low, high, at_s, response, n, m, "no-response" if nothing else "")
+
+
+def _response(signals: np.ndarray, factor: float) -> tuple[np.ndarray, np.ndarray]:
+    """Regressors, shape (n, 3, w), and resisting moment, shape (n, w), of each stride."""
+    return signals[:, REGRESSORS], -signals[:, MOMENT] + factor * signals[:, FOOT_ACCELERATION]
+
+
+def _remainder(regressors: np.ndarray, moment: np.ndarray, beta: np.ndarray) -> np.ndarray:
+    """Resisting moment of each stride that the parameters do not explain, shape (n, w)."""
+    return moment - np.einsum("nqw,q->nw", regressors, beta)
+
+
+def _step(signals, time: np.ndarray, beta: np.ndarray, free: slice, options: WalkingOptions):
+    """One iteration: covariance at the present parameters, then generalised least squares; weights too."""
+    (x, y), (x0, y0) = signals
+    share = 1.0 / len(y) + 1.0 / len(y0)
+    e0 = _remainder(x0, y0, beta)
+    mean, moment = x.mean(axis=0), y.mean(axis=0) - x.mean(axis=0).T[:, : free.start] @ beta[: free.start]
+    covariance = share * e0.T @ e0 / len(e0)
+    modelled = mean.T @ beta if beta.any() else moment
+    covariance += np.diag((DISCREPANCY * modelled) ** 2 + 1e-4 * np.trace(covariance) / len(time) + 1e-6)
+    covariance += options.reflex_Nm**2 * _reflex(time, options.reflex_from_s)
+    inverse = np.linalg.inv(covariance)
+    design = mean[free].T
+    gram = design.T @ inverse @ design
+    # what natural scatter adds to the normal equations: of angles with themselves, and with the moment
+    product = np.einsum("nav,vw,nbw->ab", x0[:, free], inverse, x0[:, free]) * share / len(y0)
+    rest = y0 - np.einsum("nqw,q->nw", x0[:, : free.start], beta[: free.start])
+    cross = np.einsum("nav,vw,nw->a", x0[:, free], inverse, rest) * share / len(y0)
+    corrected = gram - product
+    if np.linalg.eigvalsh(_scaled(corrected, gram))[0] < 0.2:  # no more signal than scatter: no correction
+        corrected, cross = gram, 0.0 * cross
+    found = beta.copy()
+    found[free] = np.linalg.solve(corrected, design.T @ inverse @ moment - cross)
+    return found, np.linalg.solve(corrected, design.T @ inverse)
+
+
+def _scaled(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Matrix in the metric of another one, so that equal matrices give the identity."""
+    root = np.linalg.cholesky(scale)
+    half = np.linalg.solve(root, matrix)
+    return np.linalg.solve(root, half.T)
+
+
+def _reflex(time: np.ndarray, start_s: float) -> np.ndarray:
+    """Covariance of an integrated Wiener process from ``start_s`` on, 1 after 20 ms."""
+    after = np.clip(time - start_s, 0.0, None)
+    short, long = np.minimum.outer(after, after), np.maximum.outer(after, after)
+    return short**2 * (3.0 * long - short) / (2.0 * 0.02**3)
+
+
+def _type_a(influence: np.ndarray, scatter: np.ndarray) -> tuple[np.ndarray, float]:
+    """Standard uncertainty by the perturbed strides and by the unperturbed mean; degrees of freedom."""
+    n, m = len(influence), len(scatter)
+    own = influence.var(axis=0, ddof=1) / n
+    centred = scatter - scatter.mean(axis=0)
+    variance = (centred**2).sum(axis=0) / (m - 1)
+    lagged = [(1.0 - k / (LAGS + 1)) * (centred[k:] * centred[:-k]).mean(axis=0) for k in range(1, LAGS + 1)]
+    other = np.maximum(variance + 2.0 * np.sum(lagged, axis=0), variance) / m
+    freedom = (own + other)[-1] ** 2 / (own[-1] ** 2 / (n - 1) + other[-1] ** 2 / (m - 1))
+    return np.sqrt(own + other), float(freedom)
+
+
+def _size(deviations: Deviations) -> float:
+    """RMS of the mean angle's response in standard deviations of what chance makes of it."""
+    n, m = len(deviations.perturbed), len(deviations.unperturbed)
+    mean = deviations.perturbed[:, ANGLE].mean(axis=0)
+    chance = deviations.unperturbed[:, ANGLE].var(axis=0) * (1.0 / n + 1.0 / m)
+    return float(np.sqrt(np.mean(mean**2) / np.mean(chance)))
+
+
+def _of_the_model(deviations: Deviations, beta: np.ndarray, weights: np.ndarray, free: slice) -> np.ndarray:
+    """Root of the covariance that 2 % of the response, independent from sample to sample, makes."""
+    modelled = beta @ deviations.perturbed.mean(axis=0)[list(REGRESSORS)]
+    root = np.zeros((len(modelled), 3))
+    root[:, free] = (weights * DISCREPANCY * modelled).T
+    return root
+
+
+def _type_b(
+    deviations: Deviations,
+    beta: np.ndarray,
+    weights: np.ndarray,
+    free: slice,
+    options: WalkingOptions,
+    sources: Mapping[str, Source],
+) -> dict[str, np.ndarray]:
+    """Signed contributions, each the weights applied to the moment that one standard uncertainty makes."""
+    mean = deviations.perturbed.mean(axis=0)
+    modelled = beta[free] @ mean[list(REGRESSORS)][free]
+    # resisting moment per unit of the source: M falls with a centre further forward, rises with a higher one
+    made = {
+        "joint_centre_anterior_m": mean[VERTICAL],
+        "joint_centre_vertical_m": -mean[ANTERIOR],
+        "foot_mass_kg": options.foot_depth_m * mean[FOOT_ACCELERATION],
+        "belt_load_kgm": mean[FOOT_ACCELERATION],
+        "sync_s": mean[MOMENT_RATE],
+        "angle_gain": -modelled,
+        "inertia_kgm2": -mean[ACCELERATION] if free.start else np.zeros_like(modelled),
+    }
+    found = {}
+    for name, source in sources.items():
+        contribution = np.zeros(3)
+        contribution[free] = weights @ made[name] * source.standard_uncertainty
+        if name == "inertia_kgm2" and free.start:
+            contribution[0] = source.standard_uncertainty
+        found[name] = contribution[None]
+    return found

@@ -1,0 +1,141 @@
+"""What is known of one leg in a walking trial, on one regular clock, and its moment at the ankle.
+
+The moment of the ankle follows from the force of the foot's own belt and the centre of pressure, at the
+bandwidth of the force:
+
+    M = F_y (x_cop - x_ankle) + F_x y_ankle
+
+with x forward and y upward, positive in plantarflexion. Gravity and inertia of the foot are left to
+`tepsipe.experiments.walking.impedance`, as a deviation of the moment that is known up to the foot's mass.
+Moments that gait software supplies are often low-passed at 6 Hz, which leaves neither the pulse nor
+the scatter of the strides within it: they flatter (`bandwidth_hz`).
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy
+
+from tepsipe.errors import InputError
+from tepsipe.signals.filters import butterworth_lowpass
+
+CONTACT_N = 30.0  # below this force the centre of pressure is not defined
+
+
+@dataclass(frozen=True)
+class WalkingRecording:
+    """One leg in a walking trial.
+
+    Attributes
+    ----------
+    name : str
+        Of the trial, for messages (no unit).
+    rate_hz : float
+        Rate of the regular clock (Hz).
+    time : ndarray, shape (n,)
+        The clock (s).
+    angle : ndarray, shape (n,)
+        Angle of the ankle, positive in plantarflexion (rad).
+    vertical, anterior : ndarray, shape (n,)
+        Force of the belt on this foot, upward and forward (N).
+    cop : ndarray, shape (n,)
+        Centre of pressure below this foot, forward (m).
+    ankle_x, ankle_y : ndarray, shape (n,)
+        Ankle joint, forward and above the belt (m).
+    other_vertical : ndarray, shape (n,)
+        Force of the belt on the other foot, upward (N).
+    state : dict of str to ndarray
+        Further signals that may foretell a stride, for example the angle of the knee (any units).
+    supplied_moment : ndarray or None, shape (n,)
+        Moment of the ankle as supplied with the recording, positive in plantarflexion (N·m).
+    """
+
+    name: str
+    rate_hz: float
+    time: np.ndarray
+    angle: np.ndarray
+    vertical: np.ndarray
+    anterior: np.ndarray
+    cop: np.ndarray
+    ankle_x: np.ndarray
+    ankle_y: np.ndarray
+    other_vertical: np.ndarray
+    state: dict[str, np.ndarray] = field(default_factory=dict)
+    supplied_moment: np.ndarray | None = None
+
+
+def ankle_moment(recording: WalkingRecording) -> np.ndarray:
+    """Moment of the ankle from force and centre of pressure, shape (n,), plantarflexion positive (N·m).
+
+    It is not filtered. Without contact (below 30 N) it is zero.
+    """
+    contact = recording.vertical > CONTACT_N
+    lever = recording.cop - recording.ankle_x
+    moment = recording.vertical * lever + recording.anterior * recording.ankle_y
+    return np.where(contact, moment, 0.0)
+
+
+def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float, segment_s: float = 5.0) -> float:
+    """Frequency at which a supplied moment has lost half of the power of the reference (Hz).
+
+    The gain is that of the open-loop spectral estimate from the reference, |S_ry / S_rr|, averaged over three
+    lines. Half the rate is returned where the gain stays above 1/sqrt(2).
+
+    Parameters
+    ----------
+    moment : ndarray, shape (n,)
+        Supplied moment (N·m).
+    reference : ndarray, shape (n,)
+        Moment of full bandwidth, for example `ankle_moment` (N·m).
+    rate_hz : float
+        Sampling rate (Hz).
+    segment_s : float
+        Length of the averaged segments (s).
+
+    Raises
+    ------
+    InputError
+        If the recording is shorter than four segments.
+    """
+    length = round(segment_s * rate_hz)
+    if moment.size < 4 * length:
+        raise InputError(
+            f"moment: expected at least {4 * segment_s:g} s to estimate its bandwidth, found "
+            f"{moment.size / rate_hz:.3g} s: record longer"
+        )
+    frequency, cross = scipy.signal.csd(reference, moment, rate_hz, nperseg=length)
+    _, power = scipy.signal.welch(reference, rate_hz, nperseg=length)
+    weight = np.ones(3)
+    gain = np.abs(np.convolve(cross, weight, "same")) / np.convolve(power, weight, "same")
+    beyond = np.flatnonzero((gain < np.sqrt(0.5)) & (frequency > 1.0))
+    return float(frequency[beyond[0]]) if beyond.size else 0.5 * rate_hz
+
+
+def agreement(recording: WalkingRecording, stance: np.ndarray, cutoff_hz: float = 6.0) -> float:
+    """RMS difference in stance between the supplied moment and that from force and CoP (N·m).
+
+    Both are low-passed alike. A large difference says that this side's moment cannot be rebuilt, for
+    example because its centre of pressure or its ankle is not that of the foot: do not use it.
+
+    Parameters
+    ----------
+    recording : WalkingRecording
+        With a supplied moment (N·m).
+    stance : ndarray of bool, shape (n,)
+        Samples that are compared.
+    cutoff_hz : float
+        Cutoff of the low-pass (Hz).
+
+    Raises
+    ------
+    InputError
+        If no moment is supplied.
+    """
+    if recording.supplied_moment is None:
+        raise InputError(
+            f"{recording.name}: expected a supplied moment of the ankle to compare with, found none: "
+            "compare nothing"
+        )
+    both = np.stack([recording.supplied_moment, ankle_moment(recording)], axis=1)
+    filtered = butterworth_lowpass(both, recording.rate_hz, cutoff_hz)
+    return float(np.sqrt(np.mean(np.diff(filtered[stance], axis=1) ** 2)))

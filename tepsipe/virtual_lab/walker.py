@@ -1,0 +1,262 @@
+"""Walking person whose strides are real and whose responses to belt pulses are simulated.
+
+Unperturbed walking is resampled from a recording: blocks of consecutive strides, so that the correlation
+from stride to stride stays, joined in late swing. A pulse of the belt rotates the ankle into dorsiflexion by
+a minimum-jerk ramp, and the ankle answers with
+
+    dM = -[ I dtheta'' + B(t) dtheta' + K(t) dtheta ] + reflex,
+
+added to the force plate's signals together with the inertia of the foot. The reflex is a
+critically damped twitch, driven by the velocity of the stretch after the latency.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy
+
+FINE_HZ = 1000.0
+BEFORE_STRIKE_S = 0.12  # strides are joined so long before the heel strike
+FADE_S = 0.06
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Truth of the ankle.
+
+    Attributes
+    ----------
+    phase_percent : tuple of float
+        Knots over stance (%).
+    stiffness_Nm_per_rad, damping_Nms_per_rad : tuple of float
+        K and B at the knots (N·m/rad, N·m·s/rad).
+    inertia_kgm2 : float
+        I (N·m·s²/rad).
+    reflex_Nms_per_rad : float
+        Impulse response of the reflex, integrated, per velocity of the stretch (N·m·s/rad).
+    latency_s : float
+        From the onset of the stretch to the first reflex moment (s).
+    twitch_s : float
+        Time to the peak of a twitch (s).
+    foot_mass_kg, foot_depth_m : float
+        Mass of the foot (kg), and its centre of mass below the ankle (m).
+    shank_m : float
+        Displacement of the belt per rotation of the ankle (m/rad).
+    vertical_per_moment, anterior_per_moment : float
+        Change of the forces with the moment (1/m, unit of force per unit of moment).
+    """
+
+    phase_percent: tuple[float, ...] = (0.0, 20.0, 40.0, 60.0, 80.0, 95.0, 100.0)
+    stiffness_Nm_per_rad: tuple[float, ...] = (40.0, 100.0, 180.0, 280.0, 400.0, 440.0, 300.0)
+    damping_Nms_per_rad: tuple[float, ...] = (0.8, 1.0, 1.5, 2.0, 2.5, 2.5, 2.0)
+    inertia_kgm2: float = 0.012
+    reflex_Nms_per_rad: float = 25.0
+    latency_s: float = 0.052
+    twitch_s: float = 0.06
+    foot_mass_kg: float = 1.15
+    foot_depth_m: float = 0.06
+    shank_m: float = 0.43
+    vertical_per_moment: float = 0.5
+    anterior_per_moment: float = 1.1
+
+    def stiffness(self, percent: np.ndarray) -> np.ndarray:
+        """K (N·m/rad) at phases of stance (%)."""
+        return scipy.interpolate.PchipInterpolator(self.phase_percent, self.stiffness_Nm_per_rad)(percent)
+
+    def damping(self, percent: np.ndarray) -> np.ndarray:
+        """B (N·m·s/rad) at phases of stance (%)."""
+        return scipy.interpolate.PchipInterpolator(self.phase_percent, self.damping_Nms_per_rad)(percent)
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk on a regular clock.
+
+    Attributes
+    ----------
+    rate_hz : float
+        Sampling rate (Hz).
+    signals : dict of str to ndarray, each of shape (n,)
+        angle (rad), vertical, anterior, other_vertical (N), cop, ankle_x, ankle_y (m) and any others.
+    heel_strikes, toe_offs : ndarray, shape (k,)
+        Events (s).
+    onsets : ndarray
+        Onsets of pulses (s).
+    """
+
+    rate_hz: float
+    signals: Mapping[str, np.ndarray]
+    heel_strikes: np.ndarray
+    toe_offs: np.ndarray
+    onsets: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+def resample_walk(walk: Walk, strides: int, rng: np.random.Generator, block: int = 5) -> Walk:
+    """A longer walk of blocks of consecutive strides.
+
+    Parameters
+    ----------
+    walk : Walk
+        Real one (units there), each heel strike followed by its toe-off and the next heel strike.
+    strides : int
+        Number of strides (-).
+    rng : numpy.random.Generator
+        Draws the blocks.
+    block : int
+        Length of a block in strides (-).
+
+    Returns
+    -------
+    Walk
+        As many strides as asked for, and a part of a stride before and after (units there).
+    """
+    rate, lead = walk.rate_hz, round(BEFORE_STRIKE_S * walk.rate_hz)
+    last = len(walk.heel_strikes) - 1
+    firsts = rng.integers(0, last - block + 1, size=strides // block + 1)
+    drawn = (firsts[:, None] + np.arange(block)).ravel()[: strides + 1]
+    at = np.round(walk.heel_strikes * rate).astype(int)
+    fade = round(FADE_S * rate)
+    rise = 0.5 - 0.5 * np.cos(np.pi * (np.arange(fade) + 0.5) / fade)
+    pieces, heel, toe, here = [], [], [], 0
+    names = list(walk.signals)
+    all_signals = np.stack([walk.signals[name] for name in names])
+    for k, base in enumerate(drawn):
+        first, end = at[base] - lead, at[base + 1] - lead
+        piece = all_signals[:, first:end].copy()
+        if k and base != drawn[k - 1] + 1:  # the end of the last stride fades into this one
+            before = at[drawn[k - 1] + 1] - lead
+            piece[:, :fade] = (1.0 - rise) * all_signals[:, before : before + fade] + rise * piece[:, :fade]
+        offset = walk.heel_strikes[base] - at[base] / rate
+        heel.append((here + lead) / rate + offset)
+        toe.append(heel[-1] + walk.toe_offs[base] - walk.heel_strikes[base])
+        pieces.append(piece)
+        here += end - first
+    joined = np.concatenate(pieces, axis=1)
+    return Walk(rate, dict(zip(names, joined, strict=True)), np.array(heel), np.array(toe[:-1]))
+
+
+def ramp(time: np.ndarray, duration_s: float, hold_s: float = 0.25) -> np.ndarray:
+    """Minimum-jerk ramp from 0 to 1 (-), held, and back within 0.2 s, over the time after its onset (s)."""
+    up, down = np.clip(time / duration_s, 0.0, 1.0), np.clip((time - hold_s) / 0.2, 0.0, 1.0)
+    return _minimum_jerk(up) - _minimum_jerk(down)
+
+
+def _minimum_jerk(s: np.ndarray) -> np.ndarray:
+    return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+
+
+def pulse(
+    joint: Joint, percent: float, stance_s: float, amplitude_rad: float, duration_s: float
+) -> dict[str, np.ndarray]:
+    """Response to one pulse at 1 kHz, from the onset until 0.5 s later.
+
+    Parameters
+    ----------
+    joint : Joint
+        Truth (units there).
+    percent : float
+        Phase of the onset (%).
+    stance_s : float
+        Duration of stance (s).
+    amplitude_rad : float
+        Dorsiflexion (rad).
+    duration_s : float
+        Of the ramp (s).
+
+    Returns
+    -------
+    dict of str to ndarray, each of shape (500,)
+        time (s), angle (rad), joint_moment and moment on the plate (N·m), belt displacement (m) and
+        acceleration (m/s2).
+    """
+    time = np.arange(round(0.5 * FINE_HZ)) / FINE_HZ
+    angle = -amplitude_rad * ramp(time, duration_s)
+    rate = np.gradient(angle, time)
+    acceleration = np.gradient(rate, time)
+    phase = np.minimum(percent + 100.0 * time / stance_s, joint.phase_percent[-1])
+    stretch = np.interp(time - joint.latency_s, time, np.maximum(-rate, 0.0), left=0.0)
+    twitch = time / joint.twitch_s**2 * np.exp(-time / joint.twitch_s)
+    reflex = joint.reflex_Nms_per_rad * np.convolve(stretch, twitch)[: time.size] / FINE_HZ
+    intrinsic = (
+        joint.inertia_kgm2 * acceleration + joint.damping(phase) * rate + joint.stiffness(phase) * angle
+    )
+    moved = joint.shank_m * angle
+    foot = joint.foot_mass_kg * joint.foot_depth_m * joint.shank_m * acceleration
+    own = reflex - intrinsic
+    return {
+        "time": time,
+        "angle": angle,
+        "joint_moment": own,
+        "moment": own + foot,
+        "displacement": moved,
+        "acceleration": joint.shank_m * acceleration,
+    }
+
+
+def perturb(
+    walk: Walk,
+    joint: Joint,
+    strides: Mapping[int, float],
+    amplitude_rad: float,
+    duration_s: float,
+    angle_noise_rad: float,
+    rng: np.random.Generator,
+) -> Walk:
+    """Add pulses to some strides of a walk.
+
+    Parameters
+    ----------
+    walk : Walk
+        Unperturbed (units there).
+    joint : Joint
+        Truth (units there).
+    strides : mapping of int to float
+        Stride -> phase of its pulse (%).
+    amplitude_rad : float
+        Dorsiflexion (rad).
+    duration_s : float
+        Of the ramp (s).
+    angle_noise_rad : float
+        Standard deviation of white noise of the angle (rad).
+    rng : numpy.random.Generator
+        Draws the noise.
+
+    Returns
+    -------
+    Walk
+        With pulses and their onsets (units there).
+    """
+    signals = {name: np.array(values) for name, values in walk.signals.items()}
+    stance = float(np.mean(walk.toe_offs - walk.heel_strikes[: len(walk.toe_offs)]))
+    time = np.arange(signals["angle"].size) / walk.rate_hz
+    added = {
+        percent: pulse(joint, percent, stance, amplitude_rad, duration_s) for percent in set(strides.values())
+    }
+    onsets = []
+    for number, percent in sorted(strides.items()):
+        onset = walk.heel_strikes[number] + percent / 100.0 * stance
+        _add(signals, time, onset, added[percent], joint)
+        onsets.append(onset)
+    signals["angle"] = signals["angle"] + rng.normal(0.0, angle_noise_rad, time.size)
+    return Walk(walk.rate_hz, signals, walk.heel_strikes, walk.toe_offs, np.array(onsets))
+
+
+def _add(signals: dict, time: np.ndarray, onset: float, added: dict, joint: Joint) -> None:
+    """Add one pulse in place, by the forces and the centre of pressure that make its moment."""
+    first, last = np.searchsorted(time, [onset, onset + added["time"][-1]])
+    here = slice(first, last)
+    values = {name: np.interp(time[here] - onset, added["time"], x) for name, x in added.items()}
+    loaded = signals["vertical"][here] > 60.0
+    own = values["joint_moment"] * loaded
+    vertical, anterior = signals["vertical"][here], signals["anterior"][here]
+    height, lever = signals["ankle_y"][here], signals["cop"][here] - signals["ankle_x"][here]
+    moment = vertical * lever + anterior * height + values["moment"]
+    new_vertical = vertical + joint.vertical_per_moment * own
+    new_anterior = anterior + joint.anterior_per_moment * own + joint.foot_mass_kg * values["acceleration"]
+    signals["angle"][here] += values["angle"]
+    signals["ankle_x"][here] += values["displacement"]
+    moved = signals["ankle_x"][here] + (moment - new_anterior * height) / np.where(loaded, new_vertical, 1.0)
+    signals["cop"][here] = np.where(loaded, moved, signals["cop"][here] + values["displacement"])
+    signals["vertical"][here] = np.where(loaded, new_vertical, vertical)
+    signals["anterior"][here] = np.where(loaded, new_anterior, anterior)
