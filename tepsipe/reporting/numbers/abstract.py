@@ -62,11 +62,10 @@ def source_of(data: dict) -> Paragraph:
             else f"Of the {data['trials']} trials in this report, {data['made']} were",
         )
     found = pieces(
-        "*Source of the raw files.* {which} listed in the trial "
-        "sheet. The checksums are on the last pages of the report.",
-        which="The one trial in this report is a recording"
+        "*Source of the raw files.* {trials} in the trial sheet. The report ends with checksums.",
+        trials="The trial in this report is a recording listed"
         if data["trials"] == 1
-        else f"All {data['trials']} trials in this report are recordings",
+        else f"The {data['trials']} trials in this report are recordings listed",
     )
     if data["recordings_source"] is not None:
         found += pieces(" Source: {source}", source=data["recordings_source"])
