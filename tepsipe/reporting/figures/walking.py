@@ -22,6 +22,7 @@ def plot_walking(rows: pd.DataFrame, needed: pd.DataFrame) -> Figure:
         ends = [own.value - own.ci_low, own.ci_high - own.value]
         left.errorbar(own.at_percent, own.value, yerr=ends, fmt="o-", color=colour, label=condition)
     if of_k.empty:
+        left.set_yticks([])
         left.text(
             0.5,
             0.5,

@@ -29,9 +29,9 @@ def walking_data(rows: pd.DataFrame, needed: pd.DataFrame, about: list[dict], st
         "title": study["title"],
         "source": study["recordings_source"] or "",
         "code": study["code"],
-        "amplitude": number(study["planned"]["amplitude_deg"]),
-        "ramp": number(1e3 * study["planned"]["duration_s"]),
-        "damping": number(study["planned"]["damping_Nms_per_rad"]),
+        "amplitude": f"{study['planned']['amplitude_deg']:g}",
+        "ramp": f"{1e3 * study['planned']['duration_s']:g}",
+        "damping": f"{study['planned']['damping_Nms_per_rad']:g}",
         "findings": [sentence for trial in about for sentence in _sentences(trial, rows, needed)],
         "rows": [_cells(row) for row in rows[rows.quantity != "I"].itertuples()],
         "needed": _needed(needed),
@@ -70,10 +70,12 @@ def _sentences(trial: dict, rows: pd.DataFrame, needed: pd.DataFrame) -> list[st
         f"{math.ceil(c)} at {p:g} %"
         for p, c in zip(matched.phase_percent, matched.strides_for_15_percent, strict=True)
     ]
+    first, *others = counts
+    first = first.replace(" at", " perturbed strides at", 1)
     found.append(
-        f"{name}: a standard uncertainty of 15 % of the expected K needs {', '.join(counts)} of stance "
-        "(perturbed "
-        "strides)."
+        f"{name}: a standard uncertainty of 15 % of the expected K needs {first} of stance"
+        + "".join(f", {count}" for count in others)
+        + "."
     )
     return found
 
