@@ -113,11 +113,11 @@ def true_joint(dummy_files, shipped_config):
 @pytest.fixture(scope="session")
 def study(tmp_path_factory):
     """A tiny study that has run, made once for all processes of these tests: read it and change nothing."""
-    from study_builders import copy_project, digests, snakemake
+    from study_builders import copy_project, digests, users_snakemake
 
     def make(folder):
         project = copy_project(folder / "project")
-        run = snakemake(project)
+        run = users_snakemake(project)
         assert run.returncode == 0, run.stdout + run.stderr
         (folder / "digests.json").write_text(json.dumps(digests(project / "results")))
 

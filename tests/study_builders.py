@@ -4,15 +4,18 @@ The fixture ``study`` (conftest.py) is made once per run and only read. A test t
 ``own_study``, a copy with results, or ``project``, one without; both belong to its file.
 """
 
+import compileall
 import csv
 import hashlib
 import re
 import shutil
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import yaml
+from warm_snakemake import WarmSnakemake
 
 from tepsipe.io.result import read_result
 from tepsipe.reporting.true_motion import linear_truth, read_true_motion
@@ -66,10 +69,12 @@ def plain_laboratory(text):
 
 
 def copy_project(target):
+    compileall.compile_dir(ROOT / "tepsipe", quiet=2)
     for name in ("Snakefile", "config", "workflow", "tepsipe", "report", "profiles", "requirements.txt"):
         source = ROOT / name
         if source.is_dir():
-            shutil.copytree(source, target / name, ignore=shutil.ignore_patterns("__pycache__"))
+            # with its bytecode, which would have to be made again in every copy
+            shutil.copytree(source, target / name)
         else:
             target.mkdir(parents=True, exist_ok=True)
             shutil.copy(source, target / name)
@@ -82,7 +87,21 @@ def copy_project(target):
     return target
 
 
-def snakemake(project, *arguments, cores=2, config="tiny", env=None):
+@cache
+def warm_process():
+    """One for all tests of this process."""
+    return WarmSnakemake()
+
+
+def snakemake(project, *arguments, config="tiny"):
+    """Run Snakemake as the command line does, jobs in forks: without the starts of Python."""
+    plugins = str(Path(project) / "workflow/plugins")
+    options = ["-c1", *arguments, "--executor", "warm", "--configfile", f"config/{config}.yaml"]
+    return warm_process().run(options, project, plugins)
+
+
+def users_snakemake(project, *arguments, cores=2, config="tiny", env=None):
+    """Run Snakemake by the command that users type: every process and every job is a Python of its own."""
     command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
     command += ["--configfile", f"config/{config}.yaml"]
     return subprocess.run(command, cwd=project, capture_output=True, text=True, env=env)

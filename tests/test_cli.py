@@ -179,7 +179,7 @@ def test_info_reads_recordings_made_by_others(name, kind, channel, rate_hz, real
 
 
 def test_plan_writes_what_it_prints(capsys, tmp_path):
-    assert main(["plan", "--number", "4", "--interval", "2", "--pathway", "leg", "--amplitude", "0.1"]) == 0
+    assert main(["plan", "--number", "3", "--interval", "2", "--pathway", "leg", "--amplitude", "0.1"]) == 0
     out = capsys.readouterr().out
     found = rows(tmp_path / "plan.csv")
     assert found["K"]["unit"] == "Nm/rad" and float(found["K"]["predicted_u"]) > 0.01
@@ -191,13 +191,12 @@ def test_plan_writes_what_it_prints(capsys, tmp_path):
     ("arguments", "words"),
     [
         (["--leg-mass", "-1"], "mass_kg"),
-        (["--interval", "0.1"], "interval_s"),
         (["--max-jerk", "100"], "--optimise"),
+        (["--returning"], "--optimise"),
         (["--optimise", "--max-jerk", "0"], "no pulse meets"),
         (["--tolerance", "leg_mas_kg=0.1"], "leg_mass_kg"),
-        (["--stiffness", "1"], "critical"),
         (["--output", "nowhere/plan"], "folder that exists"),
     ],
 )
 def test_plans_that_cannot_be_are_refused(arguments, words, capsys):
-    assert words in refused(capsys, "plan", "--number", "2", "--interval", "1.5", *arguments)
+    assert words in refused(capsys, "plan", "--number", "2", "--interval", "1.5", "--rest", "1.5", *arguments)

@@ -1169,7 +1169,7 @@ def test_modules_are_followed_through_imports_and_no_further(tmp_path):
         "lib/one.py": "from lib.sub.two import f\n",
         "lib/sub/__init__.py": "",
         "lib/sub/two.py": "def f():\n    import lib.three\n",
-        "lib/three.py": "import json, numpy\nfrom lib import four\n",
+        "lib/three.py": "import json, numpy\nfrom lib import (\n    four,  # the last\n)\n",
         "lib/four.py": "",
         "lib/unused.py": "import lib.one\n",
         "scripts/run.py": "import helper\nfrom lib.one import g\n",

@@ -7,6 +7,7 @@ import pytest
 from page_builders import NASTY, parsed
 
 from tepsipe.reporting.numbers.abstract import abstract_of, pieces, source_of
+from tepsipe.reporting.numbers.study import provenance_data
 from tepsipe.reporting.pages.index import Listing, math_html, render_index, sentence
 
 CLAIMS = {
@@ -40,11 +41,19 @@ RECORDED = {
     "position_manipulator": {
         "abstract": [["The intrinsic stiffness $K$ is {stiffness}.", {"stiffness": "40 N·m/rad"}]]
     },
-    "provenance": {
-        "facts": [["Seed", "1"]],
-        "packages": [["numpy", "2.0"]],
-        "files": [["sheet", "a.tsv"]],
-    },
+    "provenance": provenance_data(
+        {
+            "commit": "abc",
+            "modified": False,
+            "python": "3.13.0",
+            "engine": None,
+            "config_sha256": "f00",
+            "seed": 1,
+            "packages": {"numpy": "2.0"},
+            "files": {"sheet": {"file": "a.tsv", "sha256": "ab"}},
+            "raw_files": {},
+        }
+    ),
     "flags": {"count": 0, "total": 10, "kinds": [], "recommended": {"count": "0", "total": "4", "kinds": []}},
 }
 

@@ -25,10 +25,7 @@ def test_abstract_leads_with_the_stiffness_of_the_model_that_predicts():
         "The intrinsic stiffness of the human ankle is K = 50.0 N·m/rad (45.0 to 55.0) in a and"
     )
     assert "VAF of 90.0 % in a and 90.0 % in b" in told
-    assert (
-        "Its delay is assumed: the fitted parts are predicted best with 32 to 44 ms in a and 32 to 44 ms in b"
-        in told
-    )
+    assert "Its delay of 40 ms is assumed: the fitted parts are predicted best with 32 to 44 ms in a" in told
     assert "more than the short-latency stretch reflex" in told
     assert "100 N·m/rad (90 to 110) in a" in told
     assert "80 % lies below 1 Hz" in told

@@ -16,6 +16,7 @@ from tepsipe.experiments.planning.window_noise import window_noise
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.reporting import plan_arguments
+from tepsipe.reporting.plan_command import best_of
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import Source
 
@@ -30,7 +31,13 @@ def design(pathway="joint-likelihood-linear", profile="sine", amplitude=0.3, num
         leg=LEG,
         rig=Rig(marker_noise_m=noise, log_noise_m_per_s=noise * 150.0),
         protocol=Protocol(
-            pulse=pulse_of(profile, amplitude, 0.1), number=number, interval_s=3.0, pathway=pathway, **changes
+            pulse=pulse_of(profile, amplitude, 0.1),
+            number=number,
+            interval_s=2.0,
+            rest_before_s=1.5,
+            rest_after_s=1.5,
+            pathway=pathway,
+            **changes,
         ),
     )
 
@@ -46,7 +53,7 @@ def test_pure_spring_has_the_standard_error_of_a_line():
     rig = replace(
         still.rig, marker_noise_m=1e-15, force_noise_N=0.0, moment_noise_Nm=0.3, plate_rate_hz=250.0
     )
-    n = 600
+    n = 300
     theta = 0.02 * np.random.default_rng(1).standard_normal(n)
     # other regressors that are at right angles to theta and far larger
     others = np.linalg.qr(np.column_stack([theta, np.random.default_rng(2).standard_normal((n, 2))]))[0][
@@ -60,15 +67,16 @@ def test_pure_spring_has_the_standard_error_of_a_line():
     assert np.sqrt(found.covariance[K, K]) == pytest.approx(expected, rel=0.05)
 
 
-@pytest.mark.parametrize("pathway", PATHWAYS)
+@pytest.mark.parametrize("pathway", ["joint-likelihood-linear", "leg", "foot"])
 def test_noise_number_and_amplitude_scale_as_they_must(pathway):
     base, noisy = plan(pathway), plan(pathway, noise=4e-5)
     if pathway != "foot":  # there the plate has a noise of its own
         assert noisy.type_a == pytest.approx(2.0 * base.type_a, rel=0.05)
     # the first pulse meets a leg at rest, the others one that still swings
-    assert plan(pathway, number=20).type_a == pytest.approx(base.type_a_with(20), rel=0.12)
-    falling = [np.sqrt(p.type_a**2 - p.of_rest**2) for p in (base, plan(pathway, number=20))]
-    assert falling[1] == pytest.approx(0.5 * falling[0], rel=0.12)
+    more = plan(pathway, number=10)
+    assert more.type_a == pytest.approx(base.type_a_with(10), rel=0.15)
+    falling = [np.sqrt(p.type_a**2 - p.of_rest**2) for p in (base, more)]
+    assert falling[1] == pytest.approx(np.sqrt(0.5) * falling[0], rel=0.15)
     # the drive is at its limit of force at neither amplitude
     smaller = plan(pathway, amplitude=0.15)
     assert smaller.type_a[K] == pytest.approx(2.0 * base.type_a[K], rel=0.06)
@@ -86,9 +94,9 @@ def test_a_joint_that_may_soften_costs_information():
 
 @pytest.mark.parametrize("pathway", ["leg", "foot"])
 def test_draws_of_noise_scatter_as_predicted(pathway, rng):
-    drawn = draw_estimates(design(pathway), plan(pathway).motion, rng, 40)
-    # 40 draws determine a standard deviation to 11 %
-    assert drawn.std(axis=0, ddof=1) == pytest.approx(plan(pathway).type_a, rel=0.35)
+    drawn = draw_estimates(design(pathway), plan(pathway).motion, rng, 30)
+    # 30 draws determine a standard deviation to 13 %
+    assert drawn.std(axis=0, ddof=1) == pytest.approx(plan(pathway).type_a, rel=0.5)
     assert drawn.mean(axis=0) == pytest.approx(design(pathway).parameters + plan(pathway).bias, rel=0.05)
 
 
@@ -125,7 +133,6 @@ def test_a_drive_follows_slow_commands_and_keeps_its_limit_of_force():
     assert abs(followed[-1]) < 1e-5
     hard = Drive(acceleration_m_per_s2=5.0).follow(pulse_of("sine", 0.5, 0.1).velocity_m_per_s)
     assert np.abs(np.diff(hard)).max() / STEP_S == pytest.approx(5.0)
-    assert Drive(bandwidth_hz=None).follow(slow) is not None
 
 
 @pytest.mark.parametrize("profile", PROFILES)
@@ -203,6 +210,11 @@ def test_what_cannot_be_is_refused_in_one_sentence(make, words):
     with pytest.raises(InputError, match=r"expected .*found .*: ") as refused:
         make()
     assert words in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_limits_that_no_useful_pulse_meets_are_refused():
+    with pytest.raises(InputError, match=r"limits that allow a pulse of 0\.01 m/s, found"):
+        best_of(plan(), Limits(jerk_m_per_s3=0.1), True)
 
 
 def test_a_pulse_that_cannot_be_shaped_is_refused():

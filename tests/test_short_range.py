@@ -177,6 +177,7 @@ def test_joint_without_short_range_stiffness_has_none(rng):
     assert not found.stop_torque.any()
 
 
+@pytest.mark.slow
 def test_stiffness_does_not_depend_on_the_amplitude_of_the_recording(rng):
     stiffness = []
     for amplitude in (0.02, 0.06):
@@ -189,7 +190,7 @@ def test_stiffness_does_not_depend_on_the_amplitude_of_the_recording(rng):
 def test_elements_beyond_the_recorded_movement_are_not_used(rng):
     angle = held_angle(rng, amplitude=0.005)
     found = fitted(angle, joint_torque(angle, rng, short_range=30.0, radius=0.002))
-    assert found.short_range.radii_rad.tolist() == [0.002, 0.004]
+    assert found.short_range.radii_rad.tolist() == [0.002]
 
 
 def test_structure_counts_its_terms():

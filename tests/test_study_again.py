@@ -12,7 +12,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from study_builders import digests, snakemake
+from study_builders import digests, users_snakemake
 
 pytestmark = pytest.mark.study
 RUN = (sys.executable, "-m", "workflow.run", "-c1")
@@ -99,7 +99,7 @@ def test_another_kind_of_processor_gives_the_same_numbers(study, own_study):
         pytest.skip("this OpenBLAS cannot be told its core type")
     trials = ("wristalyzer/0.12", "dummy/sine-0.5", "weight/minjerk-0.4", "standing/relax-neg-0.5")
     rules = ("ingest_wristalyzer", "ingest_plate_treadmill", "ingest_standing")
-    run = snakemake(
+    run = users_snakemake(
         own_study, *(f"results/estimates/{trial}.csv" for trial in trials), "--forcerun", *rules, env=other
     )
     assert run.returncode == 0, run.stdout + run.stderr

@@ -32,7 +32,7 @@ def test_pages_show_what_the_analysis_used(study):
     for title in (
         "Angle",
         "Torque, leg",
-        "Torque, foot compensated",
+        "Torque, foot, compensated",
         "Fore-aft force before and after compensation",
     ):
         assert title in titles

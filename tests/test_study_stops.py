@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
-from study_builders import snakemake, write_config, write_sheet
+from study_builders import snakemake, users_snakemake, write_config, write_sheet
 
 pytestmark = pytest.mark.study
 
@@ -44,7 +44,7 @@ def test_bad_recordings_stop_their_own_jobs_with_one_sentence_each(project):
         },
         "bad",
     )
-    run = snakemake(project, config="bad")
+    run = users_snakemake(project, config="bad")
     assert run.returncode != 0
     assert (project / "results/bad/estimates/dummy/good.csv").exists()
     said = run.stdout + run.stderr

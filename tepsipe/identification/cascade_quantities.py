@@ -34,10 +34,8 @@ def cascade_quantities(
         name: drawn(found.impedance[k], UNITS[name], found.impedance_bootstrap[:, k])
         for k, name in enumerate(PARAMETERS)
     }
-    quantities["K at working amplitude"] = drawn(
-        found.working_stiffness, "N·m/rad", found.working_stiffness_bootstrap
-    )
-    quantities["K at short range"] = drawn(short.stiffness, "N·m/rad", short.stiffness_bootstrap)
+    quantities["K working"] = drawn(found.working_stiffness, "N·m/rad", found.working_stiffness_bootstrap)
+    quantities["K short range"] = drawn(short.stiffness, "N·m/rad", short.stiffness_bootstrap)
     yields = short.yield_angle_bootstrap[np.isfinite(short.yield_angle_bootstrap)]
     if np.isfinite(short.yield_angle_rad) and yields.size > 1:
         quantities["yield angle"] = drawn(short.yield_angle_rad, "rad", yields)

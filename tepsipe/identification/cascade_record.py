@@ -20,7 +20,7 @@ from tepsipe.identification.slow_torque import SlowModel
 from tepsipe.signals.differentiation import derivative
 
 # part of the swing of the angle within which an element must be able to yield both ways (-)
-REACHED = 0.8
+REACHED = 0.6
 # time constants of a Laguerre response after which it is cut (-), and ridge relative to lambda (-)
 LASTS, RIDGE = 14.0, 0.1
 

@@ -7,6 +7,8 @@
 The thesis prints s = lambda + j2f; the factor pi is needed for f in Hz.
 """
 
+from functools import lru_cache
+
 import numpy as np
 import scipy
 
@@ -72,7 +74,16 @@ def simulate_angle(parameters: np.ndarray, torque: np.ndarray, rate_hz: float) -
     ndarray, shape (n,)
         theta (rad); not finite if the parameters are unstable and the torque lasts long enough.
     """
+    return scipy.signal.lfilter(*_discrete(*map(float, parameters), rate_hz), torque)
+
+
+# a fit asks for the angles to several torques of the same joint, one after the other
+@lru_cache(maxsize=8)
+def _discrete(
+    inertia: float, damping: float, stiffness: float, rate_hz: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numerator and denominator of the filter that a joint is to torques linear between samples."""
     numerator, denominator, _ = scipy.signal.cont2discrete(
-        ([1.0], list(parameters)), 1.0 / rate_hz, method="foh"
+        ([1.0], [inertia, damping, stiffness]), 1.0 / rate_hz, method="foh"
     )
-    return scipy.signal.lfilter(np.ravel(numerator), denominator, torque)
+    return np.ravel(numerator), denominator

@@ -14,6 +14,7 @@ from tepsipe.experiments.planning.pulses import Drive, Limits, peaks_of, pulse_o
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.reporting.plan_arguments import TOLERANCES
+from tepsipe.signals.perturbations import SMALLEST_PEAK_M_PER_S
 from tepsipe.statistics.uncertainty import Source
 
 
@@ -112,8 +113,10 @@ def run_plan(chosen: argparse.Namespace) -> tuple[Plan, Optimised | None]:
         for value in (chosen.max_velocity, chosen.max_displacement, chosen.max_acceleration, chosen.max_jerk)
     )
     if not chosen.optimise:
-        if given:
-            raise InputError("plan: expected limits of the belt with --optimise, found none: add --optimise")
+        if given or chosen.returning:
+            raise InputError(
+                "plan: expected --optimise with limits of the belt or --returning, found none: add it"
+            )
         return plan, None
     return plan, best_of(plan, limits_of(chosen, plan), not chosen.returning)
 
@@ -134,11 +137,22 @@ def best_of(plan: Plan, limits: Limits, one_way: bool) -> Optimised:
     -------
     Optimised
         Pulse and plan (units there).
+
+    Raises
+    ------
+    InputError
+        If no pulse within the limits stands out of a belt at rest.
     """
     design = plan.design
     pulse = replace(design.protocol.pulse, one_way=one_way)
     shaped = replace(design, protocol=replace(design.protocol, pulse=pulse))
     found = optimise_pulse(shaped, expected_likelihood(design, plan.motion), limits)
+    if found.peaks.velocity_m_per_s < SMALLEST_PEAK_M_PER_S:
+        raise InputError(
+            f"limits: expected limits that allow a pulse of {SMALLEST_PEAK_M_PER_S:g} m/s, found that "
+            "the best one "
+            f"reaches {found.peaks.velocity_m_per_s:.2g} m/s: raise them or plan longer pulses"
+        )
     best = replace(design, protocol=replace(design.protocol, pulse=found.pulse))
     return Optimised(found, plan_experiment(best))
 

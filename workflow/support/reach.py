@@ -11,19 +11,19 @@ from pathlib import Path
 @cache
 def reached_by(script: str, root: str = ".") -> list[str]:
     """Files of this project that a script imports, directly or through others, sorted."""
-    base = Path(root)
-    found: set[Path] = set()
-    waiting = [base / script]
+    start = f"{root}/{script}"
+    found: set[str] = set()
+    waiting = [start]
     while waiting:
-        new = _needed(waiting.pop(), base, (base / script).parent) - found
+        new = _needed(waiting.pop(), root, start.rpartition("/")[0]) - found
         found |= new
         waiting += new
-    return sorted(path.relative_to(base).as_posix() for path in found)
+    return sorted(path.removeprefix(f"{root}/") for path in found)
 
 
 # files and folders are looked up once, not once for every rule: that takes longer than all else at the start
 @cache
-def _needed(file: Path, base: Path, script_folder: Path) -> set[Path]:
+def _needed(file: str, base: str, script_folder: str) -> set[str]:
     """Files of this project that one file imports directly."""
     return {found for module in _imported(file) for found in _files_of(module, base, script_folder)}
 
@@ -34,8 +34,8 @@ IMPORT = re.compile(r"^[ \t]*import[ \t]+([^\n#;]+)", re.MULTILINE)
 COMMENT = re.compile(r"#[^\n]*")
 
 
-def _imported(file: Path) -> set[str]:
-    text = file.read_text(encoding="utf-8")
+def _imported(file: str) -> set[str]:
+    text = Path(file).read_text(encoding="utf-8")
     names = {name.split()[0] for found in IMPORT.findall(text) for name in found.split(",") if name.strip()}
     for module, found in FROM.findall(text):
         # `from package import module` and `from module import name` look alike
@@ -46,15 +46,22 @@ def _imported(file: Path) -> set[str]:
 
 
 @cache
-def _files_of(module: str, base: Path, script_folder: Path) -> list[Path]:
+def _files_of(module: str, base: str, script_folder: str) -> list[str]:
     """The module's own file and those of the packages around it, if they are this project's."""
     parts = module.split(".")
     files = []
     for start in (base, script_folder):
         for depth in range(1, len(parts) + 1):
-            path = start.joinpath(*parts[:depth])
-            if (path / "__init__.py").is_file():
-                files.append(path / "__init__.py")
-            elif path.with_suffix(".py").is_file():
-                files.append(path.with_suffix(".py"))
+            path = _file_of("/".join((start, *parts[:depth])))
+            if path:
+                files.append(path)
     return files
+
+
+@cache
+def _file_of(path: str) -> str | None:
+    """File of the package or module at a path, without its suffix."""
+    for name in (f"{path}/__init__.py", f"{path}.py"):
+        if Path(name).is_file():
+            return name
+    return None

@@ -20,7 +20,7 @@ from tepsipe.errors import InputError, listed, quoted
 STEP_S = 0.001
 # part of the peak velocity below which the belt rests (-)
 _SETTLED = 1e-6
-# longest time for which a drive may take to settle (s)
+# longest time that a drive is given to settle (s)
 _LONGEST_S = 4.0
 
 
@@ -157,7 +157,7 @@ class Drive:
         # a step of the servo is solved with the command half-way through it
         halfway = [0.5 * (a + b) for a, b in itertools.pairwise(command)]
         parts, h = 4, STEP_S / 4
-        for k in range(round(_LONGEST_S / STEP_S)):
+        for k in range(len(halfway) + round(_LONGEST_S / STEP_S)):
             wanted = halfway[k] if k < len(halfway) else 0.0
             for _ in range(parts):
                 error = wanted - v

@@ -29,6 +29,9 @@ from tepsipe.experiments.planning.design import LEG, Design
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation
 
+# lags for which the covariance of the noise is computed (s): windows are shorter
+_LAGS_S = 16.0
+
 
 @dataclass(frozen=True)
 class WindowNoise:
@@ -104,7 +107,7 @@ class _Noise:
 
     def __init__(self, design: Design):
         rate, protocol = design.rig.camera_rate_hz, design.protocol
-        self.lags = 4096
+        self.lags = 2 ** int(np.ceil(np.log2(_LAGS_S * rate)))
         frequency = np.fft.rfftfreq(self.lags, 1.0 / rate)
         s = 2j * np.pi * frequency
         passed = lowpass_gain(frequency, rate, protocol.lowpass)

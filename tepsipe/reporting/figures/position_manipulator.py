@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
+from tepsipe.reporting.numbers.manipulator_recordings import SHOWN_TRIALS
 
 # group of the diagnostics in a result
 OWN = "diagnostics/"
@@ -102,9 +103,10 @@ def _phase_deg(response: np.ndarray) -> np.ndarray:
 @in_style
 def plot_held_out(results: dict[str, Result]) -> Figure:
     """Start of the held-out part: torque measured and predicted, and both pathways (s, N·m), by trial."""
-    names = list(results)[:DRAWN_ROWS]
+    names = list(results)[:SHOWN_TRIALS]
+    height = min(2.9 * len(names), 7.6)
     figure, axes = new_figure(
-        2 * len(names), 1, 0.6 + 2.9 * len(names), squeeze=False, height_ratios=(1.5, 1.2) * len(names)
+        2 * len(names), 1, 0.6 + height, squeeze=False, height_ratios=(1.5, 1.2) * len(names)
     )
     for k, name in enumerate(names):
         result = results[name]
@@ -223,8 +225,13 @@ def plot_responses(results: dict[str, Result]) -> Figure:
     Of the intrinsic pathway the stiffness against the size of a movement, if a trial has short-range
     stiffness, else the impulse response.
     """
-    figure, axes = new_figure(1, 3, 2.9, width_ratios=[1.0, 1.25, 0.8])
-    short = any(result.facts["reflex"]["short_range"] for result in results.values())
+    facts = [result.facts["reflex"] for result in results.values()]
+    short = any(own["short_range"] for own in facts)
+    if any(own["direction"] for own in facts):
+        figure, axes = new_figure(1, 3, 2.9, width_ratios=[1.0, 1.25, 0.8])
+    else:
+        figure, axis = new_figure(1, 1, 2.5)
+        axes = [axis]
     longest = 0.0
     for colour, (name, result) in zip(cycle(CYCLE), list(results.items())[:DRAWN], strict=False):
         found = {key: result.arrays.get(f"reflex/{key}") for key in RESPONSES}
@@ -233,7 +240,7 @@ def plot_responses(results: dict[str, Result]) -> Figure:
             _draw_stiffness(axes[0], result, colour)
         else:
             axes[0].plot(1e3 * found["intrinsic_lag"], 1e-3 * found["intrinsic_response"], color=colour)
-        axes[1].plot([], [], color=colour, label=name)
+        axes[-1 if len(axes) == 1 else 1].plot([], [], color=colour, label=name)
         if not facts["direction"]:
             continue
         longest = max(longest, facts["delay_s"] + facts["duration_s"])
@@ -243,8 +250,11 @@ def plot_responses(results: dict[str, Result]) -> Figure:
         axes[0].set_ylim(bottom=0.0)
     else:
         axes[0].set(xlabel="Lag (ms)", ylabel="$h/T$ (1000 N·m/rad/s)", title="Intrinsic response")
+    if len(axes) == 1:
+        axes[0].legend(loc="upper right")
+        return figure
     axes[1].set(xlabel="Time after the stretch (ms)", ylabel="$g$ (N·m/rad)", title="Reflex response")
-    axes[1].set_xlim(0.0, 1.25e3 * longest if longest > 0.0 else 600.0)
+    axes[1].set_xlim(0.0, 1.25e3 * longest)
     axes[1].plot([], [], "--", color=COLOURS["measured"], linewidth=0.9, label="muscle model")
     axes[1].legend(loc="upper right")
     axes[2].set(xlabel="Delay (ms)", ylabel="VAF below its maximum (%)", title="Delay")

@@ -61,9 +61,10 @@ def source_of(data: dict) -> Paragraph:
             made=data["made"],
         )
     found = pieces(
-        "*Source of the raw files.* All {trials} trials in this report are recordings listed in the trial "
-        "sheet. Their checksums are on the last pages of the report.",
-        trials=data["trials"],
+        "*Source of the raw files.* {trials} in the trial sheet. The report ends with checksums.",
+        trials="The trial in this report is a recording listed"
+        if data["trials"] == 1
+        else f"The {data['trials']} trials in this report are recordings listed",
     )
     if data["recordings_source"] is not None:
         found += pieces(" Source: {source}", source=data["recordings_source"])

@@ -9,6 +9,8 @@ from tepsipe.reporting.numbers.format import MINUS, by_uncertainty, number, perc
 
 # probability below which equal quantities are said to differ, or a residual not to be white (-)
 LEVEL = 0.05
+# number of trials in the figure of the torque, which has two rows for each
+SHOWN_TRIALS = 3
 
 
 def recordings_data(fits: dict[str, Result]) -> list[dict]:

@@ -66,13 +66,15 @@ def abstract_data(a: dict) -> list[list]:
         if a["short_range"]
         else "The intrinsic stiffness of the {of} is $K$ = {stiffness_beyond}, with 95 % intervals in "
         "brackets.",
-        "It is that of the parallel-cascade model, which predicts the torque of the held-out part from the "
-        "angle alone with a VAF of {vaf_each}.",
+        "The stiffness is that of the parallel-cascade model, which predicts the torque of the held-out part "
+        "from the angle alone with a VAF of {vaf_each}.",
         "Inertia, damping and stiffness alone reach {vaf_alone_each}."
         if a["reflex_raises"]
         else "This is not in every trial more than the VAF of inertia, damping and stiffness alone, "
         "{vaf_alone_each}.",
     ]
+    if a["half_unpredicted"]:
+        told.append("In {unpredicted}, less than half of the torque's variance follows from the angle.")
     last = [
         "The stiffness differs between the thirds of {differing}."
         if parts["differing"]
@@ -84,10 +86,12 @@ def abstract_data(a: dict) -> list[list]:
     values = {
         "of": a["joint"]["of"],
         "delays": joined(delays) if len(delays) <= NAMED else "other delays",
+        "delay": " and ".join(dict.fromkeys(r["delay"] for r in there)),
         "lasting": number(max((r["lasting_ms"] for r in there), default=0.0), 2),
         "differing": trials_named(parts["differing"], a["columns"]),
         "a_record": "the record" if a["one"] else "any record",
         "below": left["below"],
+        "unpredicted": a["half_unpredicted"],
     }
     used = ("stiffness_working", "stiffness_small", "stiffness_beyond", "vaf_each", "vaf_alone_each")
     values |= {key: a[key] for key in (*used, "stiffness", "with_reflex")}
@@ -100,7 +104,9 @@ def _of_reflex(a: dict, there: list[dict]) -> list[str]:
         return ["A reflex pathway does not improve the prediction of any fitted part."]
     told = ["A reflex pathway was found in {with_reflex}."]
     if any(r["delay_assumed"] for r in there):
-        told.append("Its delay is assumed: the fitted parts are predicted best with {delays}.")
+        told.append("Its delay of {delay} ms is assumed: the fitted parts are predicted best with {delays}.")
+        if any(r["too_early"] for r in there):
+            told.append("No reflex is so early, so the pathway also holds torque of other origin.")
     if any(r["late"] for r in there):
         told.append(
             "Its response lasts up to {lasting} ms after a stretch, so it holds more than the short-latency "

@@ -18,6 +18,7 @@ from tepsipe.reporting.numbers.manipulator_models import (
     selected_terms,
 )
 from tepsipe.reporting.numbers.manipulator_recordings import (
+    SHOWN_TRIALS,
     parts_data,
     recordings_data,
     residuals_data,
@@ -74,6 +75,7 @@ def manipulator_data(fits: dict[str, Result], estimates: pd.DataFrame, joint: di
         "comparison": comparison_data(fits, own),
         "reflex_raises": _raises(values),
         "predicts": bool((alone > 0.0).all()),
+        "half_unpredicted": trials_named(list(both[both < 50.0].index), conditions),
         "any_offset": span_of_decimals(values(ESTIMATOR, "VAF_held_out_any_offset"), 1),
         "any_offset_reflex": span_of_decimals(values(REFLEX_ESTIMATOR, "VAF_held_out_any_offset"), 1),
         "stiffness": told(ESTIMATOR, "K"),
@@ -93,7 +95,12 @@ def manipulator_data(fits: dict[str, Result], estimates: pd.DataFrame, joint: di
         "residuals": residuals_data(fits),
     }
     short = [c for c, fit in fits.items() if fit.facts["reflex"]["short_range"]]
+    groups: dict[str, list[str]] = {}
+    for r in data["reflexes"]:
+        groups.setdefault(r["terms"] or "none", []).append(r["condition"])
     data |= {
+        "terms": "; ".join(f"{terms} in {trials_named(c, conditions)}" for terms, c in groups.items()),
+        "drawn": len(conditions) > SHOWN_TRIALS,
         "with_reflex": trials_named([r["condition"] for r in data["reflexes"] if r["there"]], conditions),
         "short_range": bool(short),
         "with_short_range": trials_named(short, conditions),

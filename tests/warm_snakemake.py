@@ -1,0 +1,89 @@
+"""Snakemake for the tests: forks of one process that has imported it, as the command line would run it.
+
+A start of Python and the imports take half of the time of a dry run. Each call is a fork of its own, in the
+folder of its study, whose code it imports; nothing remains of it in this process.
+"""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import traceback
+from pathlib import Path
+
+# of others: what a study imports of this project belongs to the study's own copy
+PACKAGES = ("snakemake.cli", "snakemake.report", "jsonschema", "yaml")
+# what scripts need in forks of forks
+OF_SCRIPTS = (
+    *("ezc3d", "h5py", "edfio", "pandas", "matplotlib.pyplot"),
+    *(f"matplotlib.backends.backend_{name}" for name in ("svg", "agg")),
+    *(f"scipy.{name}" for name in ("fft", "interpolate", "io", "linalg", "ndimage", "optimize", "signal")),
+    *("scipy.special", "scipy.stats"),
+)
+
+
+class WarmSnakemake:
+    """A process that runs Snakemake in forks; it ends with this one."""
+
+    def __init__(self):
+        self._process = subprocess.Popen(
+            [sys.executable, __file__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def run(self, arguments, folder, plugins):
+        """What ``subprocess.run`` would return of ``python -m snakemake`` in a folder, with plugins."""
+        with tempfile.TemporaryDirectory() as temporary:
+            said = [str(Path(temporary) / name) for name in ("stdout", "stderr")]
+            call = {"arguments": list(arguments), "folder": str(folder), "plugins": plugins, "said": said}
+            self._process.stdin.write(json.dumps(call) + "\n")
+            self._process.stdin.flush()
+            status = int(self._process.stdout.readline())
+            texts = [Path(path).read_text(encoding="utf-8", errors="replace") for path in said]
+        return subprocess.CompletedProcess(call["arguments"], status, *texts)
+
+
+def serve():
+    """Answer every line of the standard input with an exit status."""
+    for package in (*PACKAGES, *OF_SCRIPTS):
+        importlib.import_module(package)
+    for line in sys.stdin:
+        call = json.loads(line)
+        child = os.fork()
+        if child == 0:
+            os._exit(run(**call))
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+
+
+def run(arguments, folder, plugins, said):
+    """Exit status of Snakemake in a folder; what it says goes to two files."""
+    from snakemake.cli import main
+    from snakemake_interface_executor_plugins.registry import ExecutorPluginRegistry
+
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    for stream, path in zip((1, 2), said, strict=True):
+        os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT), stream)
+    os.chdir(folder)
+    sys.path[0] = folder
+    sys.path.insert(1, plugins)
+    ExecutorPluginRegistry().collect_plugins()
+    sys.argv = [str(Path(sys.modules["snakemake"].__file__).with_name("__main__.py")), *arguments]
+    status = 0
+    try:
+        main(arguments)
+    except SystemExit as error:
+        if isinstance(error.code, str):
+            print(error.code, file=sys.stderr)
+        status = error.code if isinstance(error.code, int) else int(error.code is not None)
+    except BaseException:
+        traceback.print_exc()
+        status = 1
+    sys.stdout.flush()
+    sys.stderr.flush()
+    return status
+
+
+if __name__ == "__main__":
+    serve()
