@@ -10,8 +10,9 @@ from test_walking import WALK, analysed, pulsed, recorded, synthetic_walk
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import analyse_walking
+from tepsipe.experiments.walking.deviations import Deviations
 from tepsipe.experiments.walking.files import read_events, read_recording
-from tepsipe.experiments.walking.impedance import WalkingOptions
+from tepsipe.experiments.walking.impedance import WalkingOptions, predicted_uncertainty
 from tepsipe.experiments.walking.needed import ExpectedPulse, needed_strides
 from tepsipe.experiments.walking.recording import agreement, ankle_moment, bandwidth_hz
 from tepsipe.experiments.walking.results import walking_rows
@@ -32,13 +33,19 @@ def quiet(walk):
     return segment_strides(walk.heel_strikes, walk.toe_offs)
 
 
-def test_strides_needed_fall_with_the_square_of_the_amplitude():
+def test_uncertainty_of_one_stride_falls_with_the_amplitude():
+    rng = np.random.default_rng(7)
+    time = np.arange(1, 11) / 100.0
+    # a scatter of 10 Nm, beside which 2 % of the response does not count
+    unperturbed = np.zeros((60, 8, 10))
+    unperturbed[:, 3] = rng.normal(0.0, 10.0, (60, 10))
+    angle = 0.02 * np.minimum(time / 0.06, 1.0) ** 2
+    response = np.stack([np.gradient(np.gradient(angle, time), time), np.gradient(angle, time), angle])
+    deviations, beta = Deviations(time, unperturbed[:0], unperturbed), np.array([0.0, 2.0, 200.0])
     one, two = (
-        needed_strides("a", recorded(WALK), quiet(WALK), expected(degrees), WalkingOptions())
-        for degrees in (0.1, 0.2)  # so small that what the model lacks does not count
+        predicted_uncertainty(deviations, size * response, beta, WalkingOptions()) for size in (1.0, 2.0)
     )
-    for small, large in zip(one, two, strict=True):
-        assert small.strides_for_15_percent == pytest.approx(4.0 * large.strides_for_15_percent, rel=0.05)
+    assert one == pytest.approx(2.0 * two, rel=0.01)
 
 
 def test_strides_needed_are_what_an_experiment_shows():
