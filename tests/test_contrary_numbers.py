@@ -7,6 +7,7 @@ import pytest
 
 from tepsipe.reporting.numbers.abstract import _standing
 from tepsipe.reporting.numbers.dummy import _vaf_of_trial
+from tepsipe.reporting.numbers.figure_findings import figure_findings_of
 from tepsipe.reporting.numbers.position_manipulator import _raises
 from tepsipe.reporting.numbers.simulations import _of_noise
 from tepsipe.reporting.numbers.treadmill import foot_data
@@ -100,4 +101,24 @@ def test_latencies_without_an_onset_have_no_error(latency, told):
     }
 
     words = "".join(piece for paragraph in _standing({"standing": person}) for _, piece in paragraph)
-    assert words.endswith(f"The largest error is 3.1 % in stiffness{told}")
+    assert words.endswith(f"the largest error is 3.1 % in stiffness{told}")
+
+
+@pytest.mark.parametrize("usual", [True, False])
+def test_captions_tell_the_usual_findings_only_where_they_hold(usual):
+    manipulator = {
+        "vaf": "90", "natural_frequency": "4.1", "cross_validated": "85", "one_minimum": usual,
+        "modulus_depends": True, "periodic": {"shift_damping": "3.0" if usual else "30.0"},
+    }  # fmt: skip
+    dummy = {
+        "printed_stiffness": "5", "printed_inertia": "0.06", "falls": usual, "signs_explain": usual,
+        "recommended_mean_stiffness": "9", "printed_mean_stiffness": "6", "vaf_lower": usual,
+        "vaf_of_trial": usual,
+    }  # fmt: skip
+    noise = {"figure_stiffness": "15", "level": "20", "iv_error": "0.2", "method_sound": usual}
+    found = figure_findings_of({"wristalyzer": manipulator, "dummy": dummy, "noise": noise, "weight": None})
+    for name in ("starting_values", "pathways", "torque", "dummy_cross_validation", "noise"):
+        assert (name in found) is usual, name
+    assert ("K falls" in found["4_4"]) is usual
+    assert ("the same admittance" in found["averaging"]) is usual
+    assert "K = 15 N·m/rad" in found["4_12"]

@@ -6,7 +6,7 @@ from urllib.parse import unquote
 import pytest
 from page_builders import NASTY, parsed
 
-from tepsipe.reporting.numbers.abstract import abstract_of, pieces, source_of
+from tepsipe.reporting.numbers.abstract import abstract_of, pieces, source_of, warnings_of
 from tepsipe.reporting.numbers.study import provenance_data
 from tepsipe.reporting.pages.index import Listing, math_html, render_index, sentence
 
@@ -60,7 +60,8 @@ RECORDED = {
 
 def report(**changed):
     data = RECORDED | changed
-    return data | {"source": source_of(data), "abstract": abstract_of(data)}
+    told = {"summary": [], "warnings": warnings_of(data)}
+    return data | told | {"source": source_of(data), "abstract": abstract_of(data)}
 
 
 def listing(condition="trial1"):

@@ -101,8 +101,8 @@ def test_table_of_the_noise_study_has_a_group_of_columns_for_each_processing():
     table = noise_table(rows, columns, 10.0)
     assert table["groups"] == ["as-printed", "recommended"]
     (row,) = table["rows"]
-    assert row["values"] == [["3.66", "\N{EN DASH}"], ["10.0", "9.99"]]
-    assert row["reported"] == ["10.0", "2.96"]
+    assert row["values"] == [["3.66", "\N{EN DASH}"], ["10.00", "9.99"]]
+    assert row["reported"] == ["10", "2.963"]
 
 
 def test_models_stand_in_rows_and_evaluations_in_columns():

@@ -170,7 +170,7 @@ def test_flagged_estimates_are_counted_and_marked_by_a_dagger():
     quoted = flags_data(frame.assign(recommended=True))["recommended"]
     assert (quoted["count"], quoted["total"]) == ("1", "3")
     assert [(k["name"], k["where"]) for k in quoted["kinds"]] == [
-        ("at-bound", "K of dummy b"),
-        ("undefined", "K of dummy b"),
+        ("at-bound", "K of the dummy (b)"),
+        ("undefined", "K of the dummy (b)"),
     ]
     assert quoted["kinds"][0]["meaning"].endswith("check units and signs")

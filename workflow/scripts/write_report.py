@@ -26,6 +26,7 @@ from tepsipe.reporting.numbers import (
     abstract,
     budget,
     dummy,
+    figure_findings,
     laboratory,
     operating_points,
     participants,
@@ -172,6 +173,8 @@ if snakemake.input.time_varying:
 data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
 data["summary"] = summary.summary_of(data)
 data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
+data["warnings"] = abstract.warnings_of(data)
+data["figure_findings"] = figure_findings.figure_findings_of(data)
 Path(snakemake.output.data).write_text(
     # a comparison of numbers from a table is numpy's truth value
     json.dumps(data, indent=1, ensure_ascii=False, default=methodcaller("item")) + "\n",

@@ -47,7 +47,7 @@ def plot_budgets(budgets: dict[str, RelativeBudget]) -> Figure:
         axis.set_yticks(range(len(bars)), [label for label, _, _ in bars])
         axis.invert_yaxis()
         name = f"${quantity}$" if len(quantity) == 1 else quantity
-        axis.set(xlabel=f"Standard uncertainty of {name} (%)")
+        axis.set(xlabel=f"Uncertainty of {name} (%)")
         axis.grid(axis="y", visible=False)
         axis.set_axisbelow(True)
         axis.set_xlim(left=0.0)

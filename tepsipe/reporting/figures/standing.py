@@ -190,7 +190,7 @@ def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figu
             axis.set(title=f"{task}, {words(name)}")
             axis.margins(x=0.0)
             if column == 0:
-                axis.set(ylabel=r"$\tau_A$ relative to unperturbed standing (N·m)")
+                axis.set(ylabel="Change of torque\n" + r"$\tau_A$ (N·m)")
             axis.set(xlabel="Time from the onset (ms)")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4)

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.names import unit_symbol
+from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 from tepsipe.reporting.figures.weight import MODEL_COLOURS
 from tepsipe.treadmill.calibration import ModelScore
@@ -31,7 +31,7 @@ def plot_calibration(result: Result, scores: list[ModelScore], chosen: str, seco
         predicted,
         color=MODEL_COLOURS[chosen],
         linestyle="--",
-        label=f"predicted by {chosen}, $R^2$ = {r2:.3f} over the recording",
+        label=f"predicted by {words(chosen)}, $R^2$ = {r2:.3f} over the recording",
     )
     axes[2].plot(time, measured, color=COLOURS["other"], linewidth=0.8, label="measured")
     axes[2].plot(time, measured - predicted, color=MODEL_COLOURS[chosen], label="compensated")
@@ -66,7 +66,7 @@ def plot_cutoffs(scores: list[ModelScore], test: str) -> Figure:
             of(model, "r2"),
             color=MODEL_COLOURS[model],
             linestyle=":" if model == "ripple-tracking" else "-",
-            label=model,
+            label=words(model),
         )
     if "ripple-tracking" in models:
         axes[0].lines[-1].set_linestyle(":")

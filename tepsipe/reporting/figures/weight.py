@@ -5,7 +5,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.figures.names import short_name, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 from tepsipe.treadmill.calibration import ModelScore
 
@@ -103,7 +103,7 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
             )
         axis.set(title=f"evaluated on: {test}", xlabel="$R^2$ (-)", xlim=(-1.08, 1.05))
         axis.axvline(0.0, color="#c4c4c4", linewidth=0.6)
-    axes[0, 0].set_yticks(range(len(models)), models)
+    axes[0, 0].set_yticks(range(len(models)), [words(name) for name in models])
     axes[0, 0].invert_yaxis()
     handles = [
         axes[0, 0].plot([], [], mark, color=COLOURS["measured"], markersize=5.5, label=f"fitted to {train}")[
@@ -129,7 +129,7 @@ def plot_model_responses(result: Result, condition: str, models: list[str]) -> F
     axes[0].plot(time, measured, color=COLOURS["measured"], linewidth=1.6, label="measured")
     for model in [m for m in models if f"{condition}/{m}" in result.arrays]:
         predicted = result.arrays[f"{condition}/{model}"]
-        axes[0].plot(time, predicted, color=MODEL_COLOURS[model], label=model, linewidth=1.0)
+        axes[0].plot(time, predicted, color=MODEL_COLOURS[model], label=words(model), linewidth=1.0)
         axes[1].plot(time, measured - predicted, color=MODEL_COLOURS[model], linewidth=1.0)
     axes[1].plot(time, measured, color=COLOURS["measured"], linewidth=1.6)
     axes[0].set(title="measured and predicted", xlabel="Time from the onset (ms)", ylabel=r"$\Delta F_y$ (N)")

@@ -51,14 +51,15 @@ def source_of(data: dict) -> Paragraph:
     if data["made"] > 0:
         return pieces(
             "*Source of the raw files.* The recordings of the thesis [cite thesis] were never published. "
-            "Of the {trials} trials in this report, {made} were simulated by a _virtual laboratory_, "
+            "{which} simulated by a _virtual laboratory_, "
             "which integrates the full mechanics of the rigs with its own constants and writes the files "
-            "that the instruments would have written. The analysis does not use these constants; they "
-            "serve only where this report compares an estimate with the truth ([@findings]). "
+            "that the instruments would have written. The analysis does not use these constants. They "
+            "serve as the truth where a section says so, and in [@findings]. "
             "This report therefore tests the _method_ of the "
             "thesis, not its measurements.",
-            trials=data["trials"],
-            made=data["made"],
+            which=f"All {data['trials']} trials in this report were"
+            if data["made"] == data["trials"]
+            else f"Of the {data['trials']} trials in this report, {data['made']} were",
         )
     found = pieces(
         "*Source of the raw files.* {trials} in the trial sheet. The report ends with checksums.",
@@ -73,10 +74,10 @@ def source_of(data: dict) -> Paragraph:
 
 def abstract_of(data: dict) -> list[Paragraph]:
     """Findings of the run, one paragraph per experiment (units in them), from the data of the report."""
-    paragraphs: list[Paragraph] = _failed_checks(data)
+    paragraphs: list[Paragraph] = []
     for experiment, sentences in (
-        ("wristalyzer", _wristalyzer),
         ("dummy", _dummy),
+        ("wristalyzer", _wristalyzer),
         ("weight", _weight),
         ("belt", _belt),
         ("standing", _standing),
@@ -92,8 +93,11 @@ def abstract_of(data: dict) -> list[Paragraph]:
             pieces(
                 "Of the {total} claims of the thesis, {reproduced} are reproduced, {fitted} fitted (their "
                 "numbers were used to choose constants of the virtual laboratory), {predicted} predicted by "
-                "these constants, {explained} explained by a number, {not_reproduced} not reproduced, and "
-                "{not_computed} not computed ([@claims]).",
+                "these constants, {explained} explained by a number, and {not_reproduced} not reproduced"
+                "{pending} ([@claims]).",
+                pending=""
+                if data["claims"]["not_computed"] == "0"
+                else f"; {data['claims']['not_computed']} were not computed",
                 **data["claims"],
             )
         )
@@ -109,19 +113,29 @@ def abstract_of(data: dict) -> list[Paragraph]:
     return paragraphs
 
 
-def _failed_checks(data: dict) -> list[Paragraph]:
-    """Recommended estimates that failed a check: which, and what to look at."""
+def warnings_of(data: dict) -> list[Paragraph]:
+    """Recommended estimates (no unit) that failed a check: which, and what to look at.
+
+    Parameters
+    ----------
+    data : dict
+        Data of the report, of which ``flags`` is used.
+
+    Returns
+    -------
+    list of paragraphs
+        One, or none where no check failed.
+    """
     quoted = data.get("flags", {}).get("recommended")
     if not quoted or not quoted["kinds"]:
         return []
     found = pieces(
-        "*Look at these first.* {count} of the {total} recommended estimates failed a check:",
+        "*Look at these first.* {count} of the {total} recommended estimates failed a check.",
         count=quoted["count"],
         total=quoted["total"],
     )
-    for k, kind in enumerate(quoted["kinds"]):
-        end = "." if k == len(quoted["kinds"]) - 1 else ";"
-        found += pieces(" _{where}_: {meaning}{end}", where=kind["where"], meaning=kind["meaning"], end=end)
+    for kind in quoted["kinds"]:
+        found += pieces(" _{where}_: {meaning}.", where=kind["where"], meaning=kind["meaning"])
     return [found]
 
 
@@ -129,9 +143,11 @@ def _wristalyzer(data: dict) -> list[Paragraph]:
     w = data["wristalyzer"]
     found = [
         pieces(
-            "In the torque-controlled manipulator (Wristalyzer) the fit to the admittance of the joint "
+            "In the torque-controlled manipulator (Wristalyzer), the reference method, a fit to the "
+            "admittance of the same joint "
             "yields $I$ = {inertia} N·m·s²/rad, $B$ = {damping} N·m·s/rad and $K$ = {stiffness} N·m/rad "
-            "over the scale factors. The fitted model predicts the measured angle with a VAF of {vaf} %.",
+            "over the scale factors of the torque. The fitted model predicts the measured angle with a VAF "
+            "of {vaf} %.",
             **w,
         )
     ]
@@ -158,17 +174,10 @@ def _dummy(data: dict) -> list[Paragraph]:
     )
     if reported is not None:
         found += pieces(
-            "The thesis, which calls its parameters “not physically meaningful”, reports {inertia} "
-            "N·m·s²/rad and {stiffness} N·m/rad. ",
+            "The thesis reports {inertia} N·m·s²/rad and {stiffness} N·m/rad and calls its parameters “not "
+            "physically meaningful”. ",
             **reported,
         )
-    found += pieces(
-        "The consistent equation, the same free body with consistent signs, yields $I$ = "
-        "{recommended_mean_inertia} N·m·s²/rad and $K$ = {recommended_mean_stiffness} N·m/rad from the "
-        "same recordings{amplitudes}. ",
-        amplitudes=_amplitudes(d["clear_from"]),
-        **d,
-    )
     if d["signs_explain"]:
         found += pieces(
             "The signs explain the difference without any effect of the treadmill: the printed signs add "
@@ -178,16 +187,19 @@ def _dummy(data: dict) -> list[Paragraph]:
         )
     found += pieces(
         "VAF cannot reveal a wrong sign, because with one degree of freedom _any_ linear combination of "
-        "acceleration, velocity and angle can be fitted."
+        "acceleration, velocity and angle can be fitted. The same free body with consistent signs yields $I$ "
+        "= {recommended_mean_inertia} N·m·s²/rad and $K$ = {recommended_mean_stiffness} N·m/rad from the "
+        "same recordings{amplitudes}.",
+        amplitudes=_amplitudes(d["clear_from"]),
+        **d,
     )
     if d["recovery"] is None:
         return [found]
     return [
         found,
         pieces(
-            "The largest error of the consistent equation, relative to {truth}, is "
-            "{worst_stiffness} % in $K$ and {worst_damping} % in $B$ over all {count} "
-            "conditions{amplitudes}.",
+            "Over the {count} conditions{amplitudes}, the largest error of the consistent equation "
+            "relative to {truth} is {worst_stiffness} % in $K$ and {worst_damping} % in $B$.",
             amplitudes=_amplitudes(d["clear_from"], " of"),
             **(d["recovery"] | {"truth": _truth(d["recovery"])}),
         ),
@@ -205,9 +217,9 @@ def _truth(recovery: dict) -> str:
 def _thesis_dummy(found: dict) -> list[Paragraph]:
     return [
         pieces(
-            "One rubber joint with {n} constants, fitted to the sinusoidal half of the printed tables, "
-            "returns {fitted_within} of the {fitted} printed numbers that were fitted and {predicted_within} "
-            "of {predicted} that were not, within their tolerances ([@thesis-dummy]).",
+            "One rubber joint that softens, with {n} constants fitted to the sinusoidal half of the printed "
+            "tables, returns {fitted_within} of the {fitted} fitted numbers and {predicted_within} of the "
+            "{predicted} other numbers of Tables 4-2 and 4-3 within their tolerances ([@thesis-dummy]).",
             **found,
         )
     ]
@@ -231,11 +243,12 @@ def _weight(data: dict) -> list[Paragraph]:
         **data["weight"],
     )
     if "foot" in data:
-        rows = ", ".join(f"{row['K']} N·m/rad ({words(row['pathway'])})" for row in data["foot"]["rows"][1:])
+        shown = data["foot"]["rows"][1:]
+        ends = shown if len(shown) < 3 else [shown[0], shown[-1]]
         found += pieces(
-            " With the torque from the foot and the force plate, $K${amplitudes} is {rows}.",
+            " With the torque from the foot and the force plate, $K${amplitudes} is {rows} ([@foot]).",
             amplitudes=_amplitudes(data["foot"]["clear_from"]),
-            rows=rows,
+            rows=" and ".join(f"{row['K']} N·m/rad ({words(row['pathway'])})" for row in ends),
         )
     return [found]
 
@@ -275,9 +288,10 @@ def _belt(data: dict) -> list[Paragraph]:
 def _standing(data: dict) -> list[Paragraph]:
     p = data["standing"]
     found = pieces(
-        "Of the trials with a person standing on the treadmill, {stood} of {trials} were usable.",
-        stood=p["stood"],
-        trials=p["trials"],
+        "{which} with a person standing on the treadmill were usable.",
+        which=f"All {p['trials']} trials"
+        if p["stood"] == p["trials"] != "1"
+        else f"{p['stood']} of {p['trials']} trials",
     )
     wanted = p["recommended"]["estimator"]
     # of several people the means tell more
@@ -291,7 +305,7 @@ def _standing(data: dict) -> list[Paragraph]:
             )
     if p["recovery"] is not None:
         found += pieces(
-            " The largest error is {stiffness} % in stiffness{of_latency}.",
+            " Compared with the truth, the largest error is {stiffness} % in stiffness{of_latency}.",
             stiffness=p["recovery"]["stiffness"],
             of_latency=""
             if p["recovery"]["latency"] == number(None)

@@ -13,6 +13,7 @@ from tepsipe.identification.estimators import (
     OUTPUT_ERROR,
 )
 from tepsipe.io.result import Result
+from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.numbers.format import _cell, number, percent, span, span_of_decimals
 from tepsipe.reporting.numbers.joint_likelihood import joint_likelihood_data
 from tepsipe.reporting.recovery import AT_WORK, SMALL
@@ -90,8 +91,8 @@ def dummy_data(
             np.mean([fit.facts["marker_noise_m"] for fit in fits.values()]) < 0.5 * MARKER_ACCURACY_M
         ),
         "clear_from": number(min(map(amplitude, clear)), 1),
-        "smallest": smallest,
-        "largest": largest,
+        "smallest_name": short_name(smallest),
+        "largest_name": short_name(largest),
         "vaf_printed_smallest": percent(values("VAF_perturbation", printed)[smallest], 2),
         "vaf_recommended_smallest": percent(values("VAF_perturbation", recommended)[smallest]),
         "vaf_printed_largest": percent(values("VAF_perturbation", printed)[largest], 2),
@@ -244,7 +245,7 @@ def _at_work(recovery: pd.DataFrame, pathway: str, conditions: list[str]) -> lis
     by = own.set_index(["condition", "quantity"])
     return [
         {
-            "condition": condition,
+            "condition": short_name(condition),
             **{
                 q: [_cell(q, by.truth[condition, q]), _cell(q, by.value[condition, q])]
                 for q in ("I", "B", "K")
@@ -279,7 +280,7 @@ def specification_data(rows: list[Specification]) -> dict:
     sound = (torque == "leg") & alike & (estimator == "windowed-least-squares")
     printed = (torque == "leg-thesis") & alike
     data = {
-        "condition": rows[0].condition,
+        "condition_name": short_name(rows[0].condition),
         "count": str(len(rows)),
         "stiffness": span(stiffness, 2),
         "quarters": f"{number(np.percentile(stiffness, 25), 2)} to {number(np.percentile(stiffness, 75), 2)}",

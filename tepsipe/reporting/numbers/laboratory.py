@@ -1,5 +1,7 @@
 """Numbers of the report's section on the simulated laboratory."""
 
+import math
+
 from tepsipe.reporting.laboratory import DRAWN, MECHANISM, LaboratoryRow
 from tepsipe.reporting.numbers.format import MINUS
 
@@ -42,11 +44,18 @@ def _drawn(key: str, rows: list[LaboratoryRow]) -> dict[str, str]:
         "key": key,
         "count": str(len(rows)),
         "nominal": _short(first.nominal or 0.0) if alone else "",
-        "value": _short(first.value[0], 5) if alone else "",
+        "value": _beside(first.value[0], first.standard_deviation or 0.0) if alone else "",
         "largest": _short(largest),
         "standard_deviation": _short(first.standard_deviation or 0.0),
         "distribution": first.distribution,
     }
+
+
+def _beside(value: float, standard_deviation: float) -> str:
+    """A drawn value (any unit) to two significant digits of its standard deviation."""
+    if not standard_deviation > 0.0:
+        return _short(value, 5)
+    return _short(round(value, 1 - math.floor(math.log10(standard_deviation))), 12)
 
 
 def _short(number: float, digits: int = 3) -> str:

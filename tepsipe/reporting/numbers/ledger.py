@@ -10,9 +10,11 @@ from tepsipe.reporting.ledger import (
     VERDICTS,
     CellVerdict,
 )
-from tepsipe.reporting.numbers.format import _printed, number
+from tepsipe.reporting.numbers.format import _printed, fixed, number
 from tepsipe.reporting.numbers.study import LABELS
 
+# noisy signals, columns of Table 4-4
+NOISY = {"tau": "τ", "theta": "θ"}
 COUNTED = (REPRODUCED, FITTED, PREDICTED, EXPLAINED)
 
 
@@ -23,8 +25,8 @@ def cells_data(rows: list[CellVerdict]) -> dict:
     outside: dict[tuple[str, str], dict[str, list[str]]] = {}
     for row in rows:
         if row.verdict == NOT_REPRODUCED:
-            value = number(row.value, 4 if row.row.startswith("VAF") else 3)
-            values = f"{short_name(row.column)} ({_printed(row.reported)}, {value})"
+            value = fixed(row.value, 2) if row.row.startswith("VAF") else number(row.value, 3)
+            values = f"{NOISY.get(row.column, short_name(row.column))} ({_printed(row.reported)}, {value})"
             own = outside.setdefault((row.table, row.reason), {})
             own.setdefault(LABELS.get(row.row, row.row), []).append(values)
     return {

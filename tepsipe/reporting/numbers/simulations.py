@@ -3,10 +3,12 @@
 import numpy as np
 import pandas as pd
 
-from tepsipe.reporting.figures.names import PARAMETER_SETS, unit_symbol
-from tepsipe.reporting.numbers.format import LABELS, number, percent, span_of_decimals
+from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name, unit_symbol
+from tepsipe.reporting.numbers.format import LABELS, _printed, fixed, number, percent, span_of_decimals
 from tepsipe.reporting.thesis_tables import TableRow
 
+# an uncertainty below this is numerical (in its unit)
+NOTHING = 1e-9
 # who moves the dummy, as the report says it
 ENGINES = {
     "pybullet": "the multi-body engine PyBullet",
@@ -58,7 +60,7 @@ def forward_data(forward: pd.DataFrame, step_s: float, engine: str) -> dict:
         "engine": ENGINES[engine],
         "conditions": str(forward.condition.nunique()),
         "unsettled": [
-            f"{PARAMETER_SETS[name]} ({state}): {', '.join(group.condition)}"
+            f"{PARAMETER_SETS[name]} ({state}): {', '.join(map(short_name, group.condition))}"
             for (name, state), group in unsettled.groupby(["parameter_set", "state"], sort=False)
         ],
         **_comparisons(forward),
@@ -87,8 +89,8 @@ def _comparisons(forward: pd.DataFrame) -> dict:
         "compared": {
             "angle": bool(low("wristalyzer", "theta") > of("tep", "theta").max()),
             "torque": bool(low("tep", "tau") > of("wristalyzer", "tau").max()),
-            "corrected_best": won,
-            "corrected_others": [c for c in best.index if c not in won],
+            "corrected_best": [short_name(c) for c in won],
+            "corrected_others": [short_name(c) for c in best.index if c not in won],
             "all": str(len(best)),
             "growing": str(printed_grow),
             "windows": percent(low("corrected", "theta", "vaf_perturbation"), 0),
@@ -149,19 +151,21 @@ def noise_table(rows: list[TableRow], columns: list[str], stiffness: float) -> d
             {
                 "label": LABELS.get(row.quantity, row.quantity),
                 "unit": unit_symbol(row.unit) if row.unit not in ("1", "as printed") else "",
-                "reported": [_short(x) for x in row.reported],
+                "reported": [_printed(x) for x in row.reported],
                 "values": [[number(None)] * len(columns) for _ in groups],
             },
         )
-        cells["values"][groups.index(row.pathway)] = [_short(x) for x in row.values]
+        cells["values"][groups.index(row.pathway)] = [_short(row.quantity, x) for x in row.values]
     return {"groups": groups, "columns": columns, "rows": list(by_quantity.values())}
 
 
-def _short(value: float | None) -> str:
-    """A number of a wide table (any unit): three significant digits, or two decimals above 99."""
-    if value is not None and 99.0 < value < 100.0:
-        return percent(value, 2)
-    return number(value, 3 if value is None or abs(value) >= 1e-3 else 2)
+def _short(quantity: str, value: float | None) -> str:
+    """A number of a wide table (its unit): three significant digits, two of uncertainties and decimals."""
+    if value is None or quantity.startswith("SE"):
+        return "0" if value is not None and abs(value) < NOTHING else number(value, 2)
+    if quantity.startswith("VAF") or quantity == "K":
+        return fixed(value, 2 if quantity == "K" or 99.0 < value < 99.995 else 1)
+    return number(value, 3 if abs(value) >= 1e-3 else 2)
 
 
 def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
@@ -199,6 +203,7 @@ def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
         **_of_noise(at, truth),
         "level": f"{level:g}",
         "draws": str(choices["draws"]),
+        "figure_stiffness": f"{joint['stiffness_Nm_per_rad'][-1]:g}",
         "truth": [number(x) for x in truth],
         "apparent": [number(float(at[at.quantity == q].apparent.iloc[0])) for q in ("I", "B", "K")],
         "cells": str(len(noise.drop_duplicates(["condition", "noise_on", "snr_db", "estimator"]))),

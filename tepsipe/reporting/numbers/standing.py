@@ -92,11 +92,12 @@ def _rows(own: pd.DataFrame, condition: str, pathway: str, estimator: str) -> pd
     return own[chosen].set_index("quantity")
 
 
-def _with_interval(rows: pd.DataFrame, quantity: str, digits: int = 3) -> str:
+def _with_interval(rows: pd.DataFrame, quantity: str) -> str:
     if quantity not in rows.index:
         return number(None)
     r = rows.loc[quantity]
-    return f"{number(r.value, digits)} ({number(r.ci_low, digits)} to {number(r.ci_high, digits)})"
+    value, interval = by_uncertainty(r.value, r.ci_low, r.ci_high)
+    return f"{value} ({interval})" if interval else value
 
 
 def _plain(rows: pd.DataFrame, quantity: str, scale: float = 1.0, digits: int = 3) -> str:

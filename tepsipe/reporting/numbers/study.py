@@ -16,6 +16,14 @@ from tepsipe.reporting.thesis_tables import TableRow
 from tepsipe.treadmill.registry import MODEL_MEANINGS
 
 DAGGER = "\N{DAGGER}"
+EXPERIMENT_WORDS = {
+    "wristalyzer": "the Wristalyzer",
+    "dummy": "the dummy",
+    "weight": "the weight",
+    "standing": "the standing person",
+    "position_manipulator": "the position-controlled manipulator",
+    "platform": "the moving platform",
+}
 
 
 def names_data(estimates: pd.DataFrame, choices: dict) -> dict[str, str]:
@@ -59,10 +67,10 @@ def _where(rows: pd.DataFrame, most: int = 4) -> str:
     """Quantities and trials of some estimates, at most ``most`` trials of an experiment by name."""
     parts = []
     for experiment, own in rows.groupby("experiment", sort=False):
-        quantities = ", ".join(dict.fromkeys(own.quantity))
+        quantities = " and ".join(sorted(dict.fromkeys(own.quantity), reverse=True))
         trials = list(dict.fromkeys(own.condition))
         named = ", ".join(trials[:most]) + (f" and {len(trials) - most} more" if len(trials) > most else "")
-        parts.append(f"{quantities} of {experiment} {named}")
+        parts.append(f"{quantities} of {EXPERIMENT_WORDS.get(experiment, experiment)} ({named})")
     return "; ".join(parts)
 
 
@@ -185,7 +193,8 @@ def claims_data(claims: pd.DataFrame) -> dict:
             "unit": "" if row.unit == "1" else unit_symbol(row.unit),
             "reported": {"below": "< ", "above": "> "}.get(row.tolerance, "")
             + f"{row.reported:g}".replace("-", MINUS),
-            "reproduced": number(None if pd.isna(row.reproduced) else float(row.reproduced), 4),
+            "tolerance": "" if row.tolerance in ("below", "above") else f"{float(row.tolerance):g}",
+            "reproduced": _found(row.reported, row.reproduced),
             "verdict": row.verdict,
             "section": row.section,
         }
@@ -197,6 +206,16 @@ def claims_data(claims: pd.DataFrame) -> dict:
         "total": str(len(rows)),
         **{key.replace(" ", "_"): str(int(counts.get(key, 0))) for key in VERDICTS},
     }
+
+
+def _found(reported: float, value: float) -> str:
+    """A value (any unit) with three significant digits, or one more than the reported one has."""
+    if pd.isna(value):
+        return number(None)
+    digits = max(3, 1 + len(f"{reported:g}".lstrip("-0.").replace(".", "")))
+    text = number(float(value), digits)
+    whole, _, decimals = text.partition(".")
+    return whole if decimals and not decimals.strip("0") and float(reported).is_integer() else text
 
 
 JOINT = ("I", "B", "K")
@@ -256,7 +275,7 @@ def _recovered(quantity: str, group: pd.DataFrame) -> dict:
 def _error(value: float) -> str:
     """A relative error (%) as text; beyond 1000 % only that."""
     if abs(value) < 1000.0 or not math.isfinite(value):
-        return percent(value)
+        return percent(value, 0 if abs(value) >= 100.0 else 1)
     return f"< {MINUS}1000" if value < 0.0 else "> 1000"
 
 

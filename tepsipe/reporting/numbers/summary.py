@@ -51,10 +51,10 @@ def summary_of(data: dict) -> list[Paragraph]:
 
 def _found(data: dict) -> Paragraph:
     return pieces(
-        "*What the thesis found.* Short jerks of a treadmill belt gave $I$ = {inertia} N·m·s²/rad and $K$ "
-        "= {stiffness} N·m/rad for a rubber joint with a $K$ of {start_stiffness} N·m/rad in a conventional "
-        "manipulator. The fits explained {vaf_trial} % of the variance, but the parameters were not "
-        "physical.",
+        "*What the thesis found.* Perturbed by short velocity pulses of a treadmill belt, a rubber joint "
+        "showed $I$ = {inertia} N·m·s²/rad and $K$ = {stiffness} N·m/rad. In a conventional manipulator the "
+        "same joint had a $K$ of about {start_stiffness} N·m/rad. The fits explained {vaf_trial} % of the "
+        "variance (VAF), but the thesis called the parameters “not physically meaningful”.",
         **data["reported"],
     )
 
@@ -64,9 +64,9 @@ def _why(d: dict) -> list[Paragraph]:
         return []
     return [
         pieces(
-            "*Why.* Two terms of its equation of motion belong to different directions of the angle. This "
-            'adds $2 I_"leg"$ = {two_leg_inertia} N·m·s²/rad to $I$ and takes $2 m g r$ = {two_mgr} N·m/rad '
-            "from $K$, and the VAF cannot show it ([@not-physical]).",
+            "*Why.* Its equation of motion mixes two sign conventions of the angle. This "
+            'adds $2 I_"leg"$ = {two_leg_inertia} N·m·s²/rad to $I$ and subtracts $2 m g r$ = {two_mgr} '
+            "N·m/rad from $K$. The VAF cannot show it ([@not-physical], [@vaf-blind]).",
             **d,
         )
     ]
@@ -75,16 +75,19 @@ def _why(d: dict) -> list[Paragraph]:
 def _instead(data: dict) -> Paragraph:
     d = data["dummy"]
     text = (
-        "*What to do instead.* Use the same free body with consistent signs and markers at one instant: "
-        "$K$ = {recommended_mean_stiffness} N·m/rad{amplitudes}. "
+        "*What to do instead.* Use the same free body with consistent signs, and markers interpolated to "
+        "one instant: the mean $K${amplitudes} is then {recommended_mean_stiffness} N·m/rad. "
     )
     amplitudes = "" if d["clear_from"] == "–" else f" at {d['clear_from']} m/s and above"
     found = pieces(text, amplitudes=amplitudes, **d)
     joint = d.get("joint_likelihood")
     if joint is not None:
         found += pieces(
-            "Better, fit the leg, the foot and the drive together ([@joint-likelihood]): $K$ = {stiffness} "
-            "N·m/rad over all conditions.",
+            "Better, fit the motion of the leg, the foot and the belt drive together ([@joint-likelihood]): "
+            "$K$ = {stiffness} N·m/rad over all conditions{error}.",
+            error=""
+            if joint.get("recovery") is None
+            else f", at most {joint['recovery']['worst_stiffness']} % from the truth",
             **joint,
         )
     return found
@@ -114,9 +117,9 @@ def _how_sure(data: dict) -> list[Paragraph]:
         return []
     return [
         pieces(
-            "*How sure.* The raw files are simulated, so the truth is known: {covered} of {total} "
-            "recommended estimates hold it in their 95 % interval; {flagged} carry a warning, and {missed} "
-            "miss it without one ([@truth]).",
+            "*How sure.* The raw files are simulated, so the truth is known: the 95 % intervals of {covered} "
+            "of {total} recommended estimates contain it. {flagged} of these estimates carry a warning, and "
+            "{missed} miss the truth without one ([@truth]).",
             **counts,
         )
     ]

@@ -137,7 +137,7 @@ def weight_data(
         ],
         "mass_span": f"{masses.min():.2f} to {masses.max():.2f}",
         "lag_ms": span([1e3 * abs(x) for x in lags], 2),
-        "lag_sense": "behind" if min(lags) > 0.0 else "ahead of" if max(lags) < 0.0 else "beside",
+        "lag_sense": "lags" if min(lags) > 0.0 else "leads" if max(lags) < 0.0 else "differs from",
         "peak_empty": span(peaks(empty, fine), 2),
         "peak_weight": span(peaks(weight, fine), 2),
         "peak_belt": span(peaks(weight, "belt"), 2),

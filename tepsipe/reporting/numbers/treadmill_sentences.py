@@ -56,11 +56,11 @@ def force_sentence(weight: dict[str, Result], filter_name: str, peaks: list[floa
     """Where the belt-induced force (N) peaks, and how it grows with the belt speed (m/s)."""
     at_peak = speed_at_peak(weight, filter_name)
     share = span([100.0 * x for x in at_peak], 3)
-    text = f"Under the weight it peaks at {share} % of the peak belt speed"
+    text = f"Under the weight the force peaks while the belt moves at {share} % of its peak speed"
     speeds = peak_speeds(weight, filter_name)
     if len(speeds) > 2 and np.ptp(speeds) > 0.0 and min(peaks) > 0.0:
         exponent = float(np.polyfit(np.log(speeds), np.log(peaks), 1)[0])
-        text += f" and grows as the power {number(exponent, 2)} of it"
+        text += f"; its peak grows with the peak speed to the power of {number(exponent, 2)}"
     return f"{text}."
 
 
@@ -157,7 +157,7 @@ def foot_sentences(own: pd.DataFrame, reference: str) -> list[str]:
         flags = stiffness.loc[pathway]["flags"].astype(object).fillna("").astype(str)
         failed = int(flags.str.contains("treadmill-model|beyond-calibrated-mass").sum())
         low, high = (percent(float(end), 1) for end in (differences.min(), differences.max()))
-        text = f"K by “{words(pathway)}” differs from that by “{words(reference)}” by {low} to {high} %"
+        text = f"K by “{words(pathway)}” differs from K by “{words(reference)}” by {low} to {high} %"
         text += (
             f"; in {failed} of {k.size} conditions the gate rejects the treadmill model."
             if failed

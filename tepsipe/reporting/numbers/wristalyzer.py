@@ -7,7 +7,7 @@ import pandas as pd
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import unit_symbol
-from tepsipe.reporting.numbers.format import _cell, number, percent, span
+from tepsipe.reporting.numbers.format import _cell, by_uncertainty, number, percent, span
 
 
 def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: dict, best: str) -> dict:
@@ -107,7 +107,7 @@ def wristalyzer_data(fits: dict[str, Result], estimates: pd.DataFrame, choices: 
                 100.0 * float((values("B") / values("B", "spectral-fit-periods") - 1.0).abs().max())
             ),
             "intervals": [
-                {"condition": r.condition, "low": number(r.ci_low), "high": number(r.ci_high)}
+                {"condition": r.condition, "interval": by_uncertainty(r.value, r.ci_low, r.ci_high)[1]}
                 for r in stiffness_rows.itertuples()
             ],
         }
@@ -123,7 +123,8 @@ def _regression(own: pd.DataFrame) -> list[dict] | None:
     for condition, of_trial in rows.groupby("condition", sort=False):
         cells = {}
         for r in of_trial[of_trial.quantity.isin(["I", "B", "K"])].itertuples():
-            cells[r.quantity] = f"{_cell(r.quantity, r.value)} [{number(r.ci_low)}, {number(r.ci_high)}]"
+            value, interval = by_uncertainty(r.value, r.ci_low, r.ci_high)
+            cells[r.quantity] = f"{value} ({interval})" if interval else value
         found.append({"condition": condition, **cells})
     return found
 
@@ -154,10 +155,10 @@ TERMS = {
     "B": "damping $B$, small movements",
     "K": "stiffness $K$, small movements",
     "friction": "Coulomb friction",
-    "K_cubic": "hardening, with the angle cubed",
+    "K_cubic": "hardening, torque per angle cubed",
     "K_softened": "stiffness lost at large angles",
     "B_softened": "damping gained at large angles",
-    "softening_angle": "angle of half the softening",
+    "softening_angle": "angle at which half of the softening has taken place",
 }
 
 
@@ -190,9 +191,8 @@ def pooled_data(pooled: Result, estimates: pd.DataFrame, recovery: pd.DataFrame 
         {
             "quantity": TERMS[r.quantity],
             "unit": unit_symbol(r.unit),
-            "value": number(r.value),
-            "low": number(r.ci_low),
-            "high": number(r.ci_high),
+            "value": by_uncertainty(r.value, r.ci_low, r.ci_high)[0],
+            "interval": by_uncertainty(r.value, r.ci_low, r.ci_high)[1],
             "truth": number(truth.get(r.quantity)),
         }
         for r in own.itertuples()

@@ -59,7 +59,8 @@ def render_index(report: dict, listing: Listing) -> str:
     str
         The page; its links are relative.
     """
-    findings = "".join(f"<p>{sentence(p, listing.pdf)}</p>\n" for p in report["abstract"])
+    told = [*report["summary"], *report["warnings"], *report["abstract"]]
+    findings = "".join(f"<p>{sentence(p, listing.pdf)}</p>\n" for p in told)
     sections = {
         "findings": ("Findings", findings + _flags(report) + _cells(report) + _claims(report)),
         "trials": ("Trials", _trials(listing)),
