@@ -68,11 +68,18 @@ if config["plan"] is not None:
     include: "workflow/rules/plan.smk"
 
 
+# the ankle in walking
+if config["walking"] is not None:
+
+    include: "workflow/rules/walking.smk"
+
+
 rule all:
     default_target: True
     input:
         outputs.coverage(STUDY)
         or outputs.plan(STUDY)
+        or outputs.walking(STUDY)
         or [
             *outputs.everything(STUDY),
             *outputs.pages(STUDY),

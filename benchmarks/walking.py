@@ -137,7 +137,7 @@ def main():
     default = Path(os.environ.get("TEPSIPE_REAL_DATA", "recordings")) / "walking"
     parser.add_argument("folder", nargs="?", type=Path, default=default)
     parser.add_argument("--seeds", type=int, default=100)
-    parser.add_argument("--parts", default="ABrzm")
+    parser.add_argument("--parts", default="ABermz")
     chosen = parser.parse_args()
     recording, strides, base = real_walk(chosen.folder)
     rebuilt = ankle_moment(recording)
@@ -157,6 +157,13 @@ def main():
             shift = doubled[:, 1] / kept[name][:, 1] - 1.0
             means = [f"{p:g} %: {100 * shift[doubled[:, 0] == p].mean():+.2f} %" for p in counts]
             print(f"\nK moves with twice the reflex gain: {', '.join(means)}.")
+    if "e" in chosen.parts:  # begun so early that K belongs to 20, 40, 60, 80 %
+        for name in ("A", "B"):
+            degrees, counts = LOOP[name]
+            early = {phase - 6.0: number for phase, number in counts.items()}
+            options = WalkingOptions(phases_percent=tuple(early))
+            rows = scenario(base, recording, chosen.seeds, degrees, early, options=options)
+            show(f"{degrees:g} degrees, 6 % of stance earlier", rows, early)
     if "m" in chosen.parts:
         plain = scenario(base, recording, chosen.seeds, *LOOP["B"], options=WalkingOptions(matched_by=()))
         show("2 degrees, plain mean of unperturbed strides", plain, LOOP["B"][1])

@@ -29,6 +29,8 @@ class WalkingImpedance:
         Nominal phase (%) -> strides minus their unperturbed behaviour (units there).
     stance_s : float
         Mean stance of the unperturbed strides (s).
+    quiet : ndarray of bool
+        Which strides are unperturbed (-).
     dropped : tuple of str
         A sentence for every stride, pulse and phase that was left out (no unit).
     """
@@ -37,6 +39,7 @@ class WalkingImpedance:
     at_percent: dict[float, float]
     deviations: dict[float, Deviations]
     stance_s: float
+    quiet: np.ndarray
     dropped: tuple[str, ...]
 
     def stiffness_at(self, percent: float) -> tuple[float, float]:
@@ -135,7 +138,7 @@ def analyse_walking(
     for phase, rising in _rising(phases, at_percent, stance).items():
         phases[phase] = estimate_impedance(deviations[phase], options, sources, rising)
         at_percent[phase] = onset_percent[phase] + 100.0 * phases[phase].at_s / stance
-    return WalkingImpedance(phases, at_percent, deviations, stance, tuple(dropped))
+    return WalkingImpedance(phases, at_percent, deviations, stance, quiet, tuple(dropped))
 
 
 def _rising(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from tepsipe.errors import InputError, listed, quoted
 from tepsipe.experiments.walking.matching import (
     cut,
     fit_matching,
@@ -87,6 +88,11 @@ def filter_walk(
     -------
     FilteredWalk
         Splines (units of the signals).
+
+    Raises
+    ------
+    InputError
+        If ``matched_by`` names an unknown signal.
     """
     contact = recording.vertical > CONTACT_N
     known = {
@@ -106,6 +112,12 @@ def filter_walk(
         for name, column in zip(known, filtered.T, strict=True)
     }
     chosen = [name for name in known if name != "ankle_x"] if matched_by is None else matched_by
+    for name in chosen:
+        if name not in splines:
+            raise InputError(
+                f"{recording.name}: expected matched_by to name signals among {listed(known)}, found "
+                f"{quoted(name)}: correct it"
+            )
     return FilteredWalk(splines, [splines[name] for name in chosen], recording.rate_hz)
 
 

@@ -48,7 +48,6 @@ QUANTITIES = ("I", "B", "K")
 REGRESSORS = (ACCELERATION, RATE, ANGLE)
 DISCREPANCY = 0.02  # of the response, what the model lacks
 LEAST_RESPONSE = 5.0  # of the angle, in standard deviations of its chance; below there is no interval
-LAGS = 5  # strides over which unperturbed strides are taken as correlated
 
 
 @dataclass(frozen=True)
@@ -196,6 +195,39 @@ def estimate_impedance(
     return PhaseImpedance(beta, budget, low, high, at_s, response, n, m, "no-response" if nothing else "")
 
 
+def predicted_uncertainty(
+    deviations: Deviations, response: np.ndarray, beta: np.ndarray, options: WalkingOptions
+) -> float:
+    """Standard uncertainty of K by one perturbed stride (N·m/rad), before it is recorded.
+
+    Parameters
+    ----------
+    deviations : Deviations
+        Of unperturbed strides (units there).
+    response : ndarray, shape (3, w)
+        Expected acceleration, velocity and angle (rad/s2, rad/s, rad).
+    beta : ndarray, shape (3,)
+        Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    options : WalkingOptions
+        Choices (units in their names).
+
+    Returns
+    -------
+    float
+        Type A of the estimator, at known I if the options know it (N·m/rad).
+    """
+    factor = options.foot_mass_kg * options.foot_depth_m
+    e0 = _remainder(*_response(deviations.unperturbed, factor), beta)
+    natural = e0.T @ e0 / len(e0)
+    modelled = beta @ response
+    weighing = natural / 50.0 + np.diag((DISCREPANCY * modelled) ** 2 + 1e-6)  # as of 50 strides
+    weighing += options.reflex_Nm**2 * _reflex(deviations.time, options.reflex_from_s)
+    inverse = np.linalg.inv(weighing)
+    design = response[0 if options.inertia_kgm2 is None else 1 :].T
+    weights = np.linalg.solve(design.T @ inverse @ design, design.T @ inverse)
+    return float(np.sqrt(weights[-1] @ natural @ weights[-1]))
+
+
 def _response(signals: np.ndarray, factor: float) -> tuple[np.ndarray, np.ndarray]:
     """Regressors, shape (n, 3, w), and resisting moment, shape (n, w), of each stride."""
     return signals[:, REGRESSORS], -signals[:, MOMENT] + factor * signals[:, FOOT_ACCELERATION]
@@ -249,10 +281,8 @@ def _type_a(influence: np.ndarray, scatter: np.ndarray) -> tuple[np.ndarray, flo
     """Standard uncertainty by the perturbed strides and by the unperturbed mean; degrees of freedom."""
     n, m = len(influence), len(scatter)
     own = influence.var(axis=0, ddof=1) / n
-    centred = scatter - scatter.mean(axis=0)
-    variance = (centred**2).sum(axis=0) / (m - 1)
-    lagged = [(1.0 - k / (LAGS + 1)) * (centred[k:] * centred[:-k]).mean(axis=0) for k in range(1, LAGS + 1)]
-    other = np.maximum(variance + 2.0 * np.sum(lagged, axis=0), variance) / m
+    # strides perturbed at random: slow drift is common to both kinds, and no correlation needs to be added
+    other = scatter.var(axis=0, ddof=1) / m
     freedom = (own + other)[-1] ** 2 / (own[-1] ** 2 / (n - 1) + other[-1] ** 2 / (m - 1))
     return np.sqrt(own + other), float(freedom)
 

@@ -181,6 +181,29 @@ def locate_pulses(
     return Pulses(found[:, 0], found[:, 1].astype(int), tuple(dropped))
 
 
+def random_onsets(strides: Strides, phases_percent: Sequence[float], rng: np.random.Generator) -> np.ndarray:
+    """Onsets in half of the strides, chosen at random, in equal numbers at each phase (s).
+
+    Parameters
+    ----------
+    strides : Strides
+        Unperturbed strides (s).
+    phases_percent : sequence of float
+        Phases of stance (%).
+    rng : numpy.random.Generator
+        Chooses the strides.
+
+    Returns
+    -------
+    ndarray
+        Onsets in increasing order (s).
+    """
+    each = len(strides) // (2 * len(phases_percent))
+    chosen = rng.permutation(len(strides))[: each * len(phases_percent)]
+    phase = np.repeat(np.asarray(phases_percent, float), each) / 100.0
+    return np.sort(strides.start[chosen] + phase * strides.stance.mean())
+
+
 def refuse_swapped_belts(recording: WalkingRecording, strides: Strides) -> None:
     """Refuse a recording whose two belts carry each other's foot.
 

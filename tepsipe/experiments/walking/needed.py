@@ -1,0 +1,151 @@
+"""Perturbed strides that K will need, from unperturbed strides alone.
+
+With the estimator's own weights w_K for an expected response, one stride has the variance
+w_K' cov(e) w_K, and n strides reach a standard uncertainty u with n = w_K' cov(e) w_K / u^2.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED
+from tepsipe.experiments.walking.deviations import filter_walk, subtract_unperturbed
+from tepsipe.experiments.walking.impedance import WalkingOptions, predicted_uncertainty
+from tepsipe.experiments.walking.recording import WalkingRecording
+from tepsipe.experiments.walking.strides import Strides, refuse_swapped_belts
+from tepsipe.signals.filters import butterworth_lowpass
+
+FINE_HZ = 1000.0
+
+
+@dataclass(frozen=True)
+class ExpectedPulse:
+    """A pulse that is planned, and the joint that it will meet.
+
+    Attributes
+    ----------
+    amplitude_rad : float
+        Rotation of the ankle (rad).
+    duration_s : float
+        Of its minimum-jerk ramp (s).
+    stiffness_Nm_per_rad : dict of float to float
+        Phase (%) -> expected K (N·m/rad).
+    damping_Nms_per_rad : float
+        Expected B (N·m·s/rad).
+    """
+
+    amplitude_rad: float
+    duration_s: float
+    stiffness_Nm_per_rad: dict[float, float]
+    damping_Nms_per_rad: float
+
+
+@dataclass(frozen=True)
+class NeededRow:
+    """Strides needed at one phase; the fields are columns of ``tables/needed.csv``.
+
+    Attributes
+    ----------
+    condition : str
+        The trial (no unit).
+    phase_percent : float
+        Phase of the onset (%).
+    matching : str
+        state, or mean: how unperturbed behaviour is predicted (no unit).
+    moment_sd_Nm, angle_sd_rad : float
+        Standard deviation, 60 ms after the onset, of what the prediction leaves (N·m, rad).
+    K_Nm_per_rad : float
+        Expected K (N·m/rad).
+    u_one_stride_Nm_per_rad : float
+        Standard uncertainty of K by one stride (N·m/rad).
+    strides_for_15_percent : float
+        Strides for a standard uncertainty of 15 % of K (-).
+    """
+
+    condition: str
+    phase_percent: float
+    matching: str
+    moment_sd_Nm: float
+    angle_sd_rad: float
+    K_Nm_per_rad: float
+    u_one_stride_Nm_per_rad: float
+    strides_for_15_percent: float
+
+
+def needed_strides(
+    condition: str,
+    recording: WalkingRecording,
+    strides: Strides,
+    pulse: ExpectedPulse,
+    options: WalkingOptions,
+) -> list[NeededRow]:
+    """Strides that K needs at each phase, with and without matching.
+
+    Parameters
+    ----------
+    condition : str
+        The trial, for the rows (no unit).
+    recording : WalkingRecording
+        Unperturbed walking (units there).
+    strides : Strides
+        Its strides (s).
+    pulse : ExpectedPulse
+        What is planned (units there).
+    options : WalkingOptions
+        Choices (units in their names).
+
+    Returns
+    -------
+    list of NeededRow
+        Two rows per phase (units in the columns).
+
+    Raises
+    ------
+    InputError
+        If there are too few strides, or the belts are swapped.
+    """
+    refuse_swapped_belts(recording, strides)
+    if len(strides) < FEWEST_UNPERTURBED:
+        raise InputError(
+            f"{recording.name}: expected at least {FEWEST_UNPERTURBED} unperturbed strides, found "
+            f"{len(strides)}: "
+            "record more of them"
+        )
+    stance, rows = float(strides.stance.mean()), []
+    for matching, chosen in (("state", options.matched_by), ("mean", ())):
+        walk = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, chosen)
+        for phase, stiffness in pulse.stiffness_Nm_per_rad.items():
+            delay = np.full(len(strides), phase / 100.0 * stance)
+            cut = subtract_unperturbed(
+                walk,
+                (strides.start + delay, delay),
+                strides.start,
+                options.window_s,
+                options.ridge,
+                options.state_before_s,
+            )
+            response = _response(pulse, cut.time, options)
+            beta = np.array([options.inertia_kgm2 or 0.0, pulse.damping_Nms_per_rad, stiffness])
+            u = predicted_uncertainty(cut, response, beta, options)
+            late = np.argmin(np.abs(cut.time - 0.06))
+            angle, moment = (cut.unperturbed[:, channel, late].std() for channel in (0, 3))
+            count = (u / (0.15 * stiffness)) ** 2
+            rows.append(
+                NeededRow(
+                    condition, phase, matching, float(moment), float(angle), stiffness, float(u), float(count)
+                )
+            )
+    return rows
+
+
+def _response(pulse: ExpectedPulse, time: np.ndarray, options: WalkingOptions) -> np.ndarray:
+    """Expected deviation of acceleration, velocity and angle, low-passed, shape (3, w)."""
+    fine = np.arange(-0.5, 1.0, 1.0 / FINE_HZ)
+    s = np.clip(fine / pulse.duration_s, 0.0, 1.0)
+    angle = -pulse.amplitude_rad * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    rate = np.gradient(angle, fine)
+    signals = np.stack([np.gradient(rate, fine), rate, angle], axis=1)
+    filtered = butterworth_lowpass(signals, FINE_HZ, options.lowpass_cutoff_hz, options.lowpass_order)
+    at = [np.interp(time, fine, column) - np.interp(0.0, fine, column) for column in filtered.T]
+    return np.stack(at)

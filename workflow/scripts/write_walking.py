@@ -1,0 +1,50 @@
+"""Join the tables of all walking trials, draw them, and typeset the chapter on walking."""
+
+import job
+
+job.start(snakemake)
+
+import json
+import shutil
+import tempfile
+from pathlib import Path
+
+import pandas as pd
+import typst
+
+from tepsipe.reporting.figures.style import save_figure
+from tepsipe.reporting.figures.walking import plot_walking
+from tepsipe.reporting.numbers.walking import walking_data
+
+rows = pd.concat(
+    [pd.read_csv(path, keep_default_na=False, na_values=["nan"]) for path in snakemake.input.rows]
+)
+needed = pd.concat([pd.read_csv(path, dtype={"condition": str}) for path in snakemake.input.needed])
+rows.to_csv(snakemake.output.rows, index=False, float_format="%.10g")
+needed.to_csv(snakemake.output.needed, index=False, float_format="%.10g")
+about = [json.loads(Path(path).read_text(encoding="utf-8")) for path in snakemake.input.about]
+save_figure(plot_walking(rows, needed), snakemake.output.figure, snakemake.output.figure_png)
+study = {
+    "title": snakemake.params.title,
+    "recordings_source": snakemake.params.recordings_source,
+    "planned": snakemake.params.planned,
+    "code": snakemake.params.code,
+}
+data = walking_data(rows, needed, about, study)
+Path(snakemake.output.data).write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", "utf-8")
+
+# Typst reads below one root only
+with tempfile.TemporaryDirectory() as folder:
+    root = Path(folder)
+    for name in ("walking.typ", "style.typ"):
+        shutil.copyfile(Path(snakemake.params.source_folder) / name, root / name)
+    shutil.copyfile(snakemake.output.figure, root / "walking.svg")
+    shutil.copyfile(snakemake.output.data, root / "report.json")
+    typst.compile(
+        str(root / "walking.typ"),
+        output=snakemake.output.pdf,
+        root=str(root),
+        ignore_system_fonts=True,
+        timestamp=0,
+        pdf_standards="a-2b",
+    )
