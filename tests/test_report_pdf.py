@@ -75,12 +75,12 @@ def test_nothing_is_printed_that_is_not_a_number_or_a_word(words, pattern):
 
 
 def test_every_figure_and_table_is_referenced(words):
-    captions = set(re.findall(r"(Figure|Table) (\d+)\. ", words))
+    captions = set(re.findall(r"(Figure|Table) (\d+) ?\. ", words))
     assert len(captions) > 40
     missing = [
         f"{kind} {number}"
         for kind, number in sorted(captions, key=lambda c: (c[0], int(c[1])))
-        if not re.search(rf"{kind}[ \u00a0]{number}(?![\d-]|\. [A-Z])", words)
+        if not re.search(rf"{kind}[ \u00a0]{number}(?!\d| ?-| ?\. [A-Z])", words)
     ]
     assert missing == []
 
