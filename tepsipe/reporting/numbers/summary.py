@@ -118,8 +118,8 @@ def _how_sure(data: dict) -> list[Paragraph]:
     return [
         pieces(
             "*How sure.* The raw files are simulated, so the truth is known: the 95 % intervals of {covered} "
-            "of {total} recommended estimates contain it. Checks warn of {flagged} of them, and {missed} miss the "
-            "truth without a warning ([@truth]).",
+            "of {total} recommended estimates contain it. Checks warn of {flagged} of them, and {missed} "
+            "miss the truth without a warning ([@truth]).",
             **{name: "none" if count == "0" else count for name, count in counts.items()},
         )
     ]
