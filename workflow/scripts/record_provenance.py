@@ -55,4 +55,5 @@ with open(snakemake.output.provenance, "w", encoding="utf-8") as file:
     file.write("\n")
 with open(snakemake.output.config, "w", encoding="utf-8") as file:
     file.write("# The whole configuration of the run: defaults and what overrode them.\n")
-    yaml.safe_dump(config, file, sort_keys=False)
+    # a configuration in JSON is read as ordered dictionaries, which YAML cannot write
+    yaml.safe_dump(json.loads(json.dumps(config)), file, sort_keys=False)

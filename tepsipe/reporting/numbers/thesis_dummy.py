@@ -5,8 +5,8 @@ import math
 from tepsipe.experiments.thesis_dummy.tables import CellRow
 from tepsipe.io.result import Result
 from tepsipe.mechanics.rubber_joint import RubberJoint
-from tepsipe.reporting.numbers.format import _printed, number
-from tepsipe.reporting.numbers.study import LABELS
+from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.numbers.format import LABELS, _printed, number
 
 ROWS = (
     ("stiffness_Nm_per_rad", "K", "N·m/rad"),
@@ -91,7 +91,7 @@ def thesis_dummy_data(result: Result, rows: list[CellRow]) -> dict:
         "predicted_within": str(sum(row.within for row in predicted)),
         "outside": [
             {
-                "condition": row.condition,
+                "condition": short_name(row.condition),
                 "quantity": LABELS.get(row.quantity, row.quantity),
                 "printed": _printed(row.printed),
                 "value": number(row.value, 4 if row.quantity.startswith("VAF") else 3),
