@@ -58,8 +58,8 @@ def test_growth_of_the_force_is_that_of_the_run():
         arrays = {"20 Hz/belt_velocity": pulse[None], "20 Hz/added_force": force[None]}
         results[f"sine-{speed}"] = Result(arrays, {}, {})
     text = force_sentence(results, "20 Hz", [10.0 * speed**0.5 for speed in SPEEDS])
-    assert "100 % of the peak belt speed" in text
-    assert "the power 0.50 of it" in text
+    assert "100 % of its peak speed" in text
+    assert "to the power of 0.50" in text
 
 
 def score(model, test, r2):
