@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.ingest.even_table import recorded_columns, refuse_slow
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.resampling import (
     BAND_PER_RATE,
-    fill_gaps,
     refuse_short,
     regular_time,
     repair_time_stamps,
@@ -196,50 +196,32 @@ def ingest_position_manipulator(
         If time stamps cannot be repaired, a gap is too long, the table ends early, the trigger never rises,
         or the unit of the angle is evidently wrong.
     """
-    repaired = repair_time_stamps(table["time"], options.max_gap_s, name)
-    time = table["time"][repaired.keep]
-    time = time - time[0]
-    refuse_short(time[-1], duration_s, name)
-    recorded_hz = (time.size - 1) / (time[-1] - time[0])
-    columns = np.column_stack([table["angle"], table["torque"]])[repaired.keep]
-    columns, missing = fill_gaps(columns, recorded_hz, options.max_gap_s, name)
-    angle = RADIANS_PER_UNIT[options.angle_unit] * columns[:, 0]
-    _refuse_exchanged(angle, columns[:, 1], name)
+    recorded = recorded_columns(table, ["angle", "torque"], options.max_gap_s, duration_s, name)
+    torque = recorded.columns[:, 1]
+    angle = RADIANS_PER_UNIT[options.angle_unit] * recorded.columns[:, 0]
+    _refuse_exchanged(angle, torque, name)
     _refuse_degrees(angle, options.angle_unit, name)
-    _refuse_saturated(columns[:, 1], recorded_hz, name)
+    _refuse_saturated(torque, recorded.recorded_hz, name)
     _refuse_little_motion(angle, options.angle_unit, name)
     rate = options.resample_rate_hz
-    if rate > recorded_hz * 1.001:
-        raise InputError(
-            f"{name}: expected a recording at {rate:g} Hz or faster, found {recorded_hz:.4g} Hz: lower "
-            "the resampling rate in the configuration"
-        )
-    grid = regular_time(time[0], time[-1], rate)
-    band = BAND_PER_RATE * rate if rate < 0.99 * recorded_hz else None
-    steps = (
-        f"{repaired.repeated} repeated stamps dropped",
-        f"{int(missing.sum())} missing samples filled",
-        f"resampled from {recorded_hz:.4g} to {rate:g} Hz",
-    )
+    refuse_slow(recorded.recorded_hz, rate, "the resampling rate", name)
+    grid, even = recorded.resampled(np.column_stack([angle, torque]), rate)
+    steps, repaired = recorded.steps(rate), recorded.repaired
     return Trial(
         rate_hz=rate,
         axes={"time": grid},
         signals={
-            "angle": Signal(resample(time, angle, grid, band), "rad", ("time",), "joint angle", steps),
+            "angle": Signal(even[:, 0], "rad", ("time",), "joint angle", steps),
             "torque": Signal(
-                options.torque_sign * resample(time, columns[:, 1], grid, band),
+                options.torque_sign * even[:, 1],
                 "Nm",
                 ("time",),
                 "joint torque that resists the angle",
                 steps,
             ),
-            **_scheduled(table, repaired.keep, time, grid, options, name),
+            **_scheduled(table, repaired.keep, recorded.time, grid, options, name),
         },
-        attributes={
-            "repeated_stamps": repaired.repeated,
-            "missing_samples": int(missing.sum()),
-            "recorded_rate_hz": recorded_hz,
-        },
+        attributes=recorded.attributes,
     )
 
 

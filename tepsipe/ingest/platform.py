@@ -5,16 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
+from tepsipe.ingest.even_table import recorded_columns, refuse_slow
 from tepsipe.ingest.manipulators import RADIANS_PER_UNIT
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.signals.resampling import (
-    BAND_PER_RATE,
-    fill_gaps,
-    refuse_short,
-    regular_time,
-    repair_time_stamps,
-    resample,
-)
 
 JOINTS = ("ankle", "hip")
 PERTURBATIONS = ("platform", "second_perturbation")
@@ -75,16 +68,10 @@ def ingest_platform(
         If time stamps cannot be repaired, a gap is too long, the table ends early, the rate is too low, or
         the unit of the angles is evidently wrong.
     """
-    repaired = repair_time_stamps(table["time"], options.max_gap_s, name)
-    time = table["time"][repaired.keep]
-    time = time - time[0]
-    refuse_short(time[-1], duration_s, name)
-    recorded_hz = (time.size - 1) / (time[-1] - time[0])
     perturbations = [key for key in PERTURBATIONS if key in table]
     keys = [*perturbations, *(f"{joint}_{what}" for what in ("angle", "torque") for joint in JOINTS)]
-    columns, missing = fill_gaps(
-        np.column_stack([table[key] for key in keys])[repaired.keep], recorded_hz, options.max_gap_s, name
-    )
+    recorded = recorded_columns(table, keys, options.max_gap_s, duration_s, name)
+    columns = recorded.columns
     angles = slice(len(perturbations), len(perturbations) + 2)
     columns[:, angles] *= RADIANS_PER_UNIT[options.angle_unit]
     swing = float(np.ptp(columns[:, angles], axis=0).max())
@@ -94,19 +81,9 @@ def ingest_platform(
             f"read as {options.angle_unit}: correct angle_unit in the configuration or in the trial sheet"
         )
     rate = options.resample_rate_hz
-    if rate > recorded_hz * 1.001:
-        raise InputError(
-            f"{name}: expected a recording at {rate:g} Hz or faster, found {recorded_hz:.4g} Hz: lower "
-            "platform.ingest.resample_rate_hz in the configuration"
-        )
-    grid = regular_time(time[0], time[-1], rate)
-    band = BAND_PER_RATE * rate if rate < 0.99 * recorded_hz else None
-    even = np.column_stack([resample(time, x, grid, band) for x in columns.T])
-    steps = (
-        f"{repaired.repeated} repeated stamps dropped",
-        f"{int(missing.sum())} missing samples filled",
-        f"resampled from {recorded_hz:.4g} to {rate:g} Hz",
-    )
+    refuse_slow(recorded.recorded_hz, rate, "platform.ingest.resample_rate_hz", name)
+    grid, even = recorded.resampled(columns, rate)
+    steps = recorded.steps(rate)
     both = ("time", "joint")
     signals = {
         "platform": Signal(even[:, 0], options.platform_unit, ("time",), "motion of the platform", steps),
@@ -125,9 +102,5 @@ def ingest_platform(
         rate_hz=rate,
         axes={"time": grid, "joint": np.array(JOINTS)},
         signals=signals,
-        attributes={
-            "repeated_stamps": repaired.repeated,
-            "missing_samples": int(missing.sum()),
-            "recorded_rate_hz": recorded_hz,
-        },
+        attributes=recorded.attributes,
     )

@@ -1,0 +1,110 @@
+"""From columns with time stamps of their own to a regular clock, alike for every table of a joint."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.signals.resampling import (
+    BAND_PER_RATE,
+    RepairedTime,
+    fill_gaps,
+    refuse_short,
+    regular_time,
+    repair_time_stamps,
+    resample,
+)
+
+
+@dataclass(frozen=True)
+class RecordedColumns:
+    """Columns of a table at their own instants, without repeated stamps and gaps.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Instants from the first sample on (s).
+    columns : ndarray, shape (n, c)
+        Values (units of the table).
+    missing : ndarray of bool
+        Samples that were filled.
+    repaired : RepairedTime
+        What was wrong with the time stamps (s).
+    recorded_hz : float
+        Mean rate (Hz).
+    """
+
+    time: np.ndarray
+    columns: np.ndarray
+    missing: np.ndarray
+    repaired: RepairedTime
+    recorded_hz: float
+
+    @property
+    def attributes(self) -> dict[str, float]:
+        """What a trial says of its table: repaired samples (-) and the mean rate (Hz)."""
+        return {
+            "repeated_stamps": self.repaired.repeated,
+            "missing_samples": int(self.missing.sum()),
+            "recorded_rate_hz": self.recorded_hz,
+        }
+
+    def steps(self, rate_hz: float) -> tuple[str, ...]:
+        """What was done to a signal that is resampled to ``rate_hz`` (Hz), in words."""
+        return (
+            f"{self.repaired.repeated} repeated stamps dropped",
+            f"{int(self.missing.sum())} missing samples filled",
+            f"resampled from {self.recorded_hz:.4g} to {rate_hz:g} Hz",
+        )
+
+    def resampled(self, columns: np.ndarray, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+        """Regular instants (s) and ``columns``, shape (n, c), there (their units)."""
+        grid = regular_time(self.time[0], self.time[-1], rate_hz)
+        band = BAND_PER_RATE * rate_hz if rate_hz < 0.99 * self.recorded_hz else None
+        return grid, np.column_stack([resample(self.time, x, grid, band) for x in columns.T])
+
+
+def recorded_columns(
+    table: dict[str, np.ndarray], keys: list[str], max_gap_s: float, duration_s: float, name: str
+) -> RecordedColumns:
+    """Columns of a table with its time stamps repaired and its gaps filled.
+
+    Parameters
+    ----------
+    table : dict of ndarray, shape (n,)
+        ``time`` (s) and the columns (any unit).
+    keys : list of str
+        Columns wanted.
+    max_gap_s, duration_s : float
+        Longest gap, and length of the trial by the protocol (s).
+    name : str
+        Names the source in messages.
+
+    Raises
+    ------
+    InputError
+        If time stamps cannot be repaired, a gap is too long, or the table ends early.
+    """
+    repaired = repair_time_stamps(table["time"], max_gap_s, name)
+    time = table["time"][repaired.keep]
+    time = time - time[0]
+    refuse_short(time[-1], duration_s, name)
+    recorded_hz = (time.size - 1) / (time[-1] - time[0])
+    values = np.column_stack([table[key] for key in keys])[repaired.keep]
+    columns, missing = fill_gaps(values, recorded_hz, max_gap_s, name)
+    return RecordedColumns(time, columns, missing, repaired, recorded_hz)
+
+
+def refuse_slow(recorded_hz: float, rate_hz: float, setting: str, name: str) -> None:
+    """Refuse a recording that is slower than the rate of the trial (Hz); ``setting`` is what to lower.
+
+    Raises
+    ------
+    InputError
+        If it is.
+    """
+    if rate_hz > recorded_hz * 1.001:
+        raise InputError(
+            f"{name}: expected a recording at {rate_hz:g} Hz or faster, found {recorded_hz:.4g} Hz: lower "
+            f"{setting} in the configuration"
+        )
