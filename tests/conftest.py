@@ -110,6 +110,31 @@ def true_joint(dummy_files, shipped_config):
     return linear_truth(read_true_motion(dummy_files["log"].with_name("motion.h5")), windows)
 
 
+@pytest.fixture
+def checked_study_of(root, monkeypatch):
+    """Check a shipped study, defaults and its own file, with other values of some keys."""
+    from workflow.support.start import checked_study, merged_settings
+
+    monkeypatch.chdir(root)
+
+    def check_of(name):
+        files = ["config/config.yaml", f"config/{name}/config.yaml"]
+
+        def check(changes=()):
+            config = merged_settings(files)
+            for path, value in dict(changes).items():
+                *sections, last = path.split("/")
+                place = config
+                for section in sections:
+                    place = place[section]
+                place[last] = value
+            return checked_study(config, files)
+
+        return check
+
+    return check_of
+
+
 @pytest.fixture(scope="session")
 def study(tmp_path_factory):
     """A tiny study that has run, made once for all processes of these tests: read it and change nothing."""

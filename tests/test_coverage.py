@@ -336,24 +336,9 @@ def test_a_laboratory_is_a_study_of_its_own(root, monkeypatch):
 
 
 @pytest.fixture
-def checked(root, monkeypatch):
+def checked(checked_study_of):
     """Check the shipped coverage study with other values of some keys."""
-    from workflow.support.start import checked_study, merged_settings
-
-    monkeypatch.chdir(root)
-    files = ["config/config.yaml", "config/coverage/config.yaml"]
-
-    def check(changes=()):
-        config = merged_settings(files)
-        for path, value in dict(changes).items():
-            *sections, last = path.split("/")
-            place = config
-            for section in sections:
-                place = place[section]
-            place[last] = value
-        return checked_study(config, files)
-
-    return check
+    return checked_study_of("coverage")
 
 
 def test_shipped_coverage_study_is_valid_and_evaluates_what_it_estimates(checked):

@@ -215,24 +215,9 @@ def test_report_is_typeset(tmp_path, root):
 
 
 @pytest.fixture
-def checked(root, monkeypatch):
+def checked(checked_study_of):
     """Check the shipped plan study with other values of some keys."""
-    from workflow.support.start import checked_study, merged_settings
-
-    monkeypatch.chdir(root)
-    files = ["config/config.yaml", "config/plan/config.yaml"]
-
-    def check(changes=()):
-        config = merged_settings(files)
-        for path, value in dict(changes).items():
-            *sections, last = path.split("/")
-            place = config
-            for section in sections:
-                place = place[section]
-            place[last] = value
-        return checked_study(config, files)
-
-    return check
+    return checked_study_of("plan")
 
 
 def test_shipped_plan_study_is_valid(checked):

@@ -3,6 +3,7 @@
 import numpy as np
 import scipy
 
+from tepsipe.statistics.residuals import solution_with_errors
 from tepsipe.treadmill.mass_spring_damper import MassSpringDamper, motion_regressors
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
@@ -42,8 +43,10 @@ def coefficients_of(
     found: dict[str, dict] = {}
     for fitted in models:
         if isinstance(fitted.model, MassSpringDamper):
-            spread = _jackknife(recordings, blocks)
-            width = scipy.stats.t.ppf(0.975, blocks - 1) * spread
+            rows = np.concatenate([motion_regressors(r)[r.evaluated] for r in recordings])
+            load = np.concatenate([r.load[r.evaluated] for r in recordings])
+            _, error, freedom = solution_with_errors(rows, load, max(1, load.size // blocks))
+            width = scipy.stats.t.ppf(0.975, freedom) * error
             found[fitted.name] = {
                 term: [float(c), float(c - w), float(c + w)]
                 for term, c, w in zip(TERMS, fitted.model.coefficients, width, strict=False)
@@ -54,23 +57,6 @@ def coefficients_of(
                 "denominator": fitted.model.denominator.tolist(),
             }
     return found
-
-
-def _jackknife(recordings: list[BeltRecording], blocks: int) -> np.ndarray:
-    """Standard errors of the coefficients of a mass-spring-damper, shape (4,) (their units)."""
-    rows = np.concatenate([motion_regressors(r)[r.evaluated] for r in recordings])
-    load = np.concatenate([r.load[r.evaluated] for r in recordings])
-    scale = np.linalg.norm(rows, axis=0)
-    parts = [
-        (x.T @ x, x.T @ y)
-        for x, y in zip(*(np.array_split(z, blocks) for z in (rows / scale, load)), strict=True)
-    ]
-    products, moments = (np.array(each) for each in zip(*parts, strict=True))
-    left_out = np.linalg.solve(products.sum(axis=0) - products, (moments.sum(axis=0) - moments)[..., None])[
-        ..., 0
-    ]
-    left_out /= scale
-    return np.sqrt((blocks - 1) / blocks * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
 
 
 def range_of_validity(recordings: list[BeltRecording]) -> dict[str, list[float]]:
@@ -108,3 +94,34 @@ def cross_prediction(
             for train, fitted in fits.items()
         }
     return found
+
+
+def table_facts(
+    models: list[FittedModel],
+    calibration: list[BeltRecording],
+    recordings: dict[str, BeltRecording],
+    family: list[str],
+    options: FamilyOptions,
+) -> dict:
+    """Facts of a calibration for its report: ``coefficients``, ``calibrated``, ``beyond`` and ``crossed``.
+
+    Parameters
+    ----------
+    models : list of FittedModel
+        Models fitted to the calibration.
+    calibration : list of BeltRecording
+        Recordings with the role calibrate, filtered as the models' (units in them).
+    recordings : dict of str to BeltRecording
+        All recordings by name, filtered alike; those outside the calibration are compared with its range.
+    family : list of str
+        Names of the models.
+    options : FamilyOptions
+        Choices (units in their names).
+    """
+    ranges, own = range_of_validity(calibration), {r.name for r in calibration}
+    return {
+        "coefficients": coefficients_of(models, calibration),
+        "calibrated": ranges,
+        "beyond": {name: beyond(r, ranges) for name, r in recordings.items() if r.name not in own},
+        "crossed": cross_prediction(recordings, family, options),
+    }

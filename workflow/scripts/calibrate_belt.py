@@ -11,7 +11,7 @@ from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.calibration import calibrate, table_plan, table_result, write_scores
 from tepsipe.treadmill.registry import save_models
-from tepsipe.treadmill.table_summary import beyond, coefficients_of, cross_prediction, range_of_validity
+from tepsipe.treadmill.table_summary import table_facts
 from tepsipe.treadmill.trial_recordings import table_recording
 
 analysis, options = snakemake.params.analysis, family_options(snakemake.params.models)
@@ -33,11 +33,7 @@ for cutoff in sorted({*analysis["cutoffs_hz"], shown_hz}):
     if cutoff == shown_hz:
         save_models(snakemake.output.models, fitted)
         calibration = [filtered[name] for name in names]
-        ranges = range_of_validity(calibration)
         result = table_result(fitted, [filtered[name] for name in testing], ingested)
-        result.facts["coefficients"] = coefficients_of(fitted, calibration)
-        result.facts["calibrated"] = ranges
-        result.facts["beyond"] = {name: beyond(filtered[name], ranges) for name in testing}
-        result.facts["crossed"] = cross_prediction(filtered, family, options)
+        result.facts.update(table_facts(fitted, calibration, filtered, family, options))
         write_result(snakemake.output.fit, result)
 write_scores(snakemake.output.scores, scores)
