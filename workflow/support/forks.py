@@ -1,6 +1,6 @@
 """Scripts of jobs in forks of one warm process, which has imported what they need.
 
-A job that is a new Python takes up to 1.3 s to import what it needs, most of a short job. A fork has it already.
+A job that is a new Python takes up to 1.3 s to import what it needs, most of a short job. A fork has it.
 """
 
 import atexit

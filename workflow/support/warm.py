@@ -11,12 +11,14 @@ import ctypes
 import importlib
 import json
 import os
+import select
 import selectors
 import signal
 import socket
 import struct
 import subprocess
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,7 +82,7 @@ def hand_over() -> None:
         return
     if python != sys.executable:
         return
-    with socket.socket(socket.AF_UNIX) as server:
+    with _interrupts() as woken, socket.socket(socket.AF_UNIX) as server:
         try:
             server.connect(f"\0{name}")
             call = {"script": sys.argv[0], "folder": str(Path.cwd()), "environment": dict(os.environ)}
@@ -93,11 +95,40 @@ def hand_over() -> None:
             return
         if child is None:
             return
-        signal.signal(signal.SIGINT, lambda *_: os.kill(child, signal.SIGINT))
+        while server not in (ready := select.select([server, woken], [], [])[0]):
+            if woken in ready and signal.SIGINT in woken.recv(4096):
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(child, signal.SIGINT)
         status = None
         with contextlib.suppress(OSError):
             status = _received(server)
     _end_as(-signal.SIGKILL if status is None else status)
+
+
+@contextlib.contextmanager
+def _interrupts() -> Iterator[socket.socket]:
+    """A socket that gives the numbers of signals as bytes; interrupts do nothing else meanwhile."""
+    woken, wake = socket.socketpair()
+    with woken, wake:
+        wake.setblocking(False)
+        before = signal.signal(signal.SIGINT, lambda *_: None)
+        signal.set_wakeup_fd(wake.fileno(), warn_on_full_buffer=False)
+        try:
+            yield woken
+        finally:
+            signal.set_wakeup_fd(-1)
+            signal.signal(signal.SIGINT, before)
+            if signal.SIGINT in _at_once(woken):  # nobody has seen it
+                signal.raise_signal(signal.SIGINT)
+
+
+def _at_once(source: socket.socket) -> bytes:
+    """What a socket holds already."""
+    source.setblocking(False)
+    try:
+        return source.recv(4096)
+    except BlockingIOError:
+        return b""
 
 
 def _received(connection: socket.socket) -> int | None:
@@ -147,8 +178,7 @@ def serve(listener: socket.socket) -> None:
                     at_work[child] = connection
                     selector.register(connection, selectors.EVENT_READ, child)
                 elif key.fileobj is woken:
-                    with contextlib.suppress(BlockingIOError):
-                        woken.recv(4096)
+                    _at_once(woken)
                 elif key.data is None:  # the run has ended, or was killed
                     open_ = False
                     selector.unregister(key.fileobj)
