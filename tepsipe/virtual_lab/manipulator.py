@@ -198,8 +198,10 @@ def record_manipulator(
         time, states = integrate(with_slack, (0.0, 0.0, 0.0), total_s, rate)
     th, w = states[:, :2].T
     held = np.array(applied)[np.minimum(np.arange(time.size), last)]
-    # a torque is held from its instant to the next: at the instant itself it is half of both
-    torque = 0.5 * (held + np.concatenate([held[:1], held[:-1]]))
+    # a torque is held from its instant to the next, but the last stage of a Runge-Kutta step, which counts
+    # one sixth, is at the next instant; the torque of an instant is the mean of the steps around it
+    acting = (5.0 * held + np.concatenate([held[1:], held[-1:]])) / 6.0
+    torque = 0.5 * (acting + np.concatenate([acting[:1], acting[:-1]]))
     motion = TrueMotion(time - truth.lead_s, th, w, np.gradient(w, time), torque)
     return _log(truth, time, states, command, trial_rng, motion)
 
