@@ -200,7 +200,12 @@ def _planned_change(of_filter: str) -> Callable[[Findings], float]:
 def _uncompensated(f: Findings) -> float:
     """Mean distance of K by plate and foot from that by the leg, without over with a treadmill model."""
     leg, foot, compensated = (
-        f.by_condition("dummy", "K", name) for name in ("leg", "foot", "foot-compensated")
+        {
+            e.condition: e.value
+            for e in f.estimates
+            if (e.experiment, e.pathway, e.quantity) == ("dummy", pathway, "K")
+        }
+        for pathway in ("leg", "foot", "foot-compensated")
     )
     without, with_model = (
         np.mean([abs(values[name] - leg[name]) for name in leg]) for values in (foot, compensated)
