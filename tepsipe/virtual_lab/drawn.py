@@ -48,7 +48,7 @@ def draw_laboratory(constants: dict) -> dict:
         of a list of numbers, which are drawn one by one -> ``{"normal": standard deviation}``,
         ``{"rectangular": half width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the
         unit of the key, or with ``"relative": True`` as parts of the number. ``"shift"`` moves the mean of
-        each number by so many standard deviations up or, as likely, down. None draws nothing.
+        each number by that number of standard deviations up or, as likely, down. None draws nothing.
 
     Returns
     -------

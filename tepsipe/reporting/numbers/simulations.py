@@ -9,6 +9,7 @@ from tepsipe.reporting.thesis_tables import TableRow
 
 # an uncertainty below this is numerical (in its unit)
 NOTHING = 1e-9
+STATES = {"grows": "grows", "falls": "ends in a fall"}
 # who moves the dummy, as the report says it
 ENGINES = {
     "pybullet": "the multi-body engine PyBullet",
@@ -60,7 +61,8 @@ def forward_data(forward: pd.DataFrame, step_s: float, engine: str) -> dict:
         "engine": ENGINES[engine],
         "conditions": str(forward.condition.nunique()),
         "unsettled": [
-            f"{PARAMETER_SETS[name]} ({state}): {', '.join(map(short_name, group.condition))}"
+            f"with the parameters of {PARAMETER_SETS[name]} it {STATES.get(state, state)} in "
+            f"{', '.join(map(short_name, group.condition))}"
             for (name, state), group in unsettled.groupby(["parameter_set", "state"], sort=False)
         ],
         **_comparisons(forward),
@@ -168,6 +170,16 @@ def _short(quantity: str, value: float | None) -> str:
     return number(value, 3 if abs(value) >= 1e-3 else 2)
 
 
+def _of_figure(noise: pd.DataFrame, level: float, stiffness: float) -> dict | None:
+    """Mean K (N·m/rad) of one joint at one SNR (dB) by the printed and the recommended processing."""
+    own = noise[(noise.snr_db == level) & (noise.quantity == "K") & (noise.stiffness_Nm_per_rad == stiffness)]
+    own = own[own.noise_on.isin(("tau", "theta", "both"))]
+    found = {name: own[own.estimator == name]["mean"] for name in ("as-printed", "recommended")}
+    if any(values.empty for values in found.values()):
+        return None
+    return {name: span_of_decimals(values, 1) for name, values in found.items()}
+
+
 def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
     """Numbers of the noise study as text.
 
@@ -203,6 +215,7 @@ def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
         **_of_noise(at, truth),
         "level": f"{level:g}",
         "draws": str(choices["draws"]),
+        "shown": _of_figure(noise, level, joint["stiffness_Nm_per_rad"][-1]),
         "figure_stiffness": f"{joint['stiffness_Nm_per_rad'][-1]:g}",
         "truth": [number(x) for x in truth],
         "apparent": [number(float(at[at.quantity == q].apparent.iloc[0])) for q in ("I", "B", "K")],
