@@ -132,12 +132,14 @@ if snakemake.input.noise:
     noise, table = snakemake.input.noise
     columns, rows = read_table(table)
     stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][0]
+    figure_stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][-1]
     data["noise"] = simulations.noise_data(pd.read_csv(noise, dtype=text_columns), choices["noise"]) | {
+        "shown": simulations.noise_shown(rows, figure_stiffness),
         "table": simulations.noise_table(
             [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")],
             columns,
             stiffness,
-        )
+        ),
     }
 if "weight" in experiments:
     plate, scores = snakemake.input.plate

@@ -170,14 +170,27 @@ def _short(quantity: str, value: float | None) -> str:
     return number(value, 3 if abs(value) >= 1e-3 else 2)
 
 
-def _of_figure(noise: pd.DataFrame, level: float, stiffness: float) -> dict | None:
-    """Mean K (N·m/rad) of one joint at one SNR (dB) by the printed and the recommended processing."""
-    own = noise[(noise.snr_db == level) & (noise.quantity == "K") & (noise.stiffness_Nm_per_rad == stiffness)]
-    own = own[own.noise_on.isin(("tau", "theta", "both"))]
-    found = {name: own[own.estimator == name]["mean"] for name in ("as-printed", "recommended")}
-    if any(values.empty for values in found.values()):
+def noise_shown(rows: list[TableRow], stiffness: float) -> dict | None:
+    """Mean K (N·m/rad) over the conditions by the printed and the recommended processing.
+
+    Parameters
+    ----------
+    rows : list of TableRow
+        Of `tepsipe.reporting.noise_table.table_4_4` (units in them).
+    stiffness : float
+        Simulated stiffness of the figure (N·m/rad).
+
+    Returns
+    -------
+    dict or None
+        Processing -> lowest to highest of noise on torque, angle and both; None where one was not computed.
+    """
+    own = [row for row in rows if row.quantity == "K" and row.estimator == f"K = {stiffness:g} Nm/rad"]
+    found = {row.pathway: [x for x in row.values[1:] if x is not None] for row in own}
+    names = ("as-printed", "recommended")
+    if not all(found.get(name) for name in names):
         return None
-    return {name: span_of_decimals(values, 1) for name, values in found.items()}
+    return {name: span_of_decimals(found[name], 1) for name in names}
 
 
 def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
@@ -215,7 +228,6 @@ def noise_data(noise: pd.DataFrame, choices: dict) -> dict:
         **_of_noise(at, truth),
         "level": f"{level:g}",
         "draws": str(choices["draws"]),
-        "shown": _of_figure(noise, level, joint["stiffness_Nm_per_rad"][-1]),
         "figure_stiffness": f"{joint['stiffness_Nm_per_rad'][-1]:g}",
         "truth": [number(x) for x in truth],
         "apparent": [number(float(at[at.quantity == q].apparent.iloc[0])) for q in ("I", "B", "K")],
