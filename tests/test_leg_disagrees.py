@@ -1,4 +1,4 @@
-"""K of the windowed fit against the joint likelihood: a rod that bends as believed is no fault, more is one."""
+"""K of the windowed fit against the joint likelihood: a rod may bend as much as is believed, and no more."""
 
 from dataclasses import replace
 

@@ -6,7 +6,21 @@ from tepsipe.treadmill.recording import BeltRecording
 
 
 class BeltModel:
-    """Base of the treadmill models, which predict the belt-induced load (N or N·m)."""
+    """Base of the treadmill models, which predict the belt-induced load (N or N·m).
+
+    Attributes
+    ----------
+    holds_errors : bool
+        Whether its calibration holds draws of the errors of its constants, and residuals of trials that it
+        has not seen.
+    """
+
+    holds_errors = False
+
+    @property
+    def untracked(self) -> "BeltModel | None":
+        """The model below one that tracks ripple (N or N·m); None where no ripple is tracked."""
+        return None
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """Belt-induced load (N or N·m), shape (n,).

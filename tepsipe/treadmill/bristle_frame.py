@@ -71,6 +71,8 @@ class BristleFrame(BeltModel):
     heaviest_kg: float
     converged: bool = True
 
+    holds_errors = True
+
     @property
     def order(self) -> int:
         """Order of the frame's response (-)."""
