@@ -6,16 +6,12 @@ from tepsipe.treadmill.recording import BeltRecording
 
 
 class BeltModel:
-    """Base of the treadmill models, which predict the belt-induced load (N or N·m).
+    """Base of the treadmill models, which predict the belt-induced load (N or N·m)."""
 
-    Attributes
-    ----------
-    holds_errors : bool
-        Whether its calibration holds draws of the errors of its constants, and residuals of trials that it
-        has not seen.
-    """
-
-    holds_errors = False
+    @property
+    def holds_errors(self) -> bool:
+        """Whether its calibration holds draws of its constants' errors, and residuals of unseen trials."""
+        return False
 
     @property
     def untracked(self) -> "BeltModel | None":

@@ -71,7 +71,10 @@ class BristleFrame(BeltModel):
     heaviest_kg: float
     converged: bool = True
 
-    holds_errors = True
+    @property
+    def holds_errors(self) -> bool:
+        """It does, from the bootstrap of its calibration and from held-out trials."""
+        return True
 
     @property
     def order(self) -> int:
