@@ -181,13 +181,14 @@ def record_manipulator(
     relaxation = Relaxation(rubber) if rubber.relaxation_share else None
     moment = rubber.moment if relaxation is None else relaxation.moment
 
+    inertia, viscous, contact = truth.inertia_kgm2, truth.damping_Nms_per_rad, truth.contact_Nm_per_rad3
+    coulomb, slow, tanh = truth.friction_Nm, truth.friction_rate_rad_per_s, math.tanh
+
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         th, w = state
-        torque = applied[min(int(t * rate + 1e-6), last)]
-        friction = truth.friction_Nm * math.tanh(w / truth.friction_rate_rad_per_s)
-        added = truth.damping_Nms_per_rad * w + truth.contact_Nm_per_rad3 * th**3 + friction
-        resisting = moment(th, w) + added
-        return (w, (torque - resisting) / truth.inertia_kgm2)
+        now = int(t * rate + 1e-6)
+        added = viscous * w + contact * th**3 + coulomb * tanh(w / slow)
+        return w, (applied[now if now < last else last] - (moment(th, w) + added)) / inertia
 
     total_s = truth.lead_s + duration_s + truth.tail_s
     if relaxation is None:
