@@ -73,7 +73,7 @@ class BristleFrame(BeltModel):
 
     @property
     def holds_errors(self) -> bool:
-        """It does, from the bootstrap of its calibration and from held-out trials."""
+        """True (-): it has them from the bootstrap of its calibration and from held-out trials."""
         return True
 
     @property
