@@ -10,7 +10,7 @@ class BeltModel:
 
     @property
     def holds_errors(self) -> bool:
-        """Whether its calibration holds draws of its constants' errors, and residuals of unseen trials (-)."""
+        """Whether it holds draws of its constants' errors, and residuals of unseen trials (-)."""
         return False
 
     @property
