@@ -38,6 +38,8 @@ FLAGS = {
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
     "not-identified": "the perturbation does not determine the quantity, so it has no value: record a "
     "second, independent perturbation",
+    "no-response": "the angle does not respond to the perturbation: perturb more, or more often",
+    "no-contact": "the foot is in the air, so the belt says nothing about its joint: perturb in stance",
     "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple: "
     "do not quote its parameters",
     "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",
