@@ -4,7 +4,8 @@ A candidate joint is moved by the belt of a trial, its markers are sampled one a
 equations are applied (thesis section 3-1-2, eqs 3-8 and 3-9): what would this joint have given the thesis?
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -71,7 +72,10 @@ class BeltMotion:
     position: scipy.interpolate.PPoly
     acceleration: np.ndarray
     perturbations: list[Perturbation]
-    _known: dict[float, np.ndarray] = field(default_factory=dict, compare=False, repr=False)
+
+    @cached_property
+    def _known(self) -> dict[float, np.ndarray]:
+        return {}
 
     def position_after(self, late_s: float) -> np.ndarray:
         """Position of the foot (m), shape (n - 2,), a time after all frames but the first and the last.
