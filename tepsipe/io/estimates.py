@@ -28,13 +28,11 @@ FLAGS = {
     "noise-biased": "noise of the markers biases the windowed fit by half of its uncertainty or more: use "
     "the joint likelihood, or larger perturbations",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
-    "look at the onset of the reflexes, the feet's mass, and the friction of the belt",
+    "look at the onset of the reflexes and the friction of the belt",
     "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "
     "reflexes and the treadmill model",
     "skin-motion": "soft tissue of the shank moves over the bone by more than can be corrected: fasten the "
     "markers of the shank to bony places",
-    "centre-assumed": "quiet sway does not show the centre of the ankle, because it is too short or the foot "
-    "turns: palpate the centre carefully, or record more quiet standing",
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
     "not-identified": "the perturbation does not determine the quantity, so it has no value: record a "
     "second, independent perturbation",

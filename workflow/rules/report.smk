@@ -71,6 +71,10 @@ rule write_report:
         step_s=SETTINGS["dummy"]["simulation"]["step_s"],
         engine=ENGINE,
         planned_joint=SETTINGS["noise"]["joint"],
+        simulated={
+            f"4_{k}": STUDY.shown("dummy", SETTINGS["dummy"]["simulation"][f"figure_4_{k}_condition"])
+            for k in (7, 8)
+        },
         amplitudes=STUDY.amplitudes("dummy"),
         roles=STUDY.roles("belt"),
         belt_of_models=STUDY.plates().get(STUDY.shown_plate()) if STUDY.by_belt else None,
