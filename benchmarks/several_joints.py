@@ -91,7 +91,7 @@ def row(chosen, drawn, person) -> str:
         some = quoted[:, :9].any(axis=1)
         cells += [
             f"{np.sqrt(np.nanmean(errors**2)):.1f}",
-            f"{bias[np.abs(bias).argmax()]:.1f}",
+            f"{bias[np.abs(bias).argmax()]:.1f}" if common.any() else "–",
             f"{np.nanmax(np.abs(errors)):.1f}",
             f"{100.0 * np.mean(np.nanmax(np.abs(errors[some]), axis=1) <= 15.0):.0f}",
             f"{100.0 * held[:, :9][quoted[:, :9]].mean():.1f}",

@@ -1,4 +1,4 @@
-"""Tables, figure and section on several joints: refused elements have no number, sentences follow the tables."""
+"""Tables, figure and section on several joints: no number where none is known, sentences follow tables."""
 
 import json
 from dataclasses import replace

@@ -41,6 +41,7 @@ SOURCES = {
     "foot_mass": "mass of the feet",
     "force_marker_delay_s": "delay of forces after markers",
     "skin_m": "motion of soft tissue over bone",
+    "tissue_hz": "frequency of soft tissue",
     "marked_rotation": "difference between the legs",
     "foot_rotation": "rotation of the foot",
     "moment_scale": "scale of the plate's moment",

@@ -8,6 +8,16 @@ from tepsipe.treadmill.recording import BeltRecording
 class BeltModel:
     """Base of the treadmill models, which predict the belt-induced load (N or N·m)."""
 
+    @property
+    def holds_errors(self) -> bool:
+        """Whether it holds draws of its constants' errors, and residuals of unseen trials (-)."""
+        return False
+
+    @property
+    def untracked(self) -> "BeltModel | None":
+        """The model below one that tracks ripple (N or N·m); None where no ripple is tracked."""
+        return None
+
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """Belt-induced load (N or N·m), shape (n,).
 

@@ -72,6 +72,11 @@ class BristleFrame(BeltModel):
     converged: bool = True
 
     @property
+    def holds_errors(self) -> bool:
+        """True (-): it has them from the bootstrap of its calibration and from held-out trials."""
+        return True
+
+    @property
     def order(self) -> int:
         """Order of the frame's response (-)."""
         return 4 if self.constant("second_mode") else 2

@@ -39,7 +39,7 @@ rule optimise_pulses:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        plan=without(PLAN, "filters", "draws", "seed", "several_joints"),
+        plan=without(PLAN, "filters", "draws", "window_draws", "seed", "several_joints"),
         geometry=DUMMY["geometry"],
         uncertainty=SETTINGS["uncertainty"]["dummy"],
     script:

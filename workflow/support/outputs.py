@@ -275,13 +275,14 @@ def walking(study: Study) -> list[str]:
     """What a study of walking makes, none of another study."""
     if study.config["walking"] is None:
         return []
-    tables = [f"<results>/tables/{name}.csv" for name in ("walking", "needed")]
-    return [*tables, "<results>/report/walking.pdf"]
+    names = ["estimates", "uncertainty", "walking", "needed"]
+    names += ["recovery"] if study.made("walking") else []
+    return [*(f"<results>/tables/{name}.csv" for name in names), "<results>/report/walking.pdf"]
 
 
 def plan_of_design(plan: dict, name: str) -> dict:
     """What of the section ``plan`` one design depends on."""
-    used = {key: plan[key] for key in ("seed", "draws", "joint", "rig", "protocol")}
+    used = {key: plan[key] for key in ("seed", "draws", "window_draws", "joint", "rig", "protocol")}
     return used | {"designs": {name: plan["designs"][name]}}
 
 

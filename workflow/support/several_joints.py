@@ -22,5 +22,6 @@ def check_several_joints(joints: dict, engine: str, name: str) -> None:
     if not (engine in bodies or (engine not in ("pybullet", "mujoco") and bodies)):
         raise InputError(
             f"{name}: expected PyBullet or MuJoCo for plan.several_joints, found "
-            f"{', '.join(sorted(bodies)) or 'none'} and dummy.simulation.engine {engine}: install it, or set the engine to auto"
+            f"{', '.join(sorted(bodies)) or 'none'} and dummy.simulation.engine {engine}: install it, or "
+            "set the engine to auto"
         )
