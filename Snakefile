@@ -91,12 +91,15 @@ rule all:
 onstart:
     start_jobs_when_jobs_end()
     runs.note_run()
+    start_jobs_warm()
 
 
 onsuccess:
+    warm.stop()
     runs.forget_run()
 
 
 onerror:
+    warm.stop()
     runs.forget_run()
     say_what_stopped(log)

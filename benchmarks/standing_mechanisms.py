@@ -1,10 +1,11 @@
 """What each mechanism of the virtual person does to today's estimates of K and B: a table.
 
-    .venv/bin/python benchmarks/standing_mechanisms.py [--seeds 1]
+    .venv/bin/python benchmarks/standing_mechanisms.py [--seeds 1] [--assumptions]
 
 Two trials of each task, one in each direction, on a plate that feels nothing but the feet, are simulated and
 analysed by the shipped configuration. The truth is that of the comparison with the truth: the linear fit of
-the true intrinsic torque in the fitted window.
+the true intrinsic torque in the fitted window. With --assumptions, the table is of the recommended estimate
+and its interval where forefoot or soft tissue differ from what the corrections assume.
 """
 
 import argparse
@@ -26,7 +27,9 @@ import yaml  # noqa: E402
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from tepsipe.experiments.standing.broadband import cut_broadband  # noqa: E402
 from tepsipe.experiments.standing.epochs import cut_standing_epochs  # noqa: E402
+from tepsipe.experiments.standing.free_results import fit_free, reflex_onset  # noqa: E402
 from tepsipe.experiments.standing.impedance import fit_standing  # noqa: E402
 from tepsipe.experiments.standing.joint_torque import process_standing  # noqa: E402
 from tepsipe.experiments.standing.latency import muscle_latency  # noqa: E402
@@ -36,6 +39,7 @@ from tepsipe.experiments.standing.options import (  # noqa: E402
 from tepsipe.ingest.plate_treadmill import TreadmillOptions  # noqa: E402
 from tepsipe.ingest.standing import ingest_standing_files  # noqa: E402
 from tepsipe.reporting.true_motion import linear_truth_standing, read_true_motion  # noqa: E402
+from tepsipe.signals.filters import Lowpass  # noqa: E402
 from tepsipe.signals.onsets import OnsetOptions  # noqa: E402
 from tepsipe.virtual_lab.person_mechanisms import MECHANISMS, without  # noqa: E402
 from tepsipe.virtual_lab.standing_trial import make_standing_trial  # noqa: E402
@@ -43,6 +47,7 @@ from workflow.scripts.standing_choices import (  # noqa: E402
     active_options,
     epoch_options,
     estimators_of,
+    free_reflex_choices,
     standing_options,
 )
 from workflow.support.settings import settings_of  # noqa: E402
@@ -76,6 +81,14 @@ AS_ANALYSED = {
 }
 SHORT_RANGE = "short-range stiffness"
 FEET = {("person", "foot_mass"): AS_ANALYSED["person", "foot_mass"]}
+# what the corrections assume (decision 52): a forefoot that rotates half as much, tissue of 12 Hz
+ASSUMED = {
+    "as assumed": {},
+    "forefoot 0.3": {("person", "forefoot_share"): 0.3},
+    "forefoot 0.7": {("person", "forefoot_share"): 0.7},
+    "soft tissue of 8 Hz": {("skin", "frequency_hz"): 8.0},
+    "soft tissue of 18 Hz": {("skin", "frequency_hz"): 18.0},
+}
 ESTIMATOR = "pre-reflex-window"
 WINDOWS_S = (0.04, 0.06, 0.08)  # one of them the estimator's
 
@@ -116,10 +129,19 @@ class Analysis:
         self.cutting = epoch_options(analysis, section["emg"], section["ingest"]["max_gap_s"])
         action = {muscle: choice["ankle_action"] for muscle, choice in section["muscles"].items()}
         self.active = active_options(section["active"], action)
-        self.estimator = estimators_of(section["estimators"])[ESTIMATOR]
+        self.action = action
+        self.estimators = estimators_of(section["estimators"])
+        self.estimator = self.estimators[ESTIMATOR]
+        self.choices = free_reflex_choices(
+            section["recommended"]["pathway"],
+            section["free_reflex"],
+            settings_of(config)["uncertainty"]["standing"],
+            analysis["bootstrap_draws"],
+            1,
+        )
 
     def responses(self, files: dict[str, Path], name: str):
-        """Epochs of one trial, from its raw files."""
+        """Epochs of one trial, from its raw files, with both filters."""
         section = self.section
         channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
         trial = ingest_standing_files(
@@ -132,23 +154,39 @@ class Analysis:
             DURATION_S,
         )
         processed = process_standing(trial, name, self.standing, {"ankle": TorquePathway("ankle", None)}, {})
-        return cut_standing_epochs(trial, processed, name, self.cutting)
+        epochs = cut_standing_epochs(trial, processed, name, self.cutting)
+        lowpass = Lowpass(self.choices.options.lowpass_cutoff_hz, section["analysis"]["lowpass_order"], True)
+        broadband = cut_broadband(trial, name, processed, epochs, self.standing, self.cutting, lowpass, {})
+        return epochs, broadband
+
+    def quoted(self, epochs: list, broadband: list, name: str):
+        """The recommended fit of a task."""
+        found = [muscle_latency(epochs, m, *self.latency_options(m)) for m in self.action]
+        known = [latency for latency in found if not isinstance(latency, str)]
+        options, chosen = self.choices.options, self.section["recommended"]["estimator"]
+        onset = reflex_onset(known, self.action, self.section["latency"]["detector"], options)
+        used = {key: x for key, x in self.estimators.items() if key in (chosen, ESTIMATOR)}
+        count = sum(len(e.onsets_s) for e in epochs)
+        return fit_free(broadband, name, used, self.choices, count, onset)[self.choices.pathway, chosen]
+
+    def latency_options(self, muscle: str) -> tuple[str, OnsetOptions, np.random.Generator]:
+        """By what a muscle is lengthened, how its onset is found, and random numbers."""
+        choice = self.section["latency"]
+        options = OnsetOptions(**choice | {"search_s": tuple(choice["search_s"]), "bootstrap_draws": 20})
+        return self.section["muscles"][muscle]["lengthened_by"], options, np.random.default_rng(1)
 
     def latency(self, epochs: list, muscle: str) -> float:
         """From the onset of the stretch to that of the muscle (s), NaN without one."""
-        choice = self.section["latency"]
-        options = OnsetOptions(**choice | {"search_s": tuple(choice["search_s"]), "bootstrap_draws": 20})
-        stretched_by = self.section["muscles"][muscle]["lengthened_by"]
-        found = muscle_latency(epochs, muscle, stretched_by, options, np.random.default_rng(1))
-        onset = None if isinstance(found, str) else found.onsets[choice["detector"]].latency_s
+        found = muscle_latency(epochs, muscle, *self.latency_options(muscle))
+        onset = (
+            None if isinstance(found, str) else found.onsets[self.section["latency"]["detector"]].latency_s
+        )
         return math.nan if onset is None else onset
 
 
-def measured(job: tuple[str, dict, str, int]) -> dict:
-    """Latencies (ms), and by window true K and B (N·m/rad, N·m·s/rad) and their errors (%), of a task."""
-    name, truth, task, seed = job
-    analysis = Analysis()
-    epochs, motions = [], []
+def recorded(analysis: Analysis, name: str, truth: dict, task: str, seed: int) -> tuple[list, list, list]:
+    """Epochs of the trials of a task with either filter, and their true motions."""
+    epochs, broadband, motions = [], [], []
     with tempfile.TemporaryDirectory() as folder:
         for profile, amplitude in TRIALS:
             kinds = {"log": "mat", "calibration": "csv", "markers": "c3d", "emg": "edf"}
@@ -156,8 +194,35 @@ def measured(job: tuple[str, dict, str, int]) -> dict:
             motion = Path(folder) / f"{profile}.h5"
             protocol = (f"{task}-{profile}", task, profile, amplitude, INTERVAL_S, DURATION_S)
             make_standing_trial(truth | {"seed": seed}, *protocol, **files, motion_file=motion)
-            epochs.append(analysis.responses(files, f"{name}/{task}/{profile}"))
+            both = analysis.responses(files, f"{name}/{task}/{profile}")
+            epochs.append(both[0])
+            broadband.append(both[1])
             motions.append(read_true_motion(motion))
+    return epochs, broadband, motions
+
+
+def quoted(job: tuple[str, dict, str, int]) -> dict:
+    """Of B and K of a task: error and half width of the interval (%), and flags."""
+    name, truth, task, seed = job
+    analysis = Analysis()
+    epochs, broadband, motions = recorded(analysis, name, truth, task, seed)
+    fit = analysis.quoted(epochs, broadband, f"{name}/{task}")
+    window_s = analysis.estimators[analysis.section["recommended"]["estimator"]].window_s
+    onsets = [e.onsets_s for e in epochs]
+    true = linear_truth_standing(motions, onsets, window_s, False, analysis.cutting.baseline_s)
+    low, high = fit.budget.interval(fit.parameters[0])
+    found = {"flags": fit.flags}
+    for k, key in enumerate("BK"):
+        found[key] = 100.0 * (fit.parameters[0, k] / true[key] - 1.0)
+        found[f"{key}_half"] = 50.0 * (high[k] - low[k]) / true[key]
+    return found
+
+
+def measured(job: tuple[str, dict, str, int]) -> dict:
+    """Latencies (ms), and by window true K and B (N·m/rad, N·m·s/rad) and their errors (%), of a task."""
+    name, truth, task, seed = job
+    analysis = Analysis()
+    epochs, _, motions = recorded(analysis, name, truth, task, seed)
     found = {
         "SOL": 1e3 * analysis.latency(epochs, "SOL"),
         "TA": 1e3 * analysis.latency(epochs, "TA"),
@@ -178,14 +243,42 @@ def measured(job: tuple[str, dict, str, int]) -> dict:
     return found
 
 
+def print_assumptions(truth: dict, seeds: int, processes: int) -> None:
+    """Print a table of the recommended estimate where the person differs from what is assumed of her."""
+    jobs = [
+        (name, truth | {"standing": placed(truth["standing"], FEET | values), "drawn": None}, task, seed)
+        for name, values in ASSUMED.items()
+        for task in ("relax", "stiff")
+        for seed in range(1, seeds + 1)
+    ]
+    with ProcessPoolExecutor(processes) as pool:
+        results = list(zip(jobs, pool.map(quoted, jobs), strict=True))
+    print("| person | error of K | half width | error of B | half width | covered K, B | flagged |")
+    print("|---" * 7 + "|")
+    for name in ASSUMED:
+        own = {task: [r for j, r in results if (j[0], j[2]) == (name, task)] for task in ("relax", "stiff")}
+        every = [r for found in own.values() for r in found]
+        cells = [
+            " / ".join(f"{np.mean([r[key] for r in found]):{form}}" for found in own.values())
+            for key, form in (("K", "+.1f"), ("K_half", ".1f"), ("B", "+.1f"), ("B_half", ".1f"))
+        ]
+        held = [sum(abs(r[key]) <= r[f"{key}_half"] for r in every) for key in "KB"]
+        flagged = sum(bool(r["flags"]) for r in every)
+        counts = [f"{held[0]}, {held[1]} of {len(every)}", f"{flagged} of {len(every)}"]
+        print("|", " | ".join([name, *cells, *counts]), "|", flush=True)
+
+
 def main() -> None:
     """Print the table as Markdown."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=1, help="laboratories per row")
     parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--assumptions", action="store_true", help="forefoot and soft tissue only")
     options = parser.parse_args()
     truth = yaml.safe_load((ROOT / "config" / "virtual_lab.yaml").read_text(encoding="utf-8"))
     truth["treadmill"]["plate"] |= QUIET_PLATE
+    if options.assumptions:
+        return print_assumptions(truth, options.seeds, options.processes)
     tasks, analysis_window_s = ("relax", "stiff"), Analysis().estimator.window_s
     named = variants(truth["standing"])
     jobs = [

@@ -37,7 +37,11 @@ COLUMNS = {
     "com": "COM_x",
 }
 RAMP_S, NOISE_RAD, STRIDES = 0.06, np.deg2rad(0.05), 460
-LOOP = {"A": (1.5, {40.0: 50, 60.0: 50, 80.0: 50}), "B": (2.0, {20.0: 82, 40.0: 30, 60.0: 15, 80.0: 23})}
+LOOP = {
+    "A": (1.5, {40.0: 50, 60.0: 50, 80.0: 50}),
+    "B": (2.0, {20.0: 82, 40.0: 30, 60.0: 15, 80.0: 23}),
+    "P": (2.0, {20.0: 115, 40.0: 15, 60.0: 10, 80.0: 10}),  # as tables/needed.csv divides 150 strides
+}
 
 
 def real_walk(folder):
@@ -137,7 +141,7 @@ def main():
     default = Path(os.environ.get("TEPSIPE_REAL_DATA", "recordings")) / "walking"
     parser.add_argument("folder", nargs="?", type=Path, default=default)
     parser.add_argument("--seeds", type=int, default=100)
-    parser.add_argument("--parts", default="ABermz")
+    parser.add_argument("--parts", default="ABPermz")
     chosen = parser.parse_args()
     recording, strides, base = real_walk(chosen.folder)
     rebuilt = ankle_moment(recording)
@@ -157,6 +161,13 @@ def main():
             shift = doubled[:, 1] / kept[name][:, 1] - 1.0
             means = [f"{p:g} %: {100 * shift[doubled[:, 0] == p].mean():+.2f} %" for p in counts]
             print(f"\nK moves with twice the reflex gain: {', '.join(means)}.")
+    if "P" in chosen.parts:
+        degrees, counts = LOOP["P"]
+        show(
+            f"{degrees:g} degrees, as planned",
+            scenario(base, recording, chosen.seeds, degrees, counts),
+            counts,
+        )
     if "e" in chosen.parts:  # begun so early that K belongs to 20, 40, 60, 80 %
         for name in ("A", "B"):
             degrees, counts = LOOP[name]

@@ -30,6 +30,7 @@ SAME = {
     # the time between markers is the inverse of their rate
     "treadmill.capture.marker_sampling_hz": ("dummy.marker_sampling_s", 1.0 / 2500.0**2),
     "standing.person.foot_mass": ("standing.foot_mass", 1.0 / 0.0139),
+    "standing.skin.frequency_hz": ("standing.tissue_hz", 1.0),
 }
 # sources of several experiments that are one quantity of the rig
 SHARED = {
@@ -51,14 +52,14 @@ OTHER_QUANTITY = {
     "standing.person.thigh_mass": "the torque is computed at the feet",
     "standing.person.foot_com_m": "acts with the foot's mass only, in the moment of its weight",
     "standing.person.foot_stiffness_Nm_per_rad": "the tilt of the foot is measured, see foot_rotation",
+    "standing.person.forefoot_share": "moves the rotation of the hindfoot, see foot_rotation",
     "standing.person.marked_share": "of the tilt of the marked foot, see foot_rotation",
     "standing.person.short_range_rad": "part of the true joint",
     "standing.markers.foot_m": "offsets leave the sway about the axis as it is",
     "standing.markers.shank_m": "offsets leave the sway about the axis as it is",
     "standing.markers.thigh_m": "the thigh shows the knee only",
-    "standing.skin.frequency_hz": "the responses show the soft tissue; skin_m is what then remains",
-    "standing.skin.shank_share": "as its frequency",
-    "standing.skin.thigh_share": "as its frequency",
+    "standing.skin.shank_share": "the responses show the soft tissue; skin_m is what then remains",
+    "standing.skin.thigh_share": "as that of the shank",
     "standing.skin.slip_m_per_rad": "shown by the sway",
     "standing.nerves.twitch_s": "the reflex torque has any shape",
     "standing.nerves.relaxation_s": "the reflex torque has any shape",
@@ -81,7 +82,7 @@ UNDRAWN = {
     "standing.palpated_centre_m": "with the error of palpation, which the laboratory's markers lack",
     "standing.force_marker_delay_s": "what is left of the drawn latency after alignment",
     "standing.skin_m": "what the responses leave of the drawn soft tissue",
-    "standing.foot_rotation": "a mechanism of the laboratory: forefoot_share and marked_share",
+    "standing.foot_rotation": "what the drawn forefoot_share does to the rotation of the hindfoot",
     "standing.model_discrepancy": "of the plate's mechanisms, which are not drawn",
     "standing.reflex_onset_s": "latencies of the muscles, which are not drawn",
     "standing.latency_s": "latencies of the muscles, which are not drawn",

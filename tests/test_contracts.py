@@ -20,6 +20,7 @@ SHARED = {
     "dummy_choices.py",
     "model_choices.py",
     "plan_choices.py",
+    "walking_choices.py",
     "recording_choices.py",
     "standing_choices.py",
 }
@@ -410,7 +411,7 @@ def test_a_rule_that_makes_trials_is_given_the_constants_of_its_own_experiment()
             # but for the rubber, which is the dummy's in both rigs
             given = re.search(r"truth=.*", text).group().replace('"dummy.rubber"', "")
             assert f'"{other}' not in given, name
-        assert ('"treadmill"' in text) == (experiment != "wristalyzer")
+        assert ('"treadmill"' in text) == (experiment not in ("wristalyzer", "walking"))
 
 
 def test_the_file_of_the_truth_is_an_input_of_the_provenance_alone():

@@ -1,6 +1,7 @@
 """The study of walking: files, sheet, strides needed, tables, and real unperturbed strides."""
 
 import gzip
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -19,7 +20,6 @@ from tepsipe.experiments.walking.results import walking_rows
 from tepsipe.experiments.walking.strides import random_onsets, segment_strides
 from tepsipe.reporting.figures.walking import plot_walking
 from tepsipe.reporting.numbers.walking import walking_data
-from workflow.support.walking import read_walking_sheet
 
 NAMES = ("time", "angle", "vertical", "anterior", "cop", "ankle_x", "ankle_y", "other_vertical")
 COLUMNS = {name: name for name in NAMES} | {"supplied_moment": None}
@@ -86,28 +86,14 @@ def test_files_that_cannot_be_used(tmp_path):
         analysed(pulsed(WALK), WalkingOptions(matched_by=("elbow",)))
 
 
-def test_trial_sheet(tmp_path, root):
-    sheet = tmp_path / "trials.tsv"
-    head = "condition\trecording\tevents\tsource\n"
-    sheet.write_text(head + "slow\ta.csv\tb.csv\trecorded\n")
-    assert read_walking_sheet(sheet, "folder")["slow"].events == "folder/b.csv"
-    for text, message in (
-        ("condition\trecording\n", "tab-separated columns 'condition', 'recording', 'events', 'source'"),
-        (head, "at least one trial, found none"),
-        (head + "slow\ta.csv\tb.csv\tsimulated\n", "the source recorded in every row"),
-        (head + 2 * "slow\ta.csv\tb.csv\trecorded\n", "every condition once, found 'slow' again"),
-        (head + "../slow\ta.csv\tb.csv\trecorded\n", "condition of letters, digits"),
-    ):
-        sheet.write_text(text)
-        with pytest.raises(InputError, match=message):
-            read_walking_sheet(sheet, ".")
-    settings = yaml.safe_load((root / "config/walking/config.yaml").read_text(encoding="utf-8"))["walking"]
-    assert (
-        WalkingOptions(
-            **settings["analysis"] | {"phases_percent": tuple(settings["analysis"]["phases_percent"])}
-        )
-        == WalkingOptions()
-    )
+def settings_of(root):
+    return yaml.safe_load((root / "config/walking/config.yaml").read_text(encoding="utf-8"))["walking"]
+
+
+def test_shipped_options_are_the_defaults_and_the_controls(root):
+    analysis = settings_of(root)["analysis"]
+    lists = {key: tuple(analysis[key]) for key in ("phases_percent", "control_percent")}
+    assert WalkingOptions(**analysis | lists) == replace(WalkingOptions(), control_percent=(125.0,))
 
 
 def frames(rows, needed):
@@ -119,7 +105,12 @@ def test_the_chapter_says_what_the_tables_hold():
     study = {
         "title": "T",
         "recordings_source": None,
-        "planned": {"amplitude_deg": 2.0, "duration_s": 0.06, "damping_Nms_per_rad": 2.0},
+        "planned": {
+            "amplitude_deg": 2.0,
+            "duration_s": 0.06,
+            "damping_Nms_per_rad": 2.0,
+            "strides": 150,
+        },
         "code": {},
     }
     about = {
@@ -146,7 +137,7 @@ def test_the_chapter_says_what_the_tables_hold():
 
 def test_real_strides_without_pulses_say_nothing_of_the_joint(real_data, root):
     """38 strides of one person; the supplied moment is low-passed, that from the force agrees with it."""
-    settings = yaml.safe_load((root / "config/walking/config.yaml").read_text(encoding="utf-8"))["walking"]
+    settings = settings_of(root)
     recording = read_recording(
         real_data("walking/UnpertPre_data.csv.gz"), settings["columns"], 100.0, settings["max_gap_s"]
     )

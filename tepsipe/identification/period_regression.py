@@ -91,11 +91,32 @@ def fit_periods(
     return PeriodFit(whole[:3], type_a[:3], float(freedom[:3].min()), float(whole[3]), (narrow - whole)[:3])
 
 
+def without_transient(omega: np.ndarray, spectra: np.ndarray) -> np.ndarray:
+    """Spectra of periods, orthogonal to every transient a + j w b with real a and b.
+
+    Parameters
+    ----------
+    omega : ndarray, shape (lines,)
+        Angular frequencies w (rad/s).
+    spectra : ndarray, shape (periods, lines) or (periods, lines, k)
+        Of one or more signals (any unit).
+
+    Returns
+    -------
+    ndarray, shape of ``spectra``
+        In its unit.
+    """
+    w = omega.reshape(-1, *[1] * (spectra.ndim - 2))
+    real = spectra.real - spectra.real.mean(axis=1, keepdims=True)
+    slope = (w * spectra.imag).sum(axis=1, keepdims=True) / np.sum(omega**2)
+    return real + 1j * (spectra.imag - w * slope)
+
+
 def _fit(frequency, torques, angles):
     """Parameters with the delay, their standard uncertainties, and degrees of freedom."""
     periods, omega = torques.shape[0], 2.0 * np.pi * frequency
     columns = np.stack([-(omega**2) * angles, 1j * omega * angles, angles, 1j * omega * torques], axis=-1)
-    columns = columns * TYPICAL
+    columns, torques = without_transient(omega, columns * TYPICAL), without_transient(omega, torques)
     others = columns.sum(axis=0) - columns
     normal = np.einsum("kft,kfu->tu", others.conj(), columns).real
     parameters = np.linalg.solve(normal, np.einsum("kft,kf->t", others.conj(), torques).real)

@@ -28,16 +28,16 @@ FLAGS = {
     "noise-biased": "noise of the markers biases the windowed fit by half of its uncertainty or more: use "
     "the joint likelihood, or larger perturbations",
     "pre-reflex-differs": "K differs from that of the pre-reflex window by more than 5 % and chance: "
-    "look at the onset of the reflexes, the feet's mass, and the friction of the belt",
+    "look at the onset of the reflexes and the friction of the belt",
     "window-sensitive": "K changes by more than 25 % between windows: look at the onset of the "
     "reflexes and the treadmill model",
     "skin-motion": "soft tissue of the shank moves over the bone by more than can be corrected: fasten the "
     "markers of the shank to bony places",
-    "centre-assumed": "quiet sway does not show the centre of the ankle, because it is too short or the foot "
-    "turns: palpate the centre carefully, or record more quiet standing",
     "few-perturbations": "more than 30 % of the perturbations are unusable: look at the reasons, and repeat",
     "not-identified": "the perturbation does not determine the quantity, so it has no value: record a "
     "second, independent perturbation",
+    "no-response": "the angle does not respond to the perturbation: perturb more, or more often",
+    "no-contact": "the foot is in the air, so the belt says nothing about its joint: perturb in stance",
     "coherent-residual": "the model leaves torque that is coherent with the platform, so it is too simple: "
     "do not quote its parameters",
     "edge-of-search": "the onset lies at an end of the searched time, so it is no onset: search elsewhere",

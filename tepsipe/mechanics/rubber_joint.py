@@ -86,34 +86,59 @@ def swing(leg: Leg, joints: list[RubberJoint], foot_acceleration: np.ndarray, st
     ndarray, shape (k, feet, n + 1)
         theta at whole steps (rad), positive when the leg tips towards +y.
     """
-    stiffness, half, damping, added, inertia = np.array([astuple(joint) for joint in joints]).T[:, :, None]
+    constants = np.array([astuple(joint) for joint in joints]).T[:, :, None]
+    lanes = (len(joints), foot_acceleration.shape[0])
+    # one lane per joint and foot, contiguous, and results in place: with this few lanes numpy's own
+    # bookkeeping costs more than the arithmetic
+    stiffness, half, damping, added, inertia = (np.broadcast_to(c, lanes).ravel() for c in constants)
     coupling = leg.mass_kg * leg.com_m
     weight = coupling * leg.gravity_m_per_s2
     inverse = 1.0 / (leg.inertia_kgm2 + coupling * leg.com_m + inertia)
     half_squared = half**2
+    add, subtract, multiply, divide, sin, cos = np.add, np.subtract, np.multiply, np.divide, np.sin, np.cos
+    share, moment, part = np.empty((3, half.size))
+    # factors as arrays, too: a number would be converted every time
+    one, two, softening, h, halved, sixth = (
+        np.full(half.size, x) for x in (1.0, 2.0, SOFTENING, step_s, 0.5 * step_s, step_s / 6.0)
+    )
 
-    def acceleration(theta, rate, pushed):
-        square = theta * theta
-        share = square / (square + half_squared)
-        moment = stiffness * theta * (1.0 - SOFTENING * share) + (damping + added * share) * rate
-        return (weight * np.sin(theta) - coupling * pushed * np.cos(theta) - moment) * inverse
+    def acceleration(theta, rate, pushed, out):
+        """Write theta'' into ``out``; ``pushed`` is m r y_f''."""
+        multiply(theta, theta, share)
+        divide(share, add(share, half_squared, part), share)
+        subtract(one, multiply(softening, share, part), part)
+        multiply(multiply(stiffness, theta, moment), part, moment)
+        add(damping, multiply(added, share, part), part)
+        add(moment, multiply(part, rate, part), moment)
+        multiply(weight, sin(theta, out), out)
+        subtract(out, multiply(pushed, cos(theta, part), part), out)
+        return multiply(subtract(out, moment, out), inverse, out)
 
-    pushes = np.ascontiguousarray(foot_acceleration.T)
+    pushes = coupling * np.tile(foot_acceleration.T, (1, len(joints)))
     steps = (pushes.shape[0] - 1) // 2
-    theta = np.zeros((len(joints), pushes.shape[1]))
-    rate = np.zeros_like(theta)
-    path = np.empty((steps + 1, *theta.shape))
-    path[0], h = theta, step_s
+    theta, rate, moved, r2, r3, r4, a1, a2, a3, a4 = np.zeros((10, half.size))
+    path = np.zeros((steps + 1, half.size))
+
+    def onwards(x, by, slope, out):
+        return add(x, multiply(by, slope, part), out)
+
+    def whole_step(x, first, second, third, fourth):
+        """Add h / 6 (first + 2 second + 2 third + fourth) to x."""
+        add(first, multiply(two, second, part), moved)
+        add(moved, multiply(two, third, part), moved)
+        add(moved, fourth, moved)
+        add(x, multiply(sixth, moved, moved), x)
+
     for k in range(steps):
         start, middle, end = pushes[2 * k : 2 * k + 3]
-        a1 = acceleration(theta, rate, start)
-        r2 = rate + 0.5 * h * a1
-        a2 = acceleration(theta + 0.5 * h * rate, r2, middle)
-        r3 = rate + 0.5 * h * a2
-        a3 = acceleration(theta + 0.5 * h * r2, r3, middle)
-        r4 = rate + h * a3
-        a4 = acceleration(theta + h * r3, r4, end)
-        theta = theta + h / 6.0 * (rate + 2.0 * r2 + 2.0 * r3 + r4)
-        rate = rate + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+        acceleration(theta, rate, start, a1)
+        onwards(rate, halved, a1, r2)
+        acceleration(onwards(theta, halved, rate, moved), r2, middle, a2)
+        onwards(rate, halved, a2, r3)
+        acceleration(onwards(theta, halved, r2, moved), r3, middle, a3)
+        onwards(rate, h, a3, r4)
+        acceleration(onwards(theta, h, r3, moved), r4, end, a4)
+        whole_step(theta, rate, r2, r3, r4)
+        whole_step(rate, a1, a2, a3, a4)
         path[k + 1] = theta
-    return path.transpose(1, 2, 0)
+    return path.reshape(steps + 1, *lanes).transpose(1, 2, 0)

@@ -2,9 +2,11 @@
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from tepsipe.io.estimates import Estimate
 
@@ -22,6 +24,7 @@ COLUMNS = (
     "truth_of",
 )
 SMALL, AT_WORK = "small movements", "the fitted windows"
+AT_PHASE = "the phase to which K belongs"
 
 
 @dataclass(frozen=True)
@@ -158,6 +161,42 @@ def compare_with_truth(
         elif e.quantity in known:
             rows.append(Recovery(e, known[e.quantity]))
     return rows
+
+
+def compare_phases_with_truth(
+    estimates: list[Estimate], curves: Mapping[str, Mapping[str, np.ndarray]]
+) -> list[Recovery]:
+    """Compare I, B and K of simulated walking trials with the truth at the phase to which K belongs.
+
+    Parameters
+    ----------
+    estimates : list of Estimate
+        All rows (units in them); ``phase`` of each pathway is where its K belongs (% of stance).
+    curves : mapping of str to mapping
+        Condition -> ``percent`` (%), ``I``, ``B``, ``K`` (N·m·s²/rad, N·m·s/rad, N·m/rad) over stance.
+
+    Returns
+    -------
+    list of Recovery
+        One per value; what has no value, or is assumed, is left out (units in the estimates).
+    """
+    at = {(e.condition, e.pathway): e.value for e in estimates if e.quantity == "phase"}
+    return [
+        Recovery(
+            e,
+            float(
+                np.interp(
+                    at[e.condition, e.pathway],
+                    curves[e.condition]["percent"],
+                    curves[e.condition][e.quantity],
+                )
+            ),
+            AT_PHASE,
+        )
+        for e in estimates
+        if e.condition in curves and e.quantity in ("I", "B", "K")
+        if (e.condition, e.pathway) in at and "assumed" not in e.flags.split(";")
+    ]
 
 
 def write_recovery(path: str | Path, rows: list[Recovery]) -> None:

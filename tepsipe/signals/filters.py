@@ -5,6 +5,7 @@ band-pass is a second-order high-pass and a second-order low-pass, each applied 
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import scipy
@@ -82,7 +83,7 @@ def butterworth_lowpass(
             f"found {cutoff_hz:g} Hz: change the cutoff in the configuration"
         )
     _refuse_odd(order)
-    sections = scipy.signal.butter(order // 2, cutoff_hz, fs=rate_hz, output="sos")
+    sections = _designed(order // 2, cutoff_hz, rate_hz)
     return _both_ways(sections, x, rate_hz, cutoff_hz, axis)
 
 
@@ -125,7 +126,7 @@ def butterworth_bandpass(
             f"({0.5 * rate_hz:g} Hz), found {low:g} Hz and {high:g} Hz: change band_hz"
         )
     _refuse_odd(order)
-    sections = scipy.signal.butter(order // 2, (low, high), btype="bandpass", fs=rate_hz, output="sos")
+    sections = _designed(order // 2, (low, high), rate_hz, "bandpass")
     return _both_ways(sections, x, rate_hz, low, axis)
 
 
@@ -163,6 +164,17 @@ def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, a
         )
     sections = scipy.signal.tf2sos(*scipy.signal.iirnotch(frequency_hz, frequency_hz / width_hz, fs=rate_hz))
     return _both_ways(sections, x, rate_hz, width_hz, axis)
+
+
+@cache
+def _designed(
+    order: int, edges_hz: float | tuple[float, float], rate_hz: float, kind: str = "lowpass"
+) -> np.ndarray:
+    """Second-order sections of a Butterworth filter, designed once: that takes as long as to filter.
+
+    Only read them: all filters of this design share them.
+    """
+    return scipy.signal.butter(order, edges_hz, btype=kind, fs=rate_hz, output="sos")
 
 
 def _refuse_odd(order: int) -> None:
@@ -222,5 +234,5 @@ class Lowpass:
                 f"expected a low-pass cutoff below half the sampling rate ({0.5 * rate_hz:g} Hz), found "
                 f"{self.cutoff_hz:g} Hz: change the cutoffs in the configuration"
             )
-        sections = scipy.signal.butter(self.order, self.cutoff_hz, fs=rate_hz, output="sos")
+        sections = _designed(self.order, self.cutoff_hz, rate_hz)
         return scipy.signal.sosfilt(sections, x, axis=0)

@@ -1,4 +1,4 @@
-"""What every treadmill model can be asked, with the answers of a model that knows no load on the belt."""
+"""Methods of every treadmill model, as a model without knowledge of the load on the belt has them."""
 
 import numpy as np
 
@@ -7,6 +7,16 @@ from tepsipe.treadmill.recording import BeltRecording
 
 class BeltModel:
     """Base of the treadmill models, which predict the belt-induced load (N or N·m)."""
+
+    @property
+    def holds_errors(self) -> bool:
+        """Whether it holds draws of its constants' errors, and residuals of unseen trials (-)."""
+        return False
+
+    @property
+    def untracked(self) -> "BeltModel | None":
+        """The model below one that tracks ripple (N or N·m); None where no ripple is tracked."""
+        return None
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
         """Belt-induced load (N or N·m), shape (n,).

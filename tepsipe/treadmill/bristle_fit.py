@@ -4,8 +4,10 @@ Force and moment are fitted together, with a free zero per trial, because transd
 a force between the pulses. Linear constants follow by least squares for every set of the others (variable
 projection; Golub & Pereyra 1973). The fit begins with the loaded frame and adds the term that most reduces
 the error of trials that are left out in turn, as long as the gain is clear: a treadmill without memory gets a
-model without bristles. Left-out errors and the jackknife of the constants over trials follow from the
-linearised fit.
+model without bristles. Left-out errors follow from the linearised fit. So does the covariance of the
+constants: trials are clusters with errors of their own, whose residuals are corrected for how far the trial
+has drawn the fit towards itself (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife overstates
+what a single trial determines, for example all that only the fastest pulse shows.
 """
 
 from dataclasses import dataclass, replace
@@ -14,6 +16,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
+from tepsipe.statistics.clusters import bias_reduced_share
 from tepsipe.treadmill.bristle_frame import (
     AT,
     CONSTANTS,
@@ -80,12 +83,13 @@ class Calibrated:
 
 @dataclass(frozen=True)
 class _Fit:
-    """One variant: constants, whether the search converged, and what leaving out each trial does."""
+    """One variant: constants, whether the search converged, their change without each trial, their spread."""
 
     constants: np.ndarray
     converged: bool
     left_out: float
     without_trial: np.ndarray
+    spread: np.ndarray
 
 
 def fit_bristle_frame(
@@ -132,9 +136,7 @@ def fit_bristle_frame(
         kept = known.terms
         best = _fit(windows, _weights(windows), kept, known.constants[:SEARCHED])
         scores = {"+".join(kept) or PLAIN: float(np.sqrt(best.left_out))}
-    n = windows.kg.size
-    spread = best.without_trial - best.without_trial.mean(axis=0)
-    deviations = np.sqrt((n - 1.0) / n) * rng.standard_normal((draws, n)) @ spread
+    deviations = rng.standard_normal((draws, windows.kg.size)) @ best.spread
     models = {
         component: BristleFrame(
             component, best.constants, kept, windows.rate_hz, float(masses[-1]), best.converged
@@ -358,8 +360,10 @@ def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndar
 
 def _leave_out(
     windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...], constants: np.ndarray
-) -> tuple[float, np.ndarray]:
-    """Mean square error of left-out trials relative to the noise, and the constants' change without each."""
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Mean square error of left-out trials relative to the noise, the constants' change without each, and a
+    root of their covariance, with a row for each trial.
+    """
     absent = _absent(terms)
     free = [k for k, name in enumerate(CONSTANTS) if name not in absent]
     trial = np.tile(np.repeat(np.arange(windows.kg.size), windows.evaluated.sum(axis=1)), len(COMPONENTS))
@@ -381,10 +385,12 @@ def _leave_out(
     names = [CONSTANTS[k] for k in free]
     prior = np.array([PRIOR.get(name, np.inf) for name in names]) * norm
     normal = slopes.T @ slopes + np.diag(prior**-2.0 + 1e-9)
-    total, changes = 0.0, np.zeros((windows.kg.size, len(CONSTANTS)))
+    total, changes, spread = 0.0, *np.zeros((2, windows.kg.size, len(CONSTANTS)))
     for k in range(windows.kg.size):
         own = slopes[trial == k]
-        change = np.linalg.solve(normal - own.T @ own, -own.T @ error[trial == k])
+        moment, information = own.T @ error[trial == k], own.T @ own
+        change = np.linalg.solve(normal - information, -moment)
         changes[k, free] = change / norm
+        spread[k, free] = bias_reduced_share(normal, information, moment) / norm
         total += float(np.sum((error[trial == k] - own @ change) ** 2))
-    return total / error.size, changes
+    return total / error.size, changes, spread

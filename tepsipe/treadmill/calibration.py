@@ -13,7 +13,7 @@ from tepsipe.treadmill.coherence_limit import coherence_limit
 from tepsipe.treadmill.loaded_frame import LoadedFrame
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
-from tepsipe.treadmill.ripple import RippleTracker, spectrum_over_distance
+from tepsipe.treadmill.ripple import spectrum_over_distance
 
 
 @dataclass(frozen=True)
@@ -323,10 +323,10 @@ def table_result(
             arrays[name] = x[part]
             units[name] = {"time": "s", "belt_velocity": "m/s"}.get(key, r.unit)
     first = recordings[0]
-    tracker = next((m.model for m in models if isinstance(m.model, RippleTracker)), None)
+    tracker = next((m.model for m in models if m.model.untracked is not None), None)
     if tracker is not None:
         for key, predicted in (
-            ("untracked", tracker.base.predict(first)),
+            ("untracked", tracker.untracked.predict(first)),
             ("tracked", tracker.predict(first)),
         ):
             spectrum = spectrum_over_distance(first, first.load - predicted)

@@ -68,6 +68,11 @@ class RippleTracker(BeltModel):
     rate_hz: float
 
     @property
+    def untracked(self) -> BeltModel:
+        """The model of the load due to acceleration (N or N·m)."""
+        return self.base
+
+    @property
     def order(self) -> int:
         """Number of tracked orders (-)."""
         return self.orders_per_m.size

@@ -4,15 +4,23 @@ A laboratory is measured with a ruler, a scale and clocks: its true constants ar
 analysis knows. The section ``drawn`` gives constants, by their path, a distribution around the number in the
 file. Each number has a generator of its own, seeded by the laboratory's seed and the path: a further entry
 changes no other draw.
+
+A mass, a share or a rate that is drawn as a part of its number keeps the number's sign, and an entry may say
+that its numbers are positive, or below a limit such as the 1 of a share: a draw beyond is repeated by the
+same generator, so the distribution is cut off there and other numbers, of this laboratory and of others, stay
+as they are.
 """
 
 import copy
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from random import Random
 from statistics import NormalDist
 
 DISTRIBUTIONS = ("normal", "rectangular", "student")
+FURTHER = ("relative", "shift", "positive", "below")
+# draws of one number until one has the right sign
+TRIES = 1000
 
 
 @dataclass(frozen=True)
@@ -47,8 +55,10 @@ def draw_laboratory(constants: dict) -> dict:
         The laboratory's configuration (units in its keys), with ``seed`` and ``drawn``: path of a number, or
         of a list of numbers, which are drawn one by one -> ``{"normal": standard deviation}``,
         ``{"rectangular": half width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the
-        unit of the key, or with ``"relative": True`` as parts of the number. ``"shift"`` moves the mean of
-        each number by so many standard deviations up or, as likely, down. None draws nothing.
+        unit of the key, or with ``"relative": True`` as parts of the number, whose sign stays. ``"shift"``
+        moves the mean of each number by so many standard deviations up or, as likely, down. With
+        ``"positive": True`` draws of 0 or less are repeated, with ``"below"`` those of a limit (unit of the
+        key) or more. None draws nothing.
 
     Returns
     -------
@@ -58,7 +68,8 @@ def draw_laboratory(constants: dict) -> dict:
     Raises
     ------
     ValueError
-        In one sentence, if a path names no number or a distribution is none of these.
+        In one sentence, if a path names no number, a distribution is none of these, or no draw lies where it
+        must.
     """
     found = copy.deepcopy(constants)
     for number in drawn_numbers(constants):
@@ -105,20 +116,44 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
                     f"{where!r}: make it absolute"
                 )
             random = Random(f"{constants['seed']}/{where}")
-            value = nominal + deviation * _standardised(shape, freedom, random)
-            if choice.get("shift"):
-                value += choice["shift"] * deviation * (1.0 if random.random() < 0.5 else -1.0)
-            found[where] = DrawnNumber(where, nominal, value, shape, deviation)
+            own = DrawnNumber(where, nominal, nominal, shape, deviation)
+            found[where] = replace(own, value=_value(own, freedom, choice, random))
     return list(found.values())
+
+
+def _value(number: DrawnNumber, freedom: float, choice: dict, random: Random) -> float:
+    """A draw (unit of the number) that lies where it must."""
+    first = _standardised(number.distribution, freedom, random)
+    mean = 0.0
+    if choice.get("shift"):
+        mean = choice["shift"] * (1.0 if random.random() < 0.5 else -1.0)
+    positive, below = choice.get("positive", False), choice.get("below", math.inf)
+    if (positive and number.nominal <= 0.0) or number.nominal >= below:
+        raise ValueError(
+            f"expected {number.path!r} where its entry in 'drawn' says that it lies (positive, below), found "
+            f"{number.nominal:g}: correct one of the two"
+        )
+    keeps = choice.get("relative", False) or positive
+    for _ in range(TRIES):
+        value = number.nominal + number.standard_deviation * first
+        if mean:
+            value += mean * number.standard_deviation
+        if value < below and (not keeps or value * number.nominal > 0.0):
+            return value
+        first = _standardised(number.distribution, freedom, random)
+    raise ValueError(
+        f"expected a distribution of {number.path!r} in 'drawn' with the sign of {number.nominal:g} and "
+        f"below its limit, found none of {TRIES} draws there: make it narrower, or its shift smaller"
+    )
 
 
 def _shape(path: str, choice: dict) -> tuple[str, float, float]:
     """Shape, standard deviation and degrees of freedom of an entry."""
     named = [name for name in DISTRIBUTIONS if name in choice]
-    if len(named) != 1 or set(choice) - {*DISTRIBUTIONS, "relative", "shift"}:
+    if len(named) != 1 or set(choice) - {*DISTRIBUTIONS, *FURTHER}:
         raise ValueError(
             f"expected one of {', '.join(DISTRIBUTIONS)} for the entry {path!r} of 'drawn', with or without "
-            f"'relative', found {', '.join(map(str, choice)) or 'nothing'}: correct it"
+            f"{', '.join(map(repr, FURTHER))}, found {', '.join(map(str, choice)) or 'nothing'}: correct it"
         )
     shape = named[0]
     width, freedom = choice[shape] if shape == "student" else (choice[shape], math.inf)

@@ -181,13 +181,14 @@ def record_manipulator(
     relaxation = Relaxation(rubber) if rubber.relaxation_share else None
     moment = rubber.moment if relaxation is None else relaxation.moment
 
+    inertia, viscous, contact = truth.inertia_kgm2, truth.damping_Nms_per_rad, truth.contact_Nm_per_rad3
+    coulomb, slow, tanh = truth.friction_Nm, truth.friction_rate_rad_per_s, math.tanh
+
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         th, w = state
-        torque = applied[min(int(t * rate + 1e-6), last)]
-        friction = truth.friction_Nm * math.tanh(w / truth.friction_rate_rad_per_s)
-        added = truth.damping_Nms_per_rad * w + truth.contact_Nm_per_rad3 * th**3 + friction
-        resisting = moment(th, w) + added
-        return (w, (torque - resisting) / truth.inertia_kgm2)
+        now = int(t * rate + 1e-6)
+        added = viscous * w + contact * th**3 + coulomb * tanh(w / slow)
+        return w, (applied[now if now < last else last] - (moment(th, w) + added)) / inertia
 
     total_s = truth.lead_s + duration_s + truth.tail_s
     if relaxation is None:
@@ -197,8 +198,10 @@ def record_manipulator(
         time, states = integrate(with_slack, (0.0, 0.0, 0.0), total_s, rate)
     th, w = states[:, :2].T
     held = np.array(applied)[np.minimum(np.arange(time.size), last)]
-    # a torque is held from its instant to the next: at the instant itself it is half of both
-    torque = 0.5 * (held + np.concatenate([held[:1], held[:-1]]))
+    # a torque is held from its instant to the next, but the last stage of a Runge-Kutta step, which counts
+    # one sixth, is at the next instant; the torque of an instant is the mean of the steps around it
+    acting = (5.0 * held + np.concatenate([held[1:], held[-1:]])) / 6.0
+    torque = 0.5 * (acting + np.concatenate([acting[:1], acting[:-1]]))
     motion = TrueMotion(time - truth.lead_s, th, w, np.gradient(w, time), torque)
     return _log(truth, time, states, command, trial_rng, motion)
 

@@ -13,6 +13,7 @@ damped if both are the same:
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -66,66 +67,72 @@ class Nerves:
                 own, task.tone, task.reflex_s_per_rad, task.medium_reflex_s_per_rad, strict=True
             )
         ]
-        self._stretched: list[list[float]] = [[] for _ in MUSCLES]
-        self._leaned: list[float] = []
-        self._twitch = [(tone, 0.0) for tone in task.tone]
-        self._drive_before = list(task.tone)
-        self._k = -1
         self._to_x, self._to_v = _twitch(nerves, 1.0 / rate_hz)
 
-    def step(self, state) -> tuple[list[float], list[float]]:
-        """Drive (-) and active torque at ankle, knee and hip (N·m) one step after ``state``.
+    def stepper(self) -> Callable[[tuple[float, ...]], tuple[list[float], list[float]]]:
+        """``step(state)``: drive (-) and active torque at ankle, knee and hip (N·m) one step after ``state``.
 
         The first call, with the first state, gives them at the first state itself.
         """
-        self._k += 1
-        k, nerves = self._k, self._nerves
-        _, _, _, th1, th2, th3, w1, w2, w3, _, foot, _ = state
-        if k:
-            f1, f2, f3 = self._weights
-            s1, s2, s3 = self._stance
-            lean = f1 * (th1 - s1) + f2 * (th2 - s2) + f3 * (th3 - s3)
-            rate = f1 * w1 + f2 * w2 + f3 * w3
-            self._leaned.append(nerves.balance_Nm_per_rad * lean + nerves.balance_Nms_per_rad * rate)
-        wanted, leaned, (late, part) = self._wander[k], self._leaned, self._balance_late
-        if k >= late:
-            wanted += leaned[k - late] + part * (leaned[k - late + 1] - leaned[k - late])
-        side = 0 if wanted >= 0.0 else 1
-        ankle, knee, hip = w1 - foot, w2 - w1, w3 - w2
-        threshold, drive_before, twitch = nerves.reflex_threshold_rad_per_s, self._drive_before, self._twitch
+        (f1, f2, f3), (s1, s2, s3) = self._weights, self._stance
+        nerves, wandered, (balance_late, balance_part) = self._nerves, self._wander, self._balance_late
+        by_angle, by_rate = nerves.balance_Nm_per_rad, nerves.balance_Nms_per_rad
+        threshold = nerves.reflex_threshold_rad_per_s
         (xx, xv), (vx, vv) = self._to_x, self._to_v
-        drives, ankle_Nm, knee_Nm, hip_Nm = [], 0.0, 0.0, 0.0
-        for m, (tone, balance, gain, late, part, medium, later, rest, forces, (a, b, c)) in enumerate(
-            self._constants
-        ):
-            history = self._stretched[m]
+        # of every muscle: constants, what stretched it, and drive and twitch at the last step
+        muscles = [(constants, [], [constants[0], constants[0], 0.0]) for constants in self._constants]
+        leaned: list[float] = []
+        k = -1
+
+        def step(state: tuple[float, ...]) -> tuple[list[float], list[float]]:
+            nonlocal k
+            k += 1
+            _, _, _, th1, th2, th3, w1, w2, w3, _, foot, _ = state
             if k:
-                history.append(a * ankle + b * knee + c * hip)
-            e = tone + balance[side] * wanted
-            if k >= late:
-                before = history[k - late]
-                stretch = before + part * (history[k - late + 1] - before) - threshold
-                if stretch > 0.0:
-                    e += gain * stretch
-                if medium and k >= later:
-                    before = history[k - later]
-                    stretch = before + rest * (history[k - later + 1] - before) - threshold
+                lean = f1 * (th1 - s1) + f2 * (th2 - s2) + f3 * (th3 - s3)
+                rate = f1 * w1 + f2 * w2 + f3 * w3
+                leaned.append(by_angle * lean + by_rate * rate)
+            wanted = wandered[k]
+            if k >= balance_late:
+                before = leaned[k - balance_late]
+                wanted += before + balance_part * (leaned[k - balance_late + 1] - before)
+            side = 0 if wanted >= 0.0 else 1
+            ankle, knee, hip = w1 - foot, w2 - w1, w3 - w2
+            drives, ankle_Nm, knee_Nm, hip_Nm = [], 0.0, 0.0, 0.0
+            for (
+                (tone, balance, gain, late, part, medium, later, rest, (on_a, on_k, on_h), (a, b, c)),
+                history,
+                held,
+            ) in muscles:
+                if k:
+                    history.append(a * ankle + b * knee + c * hip)
+                e = tone + balance[side] * wanted
+                if k >= late:
+                    before = history[k - late]
+                    stretch = before + part * (history[k - late + 1] - before) - threshold
                     if stretch > 0.0:
-                        e += medium * stretch
-            if e < 0.0:
-                e = 0.0
-            x, v = twitch[m]
-            if k:
-                held = 0.5 * (drive_before[m] + e)
-                x, v = held + xx * (x - held) + xv * v, vx * (x - held) + vv * v
-                twitch[m] = (x, v)
-            drive_before[m] = e
-            drives.append(e)
-            over = x - tone
-            ankle_Nm += forces[0] * over
-            knee_Nm += forces[1] * over
-            hip_Nm += forces[2] * over
-        return drives, [ankle_Nm, knee_Nm, hip_Nm]
+                        e += gain * stretch
+                    if medium and k >= later:
+                        before = history[k - later]
+                        stretch = before + rest * (history[k - later + 1] - before) - threshold
+                        if stretch > 0.0:
+                            e += medium * stretch
+                if e < 0.0:
+                    e = 0.0
+                drive, x, v = held
+                if k:
+                    drive = 0.5 * (drive + e)
+                    over = x - drive
+                    x, v = drive + xx * over + xv * v, vx * over + vv * v
+                held[:] = e, x, v
+                drives.append(e)
+                over = x - tone
+                ankle_Nm += on_a * over
+                knee_Nm += on_k * over
+                hip_Nm += on_h * over
+            return drives, [ankle_Nm, knee_Nm, hip_Nm]
+
+        return step
 
 
 def _twitch(nerves: NervesTruth, step_s: float) -> tuple[tuple[float, float], tuple[float, float]]:

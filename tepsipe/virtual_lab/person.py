@@ -170,7 +170,8 @@ def move_person(
     b_a, b_k, b_h = task.damping_Nms_per_rad
     # quiet standing is an equilibrium: each joint bears the weight above it
     s1, s2, s3 = person.stance_rad
-    load = [weight * g * math.sin(angle) for weight, angle in zip((p1, p2, p3), (s1, s2, s3), strict=True)]
+    weight1, weight2, weight3 = p1 * g, p2 * g, p3 * g
+    load = [weight1 * math.sin(s1), weight2 * math.sin(s2), weight3 * math.sin(s3)]
     rest_h = load[2]
     rest_k = rest_h + load[1]
     rest_a = rest_k + load[0]
@@ -205,11 +206,12 @@ def move_person(
         c13, n13 = c1 * c3 + n1 * n3, n1 * c3 - c1 * n3
         c23, n23 = c2 * c3 + n2 * n3, n2 * c3 - c2 * n3
         q1, q2, q3 = w1 * w1, w2 * w2, w3 * w3
+        m12, m13, m23 = h12 * n12, h13 * n13, h23 * n23
         e1, e2, e3 = p1 * c1, p2 * c2, p3 * c3
         push = u - viscous * v + p1 * n1 * q1 + p2 * n2 * q2 + p3 * n3 * q3
-        f1 = p1 * g * n1 - tau_a + tau_k - h12 * n12 * q2 - h13 * n13 * q3
-        f2 = p2 * g * n2 - tau_k + tau_h + h12 * n12 * q1 - h23 * n23 * q3
-        f3 = p3 * g * n3 - tau_h + h13 * n13 * q1 + h23 * n23 * q2
+        f1 = weight1 * n1 - tau_a + tau_k - m12 * q2 - m13 * q3
+        f2 = weight2 * n2 - tau_k + tau_h + m12 * q1 - m23 * q3
+        f3 = weight3 * n3 - tau_h + m13 * q1 + m23 * q2
         # without the belt: its row is solved for y'' and put into the others
         r1, r2, r3 = e1 / moving, e2 / moving, e3 / moving
         a11, a12, a13 = h11 - r1 * e1, h12 * c12 - r1 * e2, h13 * c13 - r1 * e3
@@ -235,11 +237,11 @@ def move_person(
     steps = math.ceil(duration_s * rate_hz)
     state = (0.0, 0.0, 0.0, s1, s2, s3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     step, h = stepper(len(state)), 1.0 / rate_hz
-    nerves_of = Nerves(muscles, task, nerves, p.tolist(), (s1, s2, s3), steps, rate_hz, rng)
-    driven, torques = nerves_of.step(state)
+    nerves_step = Nerves(muscles, task, nerves, p.tolist(), (s1, s2, s3), steps, rate_hz, rng).stepper()
+    driven, torques = nerves_step(state)
     states, drives, at_ankles = array("d", state), array("d", driven), array("d", torques[:1])
     for k in range(steps):
-        driven, ahead = nerves_of.step(state)
+        driven, ahead = nerves_step(state)
         drives.extend(driven)
         active[:3] = torques
         active[3:6] = [after - before for before, after in zip(torques, ahead, strict=True)]

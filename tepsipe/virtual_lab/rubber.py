@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -38,12 +39,23 @@ class Rubber:
     relaxation_share: float = 0.0
     relaxation_s: float = 1.0
 
-    def moment(self, bending: float, rate: float) -> float:
-        """Moment (N·m) that opposes a ``bending`` (rad) growing at ``rate`` (rad/s)."""
-        square = bending * bending
-        part = square / (square + self.softening_angle_rad**2)
-        damping = self.damping_Nms_per_rad + self.softened_damping_Nms_per_rad * part
-        return self.stiffness_Nm_per_rad * bending * (1.0 - self.softening * part) + damping * rate
+    @cached_property
+    def moment(self) -> Callable[[float, float], float]:
+        """``moment(bending, rate)`` (N·m) opposes a bending (rad) that grows at a rate (rad/s)."""
+        stiffness, softening, square_angle = (
+            self.stiffness_Nm_per_rad,
+            self.softening,
+            self.softening_angle_rad**2,
+        )
+        small, large = self.damping_Nms_per_rad, self.softened_damping_Nms_per_rad
+
+        # constants are looked up once: a trial asks half a million times
+        def moment(bending: float, rate: float) -> float:
+            square = bending * bending
+            part = square / (square + square_angle)
+            return stiffness * bending * (1.0 - softening * part) + (small + large * part) * rate
+
+        return moment
 
 
 class Relaxation:

@@ -76,6 +76,7 @@ def tilting_derivative(
     # belt and foot without the leg's angle: the inverse of their 2 x 2 matrix does not change
     both = moving * about_belt - carried * carried
     i_yy, i_yp, i_pp = about_belt / both, -carried / both, moving / both
+    y_by_leg, p_by_leg = i_yy + i_yp * h, i_yp + i_pp * h
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         _, v, q, th, w, ph, x = state
@@ -86,8 +87,8 @@ def tilting_derivative(
         push = u - viscous * v + swing
         turn = mgr * s - bent
         lean = bent - rest - upright * ph - damping * x + h * swing
-        e = coupling * (i_yy + i_yp * h)
-        f = coupling * (i_yp + i_pp * h)
+        e = coupling * y_by_leg
+        f = coupling * p_by_leg
         w_rate = (turn - e * push - f * lean) / (about_joint - coupling * (e + f * h))
         push -= coupling * w_rate
         lean -= coupling * h * w_rate

@@ -2,7 +2,7 @@
 
 Unperturbed walking is resampled from a recording: blocks of consecutive strides, so that the correlation
 from stride to stride stays, joined in late swing. A pulse of the belt rotates the ankle into dorsiflexion by
-a minimum-jerk ramp, and the ankle answers with
+a minimum-jerk ramp, and the response of the ankle is
 
     dM = -[ I dtheta'' + B(t) dtheta' + K(t) dtheta ] + reflex,
 
@@ -212,7 +212,7 @@ def perturb(
     joint : Joint
         Truth (units there).
     strides : mapping of int to float
-        Stride -> phase of its pulse (%).
+        Stride -> phase of its pulse (%); beyond 100 the foot is in the air, and the belt moves without it.
     amplitude_rad : float
         Dorsiflexion (rad).
     duration_s : float
@@ -231,12 +231,14 @@ def perturb(
     stance = float(np.mean(walk.toe_offs - walk.heel_strikes[: len(walk.toe_offs)]))
     time = np.arange(signals["angle"].size) / walk.rate_hz
     added = {
-        percent: pulse(joint, percent, stance, amplitude_rad, duration_s) for percent in set(strides.values())
+        percent: pulse(joint, min(percent, 100.0), stance, amplitude_rad, duration_s)
+        for percent in set(strides.values())
     }
     onsets = []
     for number, percent in sorted(strides.items()):
         onset = walk.heel_strikes[number] + percent / 100.0 * stance
-        _add(signals, time, onset, added[percent], joint)
+        if percent < 100.0:
+            _add(signals, time, onset, added[percent], joint)
         onsets.append(onset)
     signals["angle"] = signals["angle"] + rng.normal(0.0, angle_noise_rad, time.size)
     return Walk(walk.rate_hz, signals, walk.heel_strikes, walk.toe_offs, np.array(onsets))

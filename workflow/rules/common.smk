@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import groups, outputs, runs
+from workflow.support import groups, outputs, runs, warm
 from workflow.support.laboratories import Laboratories
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
@@ -164,6 +164,12 @@ def start_jobs_when_jobs_end():
     """
     if workflow.local_exec:
         workflow.scheduler.job_rate_limiter = None
+
+
+def start_jobs_warm():
+    """On this computer jobs are forks of one process, where Snakemake's own executor starts them."""
+    if workflow.executor_plugin.name == "local":
+        warm.start(len(list(workflow.dag.needrun_jobs())))
 
 
 def say_what_stopped(log):

@@ -38,7 +38,7 @@ rule optimise_pulses:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        plan=without(PLAN, "filters", "draws", "seed"),
+        plan=without(PLAN, "filters", "draws", "window_draws", "seed"),
         geometry=DUMMY["geometry"],
         uncertainty=SETTINGS["uncertainty"]["dummy"],
     script:

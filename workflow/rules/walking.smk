@@ -1,48 +1,82 @@
-# The ankle in the stance phase of walking: belt pulses at random strides. It has a trial sheet of its own.
-
-from workflow.support.walking import read_walking_sheet
+# The ankle in the stance phase of walking: belt pulses at random strides.
 
 WALKING = config["walking"]
-
-try:
-    WALKING_TRIALS = read_walking_sheet(WALKING["trial_sheet"], config["study"]["recordings_folder"])
-except InputError as error:
-    sys.exit(f"tepsipe: {error}")
+WALKS = STUDY.conditions("walking")
+MADE_WALKS = STUDY.made("walking")
 
 
 # where a study is called walking
 ruleorder: write_walking > write_report
+ruleorder: collect_walking > collect_estimates
+ruleorder: compare_walking_with_truth > compare_with_truth
 
 
 rule fit_walking:
     input:
-        raw=lambda w: [p for p in vars(WALKING_TRIALS[w.walk]).values() if os.path.exists(p)],
+        raw=raw_inputs("walking"),
         library=library_of("fit_walking"),
     output:
-        rows="<results>/estimates/walking/{walk}.csv",
-        needed="<results>/estimates/walking/{walk}_needed.csv",
-        about="<results>/estimates/walking/{walk}.json",
+        estimates="<results>/estimates/walking/{condition}.csv",
+        budgets="<results>/uncertainty/walking/{condition}.csv",
+        rows="<results>/estimates/walking/{condition}_phases.csv",
+        needed="<results>/estimates/walking/{condition}_needed.csv",
+        about="<results>/estimates/walking/{condition}.json",
     log:
-        "<logs>/fit_walking/{walk}.log",
+        "<logs>/fit_walking/{condition}.log",
     wildcard_constraints:
-        walk=any_of(WALKING_TRIALS),
+        condition=any_of(WALKS),
     conda:
         "../envs/tepsipe.yaml"
     params:
-        recording=lambda w: WALKING_TRIALS[w.walk].recording,
-        events=lambda w: WALKING_TRIALS[w.walk].events,
-        settings=without(WALKING, "trial_sheet"),
+        files=raw_files("walking"),
+        duration_s=sheet("duration_s", "walking"),
+        made=lambda w: w.condition in MADE_WALKS,
+        settings=without(WALKING, "simulated"),
         seed=SEED,
     script:
         "../scripts/fit_walking.py"
 
 
+rule collect_walking:
+    input:
+        estimates=STUDY.of_trials("<results>/estimates/walking/{condition}.csv", "walking"),
+        budgets=STUDY.of_trials("<results>/uncertainty/walking/{condition}.csv", "walking"),
+        library=library_of("collect_walking"),
+    output:
+        table="<results>/tables/estimates.csv",
+        uncertainty="<results>/tables/uncertainty.csv",
+    log:
+        "<logs>/collect_walking.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    script:
+        "../scripts/collect_walking.py"
+
+
+rule compare_walking_with_truth:
+    input:
+        estimates="<results>/tables/estimates.csv",
+        truth=[f"<results>/truth/walking/{condition}.csv" for condition in MADE_WALKS],
+        library=library_of("compare_walking_with_truth"),
+    output:
+        table="<results>/tables/recovery.csv",
+    log:
+        "<logs>/compare_walking_with_truth.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        conditions=MADE_WALKS,
+    script:
+        "../scripts/compare_walking_with_truth.py"
+
+
 rule write_walking:
     input:
         source=report_sources(),
-        rows=[f"<results>/estimates/walking/{walk}.csv" for walk in WALKING_TRIALS],
-        needed=[f"<results>/estimates/walking/{walk}_needed.csv" for walk in WALKING_TRIALS],
-        about=[f"<results>/estimates/walking/{walk}.json" for walk in WALKING_TRIALS],
+        rows=STUDY.of_trials("<results>/estimates/walking/{condition}_phases.csv", "walking"),
+        needed=STUDY.of_trials("<results>/estimates/walking/{condition}_needed.csv", "walking"),
+        about=STUDY.of_trials("<results>/estimates/walking/{condition}.json", "walking"),
+        recovery="<results>/tables/recovery.csv" if MADE_WALKS else [],
         library=library_of("write_walking"),
     output:
         rows="<results>/tables/walking.csv",
@@ -63,3 +97,34 @@ rule write_walking:
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_walking.py"
+
+
+rule make_walking_trial:
+    input:
+        raw=lambda w: [
+            path
+            for path in STUDY.raw_files(
+                "walking", WALKING["simulated"]["of"], config["pathvars"]["results"]
+            ).values()
+            if os.path.exists(path)
+        ],
+        library=library_of("make_walking_trial"),
+    output:
+        c3d="<results>/raw/walking/{condition}/log.c3d",
+        text="<results>/raw/walking/{condition}/log.txt",
+        events="<results>/raw/walking/{condition}/events.csv",
+        truth="<results>/truth/walking/{condition}.csv",
+    log:
+        "<logs>/make_walking_trial/{condition}.log",
+    wildcard_constraints:
+        condition=any_of(MADE_WALKS),
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        truth=truth_of("seed", "walking"),
+        base=lambda w: STUDY.raw_files("walking", WALKING["simulated"]["of"], config["pathvars"]["results"]),
+        settings=without(WALKING, "simulated", "analysis", "planned", "uncertainty"),
+        protocol=protocol("walking"),
+        chosen=lambda w: STUDY.simulated_walk(w.condition),
+    script:
+        "../scripts/make_walking_trial.py"

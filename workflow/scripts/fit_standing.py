@@ -81,7 +81,7 @@ if pathway.torque == "ankle":
             broadband, responses, held_out, person.ankle_height_m, quoted.window_s
         )
 own = [] if broadband is None else [broadband]
-fits |= fit_free(own, name, estimators, choices, fits, int(standing.onsets_s.size))
+fits |= fit_free(own, name, estimators, choices, int(standing.onsets_s.size))
 torques = {"as_printed": params.as_printed, "recommended": choices.pathway}
 facts = {
     "left_out": [*responses.left_out, *(notes if responses.count else [])],

@@ -66,7 +66,7 @@ choices = free_reflex_choices(
 onset = reflex_onset(latencies, active.action, options.detector, choices.options)
 broadband = [found for result in stored if (found := broadband_of(result)) is not None]
 perturbations = sum(result.arrays["processed/onsets_s"].size for result in stored)
-fits |= fit_free(broadband, name, estimators, choices, fits, perturbations, onset)
+fits |= fit_free(broadband, name, estimators, choices, perturbations, onset)
 facts = {
     "left_out": notes,
     "muscles": list(params.muscles),

@@ -23,6 +23,7 @@ for library in ("OMP", "OPENBLAS", "MKL"):
     os.environ[f"{library}_NUM_THREADS"] = "1"
 
 from tepsipe.errors import InputError
+from workflow.support.warm import hand_over
 
 RECORDS = Path(".snakemake") / "tepsipe" / "jobs"
 # a record of this size (bytes) has a block of its own, and can be written over when the disk is full
@@ -33,7 +34,11 @@ FREE_BYTES = 65536
 
 
 def start(snakemake) -> None:
-    """Report unusable input, a full disk or refused access by one sentence in the log, a bug by its trace."""
+    """Report unusable input, a full disk or refused access by one sentence in the log, a bug by its trace.
+
+    Where the run has a warm process, a fork of it goes on from here, and this process ends as the fork ends.
+    """
+    hand_over()
     about = "/".join([snakemake.rule, *snakemake.wildcards])
     trial = getattr(snakemake.input, "trial", None)
     if trial:

@@ -9,6 +9,7 @@ import hashlib
 import numpy as np
 from plan_choices import design_of
 
+from tepsipe.experiments.planning.design import FOOT, LEG
 from tepsipe.experiments.planning.monte_carlo import draw_estimates
 from tepsipe.experiments.planning.plan import plan_experiment
 from tepsipe.reporting.plan_tables import checked_rows, write_rows
@@ -18,5 +19,6 @@ design = design_of(plan, name, snakemake.params.geometry, snakemake.params.uncer
 planned = plan_experiment(design)
 # a design draws the same noise whatever the others are
 seed = [plan["seed"], int(hashlib.sha256(name.encode()).hexdigest()[:8], 16)]
-drawn = draw_estimates(design, planned.motion, np.random.default_rng(seed), plan["draws"])
+draws = plan["window_draws" if design.protocol.pathway in (LEG, FOOT) else "draws"]
+drawn = draw_estimates(design, planned.motion, np.random.default_rng(seed), draws)
 write_rows(snakemake.output.rows, checked_rows(name, planned, drawn))

@@ -13,6 +13,7 @@ from workflow.support.names import check_text
 from workflow.support.renames import PATHWAYS, VALUES, answer_for_key, moved_from, renamed
 from workflow.support.settings import ON_THE_PLATE, plate_key, settings_of
 from workflow.support.trial_sheet import TrialRow
+from workflow.support.walking import check_walking
 from workflow.support.yaml_file import read_settings
 
 
@@ -197,7 +198,7 @@ def check_config(config: dict, name: str) -> None:
     if config["plan"] is not None:
         _check_plan(config, name)
     if config["walking"] is not None:
-        _check_walking(config["walking"], name)
+        check_walking(config["walking"], name)
     if config["noise"]["table_snr_db"] not in config["noise"]["snr_db"]:
         raise InputError(
             f"{name}: expected noise.table_snr_db to be one of noise.snr_db ({config['noise']['snr_db']}), "
@@ -468,24 +469,6 @@ def check_plate_models(config: dict, name: str) -> None:
                 f"standing.pathways.{pathway} takes the model {choice['treadmill_model']!r} of the "
                 "treadmill, found none: add their rows to the trial sheet, or set its treadmill_model to null"
             )
-
-
-def _check_walking(walking: dict, name: str) -> None:
-    """Every phase has an expected stiffness, and all signals are below half the rate."""
-    phases, expected = walking["analysis"]["phases_percent"], walking["planned"]["stiffness_Nm_per_rad"]
-    if len(phases) != len(expected):
-        raise InputError(
-            f"{name}: expected walking.planned.stiffness_Nm_per_rad to have a value for each of the "
-            f"{len(phases)} phases of walking.analysis.phases_percent, found {len(expected)}: correct one "
-            "of the two"
-        )
-    cutoff, half = walking["analysis"]["lowpass_cutoff_hz"], 0.5 * walking["rate_hz"]
-    if cutoff >= half:
-        raise InputError(
-            f"{name}: expected walking.analysis.lowpass_cutoff_hz below half of walking.rate_hz ({half:g} "
-            "Hz), found "
-            f"{cutoff:g} Hz: correct one of the two"
-        )
 
 
 def _check_plan(config: dict, name: str) -> None:

@@ -301,6 +301,13 @@ EXPERIMENTS = {
             "analysis.training_fraction",
         ),
     ),
+    # a study of its own, with tables, figure and report of its own (workflow/rules/walking.smk)
+    "walking": Experiment(
+        raw_files={"log": "log.c3d", "events": "events.csv"},
+        optional_files=("events",),
+        profiles=("ramp",),
+        fitted=False,
+    ),
 }
 
 # Figures B-1 to B-12 are one per condition of the dummy, in the order of the trial sheet

@@ -19,6 +19,7 @@ from workflow.support.people import read_participants
 from workflow.support.placeholders import placeholders, refuse_placeholders
 from workflow.support.study import Study
 from workflow.support.trial_sheet import check_sources, read_trial_sheet
+from workflow.support.walking import check_walking_trials
 from workflow.support.yaml_file import read_settings
 
 ROOT = Path(__file__).parents[2]
@@ -54,6 +55,7 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = N
     study = config["study"]
     trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
     check_sources(trials, study["trial_sheet"], study["virtual_lab"])
+    check_walking_trials(config, trials, study["trial_sheet"])
     recordings = sorted({path for row in trials.values() for path in row.files.values()})
     for recording in recordings:
         check_path(study["trial_sheet"], recording, "a recording")

@@ -15,6 +15,8 @@ from workflow.support.settings import only, pick, plate_treadmill, settings_of
 from workflow.support.trial_sheet import TrialRow, check_roles
 
 LEAST_PERIODS = 12  # of the perturbation in all trials of the manipulator, to fit them together
+# kind of file of a simulated walk -> its name
+WALKING_LOGS = {"c3d": "log.c3d", "dflow": "log.txt"}
 LEAST_COLUMNS = 3  # of a thesis's table, for a part of the study that needs it
 
 
@@ -194,7 +196,14 @@ class Study:
         if row.source == "recorded":
             return row.files
         folder = f"{results}/raw/{experiment}/{condition}"
-        return {kind: f"{folder}/{name}" for kind, name in EXPERIMENTS[experiment].raw_files.items()}
+        names = EXPERIMENTS[experiment].raw_files
+        if experiment == "walking":
+            names = names | {"log": WALKING_LOGS[self.simulated_walk(condition)["file"]]}
+        return {kind: f"{folder}/{name}" for kind, name in names.items()}
+
+    def simulated_walk(self, condition: str) -> dict:
+        """Pulses and kind of file of a simulated trial of walking."""
+        return self.config["walking"]["simulated"]["trials"][condition]
 
     def recording(self, experiment: str, condition: str) -> dict | None:
         """Plates and channels of a trial that is one file; None for trials of several files."""

@@ -33,7 +33,7 @@ COLUMNS = (
 # which a sheet needs only if one of its experiments does
 OPERATING_COLUMNS = ("operating_angle_rad", "operating_torque_Nm")
 OPTIONAL_COLUMNS = (
-    *("role", "emg", "task", *NAME_COLUMNS, "participant", "belt", "mass_kg"),
+    *("role", "emg", "events", "task", *NAME_COLUMNS, "participant", "belt", "mass_kg"),
     *OPERATING_COLUMNS,
 )
 ROLES = ("calibrate", "validate")

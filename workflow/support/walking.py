@@ -1,51 +1,64 @@
-"""Trial sheet of a study of walking."""
+"""Checks of a study of walking: its configuration, and its rows of the trial sheet."""
 
-from dataclasses import dataclass
-from pathlib import Path
-
-from tepsipe.errors import InputError, listed, quoted
-from workflow.support.names import check_name
-
-COLUMNS = ("condition", "recording", "events", "source")
+from tepsipe.errors import InputError, listed
+from workflow.support.trial_sheet import TrialRow
 
 
-@dataclass(frozen=True)
-class WalkingTrial:
-    """A row of the sheet: paths of the recording and of its events."""
-
-    recording: str
-    events: str
-
-
-def read_walking_sheet(path: str | Path, recordings_folder: str | Path) -> dict[str, WalkingTrial]:
-    """Trials by condition, in the order of the sheet."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: expected the trial sheet of walking, found {error}: write it") from None
-    header, *lines = [line.split("\t") for line in text.splitlines() if line.strip() and line[0] != "#"] or [
-        []
-    ]
-    if tuple(header) != COLUMNS:
+def check_walking(walking: dict, name: str) -> None:
+    """Every phase has an expected stiffness, all signals are below half the rate, and axes differ."""
+    phases, expected = walking["analysis"]["phases_percent"], walking["planned"]["stiffness_Nm_per_rad"]
+    if len(phases) != len(expected):
         raise InputError(
-            f"{path}: expected the tab-separated columns {listed(COLUMNS)}, found {listed(header)}: correct "
-            "the header"
+            f"{name}: expected walking.planned.stiffness_Nm_per_rad to have a value for each of the "
+            f"{len(phases)} phases of walking.analysis.phases_percent, found {len(expected)}: correct one "
+            "of the two"
         )
-    found: dict[str, WalkingTrial] = {}
-    for line in lines:
-        cells = dict(zip(COLUMNS, map(str.strip, line), strict=False))
-        if len(line) != len(COLUMNS) or not all(cells.values()) or cells["source"] != "recorded":
+    cutoff, half = walking["analysis"]["lowpass_cutoff_hz"], 0.5 * walking["rate_hz"]
+    if cutoff >= half:
+        raise InputError(
+            f"{name}: expected walking.analysis.lowpass_cutoff_hz below half of walking.rate_hz ({half:g} "
+            f"Hz), found {cutoff:g} Hz: correct one of the two"
+        )
+    axes, plates = walking["recording"]["axes"], walking["recording"]["plates"]
+    if axes["forward"][1] == axes["up"][1]:
+        raise InputError(
+            f"{name}: expected walking.recording.axes to be two different axes, found {axes['forward']!r} "
+            f"and {axes['up']!r}: correct one of the two"
+        )
+    if plates["own"] == plates["other"]:
+        raise InputError(
+            f"{name}: expected walking.recording.plates to be two force plates, found {plates['own']} for "
+            "both feet: correct one of the two"
+        )
+
+
+def check_walking_trials(config: dict, trials: dict[tuple, TrialRow], path: str) -> None:
+    """A study of walking has the section walking, trials of walking only, and pulses for simulated ones."""
+    walking, rows = config["walking"], {c: row for (e, c), row in trials.items() if e == "walking"}
+    if not rows and walking is None:
+        return
+    others = [f"{e}/{c}" for e, c in trials if e != "walking"]
+    if walking is None:
+        raise InputError(
+            f"{path}: expected the section walking in the configuration for trials of walking, found null: "
+            "copy config/walking/config.yaml"
+        )
+    if others or not rows:
+        raise InputError(
+            f"{path}: expected trials of walking only, because a study of walking has a report of its own, "
+            f"found {others[0] if others else 'none of walking'}: give the other trials a study of their own"
+        )
+    made = [c for c, row in rows.items() if row.source == "virtual_lab"]
+    simulated = walking["simulated"] or {"of": None, "trials": {}}
+    for condition in made:
+        if condition not in simulated["trials"]:
             raise InputError(
-                f"{path}: expected a name, two files and the source recorded in every row, found "
-                f"{quoted(' '.join(line))}: correct the row"
+                f"{path}: expected the pulses of walking/{condition} in walking.simulated.trials, found "
+                f"{listed(simulated['trials'])}: add it"
             )
-        if cells["condition"] in found:
-            raise InputError(
-                f"{path}: expected every condition once, found {quoted(cells['condition'])} again: rename it"
-            )
-        check_name(cells["condition"], "condition", str(path))
-        files = (str(Path(recordings_folder) / cells[kind]) for kind in ("recording", "events"))
-        found[cells["condition"]] = WalkingTrial(*files)
-    if not found:
-        raise InputError(f"{path}: expected at least one trial, found none: add a row")
-    return found
+    recorded = [c for c, row in rows.items() if row.source == "recorded"]
+    if made and simulated["of"] not in recorded:
+        raise InputError(
+            f"{path}: expected walking.simulated.of to be a recorded trial whose strides are resampled "
+            f"({listed(recorded)}), found {simulated['of']!r}: correct it"
+        )

@@ -98,7 +98,9 @@ def check_dummy(
         return Verdict([], {}, first)
     name, found = next(iter(fits.items()))
     of_leg = analysis.regressions.get(recommended) if _windowed(analysis, recommended) else None
-    own = (analysis.budgets[name].combined[2], analysis.small_budgets[name].type_b[0])
+    own = [analysis.budgets[name].combined[2], analysis.small_budgets[name].type_b[0]]
+    if of_leg is not None:
+        own.append(analysis.budgets[recommended].minus(analysis.budgets[name]).type_b[2])
     checks = _checks(trial, options, found, of_leg, own, joint_inertia)
     names = failed(checks)
     flags = {}
@@ -141,7 +143,7 @@ def _checks(
     options: DummyOptions,
     found: JointLikelihood,
     of_leg,
-    uncertainties: tuple[float, float],
+    uncertainties: Sequence[float],
     joint_inertia: tuple[float, float] | None,
 ) -> list[Check]:
     markers, perturbations = markers_of(trial, options, "aligned"), found.perturbations
@@ -154,7 +156,8 @@ def _checks(
     checks += [fit_check(found.fit, perturbations), foot_check(foot, perturbations, trial.rate_hz)]
     if of_leg is not None:
         at_rest = rest_samples(trial.time, options.window)
-        checks.append(leg_check(of_leg, found, options.leg_markers, lowpass, at_rest, uncertainties[0]))
+        of_k = uncertainties[0::2]
+        checks.append(leg_check(of_leg, found, options.leg_markers, lowpass, at_rest, *of_k))
     if joint_inertia is not None:
         checks.append(inertia_check(found, *joint_inertia, uncertainties[1]))
     return [check for check in checks if check is not None]

@@ -9,7 +9,8 @@ false alarms in at most 5 % of the trials.
 leg-disagrees
     K of the windowed fit against what it should find. Markers without noise that move like the fitted
     joint go through filter, pose, derivatives and regression; what noise adds by errors in
-    variables is predicted.
+    variables is predicted. The null distribution holds what sources of Type B do to the difference: a
+    rod that bends as much as is believed is no fault.
 foot-leg-delay
     Delay of the angle after the foot: sampling instants, or a marker that slips.
 joint-inertia
@@ -157,7 +158,7 @@ def fit_check(found: JointFit, perturbations: list[Perturbation]) -> Check:
     Returns
     -------
     Check
-        Its size is the root mean square misfit over that of the angle (-).
+        Its size is the root mean square residual over that of the angle (-).
     """
     white, n = innovations(found), found.channels.angle.size
     band = 2.0 * found.model.bins.size / n
@@ -233,6 +234,7 @@ def leg_check(
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
     of_k: float = 0.0,
+    of_difference: float = 0.0,
 ) -> Check:
     """K of the windowed fit against what it should find of the fitted joint.
 
@@ -250,6 +252,9 @@ def leg_check(
         Samples at rest (-).
     of_k : float
         Combined standard uncertainty of K; a smaller difference does not matter (N·m/rad).
+    of_difference : float
+        Type B standard uncertainty of the difference of both K: what acts on one of them alone, such as a rod
+        that bends; what both share cancels (N·m/rad).
 
     Returns
     -------
@@ -260,9 +265,12 @@ def leg_check(
     expected = expected + noise_bias(of_leg, expected, found.fit, leg_markers, lowpass)
     each = of_leg.parameters[:, 2]
     scatter = float(each.std(ddof=1)) / np.sqrt(each.size) if each.size > 1 else np.inf
-    error = float(np.hypot(scatter, found.interval().standard_error[2]))
+    error = float(np.linalg.norm([scatter, found.interval().standard_error[2], of_difference]))
     difference = float(of_leg.mean[2] - expected[2])
-    chance = 2.0 * float(scipy.stats.t.sf(abs(difference) / error, max(1, each.size - 1)))
+    # Welch and Satterthwaite: only the scatter has few degrees of freedom
+    share = scatter / error if np.isfinite(scatter) else 1.0
+    freedom = max(1, each.size - 1) / share**4 if share > 0.0 else np.inf
+    chance = 2.0 * float(scipy.stats.t.sf(abs(difference) / error, freedom))
     matters = of_k / abs(expected[2])
     return Check("leg-disagrees", abs(difference / expected[2]), chance, float(matters))
 

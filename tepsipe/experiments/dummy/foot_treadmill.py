@@ -6,7 +6,6 @@ import numpy as np
 
 from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.statistics.uncertainty import root_of_draws
-from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.compensation import compensated_draws
 from tepsipe.treadmill.held_out import HeldOut, PredictedError, Subject, model_flags, predicted_error
 from tepsipe.treadmill.recording import BeltRecording
@@ -63,7 +62,7 @@ def check_treadmill(
     Returns
     -------
     TreadmillCheck
-        Without any part that the model cannot give: only "bristle-frame" holds draws and residuals.
+        Without any part that the model cannot give: see `BeltModel.holds_errors`.
 
     Raises
     ------
@@ -71,7 +70,7 @@ def check_treadmill(
         If the trial's rate is not that of the calibration.
     """
     model = models["Fy"].model
-    if not isinstance(model, BristleFrame):
+    if not model.holds_errors:
         return TreadmillCheck()
     recording = recordings["Fy"]
     flags, contributions = model_flags(model, recording.carried_kg), {}

@@ -7,6 +7,8 @@ axes of the leg,
 
     y'' -> y'' + (a cos theta + l sin theta)'',    z'' -> z'' + (l cos theta - a sin theta)''
 
+A rod that bends lags behind the acceleration a of its foot by c a in angle, and its centre of mass by r c a.
+
 *From the angle over the trial* (output error, joint likelihood). The equation of motion is homogeneous in J,
 B, K and p = m r, so all three are proportional to p, and I = J - I_l - m r^2. With lengths that are s times
 too large and a clock that runs a times too fast,
@@ -28,6 +30,7 @@ from tepsipe.identification.window_regression import WindowedFits
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, SegmentMotion
+from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.uncertainty import Budget, Source, linear_contributions, scatter
 
 LEG_SOURCES = (
@@ -42,9 +45,10 @@ LEG_SOURCES = (
     "clock_ratio",
     "marker_sampling_s",
     "foot_compliance_rad_per_Nm",
+    "leg_bending_rad_per_m_per_s2",
 )
 # of the joint likelihood alone
-LIKELIHOOD_SOURCES = ("levelled_rad", "leg_bending_rad_per_m_per_s2")
+LIKELIHOOD_SOURCES = ("levelled_rad",)
 ANTERIOR, LONGITUDINAL = "anterior", "longitudinal"
 # of the markers, in the order of the columns of a layout
 OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
@@ -220,6 +224,7 @@ def changed_motion(
     wider = deviations.get("marker_scale", 0.0)
     centre = markers.layout_m.mean(axis=0)
     a, b = a + wider * centre[0], b - wider * (com_m - centre[1])
+    motion = _bent(motion, com_m, deviations.get("leg_bending_rad_per_m_per_s2", 0.0))
     sine, cosine = np.sin(motion.theta), np.cos(motion.theta)
     along, radial = motion.theta_dd, motion.theta_d**2
     y_dd = motion.y_dd + a * (-sine * along - cosine * radial) + b * (cosine * along - sine * radial)
@@ -234,6 +239,23 @@ def changed_motion(
         theta_dd=motion.theta_dd * slower**2,
         y_dd=larger * (y_dd * np.cos(tilt) + z_dd * np.sin(tilt)),
         z_dd=larger * (z_dd * np.cos(tilt) - y_dd * np.sin(tilt)),
+    )
+
+
+def _bent(motion: SegmentMotion, com_m: float, lag: float) -> SegmentMotion:
+    """The motion (s, rad, m) seen by markers of a rod that lags by an angle (rad per m/s²) of its foot."""
+    if lag == 0.0:
+        return motion
+    sine, cosine = np.sin(motion.theta), np.cos(motion.theta)
+    foot_dd = motion.y_dd - com_m * (cosine * motion.theta_dd - sine * motion.theta_d**2)
+    jerk = derivative(motion.time, foot_dd)
+    snap = derivative(motion.time, jerk)
+    return replace(
+        motion,
+        theta=motion.theta + lag * foot_dd,
+        theta_d=motion.theta_d + lag * jerk,
+        theta_dd=motion.theta_dd + lag * snap,
+        y_dd=motion.y_dd + com_m * lag * snap,
     )
 
 

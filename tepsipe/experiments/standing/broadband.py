@@ -10,10 +10,10 @@ import numpy as np
 
 from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs, quiet_onsets
 from tepsipe.experiments.standing.free_body import (
-    SKIN,
     SOURCES,
     FreeBody,
     free_body,
+    tissue_frequencies,
     tissue_motion,
 )
 from tepsipe.experiments.standing.joint_centre import (
@@ -155,13 +155,13 @@ def cut_broadband(
         zero = (found.time >= cutting.baseline_s[0] - 1e-9) & (found.time <= cutting.baseline_s[1] + 1e-9)
         return found.time, found.values - found.values[:, zero].mean(axis=1, keepdims=True)
 
-    apparent, skin_m = _pulses(trial, standing, epochs.onsets_s, options, lowpass, body.belt_dd, centre)
-    bone = {SKIN: -skin_m}
-    best = body.signals(bone)
+    apparent, skins_m = _pulses(trial, standing, epochs.onsets_s, options, lowpass, body.belt_dd, centre)
+    body = replace(body, skins_m=skins_m)
+    best = body.signals()
     quiet_time, quiet = cut(best, quiet_onsets(trial, standing, name, cutting), cutting.after_s)
     time, perturbed = cut(best, epochs.onsets_s, AFTER_S)
     moved = {
-        source: (_moved(body, bone, source, STEP) - _moved(body, bone, source, -STEP)) / (2.0 * STEP)
+        source: (body.signals({source: STEP}) - body.signals({source: -STEP})) / (2.0 * STEP)
         for source in SOURCES
     }
     slopes = cut(np.column_stack(list(moved.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
@@ -180,13 +180,8 @@ def cut_broadband(
         centre=centre,
         centre_used=used,
         apparent=apparent,
-        skin_m=skin_m,
+        skin_m=skins_m[0],
     )
-
-
-def _moved(body: FreeBody, bone: dict[str, float], source: str, step: float) -> np.ndarray:
-    """Signals with one source off by a step (its unit), beside the correction of the soft tissue."""
-    return body.signals(bone | {source: bone.get(source, 0.0) + step})
 
 
 def with_treadmill_error(
@@ -257,15 +252,16 @@ def _pulses(
     lowpass: Lowpass,
     belt_dd: np.ndarray,
     centre: JointCentre | None,
-) -> tuple[JointCentre | None, float]:
-    """Apparent centre of the joint while the belt moves, and motion of the soft tissue at 0.5 m/s (m)."""
+) -> tuple[JointCentre | None, tuple[float, float, float]]:
+    """Apparent centre of the joint while the belt moves, and motion of the soft tissue at 0.5 m/s (m).
+
+    The latter if the tissue has each of `tissue_frequencies`.
+    """
     if onsets_s.size < 2:
-        return None, 0.0
+        return None, (0.0, 0.0, 0.0)
     person, labels = options.person, trial.axes["marker"].tolist()
     positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), trial.rate_hz)
     peak = float(np.abs(standing.belt_velocity).max())
-    wobbling = positions.copy()
-    wobbling[..., 0] += STEP * tissue_motion(positions, labels, person, belt_dd, peak, trial.rate_hz)
 
     def cut(x: np.ndarray) -> np.ndarray:
         at = onsets_s + standing.delay_s
@@ -275,11 +271,20 @@ def _pulses(
     at_rest = float(motion[standing.unperturbed, 0].mean())
     apparent = centre_from_pulses(cut(motion), at_rest)
     if centre is None:
-        return apparent, 0.0
-    own, moved = (relative_motion(x, labels, person, own=True) for x in (positions, wobbling))
-    responses, pattern = cut(own), cut((moved - own) / STEP)
+        return apparent, (0.0, 0.0, 0.0)
+    own = relative_motion(positions, labels, person, own=True)
+    responses = cut(own)
     first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * trial.rate_hz))].mean(axis=1, keepdims=True)
-    return apparent, tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)
+
+    def skin_m(tissue_hz: float) -> float:
+        wobbling = positions.copy()
+        motion = tissue_motion(positions, labels, person, belt_dd, peak, trial.rate_hz, tissue_hz)
+        wobbling[..., 0] += STEP * motion
+        pattern = cut((relative_motion(wobbling, labels, person, own=True) - own) / STEP)
+        return tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)
+
+    usual, lower, higher = map(skin_m, tissue_frequencies())
+    return apparent, (usual, lower, higher)
 
 
 # ---- to and from a result's file -------------------------------------------------------------------

@@ -27,7 +27,7 @@ def failed_checks(
     fit: FreeReflexFit,
     trials: list[BroadbandEpochs],
     perturbations: int,
-    pre_reflex: tuple[float, Budget] | None,
+    pre_reflex: tuple[np.ndarray, Budget] | None,
 ) -> tuple[str, ...]:
     """Names of the checks, in `tepsipe.io.estimates.FLAGS`, that K and B fail.
 
@@ -39,9 +39,9 @@ def failed_checks(
         The trials.
     perturbations : int
         Number of perturbations in them, usable or not (-).
-    pre_reflex : tuple of float and Budget, or None
-        K of the pre-reflex window (N·m/rad), and the budget of its difference from that of ``fit``; None
-        without such an estimate.
+    pre_reflex : tuple of ndarray of shape (2,) and Budget, or None
+        B and K of the pre-reflex window less those of ``fit`` (N·m·s/rad, N·m/rad), and the budget of the
+        difference; None without such an estimate.
 
     Returns
     -------
@@ -51,16 +51,14 @@ def failed_checks(
     stiffness = float(fit.parameters[0, 1])
     failed = []
     if pre_reflex is not None:
-        value, budget = pre_reflex
+        difference, budget = pre_reflex
         chance = float(coverage_factor(budget.effective_freedom, CONFIDENCE)[1] * budget.combined[1])
-        if abs(value - stiffness) > DIFFERENCE * abs(stiffness) + chance:
+        if abs(difference[1]) > DIFFERENCE * abs(stiffness) + chance:
             failed.append("pre-reflex-differs")
     if np.ptp(fit.windows[:, 2]) > WINDOW_RANGE * abs(stiffness):
         failed.append("window-sensitive")
     if np.sqrt(np.mean([trial.skin_m**2 for trial in trials])) > SKIN_M:
         failed.append("skin-motion")
-    if not all(trial.centre_used for trial in trials):
-        failed.append("centre-assumed")
     if any(t.calibrated_kg is not None and t.carried_kg > BEYOND * t.calibrated_kg for t in trials):
         failed.append("beyond-calibrated-mass")
     error = _treadmill_error(trials)

@@ -27,13 +27,14 @@ from tepsipe.treadmill.registry import FittedModel
 from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
 
 SIGNALS = ("torque", "ankle", "ankle_d")
-SKIN = "skin_m"
 # soft tissue on the shank: natural frequency (Hz) and damping ratio (-) of the one that is propagated
 # (Wakeling & Nigg 2001: 10 to 20 Hz while the muscles are relaxed)
 TISSUE_HZ, TISSUE_DAMPING = 12.0, 0.3
 # belt speed at which the size of the tissue's motion is stated (m/s)
 TISSUE_SPEED = 0.5
 STEP_M = 1e-4
+# other frequencies, lower and higher by this, show what the frequency does (Hz)
+TISSUE_STEP_HZ = 1.0
 # sources of Type B that move the signals, with the unit in which they deviate
 SOURCES = (
     "joint_centre_anterior_m",
@@ -41,6 +42,7 @@ SOURCES = (
     "foot_mass",
     "force_marker_delay_s",
     "skin_m",
+    "tissue_hz",
     "marked_rotation",
     "foot_rotation",
     "force_scale",
@@ -70,6 +72,10 @@ class FreeBody:
         Acceleration of the belt (m/s²).
     tissue : ndarray, shape (n, 3)
         Change of the shank's angle (rad/m) and of the centre (-) per metre of motion of the soft tissue.
+    near : tuple of 2 ndarray, shape (n, 3)
+        The same of soft tissue with a lower and a higher frequency, see `TISSUE_STEP_HZ`.
+    skins_m : tuple of 3 float
+        Motion of the soft tissue that is subtracted if it has the assumed, lower or higher frequency (m).
     draws : ndarray, shape (draws, n)
         Torque for every draw of the treadmill model's constants, relative to the best one (N·m).
     """
@@ -84,20 +90,28 @@ class FreeBody:
     foot_com: np.ndarray
     belt_dd: np.ndarray
     tissue: np.ndarray
+    near: tuple[np.ndarray, np.ndarray]
     draws: np.ndarray
+    skins_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def signals(self, deviations: Mapping[str, float] | None = None) -> np.ndarray:
         """Torque of both ankles (N·m), ankle angle (rad) and its rate (rad/s), shape (n, 3).
+
+        The motion of the soft tissue is subtracted.
 
         Parameters
         ----------
         deviations : mapping of str to float, optional
             Source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint in the
-            shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m), of the height
-            of the plate's axes (m); relative for mass, scales and rotations; part of the vertical force in
-            the fore-aft one (-).
+            shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m) and of its
+            frequency (Hz), of the height of the plate's axes (m); relative for mass, scales and rotations;
+            part of the vertical force in the fore-aft one (-).
         """
         off = dict.fromkeys(SOURCES, 0.0) | dict(deviations or {})
+        skin_m, lower_m, higher_m = self.skins_m
+        lower, higher = self.near
+        per_hz = (lower_m * lower - higher_m * higher) / (2.0 * TISSUE_STEP_HZ)
+        wobble = (off["skin_m"] - skin_m) * self.tissue + off["tissue_hz"] * per_hz
         late = off["force_marker_delay_s"]
         f_y, f_z, m_x = (
             getattr(self.load, key) + late * getattr(self.load_d, key) for key in ("f_y", "f_z", "m_x")
@@ -105,7 +119,7 @@ class FreeBody:
         m_x = (1.0 + off["moment_scale"]) * m_x + off["origin_height_m"] * f_y
         f_y = (1.0 + off["force_scale"]) * f_y + off["vertical_leak"] * f_z
         plate = PlateLoad(f_y, (1.0 + off["force_scale"]) * f_z, m_x)
-        shank = self.shank + off["skin_m"] * self.tissue[:, 0]
+        shank = self.shank + wobble[:, 0]
         sine, cosine = np.sin(self.shank), np.cos(self.shank)
         across, along = off["joint_centre_anterior_m"], off["joint_centre_height_m"]
         shift = np.column_stack([across * cosine + along * sine, along * cosine - across * sine])
@@ -117,7 +131,7 @@ class FreeBody:
             Feet(scale * feet.mass_kg, scale * feet.inertia_kgm2),
             self.person.body.gravity_m_per_s2,
             plate,
-            self.centre + shift + off["skin_m"] * self.tissue[:, 1:],
+            self.centre + shift + wobble[:, 1:],
             self.foot_com,
             moved,
             np.zeros_like(self.belt_dd),
@@ -190,11 +204,13 @@ def free_body(
     )
     belt_dd = recordings["Fy"].acceleration
     peak = float(np.abs(standing.belt_velocity).max())
-    moved = positions.copy()
-    moved[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate)
-    other = segment_poses(moved, labels, person, origin)
-    changed = [other[key] - poses[key] for key in ("shank", "ankle_point")]
-    tissue = np.column_stack(changed) / STEP_M
+    tissues = []
+    for hz in tissue_frequencies():
+        moved = positions.copy()
+        moved[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate, hz)
+        other = segment_poses(moved, labels, person, origin)
+        changed = [other[key] - poses[key] for key in ("shank", "ankle_point")]
+        tissues.append(advanced(time, np.column_stack(changed) / STEP_M, standing.delay_s))
     poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
     used = {c: loads[c] for c in COMPONENTS}
     draws = np.empty((0, time.size))
@@ -219,9 +235,15 @@ def free_body(
         centre=poses["ankle_point"],
         foot_com=poses["foot_com"],
         belt_dd=belt_dd,
-        tissue=advanced(time, tissue, standing.delay_s),
+        tissue=tissues[0],
+        near=(tissues[1], tissues[2]),
         draws=draws,
     )
+
+
+def tissue_frequencies() -> tuple[float, float, float]:
+    """Frequency that the soft tissue is taken to have, a lower and a higher one (Hz)."""
+    return TISSUE_HZ, TISSUE_HZ - TISSUE_STEP_HZ, TISSUE_HZ + TISSUE_STEP_HZ
 
 
 def tissue_motion(
@@ -231,6 +253,7 @@ def tissue_motion(
     belt_dd: np.ndarray,
     peak_m_per_s: float,
     rate_hz: float,
+    tissue_hz: float = TISSUE_HZ,
 ) -> np.ndarray:
     """Motion along the belt of the soft tissue below the shank's own markers, shape (n, markers) (-).
 
@@ -247,10 +270,10 @@ def tissue_motion(
         Which markers are on the shank.
     belt_dd : ndarray, shape (n,)
         Acceleration of the belt (m/s²).
-    peak_m_per_s, rate_hz : float
-        Largest speed of the belt (m/s), sampling rate (Hz).
+    peak_m_per_s, rate_hz, tissue_hz : float
+        Largest speed of the belt (m/s), sampling rate, and frequency of the soft tissue (Hz).
     """
-    width = 2.0 * np.pi * TISSUE_HZ
+    width = 2.0 * np.pi * tissue_hz
     numerator, denominator, _ = scipy.signal.cont2discrete(
         ([-1.0], [1.0, 2.0 * TISSUE_DAMPING * width, width**2]), 1.0 / rate_hz, method="bilinear"
     )

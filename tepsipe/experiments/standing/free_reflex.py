@@ -21,17 +21,16 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.fit_errors import ANKLE, ANKLE_D, TORQUE, FitErrors, fit_errors
 from tepsipe.identification.generalised_least_squares import (
     GeneralisedFit,
     Record,
     generalised_least_squares,
     integrated_wiener,
-    sensitivity,
     squared_exponential,
 )
-from tepsipe.statistics.uncertainty import Budget, Source, root_of_draws
+from tepsipe.statistics.uncertainty import Budget, Source
 
-TORQUE, ANKLE, ANKLE_D = range(3)
 QUANTITIES = ("B", "K")
 # before the onset a zero-lag low-pass of 60 Hz already shows the response (s)
 FILTER_WIDTH_S = 0.03
@@ -42,12 +41,7 @@ ROUNDS = 3
 # fewest trials whose scatter is Type A
 FEWEST_TRIALS = 4
 # sources that this module adds to those of the signals
-TREADMILL, WINDOW, REFLEX_ONSET, DISCREPANCY = (
-    "treadmill_model",
-    "window_s",
-    "reflex_onset_s",
-    "model_discrepancy",
-)
+WINDOW, REFLEX_ONSET, DISCREPANCY = "window_s", "reflex_onset_s", "model_discrepancy"
 
 
 @dataclass(frozen=True)
@@ -155,24 +149,15 @@ def fit_free_reflex(
             "shorten it in standing.estimators"
         )
     onset = options.reflex_onset_s if reflex_onset_s is None else reflex_onset_s
-    fit, records = _fitted(trials, window_s, onset, options)
-    inside = _inside(time, window_s)
+    fit, records = fitted_records(trials, window_s, onset, options)
+    inside = inside_window(time, window_s)
     resampled = _resampled(trials, records, inside, draws, rng)
-    tried = _windows(trials, onset, options)
-    contributions = _of_signals(trials, fit, records, inside, sources)
-    shared = min((len(trial.draws) for trial in trials), default=0)
-    if shared > 1:
-        moved = sensitivity(fit, records, [trial.draws[:shared, inside] for trial in trials])
-        contributions[TREADMILL] = root_of_draws(moved)
-    contributions[WINDOW] = (tried[:, 1:] - fit.parameters) / np.sqrt(len(tried))
-    for source in sources:
-        if source.name == REFLEX_ONSET:
-            u = source.standard_uncertainty
-            later, earlier = (_fitted(trials, window_s, onset + step, options)[0] for step in (u, -u))
-            contributions[REFLEX_ONSET] = 0.5 * (later.parameters - earlier.parameters)[None]
-        if source.name == DISCREPANCY:
-            share = source.standard_uncertainty
-            contributions[DISCREPANCY] = share * _of_discrepancy(fit, records, time[inside], options)
+    by_source = {source.name: source.standard_uncertainty for source in sources}
+    errors = errors_of(trials, window_s, onset, options, sources)
+    contributions = dict(errors.contributions)
+    tried, contributions[WINDOW] = _windows(trials, errors, options, sources, onset)
+    if DISCREPANCY in by_source:
+        contributions[DISCREPANCY] = by_source[DISCREPANCY] * errors.discrepancy.sum(axis=0)
     budget = Budget(
         *_scatter(fit, resampled, sum(trial.count for trial in trials)),
         contributions,
@@ -191,8 +176,8 @@ def fit_free_reflex(
     )
 
 
-def _inside(time: np.ndarray, window_s: float) -> np.ndarray:
-    """Samples of the window, with those into which the filter spreads the onset."""
+def inside_window(time: np.ndarray, window_s: float) -> np.ndarray:
+    """Samples of the window (s), with those into which the filter spreads the onset, shape (n,) (-)."""
     return (time >= -FILTER_WIDTH_S - 1e-9) & (time <= window_s + 1e-9)
 
 
@@ -204,18 +189,19 @@ def _sway(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
     zero = time <= time[0] + 0.1  # of the epoch: as long before the onset as the baseline of the responses
     found = []
     for trial in trials:
-        starts = range(0, trial.quiet.shape[1] - last, max(1, round(QUIET_STEP_S / step)))
-        for k in starts:
-            piece = trial.quiet[:, k : k + last + 1]
-            found.append(piece[:, first:] - piece[:, : zero.sum()].mean(axis=1, keepdims=True))
+        pieces = np.lib.stride_tricks.sliding_window_view(trial.quiet, last + 1, axis=1)
+        # pieces that start at the same time stand together: start, epoch, time, signal
+        pieces = np.moveaxis(pieces[:, :: max(1, round(QUIET_STEP_S / step))], (1, 3), (0, 2))
+        still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
+        found.append((pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3))
     return np.concatenate(found)
 
 
-def _fitted(
+def fitted_records(
     trials: list[BroadbandEpochs], window_s: float, onset_s: float, options: FreeReflexOptions
 ) -> tuple[GeneralisedFit, list[Record]]:
-    """Best parameters, and the records with their covariances."""
-    inside = _inside(trials[0].time, window_s)
+    """Best B and K (N·m·s/rad, N·m/rad) in a window (s) for an onset of the reflex (s), and the records."""
+    inside = inside_window(trials[0].time, window_s)
     time = trials[0].time[inside]
     sway = _sway(trials, inside)
     means = [trial.perturbed[:, inside].mean(axis=0) for trial in trials]
@@ -246,11 +232,49 @@ def _size(torque: np.ndarray, options: FreeReflexOptions) -> float:
     return options.discrepancy * float(np.abs(torque).max())
 
 
-def _windows(trials: list[BroadbandEpochs], onset_s: float, options: FreeReflexOptions) -> np.ndarray:
-    """Window, B and K by windows every 10 ms, shape (w, 3) (s, N·m·s/rad, N·m/rad)."""
+def errors_of(
+    trials: list[BroadbandEpochs],
+    window_s: float,
+    onset_s: float,
+    options: FreeReflexOptions,
+    sources: list[Source],
+) -> FitErrors:
+    """What each source does to B and K (N·m·s/rad, N·m/rad) in a window (s), for an onset of reflexes (s)."""
+    fit, records = fitted_records(trials, window_s, onset_s, options)
+    inside = inside_window(trials[0].time, window_s)
+    errors = fit_errors(trials, fit, records, inside, sources, options.discrepancy_s)
+    for source in sources:
+        if source.name == REFLEX_ONSET:
+            u = source.standard_uncertainty
+            later, earlier = (
+                fitted_records(trials, window_s, onset_s + step, options)[0].parameters for step in (u, -u)
+            )
+            errors.contributions[REFLEX_ONSET] = 0.5 * (later - earlier)[None]
+    return errors
+
+
+def _windows(
+    trials: list[BroadbandEpochs],
+    own: FitErrors,
+    options: FreeReflexOptions,
+    sources: list[Source],
+    onset_s: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Window, B and K every 10 ms, shape (w, 3), and root of the covariance by the window, shape (w, 2).
+
+    Windows differ by what scatter and the other sources do to one and not to the other, too. This is counted
+    there: only the spread beyond it is that of the choice.
+    """
     low, high = options.windows_s
-    lengths = np.linspace(low, high, max(2, round((high - low) / 0.01) + 1))
-    return np.array([[w, *_fitted(trials, w, onset_s, options)[0].parameters] for w in lengths.tolist()])
+    lengths = np.linspace(low, high, max(2, round((high - low) / 0.01) + 1)).tolist()
+    found = [errors_of(trials, w, onset_s, options, sources) for w in lengths]
+    apart = np.array([errors.parameters for errors in found]) - own.parameters
+    shared = sum(source.standard_uncertainty for source in sources if source.name == DISCREPANCY)
+    expected = sum(errors.minus(own).variance(shared) for errors in found)
+    seen = np.maximum((apart**2).sum(axis=0), 1e-300)
+    beyond = np.sqrt(np.maximum(0.0, 1.0 - expected / seen))
+    tried = np.array([[w, *errors.parameters] for w, errors in zip(lengths, found, strict=True)])
+    return tried, apart * beyond / np.sqrt(len(lengths))
 
 
 def _resampled(
@@ -282,35 +306,6 @@ def _scatter(fit: GeneralisedFit, resampled: np.ndarray, responses: int) -> tupl
     return np.sqrt(responses / freedom) * resampled.std(axis=0), freedom
 
 
-def _of_signals(
-    trials: list[BroadbandEpochs],
-    fit: GeneralisedFit,
-    records: list[Record],
-    inside: np.ndarray,
-    sources: list[Source],
-) -> dict[str, np.ndarray]:
-    """Signed contributions of the sources that move the signals, each of shape (1, 2)."""
-    found = {}
-    for source in sources:
-        if source.name in trials[0].slopes:
-            moved = [source.standard_uncertainty * trial.slopes[source.name][inside] for trial in trials]
-            changes = sensitivity(
-                fit, records, [m[:, TORQUE] for m in moved], [m[:, [ANKLE_D, ANKLE]] for m in moved]
-            )
-            found[source.name] = changes[None]
-    return found
-
-
-def _of_discrepancy(
-    fit: GeneralisedFit, records: list[Record], time: np.ndarray, options: FreeReflexOptions
-) -> np.ndarray:
-    """Root of the covariance of B and K by d of unit size, if all trials share it."""
-    smooth = squared_exponential(time, options.discrepancy_s) + 1e-6 * np.eye(time.size)
-    shapes = np.linalg.cholesky(smooth).T
-    peaks = [record.target[np.abs(record.target).argmax()] for record in records]
-    return sensitivity(fit, records, [peak * shapes for peak in peaks])
-
-
 def _curve(record: Record, parameters: np.ndarray, time: np.ndarray) -> dict[str, np.ndarray]:
     """Mean response of a trial, and its parts."""
     intrinsic = record.regressors @ parameters
@@ -328,50 +323,3 @@ def _vaf(curves: list[dict[str, np.ndarray]], before: np.ndarray) -> float:
     torque = np.concatenate([curve["torque"][before] for curve in curves])
     left = np.concatenate([curve["active"][before] for curve in curves])
     return 100.0 * (1.0 - float(left @ left) / float(torque @ torque))
-
-
-def difference_from_window(
-    trials: list[BroadbandEpochs],
-    fit: FreeReflexFit,
-    window_s: float,
-    options: FreeReflexOptions,
-    sources: list[Source],
-) -> Budget:
-    """Budget of the difference between B and K by least squares in a short window and those of a fit.
-
-    Parameters
-    ----------
-    trials : list of BroadbandEpochs
-        The trials of both.
-    fit : FreeReflexFit
-        The fit.
-    window_s : float
-        Length of the short window (s).
-    options : FreeReflexOptions
-        Choices (units in their names).
-    sources : list of Source
-        What is not known exactly (units in their names); of both estimates alike.
-
-    Returns
-    -------
-    Budget
-        Of B and K (N·m·s/rad, N·m/rad). Its Type A is the scatter of the difference between trials.
-    """
-    inside = _inside(trials[0].time, window_s)
-    plain = [
-        Record(mean[:, TORQUE], mean[:, [ANKLE_D, ANKLE]], np.eye(int(inside.sum())))
-        for mean in (trial.perturbed[:, inside].mean(axis=0) for trial in trials)
-    ]
-    short = generalised_least_squares(plain)
-    contributions = _of_signals(trials, short, plain, inside, sources)
-    # what only one of the two estimates has, or has of its own kind, is not common to both
-    kept = {name: own for name, own in fit.budget.contributions.items() if name not in (WINDOW, TREADMILL)}
-    difference = Budget(np.zeros(2), np.inf, contributions).minus(Budget(np.zeros(2), np.inf, kept))
-    if len(trials) >= FEWEST_TRIALS:
-        best, _ = _fitted(trials, fit.window_s, fit.reflex_onset_s, options)
-        around = short.without_each() - best.without_each()
-        around = around - around.mean(axis=0)
-        trials_less = len(trials) - 1.0
-        type_a = np.sqrt(trials_less / len(trials) * (around**2).sum(axis=0))
-        return Budget(type_a, trials_less, difference.contributions, difference.freedom)
-    return Budget(fit.budget.type_a, fit.budget.freedom_a, difference.contributions, difference.freedom)

@@ -13,12 +13,12 @@ from tepsipe.experiments.standing.free_reflex import (
     QUANTITIES,
     FreeReflexFit,
     FreeReflexOptions,
-    difference_from_window,
     fit_free_reflex,
 )
 from tepsipe.experiments.standing.impedance import FREE, UNITS, StandingEstimator, StandingFit
 from tepsipe.experiments.standing.latency import MuscleLatency
 from tepsipe.experiments.standing.results import Fits, generator
+from tepsipe.experiments.standing.short_window import difference_from_window
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
@@ -56,11 +56,10 @@ def fit_free(
     name: str,
     estimators: dict[str, StandingEstimator],
     choices: FreeReflexChoices,
-    others: Fits,
     perturbations: int,
     reflex_onset_s: float | None = None,
 ) -> Fits:
-    """Fit every estimator with a free reflex torque, and check it against the others.
+    """Fit every estimator with a free reflex torque, and check it against the pre-reflex window.
 
     Parameters
     ----------
@@ -72,8 +71,6 @@ def fit_free(
         Name -> estimator (s); those with another active torque are passed over.
     choices : FreeReflexChoices
         Pathway, options and sources (units in their names).
-    others : dict of (str, str) to StandingFit
-        (pathway, estimator) -> other fits of the same trials.
     perturbations : int
         Number of perturbations in the trials, usable or not (-).
     reflex_onset_s : float, optional
@@ -103,7 +100,7 @@ def fit_free(
         fit = fit_free_reflex(
             trials, estimator.window_s, choices.options, sources, choices.draws, rng, reflex_onset_s
         )
-        check = _pre_reflex(trials, fit, estimators, choices, others, sources)
+        check = _pre_reflex(trials, fit, estimators, choices.options, sources)
         flags = failed_checks(fit, trials, perturbations, check)
         found[choices.pathway, key] = _as_fit(fit, trials, flags)
     return found
@@ -122,18 +119,14 @@ def _pre_reflex(
     trials: list[BroadbandEpochs],
     fit: FreeReflexFit,
     estimators: dict[str, StandingEstimator],
-    choices: FreeReflexChoices,
-    others: Fits,
+    options: FreeReflexOptions,
     sources: list[Source],
-) -> tuple[float, Budget] | None:
-    """K of the first window without active torque (N·m/rad), and the budget of its difference."""
-    for key, estimator in estimators.items():
-        other = others.get((choices.pathway, key))
-        if estimator.active == "none" and not estimator.inertia and other is not None:
-            if estimator.window_s > choices.options.windows_s[1]:
-                continue
-            budget = difference_from_window(trials, fit, estimator.window_s, choices.options, sources)
-            return float(other.parameters[0, other.names.index("K")]), budget
+) -> tuple[np.ndarray, Budget] | None:
+    """B and K in the first window without active torque less those of a fit, and the budget of this."""
+    for estimator in estimators.values():
+        plain = estimator.active == "none" and not estimator.inertia
+        if plain and estimator.window_s <= options.windows_s[1]:
+            return difference_from_window(trials, fit, estimator.window_s, options, sources)
     return None
 
 

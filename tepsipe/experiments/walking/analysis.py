@@ -7,12 +7,20 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.deviations import Deviations, filter_walk, subtract_unperturbed
-from tepsipe.experiments.walking.impedance import PhaseImpedance, WalkingOptions, estimate_impedance
-from tepsipe.experiments.walking.recording import WalkingRecording
+from tepsipe.experiments.walking.impedance import (
+    PhaseImpedance,
+    WalkingOptions,
+    estimate_impedance,
+    without_contact,
+)
+from tepsipe.experiments.walking.plausible import refuse_other_units
+from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
 from tepsipe.experiments.walking.strides import Strides, locate_pulses, refuse_swapped_belts
 from tepsipe.statistics.uncertainty import Source
 
 FEWEST_UNPERTURBED = 12
+# least share of a window in which the foot must be loaded (-)
+LEAST_CONTACT = 0.9
 
 
 @dataclass(frozen=True)
@@ -80,7 +88,7 @@ def analyse_walking(
     Returns
     -------
     WalkingImpedance
-        Impedance of each phase (units there), and what was left out.
+        Impedance of each phase (units there), and omissions.
 
     Raises
     ------
@@ -89,6 +97,7 @@ def analyse_walking(
     """
     options = options or WalkingOptions()
     refuse_swapped_belts(recording, strides)
+    refuse_other_units(recording, strides)
     pulses = locate_pulses(strides, onsets, options.window_s, recording.name)
     quiet = _unperturbed(strides, np.asarray(onsets, float), options.recovery_strides)
     if quiet.sum() < FEWEST_UNPERTURBED:
@@ -107,8 +116,10 @@ def analyse_walking(
         *pulses.dropped,
         *_of_no_phase(recording.name, pulses.onset, percent, options),
     ]
-    for phase in options.phases_percent:
+    for phase in options.onsets_percent:
         here = np.abs(percent - phase) <= options.phase_tolerance_percent
+        if not here.any():
+            continue
         if here.sum() < options.fewest_strides:
             dropped.append(
                 f"{recording.name}: expected at least {options.fewest_strides} perturbed strides at "
@@ -127,6 +138,10 @@ def analyse_walking(
         deviations[phase] = found
         phases[phase] = estimate_impedance(found, options, sources)
         onset_percent[phase] = float(percent[here].mean())
+        if _loaded(recording, pulses.onset[here], options.window_s) < LEAST_CONTACT:
+            phases[phase] = without_contact(phases[phase])
+            at_percent[phase] = onset_percent[phase]
+            continue
         at_percent[phase] = onset_percent[phase] + 100.0 * phases[phase].at_s / stance
     if not phases:
         raise InputError(
@@ -158,6 +173,12 @@ def _rising(
     return found
 
 
+def _loaded(recording: WalkingRecording, onsets: np.ndarray, window_s: float) -> float:
+    """Mean share of the windows in which the foot is on the belt."""
+    time = onsets[:, None] + np.arange(0.0, window_s, 1.0 / recording.rate_hz)
+    return float((np.interp(time, recording.time, recording.vertical) > CONTACT_N).mean())
+
+
 def _unperturbed(strides: Strides, onsets: np.ndarray, recovery: int) -> np.ndarray:
     """Strides that are neither perturbed nor among those after a perturbed one."""
     quiet = np.ones(len(strides), dtype=bool)
@@ -169,10 +190,10 @@ def _unperturbed(strides: Strides, onsets: np.ndarray, recovery: int) -> np.ndar
 
 def _of_no_phase(name: str, onset: np.ndarray, percent: np.ndarray, options: WalkingOptions) -> list[str]:
     """A sentence for every pulse that is near none of the phases."""
-    distance = np.abs(percent[:, None] - np.array(options.phases_percent)).min(axis=1, initial=np.inf)
+    distance = np.abs(percent[:, None] - np.array(options.onsets_percent)).min(axis=1, initial=np.inf)
     return [
         f"{name}: expected the pulse at {onset[k]:.3f} s at one of the phases "
-        f"{', '.join(f'{p:g}' for p in options.phases_percent)} % of stance, found it at {percent[k]:.0f} "
+        f"{', '.join(f'{p:g}' for p in options.onsets_percent)} % of stance, found it at {percent[k]:.0f} "
         "%: the "
         "pulse is left out"
         for k in np.flatnonzero(distance > options.phase_tolerance_percent)

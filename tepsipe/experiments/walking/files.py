@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.experiments.walking.recording import WalkingRecording
+from tepsipe.experiments.walking.recording import SIGNALS, WalkingRecording
 from tepsipe.io.readers.text_file import read_text
 from tepsipe.io.readers.text_table import read_text_table
 
-SIGNALS = ("angle", "vertical", "anterior", "cop", "ankle_x", "ankle_y", "other_vertical")
 EVENTS = ("heel_strike", "toe_off", "pulse")
 
 
@@ -69,14 +68,15 @@ def read_recording(
 
 
 def read_events(
-    path: str | Path, columns: Mapping[str, str | None], delimiter: str = ","
+    path: str | Path | None, columns: Mapping[str, str | None], delimiter: str = ","
 ) -> dict[str, np.ndarray]:
     """Read heel strikes, toe-offs and onsets of pulses of one leg.
 
     Parameters
     ----------
-    path : str or Path
-        Text table with a header, one event per cell (s); empty cells are missing events.
+    path : str or Path or None
+        Text table with a header, one event per cell (s); empty cells are missing events. None if
+        there is none.
     columns : mapping of str to str or None
         heel_strike, toe_off, pulse -> name in the header; None where there are none.
     delimiter : str
@@ -92,6 +92,8 @@ def read_events(
     InputError
         If the file is missing, a column is missing, or a cell is not a number.
     """
+    if path is None:
+        return {kind: np.zeros(0) for kind in EVENTS}
     lines = [
         line.split(delimiter) for line in read_text(path, "a table of events").splitlines() if line.strip()
     ]

@@ -27,7 +27,7 @@ Shorter & Rouse (2018). IEEE Trans. Neural Syst. Rehabil. Eng. 26(1), 135-143.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -86,6 +86,8 @@ class WalkingOptions:
         Fewest perturbed strides of a phase (-).
     recovery_strides : int
         Strides after a perturbed one that count as neither perturbed nor unperturbed (-).
+    control_percent : tuple of float
+        Further onsets, in swing, at which no impedance may be found (% of stance, above 100).
     """
 
     phases_percent: tuple[float, ...] = (20.0, 40.0, 60.0, 80.0)
@@ -103,6 +105,12 @@ class WalkingOptions:
     foot_depth_m: float = 0.06
     fewest_strides: int = 6
     recovery_strides: int = 1
+    control_percent: tuple[float, ...] = ()
+
+    @property
+    def onsets_percent(self) -> tuple[float, ...]:
+        """Phases and controls (% of stance)."""
+        return (*self.phases_percent, *self.control_percent)
 
 
 @dataclass(frozen=True)
@@ -124,7 +132,8 @@ class PhaseImpedance:
     perturbed, unperturbed : int
         Numbers of strides (-).
     flags : str
-        ``no-response`` if the angle does not respond, else empty (no unit).
+        ``no-response`` if the angle does not respond, ``no-contact`` if the foot carries no load in the
+        window; else empty (no unit).
     """
 
     values: np.ndarray
@@ -146,8 +155,8 @@ def estimate_impedance(
 ) -> PhaseImpedance:
     """I, B and K of one phase with combined 95 % intervals.
 
-    A stiffness that rises by K' within the window would pass for a lack of damping. Given K' from the other
-    phases, K' (t - t_K) Dtheta is subtracted first, which leaves K at t_K.
+    A stiffness that rises by K' within the window would be mistaken for a lack of damping. Given K' from
+    the other phases, K' (t - t_K) Dtheta is subtracted first, which leaves K at t_K.
 
     Parameters
     ----------
@@ -193,6 +202,13 @@ def estimate_impedance(
     angle = signals[0][0][:, 2].mean(axis=0)
     at_s = float(weights[-1] @ (angle * deviations.time) / (weights[-1] @ angle))
     return PhaseImpedance(beta, budget, low, high, at_s, response, n, m, "no-response" if nothing else "")
+
+
+def without_contact(fit: PhaseImpedance) -> PhaseImpedance:
+    """The same without values: a foot in the air has no moment from the belt (units in `PhaseImpedance`)."""
+    nothing, endless = np.full(3, np.nan), np.full(3, np.inf)
+    budget = Budget(endless, 1.0)
+    return replace(fit, values=nothing, budget=budget, low=-endless, high=endless, flags="no-contact")
 
 
 def predicted_uncertainty(

@@ -4,6 +4,7 @@ With the estimator's own weights w_K for an expected response, one stride has th
 w_K' cov(e) w_K, and n strides reach a standard uncertainty u with n = w_K' cov(e) w_K / u^2.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,11 +13,13 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.walking.analysis import FEWEST_UNPERTURBED
 from tepsipe.experiments.walking.deviations import filter_walk, subtract_unperturbed
 from tepsipe.experiments.walking.impedance import WalkingOptions, predicted_uncertainty
+from tepsipe.experiments.walking.plausible import refuse_other_units
 from tepsipe.experiments.walking.recording import WalkingRecording
 from tepsipe.experiments.walking.strides import Strides, refuse_swapped_belts
 from tepsipe.signals.filters import butterworth_lowpass
 
 FINE_HZ = 1000.0
+FEWEST_PLANNED = 10  # strides of a phase
 
 
 @dataclass(frozen=True)
@@ -33,12 +36,15 @@ class ExpectedPulse:
         Phase (%) -> expected K (N·m/rad).
     damping_Nms_per_rad : float
         Expected B (N·m·s/rad).
+    strides : int
+        All perturbed strides (-).
     """
 
     amplitude_rad: float
     duration_s: float
     stiffness_Nm_per_rad: dict[float, float]
     damping_Nms_per_rad: float
+    strides: int = 150
 
 
 @dataclass(frozen=True)
@@ -61,6 +67,10 @@ class NeededRow:
         Standard uncertainty of K by one stride (N·m/rad).
     strides_for_15_percent : float
         Strides for a standard uncertainty of 15 % of K (-).
+    planned_strides : int
+        Strides of the planned number that this phase gets, see `allocation` (-).
+    planned_u_percent : float
+        Standard uncertainty of K with them, of Type A (% of K).
     """
 
     condition: str
@@ -71,6 +81,51 @@ class NeededRow:
     K_Nm_per_rad: float
     u_one_stride_Nm_per_rad: float
     strides_for_15_percent: float
+    planned_strides: int
+    planned_u_percent: float
+
+
+def allocation(needed: Sequence[float], total: int, fewest: int) -> list[int]:
+    """Divide perturbed strides among phases so that all reach the same relative uncertainty of K.
+
+    u^2 falls with the number, so each phase gets strides in proportion to its need; at least ``fewest``,
+    because a phase also lends its K to the rise at its neighbours, and a scatter needs strides to be seen.
+
+    Parameters
+    ----------
+    needed : sequence of float
+        Strides that each phase needs for one and the same relative uncertainty (-).
+    total, fewest : int
+        All perturbed strides, and the fewest of a phase (-).
+
+    Returns
+    -------
+    list of int
+        Strides of each phase (-), together ``total``.
+
+    Raises
+    ------
+    InputError
+        If there are too few strides.
+    """
+    if total < fewest * len(needed):
+        raise InputError(
+            f"walking: expected at least {fewest} perturbed strides for each of {len(needed)} phases, found "
+            f"{total} in all: plan more strides or fewer phases"
+        )
+    wanted, held = np.asarray(needed, float), np.zeros(len(needed), dtype=bool)
+    while True:  # phases that need little are held at the least number, the others share the rest
+        shares = np.where(
+            held, fewest, wanted * (total - fewest * held.sum()) / max(wanted[~held].sum(), 1e-300)
+        )
+        below = ~held & (shares < fewest)
+        if not below.any():
+            break
+        held |= below
+    found = np.floor(shares + 1e-9).astype(int)
+    for k in np.argsort(found - shares)[: total - found.sum()]:
+        found[k] += 1
+    return found.tolist()
 
 
 def needed_strides(
@@ -106,6 +161,7 @@ def needed_strides(
         If there are too few strides, or the belts are swapped.
     """
     refuse_swapped_belts(recording, strides)
+    refuse_other_units(recording, strides)
     if len(strides) < FEWEST_UNPERTURBED:
         raise InputError(
             f"{recording.name}: expected at least {FEWEST_UNPERTURBED} unperturbed strides, found "
@@ -113,8 +169,9 @@ def needed_strides(
             "record more of them"
         )
     stance, rows = float(strides.stance.mean()), []
+    planned = max(FEWEST_PLANNED, options.fewest_strides)
     for matching, chosen in (("state", options.matched_by), ("mean", ())):
-        walk = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, chosen)
+        walk, own = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, chosen), []
         for phase, stiffness in pulse.stiffness_Nm_per_rad.items():
             delay = np.full(len(strides), phase / 100.0 * stance)
             cut = subtract_unperturbed(
@@ -131,11 +188,12 @@ def needed_strides(
             late = np.argmin(np.abs(cut.time - 0.06))
             angle, moment = (cut.unperturbed[:, channel, late].std() for channel in (0, 3))
             count = (u / (0.15 * stiffness)) ** 2
-            rows.append(
-                NeededRow(
-                    condition, phase, matching, float(moment), float(angle), stiffness, float(u), float(count)
-                )
-            )
+            own.append((condition, phase, matching, *map(float, (moment, angle, stiffness, u, count))))
+        strides_of = allocation([row[-1] for row in own], pulse.strides, planned)
+        rows += [
+            NeededRow(*row, number, 15.0 * float(np.sqrt(row[-1] / number)))
+            for row, number in zip(own, strides_of, strict=True)
+        ]
     return rows
 
 

@@ -19,6 +19,8 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import butterworth_lowpass
 
+# of every recording
+SIGNALS = ("angle", "vertical", "anterior", "cop", "ankle_x", "ankle_y", "other_vertical")
 CONTACT_N = 30.0  # below this force the centre of pressure is not defined
 
 

@@ -4,9 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.walking.analysis import WalkingImpedance
-from tepsipe.experiments.walking.impedance import QUANTITIES
+from tepsipe.experiments.walking.impedance import QUANTITIES, PhaseImpedance
+from tepsipe.io.budget_table import Contribution
+from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.mechanics.impedance_model import UNITS
+
+EXPERIMENT, ESTIMATOR = "walking", "matched-strides"
+# from this phase on the foot is in the air (% of stance)
+SWING_PERCENT = 100.0
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,8 @@ class WalkingRow:
     response : float
         RMS response of the mean angle, in standard deviations of its chance (-).
     flags : str
-        ``no-response``: the angle does not respond, and the interval is infinite (no unit).
+        ``no-response``: the angle does not respond, and the interval is infinite; ``no-contact``: the foot
+        is in the air, and there is no value (no unit).
     """
 
     condition: str
@@ -76,3 +84,51 @@ def walking_rows(condition: str, pulses: str, found: WalkingImpedance) -> list[W
                 )
             )
     return rows
+
+
+def pathway_of(phase: float) -> str:
+    """Name of a phase (% of stance) among the pathways of the table of estimates."""
+    return f"{'swing' if phase >= SWING_PERCENT else 'stance'}-{phase:g}"
+
+
+def walking_estimates(condition: str, found: WalkingImpedance) -> tuple[list[Estimate], list[Contribution]]:
+    """Rows of one trial for the tables of estimates and of uncertainty (units in them).
+
+    The pathway is the phase of the onset. K belongs to the quantity ``phase`` of the same pathway (%). Where
+    the angle does not respond, or the foot is in the air, there is no value: flags ``not-identified`` and the
+    reason.
+    """
+    rows, budgets = [], []
+    for phase, fit in found.phases.items():
+        own = _of_phase(condition, phase, fit)
+        if not fit.flags:
+            budgets += contributions_of(own, fit.budget, list(QUANTITIES))
+            head = (EXPERIMENT, condition, pathway_of(phase), ESTIMATOR)
+            own.append(Estimate(*head, "phase", "%", float(found.at_percent[phase])))
+            own = recommended(own, pathway_of(phase), ESTIMATOR)
+        rows += own
+    return rows, budgets
+
+
+def _of_phase(condition: str, phase: float, fit: PhaseImpedance) -> list[Estimate]:
+    """I, B and K of one phase; without values where they say nothing."""
+    head = (EXPERIMENT, condition, pathway_of(phase), ESTIMATOR)
+    if fit.flags:
+        nothing = [
+            Estimate(*head, q, UNITS[q], float("nan"), n_perturbations=fit.perturbed) for q in QUANTITIES
+        ]
+        return flagged(nothing, "not-identified", fit.flags)
+    budget = fit.budget
+    numbers = np.stack([fit.values, budget.combined, fit.low, fit.high])
+    known = budget.type_a[0] == 0.0  # I was not estimated
+    return [
+        Estimate(
+            *(*head, quantity, UNITS[quantity]),
+            *numbers[:, k].tolist(),
+            n_perturbations=fit.perturbed,
+            u_type_a=float(budget.type_a[k]),
+            u_type_b=float(budget.type_b[k]),
+            flags="assumed" if known and quantity == "I" else "",
+        )
+        for k, quantity in enumerate(QUANTITIES)
+    ]

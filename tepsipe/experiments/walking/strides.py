@@ -12,8 +12,9 @@ from itertools import pairwise
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.walking.recording import WalkingRecording
+from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
 
+SHORTEST_CONTACT_S = 0.15
 ODD_STANCE = 0.25  # largest difference from the median stance, relative
 
 
@@ -140,6 +141,22 @@ def segment_strides(
     return Strides(start[~odd], stance[~odd], end[~odd], tuple(dropped))
 
 
+def detect_events(recording: WalkingRecording) -> tuple[np.ndarray, np.ndarray]:
+    """Heel strikes and toe-offs (s) by the vertical force: it rises above, and falls below, 30 N.
+
+    A contact or a pause of less than 0.15 s is none, for example a foot that scuffs the belt.
+    """
+    loaded = recording.vertical > CONTACT_N
+    shortest = round(SHORTEST_CONTACT_S * recording.rate_hz)
+    for state in (False, True):  # short pauses first, then short contacts
+        edges = np.flatnonzero(np.diff(loaded.astype(int))) + 1
+        for first, last in pairwise(edges):
+            if last - first < shortest and loaded[first] == state:
+                loaded[first:last] = not state
+    change = np.diff(loaded.astype(int))
+    return recording.time[np.flatnonzero(change > 0) + 1], recording.time[np.flatnonzero(change < 0) + 1]
+
+
 def locate_pulses(
     strides: Strides, onsets: Sequence[float], window_s: float, name: str = "walking"
 ) -> Pulses:
@@ -225,8 +242,10 @@ def refuse_swapped_belts(recording: WalkingRecording, strides: Strides) -> None:
     swing = np.zeros(time.size, dtype=bool)
     for start, stance, end in zip(strides.start, strides.stance, strides.end, strict=True):
         swing |= (time > start + stance + 0.05) & (time < end - 0.05)
+    if not swing.any():
+        return
     own, other = recording.vertical[swing].mean(), recording.other_vertical[swing].mean()
-    if own > other:
+    if own > max(other, CONTACT_N):
         raise InputError(
             f"{recording.name}: expected the foot's own belt unloaded in its swing, found {own:.0f} N on "
             "it and "

@@ -10,17 +10,20 @@ NAMES = {"state": "matched", "mean": "plain mean"}
 
 
 @in_style
-def plot_walking(rows: pd.DataFrame, needed: pd.DataFrame) -> Figure:
+def plot_walking(rows: pd.DataFrame, needed: pd.DataFrame, recovery: pd.DataFrame | None = None) -> Figure:
     """K (N·m/rad) over stance with its intervals, and strides for a standard uncertainty of 15 % of K.
 
-    ``rows`` and ``needed`` are the tables of the study (units in their columns). Phases without a finite
-    interval are left blank.
+    ``rows``, ``needed`` and ``recovery`` are the tables of the study (units in their columns). Phases without
+    a finite interval are left blank; crosses are the truth of simulated trials.
     """
     figure, (left, right) = new_figure(1, 2, 3.0)
     of_k = rows[(rows.quantity == "K") & np.isfinite(rows.ci_low.astype(float))]
     for colour, (condition, own) in zip(CYCLE, of_k.groupby("condition", sort=False), strict=False):
         ends = [own.value - own.ci_low, own.ci_high - own.value]
         left.errorbar(own.at_percent, own.value, yerr=ends, fmt="o-", color=colour, label=condition)
+        if recovery is not None:
+            true = recovery[(recovery.condition == condition) & (recovery.quantity == "K")]
+            left.plot(own.at_percent[: len(true)], true.truth, "x", color=colour)
     if of_k.empty:
         left.set_yticks([])
         left.text(

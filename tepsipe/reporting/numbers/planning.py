@@ -32,7 +32,7 @@ def plan_data(plan: pd.DataFrame, pulses: pd.DataFrame, filters: pd.DataFrame, a
         "title": about["title"],
         "code": about["code"],
         "seed": about["settings"]["seed"],
-        "draws": about["settings"]["draws"],
+        "draws": _draws(plan),
         "findings": [*_of_designs(plan), *_of_pulses(pulses), *_of_filters(filters)],
         "recommendation": _recommendation(filters),
         "designs": [_design_cells(row) for row in plan[plan.quantity == "K"].itertuples()],
@@ -105,12 +105,17 @@ def _usual(filters: pd.DataFrame) -> pd.DataFrame:
     return filters[(filters.kind == "zero-lag") & (filters.order == 4)]
 
 
+def _draws(plan: pd.DataFrame) -> str:
+    """Numbers of draws of the designs."""
+    return " or ".join(str(n) for n in sorted(set(plan.draws)))
+
+
 def _of_designs(plan: pd.DataFrame) -> list[str]:
     ratio = 100.0 * (plan.monte_carlo_u / plan.predicted_u - 1.0)
     of_k = ratio[plan.quantity == "K"]
     chance = 100.0 * float(plan.monte_carlo_error.max())
     found = [
-        f"The standard deviation of K over {int(plan.draws.max())} draws of noise differs from the "
+        f"The standard deviation of K over {_draws(plan)} draws of noise differs from the "
         "predicted one by "
         f"{percent(of_k.min())} to {percent(of_k.max())} % in {len(of_k)} designs, that of I, B and K by "
         "at most "

@@ -8,7 +8,13 @@ import pandas as pd
 from tepsipe.reporting.numbers.format import number
 
 
-def walking_data(rows: pd.DataFrame, needed: pd.DataFrame, about: list[dict], study: dict) -> dict:
+def walking_data(
+    rows: pd.DataFrame,
+    needed: pd.DataFrame,
+    about: list[dict],
+    study: dict,
+    recovery: pd.DataFrame | None = None,
+) -> dict:
     """What the chapter reads.
 
     Parameters
@@ -19,6 +25,8 @@ def walking_data(rows: pd.DataFrame, needed: pd.DataFrame, about: list[dict], st
         Per trial: condition, strides (-), pulses (-), stance_s, bandwidth_hz, agreement_Nm, dropped.
     study : dict
         title, recordings_source, planned (section of the configuration), code (version).
+    recovery : DataFrame or None
+        Truth of simulated trials (units in its column), None where there are none.
 
     Returns
     -------
@@ -32,7 +40,12 @@ def walking_data(rows: pd.DataFrame, needed: pd.DataFrame, about: list[dict], st
         "amplitude": f"{study['planned']['amplitude_deg']:g}",
         "ramp": f"{1e3 * study['planned']['duration_s']:g}",
         "damping": f"{study['planned']['damping_Nms_per_rad']:g}",
-        "findings": [sentence for trial in about for sentence in _sentences(trial, rows, needed)],
+        "simulated": [trial["condition"] for trial in about if trial.get("source") == "virtual_lab"],
+        "findings": [
+            *(sentence for trial in about for sentence in _sentences(trial, rows, needed)),
+            *([] if recovery is None else _recovered(recovery)),
+        ],
+        "strides": study["planned"]["strides"],
         "rows": [_cells(row) for row in rows[rows.quantity != "I"].itertuples()],
         "needed": _needed(needed),
         "dropped": [text for trial in about for text in trial["dropped"]],
@@ -60,11 +73,20 @@ def _sentences(trial: dict, rows: pd.DataFrame, needed: pd.DataFrame) -> list[st
             f"{name}: pulses of no size at random strides give infinite intervals of K at all {len(own)} "
             "phases."
         )
-    elif len(silent):
+    in_the_air = own[own["flags"] == "no-contact"]
+    if len(in_the_air):
+        phases = ", ".join(f"{p:g}" for p in in_the_air.phase_percent)
+        found.append(
+            f"{name}: at {phases} % of stance the foot is in the air; pulses there are a control, and have "
+            "no impedance."
+        )
+    if len(silent) and (len(silent) < len(own) or trial["pulses"]):
         phases = ", ".join(f"{p:g}" for p in silent.phase_percent)
         found.append(
             f"{name}: the angle does not respond at {phases} % of stance, the interval of K is infinite."
         )
+    if trial.get("source") == "virtual_lab":
+        return found
     matched = needed[(needed.condition == name) & (needed.matching == "state")]
     counts = [
         f"{math.ceil(c)} at {p:g} %"
@@ -77,6 +99,23 @@ def _sentences(trial: dict, rows: pd.DataFrame, needed: pd.DataFrame) -> list[st
         + "".join(f", {count}" for count in others)
         + "."
     )
+    return found
+
+
+def _recovered(recovery: pd.DataFrame) -> list[str]:
+    """How far K of simulated trials is from the truth."""
+    found = []
+    for condition, own in recovery[recovery.quantity == "K"].groupby("condition", sort=False):
+        errors = 100.0 * own.relative_error.astype(float)
+        held = int(own.covered.astype(str).str.lower().eq("true").sum())
+        each = ", ".join(
+            f"{error:+.1f} % at {pathway.removeprefix('stance-')} %".replace("-", "−")
+            for error, pathway in zip(errors, own.pathway, strict=True)
+        )
+        found.append(
+            f"{condition}, simulated: errors of K are {each} of stance; {held} of {len(own)} intervals hold "
+            "the truth."
+        )
     return found
 
 
@@ -108,10 +147,10 @@ def _needed(needed: pd.DataFrame) -> list[list[str]]:
                 number(state.K_Nm_per_rad),
                 number(mean.moment_sd_Nm),
                 number(state.moment_sd_Nm),
-                number(math.degrees(mean.angle_sd_rad)),
-                number(math.degrees(state.angle_sd_rad)),
                 str(math.ceil(mean.strides_for_15_percent)),
                 str(math.ceil(state.strides_for_15_percent)),
+                str(int(state.planned_strides)),
+                f"{state.planned_u_percent:.0f}",
             ]
         )
     return cells

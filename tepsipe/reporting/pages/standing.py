@@ -12,6 +12,9 @@ from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.signals import belt_panel, force_panels, hidden_sentences, marker_panels
 from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, Section, Trace
 
+# where the centre of the ankle is taken to be, if not where quiet sway shows it
+NOT_SEEN = "palpated, because quiet sway does not show it; the interval contains its uncertainty"
+
 
 def standing_page(
     trial: Trial, fit: Result, epochs: Result, estimates: Sequence[Estimate], choices: dict
@@ -44,6 +47,9 @@ def standing_page(
         ("Perturbations", f"{fit.facts['perturbations']}, of which {fit.facts['responses']} are used"),
         ("Critical stiffness m g h", f"{critical:.4g} N·m/rad"),
     ]
+    if "broadband" in epochs.facts:
+        seen = epochs.facts["broadband"]["centre_used"]
+        facts.append(("Centre of the ankle", "from quiet sway" if seen else NOT_SEEN))
     reasons = [*([epochs.facts["fault"]] if epochs.facts.get("fault") else []), *fit.facts["left_out"]]
     reasons = list(dict.fromkeys([*reasons, *hidden_sentences(trial)]))
     flags = header.flagged(estimates)

@@ -10,22 +10,20 @@ What stopped a job stands in ``.snakemake/tepsipe/stopped.json``: its rule, log,
 same would happen again (``lasting``), or not, as after a signal or with a full disk.
 """
 
-import atexit
-import ctypes
-import gc
 import importlib
 import json
 import os
-import pkgutil
-import runpy
 import sys
-from contextlib import suppress
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[3]))
 
 from snakemake.script import Snakemake
 from snakemake_interface_executor_plugins.executors.base import SubmittedJobInfo
 from snakemake_interface_executor_plugins.executors.real import RealExecutor
 from snakemake_interface_executor_plugins.settings import CommonSettings
+
+from workflow.support.forks import FAILED, run_script, warm_up
 
 common_settings = CommonSettings(
     non_local_exec=False,
@@ -37,22 +35,6 @@ common_settings = CommonSettings(
 
 STOPPED = Path(".snakemake") / "tepsipe" / "stopped.json"
 SCRIPTS = Path(__file__).parents[2] / "scripts"
-# errors of the machine, not of the study: the same job may succeed when it is run again
-PASSING = (OSError, MemoryError, KeyboardInterrupt)
-FAILED, PASSED = 1, 3
-# packages of the library that scripts of rules import; figures need more, and import it themselves
-LIBRARY = (
-    "experiments",
-    "identification",
-    "io",
-    "mechanics",
-    "signals",
-    "statistics",
-    "treadmill",
-    "virtual_lab",
-)
-# of malloc.h
-M_TRIM_THRESHOLD, M_TOP_PAD, M_MMAP_THRESHOLD = -1, -2, -3
 
 
 class Executor(RealExecutor):
@@ -62,7 +44,9 @@ class Executor(RealExecutor):
         for library in ("OMP", "OPENBLAS", "MKL"):
             os.environ[f"{library}_NUM_THREADS"] = "1"
         sys.path.insert(0, str(SCRIPTS))
-        _warm_up()
+        warm_up()
+        # a fork reads what this run has written, and a fork that crashes ends nothing else
+        importlib.import_module("tepsipe.io.hdf5_file").read_directly()
 
     def run_job(self, job):
         """Run the job's script in a fork, and tell Snakemake how it ended."""
@@ -100,50 +84,6 @@ class Executor(RealExecutor):
         return self.workflow.resource_settings.cores
 
 
-def _warm_up() -> None:
-    """Import once what scripts need, and let forks use their memory again and again."""
-    import ezc3d  # noqa: F401
-    import h5py  # noqa: F401
-    import scipy
-
-    import tepsipe.io.hdf5_file
-    import tepsipe.reporting.recovery
-
-    for package in (
-        "fft",
-        "interpolate",
-        "io",
-        "linalg",
-        "ndimage",
-        "optimize",
-        "signal",
-        "special",
-        "stats",
-    ):
-        getattr(scipy, package)
-    for package in LIBRARY:
-        found = importlib.import_module(f"tepsipe.{package}")
-        for module in pkgutil.walk_packages(found.__path__, f"{found.__name__}."):
-            importlib.import_module(module.name)
-    # a fork reads what this run has written, and a fork that crashes ends nothing else
-    tepsipe.io.hdf5_file.read_directly()
-    _keep_memory()
-    # a collection in a fork would copy every page that this process shares with it
-    gc.freeze()
-
-
-def _keep_memory() -> None:
-    """Let the C library keep what arrays free: giving it back costs a fault per page at the next array."""
-    with suppress(OSError, AttributeError):
-        mallopt = ctypes.CDLL(None).mallopt
-        for option, bytes_ in (
-            (M_MMAP_THRESHOLD, 32 << 20),
-            (M_TRIM_THRESHOLD, 512 << 20),
-            (M_TOP_PAD, 16 << 20),
-        ):
-            mallopt(option, bytes_)
-
-
 def _in_a_fork(job) -> int:
     """Exit status of the job's script: 0, `FAILED`, `PASSED`, or minus the signal that ended it."""
     sys.stdout.flush()
@@ -155,22 +95,10 @@ def _in_a_fork(job) -> int:
 
 
 def _run(job) -> int:
-    """Run the script as Snakemake does it, in this process, and everything that it wants done at exit."""
-    atexit._clear()
+    """Run the script as Snakemake does it, in this process."""
     script = SCRIPTS / Path(str(job.rule.script)).name
-    sys.argv = [str(script.with_name(f"{job.jobid}.{script.name}"))]
-    status = 0
-    try:
-        runpy.run_path(str(script), {"snakemake": _seen_by_the_script(job)}, run_name="__main__")
-    except SystemExit as error:
-        status = FAILED if error.code else 0
-    except BaseException as error:
-        sys.excepthook(*sys.exc_info())
-        status = PASSED if isinstance(error, PASSING) else FAILED
-    atexit._run_exitfuncs()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    return status
+    name = str(script.with_name(f"{job.jobid}.{script.name}"))
+    return run_script(script, name, {"snakemake": _seen_by_the_script(job)})
 
 
 def _seen_by_the_script(job) -> Snakemake:

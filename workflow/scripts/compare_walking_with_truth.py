@@ -1,0 +1,16 @@
+"""Compare I, B and K of simulated walking trials with the truth at the phase to which they belong."""
+
+import job
+
+job.start(snakemake)
+
+from tepsipe.io.estimates import read_estimates
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.reporting.recovery import compare_phases_with_truth, write_recovery
+
+curves = {
+    condition: read_text_table(path, {name: name for name in ("percent", "I", "B", "K")}, ",")
+    for condition, path in zip(snakemake.params.conditions, snakemake.input.truth, strict=True)
+}
+rows = compare_phases_with_truth(read_estimates(snakemake.input.estimates), curves)
+write_recovery(snakemake.output.table, rows)
