@@ -30,6 +30,7 @@ from tepsipe.reporting.numbers import (
     laboratory,
     operating_points,
     participants,
+    planned,
     platform,
     position_manipulator,
     shown_signals,
@@ -43,6 +44,7 @@ from tepsipe.reporting.numbers import (
     wristalyzer,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
+from tepsipe.reporting.planned import read_planned
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import read_scores
 
@@ -123,6 +125,10 @@ if "dummy" in experiments:
 if snakemake.input.thesis_dummy:
     found, cells = snakemake.input.thesis_dummy
     data["thesis_dummy"] = thesis_dummy.thesis_dummy_data(read_result(found), read_cells(cells))
+if snakemake.input.planned:
+    data["planned"] = planned.planned_data(
+        read_planned(snakemake.input.planned[0]), snakemake.params.planned_joint
+    )
 if snakemake.input.forward:
     forward = pd.read_csv(snakemake.input.forward[0], dtype=text_columns)
     data["simulation"] = simulations.forward_data(
