@@ -22,7 +22,7 @@ preserves their linear relation. The criterion
 
 is minimised over the N samples of the fitted part, with every group of regressors scaled to unit size. W
 whitens the slow voluntary torque (`tepsipe.identification.slow_torque`): generalised least squares. The
-offset is the mean of what is left without W. h[-1], h[0] and h[1] are not penalised: by central differences
+offset is the mean of the residual without W. h[-1], h[0] and h[1] are not penalised: by central differences
 they are I theta'' + B theta' + K theta. Roughness are second differences between knots, or the size of the
 Laguerre coefficients; a large lambda reduces the model to I, B, K and stops. The structure is selected by
 cross-validation (`tepsipe.identification.cascade_selection`).

@@ -23,7 +23,7 @@ from tepsipe.signals.resampling import (
 
 # torque per angle (N·m/rad) below which columns are taken for exchanged, and least swing of an angle (rad)
 EXCHANGED_NM_PER_RAD, LEAST_SWING_RAD = 0.1, 1e-3
-# a saturated torque stays at its extreme value for so long (s), in so many stretches
+# a saturated torque stays at its extreme value for this time (s), in this number of stretches
 SATURATED_S, SATURATED_STRETCHES = 0.02, 3
 RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
 
