@@ -28,6 +28,14 @@ def test_wide_distribution_is_cut_off_at_zero_and_keeps_its_shape_elsewhere(entr
     assert stats.kstest(found, expected.cdf).pvalue > 0.01
 
 
+def test_share_stays_between_its_limits():
+    found = values({"normal": 0.5, "relative": True, "below": 1.0}, 0.6)
+    assert (found > 0.0).all()
+    assert 0.95 < found.max() < 1.0
+    expected = stats.truncnorm(-2.0, 4.0 / 3.0, loc=0.6, scale=0.3)
+    assert stats.kstest(found, expected.cdf).pvalue > 0.01
+
+
 def test_only_draws_beyond_zero_change():
     free, kept = values({"normal": 0.8}), values({"normal": 0.8, "positive": True})
     beyond = free <= 0.0
@@ -57,8 +65,9 @@ def test_shipped_constants_stay_physical_in_shifted_and_heavy_tailed_laboratorie
 @pytest.mark.parametrize(
     ("entry", "nominal", "part"),
     [
-        ({"rectangular": 0.1, "positive": True}, -1.0, "which is to be positive, found -1"),
-        ({"rectangular": 0.1, "relative": True, "shift": 1e6}, 1.0, "on its side of 0"),
+        ({"rectangular": 0.1, "positive": True}, -1.0, "says that it lies (positive, below), found -1"),
+        ({"rectangular": 0.1, "below": 1.0}, 2.0, "found 2: correct"),
+        ({"rectangular": 0.1, "relative": True, "shift": 1e6}, 1.0, "with the sign of 1 and below its limit"),
     ],
 )
 def test_impossible_signs_are_refused_in_one_sentence(entry, nominal, part):

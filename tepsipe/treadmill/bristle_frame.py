@@ -39,6 +39,13 @@ CONSTANTS = (
     *("moment_mass", "moment_viscous", "lever_m", "cross_talk_m"),
 )
 AT = {name: k for k, name in enumerate(CONSTANTS)}
+# constants that the response of the frame, the friction and the state of the bristles depend on
+OF_FRAME = (*CONSTANTS[:7], "mount_share", "mount_time_s")
+OF_BRISTLES = ("lag_s", "bristle_m", "stribeck", "stribeck_speed_m_per_s")
+OF_FRICTION = (
+    *OF_BRISTLES,
+    *("friction_speed_m_per_s", "force_viscous", "friction", "friction_per_kg", "bristle", "bristle_per_kg"),
+)
 SEARCHED = 14  # the first of the constants are searched for, the others follow by least squares
 
 
@@ -106,7 +113,7 @@ class BristleFrame(BeltModel):
         """
         carried_force = recording.carried_kg * recording.acceleration
         load = recording.carried + self.added(recording, carried_force)
-        predicted = self._through(recording, load, inverse=False) - recording.carried
+        predicted = self._through(recording, _spectrum(load), inverse=False) - recording.carried
         return _from_each_pulse(recording, predicted)
 
     def compensate(
@@ -133,7 +140,9 @@ class BristleFrame(BeltModel):
         InputError
             If the belt was not perturbed by separate pulses.
         """
-        before = self._through(recording, recording.load + recording.carried, inverse=True)
+        whole = recording.once("spectrum", lambda: _spectrum(recording.load + recording.carried))
+        key = ("before", self.component, *self._constants(OF_FRAME))
+        before = recording.once(key, lambda: self._through(recording, whole, inverse=True))
         added = self.added(recording, np.zeros_like(before) if force is None else force, friction)
         return before - added - recording.carried
 
@@ -192,28 +201,45 @@ class BristleFrame(BeltModel):
         InputError
             If the belt was not perturbed by separate pulses.
         """
+        return recording.once(("friction", *self._constants(OF_FRICTION)), lambda: self._friction(recording))
+
+    def _friction(self, recording: BeltRecording) -> np.ndarray:
         kg, lag_s = recording.carried_kg, self.constant("lag_s")
-        pulses = pulses_of(recording)
+        pulses = recording.once("pulses", lambda: pulses_of(recording))
         w = pulses.velocity + lag_s * pulses.acceleration
         smooth = self.constant("friction") + kg * self.constant("friction_per_kg")
         bristle = self.constant("bristle") + kg * self.constant("bristle_per_kg")
         rubbing, last = smooth * w / np.hypot(self.constant("friction_speed_m_per_s"), w), 0.0
         if bristle != 0.0:
-            z, last = _bristles(pulses, w, self.constants)
+            key = ("bristles", *self._constants(OF_BRISTLES))
+            z, last = recording.once(key, lambda: _bristles(pulses, w, self.constants))
             rubbing = rubbing + bristle * z
         sliding = recording.velocity + lag_s * recording.acceleration
         last = np.broadcast_to(bristle * last, pulses.start.shape)
         return self.constant("force_viscous") * sliding + held(recording, pulses, rubbing, last)
 
-    def _through(self, recording: BeltRecording, x: np.ndarray, *, inverse: bool) -> np.ndarray:
-        """``x`` filtered by the response to a force or a moment, or by its inverse, shape (n,)."""
-        # the ends differ where bristles stay bent: a line between them is passed on as it is
-        line = np.linspace(x[0], x[-1], x.size)
-        s = 2j * np.pi * np.fft.rfftfreq(x.size, 1.0 / recording.rate_hz)
+    def _constants(self, names: tuple[str, ...]) -> list[float]:
+        return [self.constant(name) for name in names]
+
+    def _through(
+        self, recording: BeltRecording, x: tuple[np.ndarray, np.ndarray], *, inverse: bool
+    ) -> np.ndarray:
+        """A signal, as `_spectrum`, filtered by the response to a force or a moment, or by its inverse."""
+        spectrum, line = x
+        s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
         response = frame_response(self.constants, s, recording.carried_kg, self.component)
         if self.component == "Fy":
             response = response * mount_response(self.constants, s)
-        return np.fft.irfft(np.fft.rfft(x - line) * (1.0 / response if inverse else response), x.size) + line
+        return np.fft.irfft(spectrum * (1.0 / response if inverse else response), line.size) + line
+
+
+def _spectrum(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Spectrum of ``x``, shape (n,), less a line between its ends, and the line (unit of ``x``).
+
+    The ends differ where bristles stay bent: the line is passed on as it is.
+    """
+    line = np.linspace(x[0], x[-1], x.size)
+    return np.fft.rfft(x - line), line
 
 
 def frame_response(

@@ -111,6 +111,7 @@ def compensated_draws(
     if not groups:
         return {component: np.empty((0, x.size)) for component, x in best.items()}
     found = {component: np.tile(x, (deviations[0].shape[0], 1)) for component, x in best.items()}
+    change = np.empty_like(next(iter(found.values())))
     for k, members in enumerate(groups):
         for constant in np.flatnonzero(deviations[k].std(axis=0) > 0.0):
             step = np.zeros(deviations[k].shape[1])
@@ -123,7 +124,8 @@ def compensated_draws(
             }
             for component, x in compensated_loads(moved, recordings).items():
                 slope = (x - best[component]) / step[constant]
-                found[component] += np.outer(deviations[k][:, constant], slope)
+                np.multiply(deviations[k][:, constant, None], slope, out=change)
+                found[component] += change
     return found
 
 

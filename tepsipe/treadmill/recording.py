@@ -3,8 +3,10 @@
 Symbols: v belt velocity (m/s), a belt acceleration (m/s²), L belt-induced load (N or N·m).
 """
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy
@@ -71,6 +73,20 @@ class BeltRecording:
         """Derivative of ``raw_velocity`` (m/s²), shape (n,), by a cubic spline."""
         time = np.arange(self.raw_velocity.size) / self.rate_hz
         return scipy.interpolate.CubicSpline(time, self.raw_velocity).derivative()(time)
+
+    @cached_property
+    def _known(self) -> dict[Hashable, Any]:
+        return {}
+
+    def once(self, key: Hashable, compute: Callable[[], Any]) -> Any:
+        """What ``compute`` returns, once for this recording and a key that names what else it depends on.
+
+        Draws of a model's constants change one at a time: most of what a model computes stays as it was. The
+        result (unit of ``compute``) is shared and must not be changed.
+        """
+        if key not in self._known:
+            self._known[key] = compute()
+        return self._known[key]
 
     def through_lowpass(self, x: np.ndarray) -> np.ndarray:
         """``x``, shape (n,) or (n, c), filtered like the recording's signals (unit of ``x``)."""

@@ -6,8 +6,9 @@ file. Each number has a generator of its own, seeded by the laboratory's seed an
 changes no other draw.
 
 A mass, a share or a rate that is drawn as a part of its number keeps the number's sign, and an entry may say
-that its numbers are positive: a draw beyond 0 is repeated by the same generator, so the distribution is cut
-off there and other numbers, of this laboratory and of others, stay as they are.
+that its numbers are positive, or below a limit such as the 1 of a share: a draw beyond is repeated by the
+same generator, so the distribution is cut off there and other numbers, of this laboratory and of others, stay
+as they are.
 """
 
 import copy
@@ -17,7 +18,7 @@ from random import Random
 from statistics import NormalDist
 
 DISTRIBUTIONS = ("normal", "rectangular", "student")
-FURTHER = ("relative", "shift", "positive")
+FURTHER = ("relative", "shift", "positive", "below")
 # draws of one number until one has the right sign
 TRIES = 1000
 
@@ -56,7 +57,8 @@ def draw_laboratory(constants: dict) -> dict:
         ``{"rectangular": half width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the
         unit of the key, or with ``"relative": True`` as parts of the number, whose sign stays. ``"shift"``
         moves the mean of each number by so many standard deviations up or, as likely, down. With
-        ``"positive": True`` draws of 0 or less are repeated. None draws nothing.
+        ``"positive": True`` draws of 0 or less are repeated, with ``"below"`` those of a limit (unit of the
+        key) or more. None draws nothing.
 
     Returns
     -------
@@ -66,8 +68,8 @@ def draw_laboratory(constants: dict) -> dict:
     Raises
     ------
     ValueError
-        In one sentence, if a path names no number, a distribution is none of these, or no draw has the
-        sign that it must have.
+        In one sentence, if a path names no number, a distribution is none of these, or no draw lies where it
+        must.
     """
     found = copy.deepcopy(constants)
     for number in drawn_numbers(constants):
@@ -120,27 +122,28 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
 
 
 def _value(number: DrawnNumber, freedom: float, choice: dict, random: Random) -> float:
-    """A draw (unit of the number) with the sign that it must have."""
+    """A draw (unit of the number) that lies where it must."""
     first = _standardised(number.distribution, freedom, random)
     mean = 0.0
     if choice.get("shift"):
         mean = choice["shift"] * (1.0 if random.random() < 0.5 else -1.0)
-    if choice.get("positive", False) and number.nominal <= 0.0:
+    positive, below = choice.get("positive", False), choice.get("below", math.inf)
+    if (positive and number.nominal <= 0.0) or number.nominal >= below:
         raise ValueError(
-            f"expected a number above 0 for {number.path!r}, which is positive by its entry in 'drawn', "
-            f"found {number.nominal:g}: correct one of the two"
+            f"expected {number.path!r} where its entry in 'drawn' says that it lies (positive, below), found "
+            f"{number.nominal:g}: correct one of the two"
         )
-    keeps = choice.get("relative", False) or choice.get("positive", False)
+    keeps = choice.get("relative", False) or positive
     for _ in range(TRIES):
         value = number.nominal + number.standard_deviation * first
         if mean:
             value += mean * number.standard_deviation
-        if not keeps or value * number.nominal > 0.0:
+        if value < below and (not keeps or value * number.nominal > 0.0):
             return value
         first = _standardised(number.distribution, freedom, random)
     raise ValueError(
-        f"expected a distribution of {number.path!r} in 'drawn' on its side of 0, found none of {TRIES} "
-        "draws there: make it narrower, or its shift smaller"
+        f"expected a distribution of {number.path!r} in 'drawn' with the sign of {number.nominal:g} and "
+        f"below its limit, found none of {TRIES} draws there: make it narrower, or its shift smaller"
     )
 
 

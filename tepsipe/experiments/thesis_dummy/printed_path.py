@@ -5,6 +5,7 @@ equations are applied (thesis section 3-1-2, eqs 3-8 and 3-9): what would this j
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -71,6 +72,19 @@ class BeltMotion:
     position: scipy.interpolate.PPoly
     acceleration: np.ndarray
     perturbations: list[Perturbation]
+
+    @cached_property
+    def _known(self) -> dict[float, np.ndarray]:
+        return {}
+
+    def position_after(self, late_s: float) -> np.ndarray:
+        """Position of the foot (m), shape (n - 2,), a time after all frames but the first and the last.
+
+        It is evaluated once: a search asks hundreds of times.
+        """
+        if late_s not in self._known:
+            self._known[late_s] = self.position(self.time[1:-1] + late_s)
+        return self._known[late_s]
 
 
 def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> BeltMotion:
@@ -164,10 +178,10 @@ def printed_fits(
     for k, (after, (anterior, longitudinal)) in enumerate(
         zip(path.sampled_after_s, path.markers.layout_m, strict=True)
     ):
-        instants = frames + after
-        th, foot = angle(instants), belt.position(instants)
-        positions[:, k, 0] = foot + anterior * np.cos(th) + longitudinal * np.sin(th)
-        positions[:, k, 1] = longitudinal * np.cos(th) - anterior * np.sin(th)
+        th = angle(frames + after)
+        cosine, sine = np.cos(th), np.sin(th)
+        positions[:, k, 0] = belt.position_after(float(after)) + anterior * cosine + longitudinal * sine
+        positions[:, k, 1] = longitudinal * cosine - anterior * sine
     if marker_noise_m:
         positions += marker_noise_m * rng.standard_normal(positions.shape)
     motion = segment_motion(
