@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -9,6 +10,7 @@ from tepsipe.reporting.numbers.abstract import _standing
 from tepsipe.reporting.numbers.dummy import _vaf_of_trial
 from tepsipe.reporting.numbers.figure_findings import figure_findings_of
 from tepsipe.reporting.numbers.position_manipulator import _raises
+from tepsipe.reporting.numbers.shown_signals import belt_signals, muscle_signals, simulated_signals
 from tepsipe.reporting.numbers.simulations import _of_noise
 from tepsipe.reporting.numbers.treadmill import foot_data
 from tepsipe.reporting.numbers.wristalyzer import _leaks
@@ -104,6 +106,71 @@ def test_latencies_without_an_onset_have_no_error(latency, told):
     assert words.endswith(f"the largest error is 3.1 % in stiffness{told}")
 
 
+def forward(angle, torque):
+    """VAF (%) of three sets of parameters in S1 and S52: of the angle and of the printed torque."""
+    rows = []
+    for condition in ("sine-0.1", "sine-0.5-8s"):
+        for k, name in enumerate(("wristalyzer", "tep", "corrected")):
+            for quantity, values in (("theta", angle), ("tau", torque), ("tau_consistent", angle)):
+                vaf = {"vaf_trial": values[k], "vaf_perturbation": values[k]}
+                rows.append({"condition": condition, "parameter_set": name, "quantity": quantity, **vaf})
+    return {"signals": simulated_signals(pd.DataFrame(rows), {"4_7": "sine-0.1", "4_8": "sine-0.5-8s"})}
+
+
+@pytest.mark.parametrize(
+    ("angle", "best", "worst"),
+    [((90.0, -2000.0, 80.0), "Wristalyzer", "TEP-SIPE as printed"), ((1.0, 99.0, 2.0), "TEP-SIPE as printed",
+      "Wristalyzer")],
+)  # fmt: skip
+def test_captions_of_simulations_name_the_parameters_that_predict_best(angle, best, worst):
+    found = figure_findings_of({"simulation": forward(angle, angle[::-1])})
+    assert f"best by the parameters of {best} in 2 of 2 conditions" in found["4_10"]
+    assert f"the parameters of {best} predict the angle best" in found["4_8"] and "S52" in found["4_8"]
+    assert f"those of {worst} worst" in found["4_7"]
+    assert ("below \N{MINUS SIGN}1000 %" in found["4_7"]) is (min(angle) < -1000.0)
+    assert figure_findings_of({"simulation": {"compared": None}}) == {}
+
+
+@pytest.mark.parametrize("delay", [0, 5])
+def test_caption_of_the_pulses_measures_peak_and_delay_of_the_belt(delay):
+    time = np.arange(0.0, 2.0, 0.004)
+    command = -np.sin(2.0 * np.pi * (time - 1.0) / 0.1) * (np.abs(time - 1.05) < 0.05)
+    belt = 0.8 * np.roll(command, delay)
+    fit = SimpleNamespace(
+        arrays={
+            "time": time,
+            "belt_velocity": belt,
+            "belt_command": command,
+            "windows": np.array([[250, 280]]),
+        }
+    )
+    assert belt_signals({"S1": fit}) == {"peak": "80", "delay": f"{4 * delay}"}
+    fit.arrays["belt_command"] = 0.0 * command
+    assert belt_signals({"S1": fit}) is None
+
+
+def test_muscles_without_an_onset_have_no_latency_in_a_caption():
+    time = np.array([-0.1, 0.05, 0.1])
+    activity = np.array([[9.0, 1.0, 4.0], [0.0, 0.0, 0.0]])
+    trial = SimpleNamespace(arrays={"mean/time": time, "activity/TA": activity})
+
+    def task(latency):
+        onset = {"latency_s": latency, "interval_s": None}
+        facts = {
+            "latencies": {"TA": {"changepoint": onset, "threshold": {"latency_s": 0.05}, "responses": 3}}
+        }
+        arrays = {"windows/length": np.array([0.03, 0.3]), "windows/K": np.array([[400.0], [-50.0]])}
+        return SimpleNamespace(facts=facts, arrays=arrays)
+
+    found = muscle_signals({"a": trial}, {"relax": task(0.04)}, "changepoint")
+    # the sample before the onset does not count
+    assert found["largest"] == {"muscle": "TA", "condition": "a", "peak": "4.0", "at": "100"}
+    assert (found["latency"], found["detectors"]) == ("40", "10")
+    assert found["plain"]["relax"]["K"] == "\N{MINUS SIGN}50.0 to 400"
+    silent = muscle_signals({}, {"relax": task(None)}, "changepoint")
+    assert (silent["largest"], silent["latency"]) == (None, None)
+
+
 @pytest.mark.parametrize("usual", [True, False])
 def test_captions_tell_the_usual_findings_only_where_they_hold(usual):
     manipulator = {
@@ -115,10 +182,16 @@ def test_captions_tell_the_usual_findings_only_where_they_hold(usual):
         "recommended_mean_stiffness": "9", "printed_mean_stiffness": "6", "vaf_lower": usual,
         "vaf_of_trial": usual,
     }  # fmt: skip
-    noise = {"figure_stiffness": "15", "level": "20", "iv_error": "0.2", "method_sound": usual}
+    noise = {
+        "figure_stiffness": "15", "level": "20", "iv_error": "0.2", "method_sound": usual,
+        "shown": {"as-printed": "1.0 to 9.9", "recommended": "15.0"} if usual else None,
+    }  # fmt: skip
     found = figure_findings_of({"wristalyzer": manipulator, "dummy": dummy, "noise": noise, "weight": None})
-    for name in ("starting_values", "pathways", "torque", "dummy_cross_validation", "noise"):
+    for name in ("starting_values", "pathways", "torque", "noise"):
         assert (name in found) is usual, name
+    assert ("more on the predicted trial" in found["dummy_cross_validation"]) is usual
     assert ("K falls" in found["4_4"]) is usual
     assert ("the same admittance" in found["averaging"]) is usual
-    assert "K = 15 N·m/rad" in found["4_12"]
+    assert ("4_12" in found) is usual
+    if usual:
+        assert "K = 1.0 to 9.9 N·m/rad for a simulated K of 15 N·m/rad" in found["4_12"]

@@ -280,4 +280,4 @@ def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
     assert data["engine"] == "the multi-body engine MuJoCo"
     (told,) = data["unsettled"]
     assert "S1" in told
-    assert "falls" in told
+    assert "ends in a fall in S1" in told

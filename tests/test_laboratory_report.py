@@ -1,11 +1,13 @@
 """The report says which mechanisms of the laboratory are on and what was drawn."""
 
 import copy
+import re
 
 import pytest
 
 from tepsipe.reporting.laboratory import MECHANISMS, laboratory_rows, read_laboratory, write_laboratory
 from tepsipe.reporting.numbers.laboratory import laboratory_data
+from tepsipe.reporting.numbers.laboratory_words import DRAWN, MEASURES
 from workflow.support.start import checked_sections
 
 EVERYTHING = ["wristalyzer", "dummy", "weight", "standing"]
@@ -59,6 +61,23 @@ def test_numbers_of_one_list_are_one_row_with_the_largest_deviation(truth):
     assert mass["nominal"] == "0.4"
     # digits by the standard deviation of the draw, 4.3 g
     assert mass["value"] == f"{truth['dummy']['subject']['leg_mass_kg']:.4f}"
+
+
+def test_constants_are_told_in_words_and_units(truth):
+    found = laboratory_data(laboratory_rows(truth, EVERYTHING))
+    rows = [*found["on"], *found["off"], *found["drawn"]]
+    told = [(row.get("measure", row["name"]), row["unit"]) for row in rows]
+    assert all("_" not in word + unit and word for word, unit in told)
+    # every constant that may be drawn or switched has its own words
+    assert {re.sub(r"(\.\d+)+$", "", row.key) for row in laboratory_rows(truth, EVERYTHING)} <= {
+        *MEASURES,
+        *DRAWN,
+    }
+    by_key = {row["key"]: row for row in rows}
+    assert by_key["dummy.subject.leg_inertia_kgm2"]["unit"] == "kg·m²"
+    assert by_key["standing.skin.slip_m_per_rad"]["unit"] == "m/rad"
+    axis = [row["name"] for row in found["drawn"] if row["key"] == "standing.markers.joint_centre_m"]
+    assert [name.rpartition(", ")[2] for name in axis] == ["forwards", "upwards"]
 
 
 def test_every_drawn_number_is_in_the_table_of_a_whole_study(truth):

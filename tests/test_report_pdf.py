@@ -1,8 +1,10 @@
 """The PDF of the tiny study, read as a reader would: words, references and pages."""
 
+import json
 import re
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 from study_builders import estimates
 
@@ -11,16 +13,18 @@ pytestmark = pytest.mark.study
 FOOTER, HEADER = 55.0, 65.0  # heights (pt) without text of the page
 # identifiers that are words, too
 PLAIN = ("least-squares", "output-error", "single-joint", "joint-likelihood")
+SMALLEST = 7.4  # size of a font (pt)
 FILL = 0.6  # a page of a study with few trials; chapters end where they end
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A piece of text on a page: words, font, height from the bottom (pt)."""
+    """A piece of text on a page: words, font, height from the bottom and size of the font (pt)."""
 
     text: str
     font: str
     height: float
+    size: float
 
 
 @pytest.fixture(scope="module")
@@ -43,10 +47,11 @@ def words(pages):
 def _pieces(page):
     found = []
 
-    def visit(text, matrix, text_matrix, font, _size):
+    def visit(text, matrix, text_matrix, font, size):
         if text.strip():
             name = str(font.get("/BaseFont", "")) if font else ""
-            found.append(Piece(text, name, matrix[5] + matrix[3] * text_matrix[5]))
+            scale = abs(matrix[3] * text_matrix[3])
+            found.append(Piece(text, name, matrix[5] + matrix[3] * text_matrix[5], scale * size))
 
     page.extract_text(visitor_text=visit)
     return found
@@ -92,6 +97,44 @@ def test_numbered_items_of_the_thesis_have_their_counterparts(words):
     for item in [*items, "Figure 5-1", "Appendix A", "Figure B-13"]:
         assert item in index, item
     assert "not in this study" not in index
+
+
+def test_text_and_tables_can_be_read_in_print(pages):
+    """No word is smaller than 7.4 pt; sub- and superscripts are single symbols, not words."""
+    small = [
+        (number, round(piece.size, 1), piece.text)
+        for number, page in enumerate(pages, 1)
+        for piece in page
+        if piece.size < SMALLEST and "Math" not in piece.font and re.search(r"[A-Za-z]{4}|\d\.\d", piece.text)
+    ]
+    assert small == []
+
+
+def test_every_caption_begins_with_the_finding_of_its_figure(study, words):
+    data = json.loads((study / "results/report/report.json").read_text())
+    plain = re.sub(r"\W", "", words)
+    shown = {path.stem.removeprefix("figure_") for path in (study / "report/captions").glob("figure_*.rst")}
+    shown &= {path.stem.removeprefix("figure_") for path in (study / "results/figures").glob("*.svg")}
+    # a figure of many: the trials of Appendix B are not in the PDF
+    assert shown - {"b_trial"} <= set(data["figure_findings"])
+    for name in shown & set(data["figure_findings"]):
+        caption = re.sub(r"\W", "", data["figure_findings"][name])
+        assert re.search(r"Figure\d+" + re.escape(caption), plain), name
+
+
+def test_no_text_of_a_figure_is_cut_off_at_its_edge(study):
+    """Figures have a white margin; a title that is too long would run through it."""
+    from matplotlib.image import imread
+
+    files = sorted((study / "results/figures").rglob("*.png"))
+    assert len(files) > 40
+    cut = []
+    for path in files:
+        image = imread(path)[:, :, :3]
+        edges = np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
+        if edges.min() < 0.9:
+            cut.append(path.name)
+    assert cut == []
 
 
 def test_pages_are_filled(pages, document):

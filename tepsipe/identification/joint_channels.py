@@ -8,7 +8,7 @@ with white noise e_j of one standard deviation sigma. Only the mean of l_j and a
 their differences are measured at rest, because an error of 1 mm in l_j is one of 0.1 % in theta. d, the
 distance of the joint from where the layout has it, is 0 on the foot; it is fitted to what least squares
 leaves over. Least squares over the markers reduces them, sample by sample, to Y and sin(theta) without loss
-of information; what is left over holds sigma. The constants c_j are free. A marker that is hidden is
+of information; the residual holds sigma. The constants c_j are free. A marker that is hidden is
 replaced by what the others say. The net displacement of the belt over the trial is taken away as a smooth
 ramp, so that every channel can be repeated periodically:
 

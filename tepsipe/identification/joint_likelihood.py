@@ -5,7 +5,7 @@ At every frequency f of the band the channels z = (foot, angle, log) of `joint_c
     z = h(f; x) Y(f) + m(f; x) + e(f),    e ~ N(0, R),    R = diag(sigma^2 G, sigma_v^2)
 
 with h and m of `joint_model`. The motion Y of the foot is unknown at every frequency (errors in variables);
-the likelihood is maximal at Y = h^H R^-1 (z - m) / h^H R^-1 h, and what is left,
+the likelihood is maximal at Y = h^H R^-1 (z - m) / h^H R^-1 h, and the residual,
 
     l(x) = sum over f of |P W (z - m)|^2,    W = R^-1/2,    P = I - W h h^H W^H / |W h|^2
 

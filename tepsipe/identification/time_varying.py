@@ -347,7 +347,7 @@ def _level_and_trend(size: int) -> np.ndarray:
 
 
 def _without(nuisance: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """What is left of ``x`` beside the nuisance: residuals of its regression (unit of ``x``)."""
+    """Residuals of the regression of ``x`` on the nuisance (unit of ``x``)."""
     return x - nuisance @ np.linalg.lstsq(nuisance, x, rcond=None)[0]
 
 

@@ -119,7 +119,7 @@ def with_record(mocap: DFlowTable, record: DFlowTable, options: DFlowOptions) ->
         )
 
     def at(late: float) -> dict[str, np.ndarray]:
-        """Signals at the frames, if the record file is late by so many samples."""
+        """Signals at the frames, if the record file is late by a number of samples."""
         where = np.arange(n) + late
         found = {name: np.interp(where, sample[order], x[order]) for name, x in signals.items()}
         outside = (where < sample[0] - 1.0) | (where > sample[-1] + 1.0)

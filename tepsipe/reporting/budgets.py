@@ -46,7 +46,7 @@ SOURCES = {
     "foot_rotation": "rotation of the foot",
     "moment_scale": "scale of the plate's moment",
     "window_s": "choice of the window",
-    "model_discrepancy": "misfit of the rig's model",
+    "model_discrepancy": "error of the rig's model",
     "reflex_onset_s": "onset of the reflex",
     "torque_scale": "scale of the torque",
     "angle_scale": "scale of the angle",

@@ -14,6 +14,7 @@ from tepsipe.experiments.weight import shapes, speed_at_peak, usual_weight
 from tepsipe.reporting import further_measures
 from tepsipe.reporting.findings import Findings
 from tepsipe.reporting.ledger import EXPLAINED, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED
+from tepsipe.reporting.planned import CHANGE, planned_value
 
 
 def _mean(values: dict) -> float:
@@ -136,6 +137,8 @@ def _modulus_fits_at_start(f: Findings) -> float:
 EXPLANATIONS: dict[str, Callable[[Findings], float]] = {
     "wristalyzer_stiffness_at_start": _modulus_fits_at_start,
     "noise_free_stiffness": lambda f: f.noisy("recommended-regression", "K", "none"),
+    # a filter distorts where torque and motion do not pass it alike
+    "planned_zero_lag_filter": lambda f: abs(planned_value(f.planned, "zero-lag, torque only", CHANGE, "K")),
 }
 COLUMNS = ("claim", "where", "unit", "reported", "reproduced", "tolerance", "verdict", "section")
 

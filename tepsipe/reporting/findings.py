@@ -7,6 +7,7 @@ from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.reporting.noise_table import TABLE_COLUMNS
+from tepsipe.reporting.planned import PlannedRow
 from tepsipe.reporting.thesis_tables import TableRow
 from tepsipe.treadmill.calibration import ModelScore
 
@@ -33,6 +34,8 @@ class Findings:
         Rows of the noise study (units in them).
     recorded : bool
         Whether no trial of manipulator and dummy was simulated: nothing was fitted or predicted.
+    planned : list of PlannedRow
+        What the planning says about the thesis's experiments (units in them).
     """
 
     estimates: list[Estimate]
@@ -43,6 +46,7 @@ class Findings:
     table_4_4: list[TableRow] = field(default_factory=list)
     noise: list[NoiseRow] = field(default_factory=list)
     recorded: bool = False
+    planned: list[PlannedRow] = field(default_factory=list)
 
     def score(self, model: str, train: str, test: str, load: str, cutoff_hz: float) -> float:
         """R2 (-) of a treadmill model.

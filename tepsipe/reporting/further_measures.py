@@ -5,7 +5,9 @@ from collections.abc import Callable
 import numpy as np
 
 from tepsipe.experiments.noise.rows import NoiseRow
+from tepsipe.experiments.planning.design import FOOT, LEG
 from tepsipe.reporting.findings import Findings
+from tepsipe.reporting.planned import CHANGE, TYPE_A, planned_value
 
 NOISY = ("tau", "theta", "both")
 READING, TRUE_TORQUE = "as-tabulated", "recommended-regression"  # of Table 4-4
@@ -180,6 +182,37 @@ def _mass_sd(condition: str) -> Callable[[Findings], float]:
     return lambda f: f.by_condition("weight", "mass_sd")[condition]
 
 
+def _planned_ratio(more: tuple[str, str], less: tuple[str, str]) -> Callable[[Findings], float]:
+    """Ratio of two planned standard uncertainties of K, of (design, pathway) each."""
+
+    def ratio(f: Findings) -> float:
+        first, second = (planned_value(f.planned, d, TYPE_A, "K", p) for d, p in (more, less))
+        return first / second
+
+    return ratio
+
+
+def _planned_change(of_filter: str) -> Callable[[Findings], float]:
+    """Size of the change of K by a filter without noise (%)."""
+    return lambda f: abs(planned_value(f.planned, of_filter, CHANGE, "K"))
+
+
+def _uncompensated(f: Findings) -> float:
+    """Mean distance of K by plate and foot from that by the leg, without over with a treadmill model."""
+    leg, foot, compensated = (
+        {
+            e.condition: e.value
+            for e in f.estimates
+            if (e.experiment, e.pathway, e.quantity) == ("dummy", pathway, "K")
+        }
+        for pathway in ("leg", "foot", "foot-compensated")
+    )
+    without, with_model = (
+        np.mean([abs(values[name] - leg[name]) for name in leg]) for values in (foot, compensated)
+    )
+    return float(without / with_model)
+
+
 MEASURES: dict[str, Callable[[Findings], float]] = {
     "wristalyzer_lowest_vaf": lambda f: min(f.by_condition("wristalyzer", "VAF_trial").values()),
     "wristalyzer_lowest_vaf_figure": lambda f: min(f.by_condition("wristalyzer", "VAF_trial").values()),
@@ -217,4 +250,10 @@ MEASURES: dict[str, Callable[[Findings], float]] = {
     "noise_snr_effect": _effect_of_snr,
     "noise_spread_of_smallest": _spread_of_smallest,
     "noise_spread_by_target": _spread_by_target,
+    "treadmill_left_in": _uncompensated,
+    "planned_minjerk_over_sine": _planned_ratio(("minjerk-0.3", LEG), ("sine-0.3", LEG)),
+    "planned_small_over_large": _planned_ratio(("sine-0.1", LEG), ("sine-0.5", LEG)),
+    "planned_foot_over_leg": _planned_ratio(("sine-0.3", FOOT), ("sine-0.3", LEG)),
+    "planned_zero_lag_filter": _planned_change("zero-lag, all signals"),
+    "planned_one_sided_filter": _planned_change("one-sided, torque only"),
 }

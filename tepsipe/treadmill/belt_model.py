@@ -1,4 +1,4 @@
-"""What every treadmill model can be asked, with the answers of a model that knows no load on the belt."""
+"""Methods of every treadmill model, as a model without knowledge of the load on the belt has them."""
 
 import numpy as np
 

@@ -33,7 +33,7 @@ ALIGNMENTS = 4
 # what a treadmill can be: resonance (Hz), share of the mounts (-), lag of the belt (s)
 LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
 UNITS = {"Fy": "N", "Mx": "Nm"}
-# a model that falls clearly below its limit leaves more than so many times as much, and this part (-)
+# a model that falls clearly below its limit leaves more than this multiple, and more by this part (-)
 TIMES, MORE = 2.0, 0.02
 # standard error of a model that falls below its limit (any unit of a parameter)
 UNKNOWN = 1e9

@@ -2,7 +2,7 @@
 
 Unperturbed walking is resampled from a recording: blocks of consecutive strides, so that the correlation
 from stride to stride stays, joined in late swing. A pulse of the belt rotates the ankle into dorsiflexion by
-a minimum-jerk ramp, and the ankle answers with
+a minimum-jerk ramp, and the response of the ankle is
 
     dM = -[ I dtheta'' + B(t) dtheta' + K(t) dtheta ] + reflex,
 

@@ -175,6 +175,28 @@ rule fit_thesis_dummy:
         "../scripts/fit_thesis_dummy.py"
 
 
+rule plan_dummy:
+    input:
+        library=library_of("plan_dummy"),
+    output:
+        table=report(
+            "<results>/tables/planned.csv",
+            caption="../../report/captions/planned.rst",
+            category="Tables",
+            labels={"table": "planned uncertainty"},
+        ),
+    log:
+        "<logs>/plan_dummy.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        geometry=DUMMY["geometry"],
+        joint=SETTINGS["noise"]["joint"],
+        uncertainty=SETTINGS["uncertainty"]["dummy"],
+    script:
+        "../scripts/plan_dummy.py"
+
+
 rule plot_thesis_dummy:
     input:
         table="<results>/tables/thesis_dummy.csv",

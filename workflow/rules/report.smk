@@ -34,6 +34,7 @@ rule write_report:
         noise=outputs.noise(STUDY),
         specification=outputs.specification(STUDY),
         thesis_dummy=outputs.thesis_dummy(STUDY),
+        planned=outputs.planned(STUDY),
         pooled=outputs.pooled_wristalyzer(STUDY),
         tasks=outputs.task_fits(STUDY),
         plate=outputs.model_files(STUDY, "weight"),
@@ -69,6 +70,11 @@ rule write_report:
         fitted=STUDY.all_conditions(fitted=True),
         step_s=SETTINGS["dummy"]["simulation"]["step_s"],
         engine=ENGINE,
+        planned_joint=SETTINGS["noise"]["joint"],
+        simulated={
+            f"4_{k}": STUDY.shown("dummy", SETTINGS["dummy"]["simulation"][f"figure_4_{k}_condition"])
+            for k in (7, 8)
+        },
         amplitudes=STUDY.amplitudes("dummy"),
         roles=STUDY.roles("belt"),
         belt_of_models=STUDY.plates().get(STUDY.shown_plate()) if STUDY.by_belt else None,

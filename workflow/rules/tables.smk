@@ -164,6 +164,7 @@ rule check_claims:
         scores=outputs.models(STUDY),
         forward=outputs.forward(STUDY),
         noise=outputs.noise(STUDY),
+        planned=outputs.planned(STUDY),
         library=library_of("check_claims"),
     output:
         table=report(

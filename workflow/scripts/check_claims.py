@@ -9,6 +9,7 @@ from tepsipe.experiments.noise.rows import read_noise
 from tepsipe.io.estimates import read_estimates
 from tepsipe.io.result import read_result
 from tepsipe.reporting.claims import Findings, check_claims, write_claims
+from tepsipe.reporting.planned import read_planned
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import read_scores
 
@@ -29,5 +30,6 @@ findings = Findings(
     table_4_4,
     noise=read_noise(snakemake.input.noise[0]) if snakemake.input.noise else [],
     recorded=snakemake.params.recorded,
+    planned=[row for path in snakemake.input.planned for row in read_planned(path)],
 )
 write_claims(snakemake.output.table, check_claims(snakemake.params.claims, findings))

@@ -5,7 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
-from tepsipe.identification.estimators import OUTPUT_ERROR
+from tepsipe.identification.estimators import JOINT_LIKELIHOOD, OUTPUT_ERROR
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures import dummy as figures
 from tepsipe.reporting.figures.matrix import plot_matrix
@@ -18,7 +18,8 @@ results = {name: read_result(path) for name, path in zip(names, snakemake.input.
 matrices = read_result(snakemake.input.matrices).arrays
 example, printed = snakemake.params.example, snakemake.params.as_printed
 estimators = results[example].facts["estimators"]
-colours = {name: "compensated" if estimators[name] == OUTPUT_ERROR else "other" for name in matrices}
+special = {OUTPUT_ERROR: "compensated", JOINT_LIKELIHOOD: "joint likelihood"}
+colours = {name: special.get(estimators[name], "other") for name in matrices}
 colours |= {printed: "as printed", snakemake.params.recommended: "recommended"}
 shown = {name: colours[name] for name in dict.fromkeys([printed, snakemake.params.recommended])}
 axes = ("Parameters from", "Data of")

@@ -16,5 +16,5 @@ for name, leg, foot in sides:
 pathways = [snakemake.params.recommended, *found[1].facts["pathways"]]
 names = ("recommended", "as printed", "other", "other too", "compensated too", "compensated")
 colours = dict(zip(pathways, names, strict=False)) | dict.fromkeys(pathways[len(names) :], "command")
-for name, figure in {"figure_foot": plot_pathways(results, colours, "outside")}.items():
+for name, figure in {"figure_foot": plot_pathways(results, colours)}.items():
     save_figure(figure, snakemake.output[name], snakemake.output[f"{name}_png"])

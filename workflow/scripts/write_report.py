@@ -30,8 +30,10 @@ from tepsipe.reporting.numbers import (
     laboratory,
     operating_points,
     participants,
+    planned,
     platform,
     position_manipulator,
+    shown_signals,
     simulations,
     standing,
     study,
@@ -42,6 +44,7 @@ from tepsipe.reporting.numbers import (
     wristalyzer,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
+from tepsipe.reporting.planned import read_planned
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import read_scores
 
@@ -103,31 +106,46 @@ for path in snakemake.input.tables:
 if "wristalyzer" in experiments:
     data["wristalyzer"] = wristalyzer.wristalyzer_data(
         fits["wristalyzer"], estimates, choices["wristalyzer"], snakemake.params.best
-    )
+    ) | {
+        "signals": shown_signals.manipulator_signals(
+            fits["wristalyzer"],
+            snakemake.params.best,
+            choices["wristalyzer"]["analysis"]["lowpass_cutoff_hz"],
+        )
+    }
     if snakemake.input.pooled:
         data["wristalyzer"]["pooled"] = wristalyzer.pooled_data(
             read_result(snakemake.input.pooled[0]), estimates, recovery
         )
 if "dummy" in experiments:
     data["dummy"] = dummy.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
+    data["dummy"]["belt"] = shown_signals.belt_signals(fits["dummy"])
     specifications = read_specification(snakemake.input.specification[0])
     data["dummy"]["specification"] = dummy.specification_data(specifications)
 if snakemake.input.thesis_dummy:
     found, cells = snakemake.input.thesis_dummy
     data["thesis_dummy"] = thesis_dummy.thesis_dummy_data(read_result(found), read_cells(cells))
+if snakemake.input.planned:
+    data["planned"] = planned.planned_data(
+        read_planned(snakemake.input.planned[0]), snakemake.params.planned_joint
+    )
 if snakemake.input.forward:
     forward = pd.read_csv(snakemake.input.forward[0], dtype=text_columns)
-    data["simulation"] = simulations.forward_data(forward, snakemake.params.step_s, snakemake.params.engine)
+    data["simulation"] = simulations.forward_data(
+        forward, snakemake.params.step_s, snakemake.params.engine
+    ) | {"signals": shown_signals.simulated_signals(forward, snakemake.params.simulated)}
 if snakemake.input.noise:
     noise, table = snakemake.input.noise
     columns, rows = read_table(table)
     stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][0]
+    figure_stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][-1]
     data["noise"] = simulations.noise_data(pd.read_csv(noise, dtype=text_columns), choices["noise"]) | {
+        "shown": simulations.noise_shown(rows, figure_stiffness),
         "table": simulations.noise_table(
             [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")],
             columns,
             stiffness,
-        )
+        ),
     }
 if "weight" in experiments:
     plate, scores = snakemake.input.plate
@@ -145,7 +163,11 @@ if "standing" in experiments:
         choices["standing"],
         recovery,
         snakemake.params.people,
-    )
+    ) | {
+        "signals": shown_signals.muscle_signals(
+            fits["standing"], task_fits, choices["standing"]["latency"]["detector"]
+        )
+    }
 if snakemake.input.participants:
     text = {"participant": str, "condition": str}
     people, group = (pd.read_csv(path, dtype=text) for path in snakemake.input.participants)

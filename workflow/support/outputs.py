@@ -192,6 +192,11 @@ def thesis_dummy(study: Study) -> list[str]:
     return ["<results>/fits/thesis_dummy.h5", "<results>/tables/thesis_dummy.csv"]
 
 
+def planned(study: Study) -> list[str]:
+    """What the planning says about the thesis's experiments on the dummy."""
+    return ["<results>/tables/planned.csv"] if study.has("thesis_dummy") else []
+
+
 def true_motions(study: Study) -> list[str]:
     """Hidden motion of the joint in every simulated trial: manipulator, dummy, standing person."""
     of = ("wristalyzer", "dummy", "standing")
@@ -224,7 +229,7 @@ def cells(study: Study) -> list[str]:
 def tables(study: Study) -> dict[str, str]:
     """Name of a table of the run -> its caption."""
     others = (models, forward, noise, specification, participants, operating_points, time_varying)
-    others += (recovery, claims, cells)
+    others += (planned, recovery, claims, cells)
     found = dict.fromkeys(map(_stem, thesis_tables(study)), "thesis_table")
     found |= {name: name for name in ("estimates", "uncertainty")}
     found |= {name: name for files in others for name in map(_stem, files(study))}
@@ -299,6 +304,7 @@ def everything(study: Study) -> list[str]:
         *noise(study),
         *specification(study),
         *thesis_dummy(study)[1:],
+        *planned(study),
         *participants(study),
         *operating_points(study),
         *time_varying(study),

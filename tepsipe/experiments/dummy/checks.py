@@ -158,7 +158,7 @@ def fit_check(found: JointFit, perturbations: list[Perturbation]) -> Check:
     Returns
     -------
     Check
-        Its size is the root mean square misfit over that of the angle (-).
+        Its size is the root mean square residual over that of the angle (-).
     """
     white, n = innovations(found), found.channels.angle.size
     band = 2.0 * found.model.bins.size / n

@@ -131,7 +131,7 @@ def _with_drive(limits: Limits, drive: Drive) -> Limits:
 
 
 def _limit_rows(moved: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
-    """Rows l_i of the limits of motions (n, coefficients) after commands of so many samples."""
+    """Rows l_i of the limits of motions (n, coefficients) after commands of that number of samples."""
     often = min(len(moved), samples + round(_AFTER_S / STEP_S))
     held = np.concatenate([np.arange(often), np.arange(often, len(moved), round(_RARELY_S / STEP_S))])
     padded = np.vstack([np.zeros(moved.shape[1]), moved, np.zeros(moved.shape[1])])

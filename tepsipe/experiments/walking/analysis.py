@@ -88,7 +88,7 @@ def analyse_walking(
     Returns
     -------
     WalkingImpedance
-        Impedance of each phase (units there), and what was left out.
+        Impedance of each phase (units there), and omissions.
 
     Raises
     ------

@@ -155,8 +155,8 @@ def estimate_impedance(
 ) -> PhaseImpedance:
     """I, B and K of one phase with combined 95 % intervals.
 
-    A stiffness that rises by K' within the window would pass for a lack of damping. Given K' from the other
-    phases, K' (t - t_K) Dtheta is subtracted first, which leaves K at t_K.
+    A stiffness that rises by K' within the window would be mistaken for a lack of damping. Given K' from
+    the other phases, K' (t - t_K) Dtheta is subtracted first, which leaves K at t_K.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ import scipy
 
 from tepsipe.errors import InputError
 
-# a line is fitted to medians over so many blocks, so that single late stamps do not matter
+# a line is fitted to medians over this number of blocks, so that single late stamps do not matter
 BLOCKS = 20
 # one late stamp affects one sample, a missing sample shifts all that follow: the median over this many
 # stamps separates the two

@@ -16,7 +16,7 @@ def read_text(path: str | Path, what: str, ended: bool = False) -> str:
     what : str
         What the file should be, for the message.
     ended : bool
-        Refuse a file whose last line has no line break: where it is cut within its last number, what is left
+        Refuse a file whose last line has no line break: where it is cut within its last number, the rest
         is a number, too.
 
     Raises

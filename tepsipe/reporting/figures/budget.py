@@ -8,7 +8,9 @@ from tepsipe.reporting.budgets import RelativeBudget, source_words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 # sources below this part of the largest (-) are drawn together
-SMALL = 0.03
+SMALL = 0.2
+# an axis ends at this multiple of the typical combined uncertainty (-); a triangle marks what lies beyond
+SHOWN = 3.5
 TYPE_COLOURS = {"A": COLOURS["recommended"], "B": "#c28a0e", "combined": "#4b4b4b"}
 
 
@@ -38,19 +40,22 @@ def plot_budgets(budgets: dict[str, RelativeBudget]) -> Figure:
     """Standard uncertainty of every source, median over trials and range (% of the estimate)."""
     drawn = {quantity: bars_of(budget) for quantity, budget in budgets.items()}
     most = max(len(bars) for bars in drawn.values())
-    figure, axes = new_figure(1, len(drawn), 0.95 + 0.24 * most, squeeze=False)
+    figure, axes = new_figure(1, len(drawn), 0.9 + 0.21 * most, squeeze=False)
     for axis, (quantity, bars) in zip(axes[0], drawn.items(), strict=True):
+        most_shown = SHOWN * float(np.nanmedian(bars[0][2]))
         for place, (_, kind, percent) in enumerate(bars):
             low, middle, high = (f(percent) for f in (np.nanmin, np.nanmedian, np.nanmax))
             axis.barh(place, middle, 0.62, color=TYPE_COLOURS[kind])
-            axis.plot([low, high], [place, place], color="#1b1b1b", linewidth=0.9)
+            axis.plot([low, min(high, most_shown)], [place, place], color="#1b1b1b", linewidth=0.9)
+            if high > most_shown:
+                axis.plot(most_shown, place, ">", color="#1b1b1b", markersize=4.0, clip_on=False)
         axis.set_yticks(range(len(bars)), [label for label, _, _ in bars])
         axis.invert_yaxis()
         name = f"${quantity}$" if len(quantity) == 1 else quantity
-        axis.set(xlabel=f"Uncertainty of {name} (%)")
+        axis.set_xlabel(f"Uncertainty of {name} (%)", loc="right")
         axis.grid(axis="y", visible=False)
         axis.set_axisbelow(True)
-        axis.set_xlim(left=0.0)
+        axis.set_xlim(0.0, min(most_shown, 1.05 * max(float(np.nanmax(x)) for _, _, x in bars)))
     kinds = {"A": "Type A: shrinks with more perturbations", "B": "Type B: does not"}
     handles = [axes[0, 0].barh([0], [0], color=TYPE_COLOURS[k], label=label) for k, label in kinds.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.reporting.figures.names import PROFILES, short_name, unit_symbol, words
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, legend_above, new_figure
 
 
 def _around(result: Result, index: int, before_s: float, after_s: float) -> tuple[slice, np.ndarray]:
@@ -38,6 +38,7 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
                 command = result.arrays["belt_command"][shown]
                 axis.plot(1e3 * time, command, color=colour, linewidth=0.7, linestyle=":")
         axis.set(xlabel="Time from the detected onset (ms)", title=PROFILES.get(profile, ""))
+        axis.set_xlim(-70.0, 300.0)  # room for the legend beside the curves
         axis.legend(loc="upper right")
     axes[0, 0].set_ylabel("Belt velocity (m/s)")
     return figure
@@ -46,24 +47,24 @@ def plot_perturbations(results: dict[str, Result]) -> Figure:
 @in_style
 def plot_window(result: Result, name: str, pathway: str) -> Figure:
     """One perturbation and the window that is fitted: belt, angle and torque (s, m/s, rad, N·m)."""
-    figure, axes = new_figure(3, 1, 3.3, sharex=True)
+    figure, axes = new_figure(3, 1, 3.5, sharex=True)
     index = len(result.arrays["windows"]) // 2
     shown, time = _around(result, index, 0.3, 0.9)
     start, stop = result.arrays["windows"][index]
     length = result.arrays["time"][stop] - result.arrays["time"][start]
     signals = (
-        (result.arrays["belt_velocity"], "Belt velocity (m/s)"),
-        (result.arrays[f"{pathway}/regressors"][:, 2], r"$\theta_A-\theta_{ref}$ (rad)"),
+        (result.arrays["belt_velocity"], "Belt (m/s)"),
+        (result.arrays[f"{pathway}/regressors"][:, 2], r"$\theta_A-\theta_\mathrm{ref}$ (rad)"),
         (result.arrays[f"{pathway}/torque"], r"$\tau_A$ (N·m)"),
     )
     for axis, (values, label) in zip(axes, signals, strict=True):
         axis.axvspan(0.0, length, color=COLOURS["window"], label=f"window of {1e3 * length:.0f} ms")
-        axis.plot(time, values[shown], color=COLOURS["measured"], label=f"measured, {name}")
+        axis.plot(time, values[shown], color=COLOURS["measured"], label=f"measured, {short_name(name)}")
         axis.set_ylabel(label)
     if "belt_command" in result.arrays:
         command = result.arrays["belt_command"][shown]
         axes[0].plot(time, command, color=COLOURS["command"], linestyle=":", label="command")
-    axes[0].legend(loc="upper right")
+    legend_above(figure, axes[0], 3)
     axes[2].set_xlabel("Time from the detected onset (s)")
     figure.align_ylabels()
     return figure
@@ -72,7 +73,7 @@ def plot_window(result: Result, name: str, pathway: str) -> Figure:
 @in_style
 def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
     """I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every perturbation as boxes, one per condition."""
-    figure, axes = new_figure(3, 1, 4.1, sharex=True)
+    figure, axes = new_figure(3, 1, 3.6, sharex=True)
     labels = [short_name(name) for name in results]
     for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
         values = [result.arrays[f"{pathway}/parameters"][:, k] for result in results.values()]
@@ -86,28 +87,26 @@ def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
             whiskerprops={"linewidth": 0.8},
             flierprops={"marker": ".", "markersize": 4},
         )
-        axis.axhline(
-            mean,
-            color=COLOURS["other"],
-            linewidth=0.8,
-            linestyle="--",
-            label=rf"$\overline{{{quantity}}}$ = {mean:.3g} {unit_symbol(UNITS[quantity])}",
+        axis.axhline(mean, color=COLOURS["other"], linewidth=0.8, linestyle="--")
+        axis.set_title(
+            f"mean ${quantity}$ = {mean:#.3g} {unit_symbol(UNITS[quantity])}".replace("-", "\N{MINUS SIGN}"),
+            loc="right",
+            fontsize=8.5,
         )
         axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
-        axis.legend(loc="upper right")
-        axis.margins(y=0.2)
+        axis.margins(y=0.1)
     axes[2].set_xlabel("Perturbation profile and velocity amplitude")
     figure.align_ylabels()
     return figure
 
 
 @in_style
-def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: str = "inside") -> Figure:
+def plot_pathways(results: dict[str, Result], colours: dict[str, str]) -> Figure:
     """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every pathway with 95 % intervals.
 
-    ``colours`` maps names of pathways to names of colours; ``legend`` is inside or outside of the axes.
+    ``colours`` maps names of pathways to names of colours.
     """
-    figure, axes = new_figure(3, 1, 4.1, sharex=True)
+    figure, axes = new_figure(3, 1, 3.6, sharex=True)
     x = np.arange(len(results))
     shifts = np.linspace(-0.22, 0.22, len(colours))
     for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
@@ -126,15 +125,22 @@ def plot_pathways(results: dict[str, Result], colours: dict[str, str], legend: s
                 label=words(pathway),
             )
         axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
-    if legend == "outside":
-        handles, names = axes[0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncols=3)
-    else:
-        axes[0].legend(loc="center right", ncols=1)
+        low, high = _range_of_values(results, colours, k)
+        bottom, top = axis.get_ylim()
+        axis.set_ylim(max(bottom, low), min(top, high))
+    handles, names = axes[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=3)
     axes[2].set_xticks(x, [short_name(name) for name in results])
     axes[2].set_xlabel("Perturbation profile and velocity amplitude")
     figure.align_ylabels()
     return figure
+
+
+def _range_of_values(results: dict[str, Result], pathways, k: int) -> tuple[float, float]:
+    """Axis that shows every value of a quantity (its unit); wide intervals run out of it."""
+    values = [float(r.arrays[f"{p}/mean_and_interval"][0, k]) for r in results.values() for p in pathways]
+    margin = 0.3 * (max(values) - min(values))
+    return min(values) - margin, max(values) + margin
 
 
 @in_style
@@ -143,24 +149,30 @@ def plot_torque(result: Result, name: str, pathways: dict[str, str]) -> Figure:
 
     ``pathways`` maps names of pathways to names of colours.
     """
-    figure, axes = new_figure(1, len(pathways), 2.3, squeeze=False)
+    figure, axes = new_figure(1, len(pathways), 2.5, squeeze=False)
     index = len(result.arrays["windows"]) // 2
     shown, time = _around(result, index, 0.1, 0.4)
     start, stop = result.arrays["windows"][index]
     length = result.arrays["time"][stop] - result.arrays["time"][start]
+    entries: dict = {}
     for axis, (pathway, colour) in zip(axes[0], pathways.items(), strict=True):
         axis.axvspan(0.0, length, color=COLOURS["window"], label="fitted window")
-        axis.plot(time, result.arrays[f"{pathway}/torque"][shown], color=COLOURS["measured"], label="torque")
+        axis.plot(
+            time,
+            result.arrays[f"{pathway}/torque"][shown],
+            color=COLOURS["measured"],
+            label=f"torque, {short_name(name)}",
+        )
         axis.plot(
             time,
             result.arrays[f"{pathway}/predicted_torque"][shown],
             color=COLOURS[colour],
             linestyle="--",
-            label="prediction",
+            label=f"prediction, {words(pathway)}",
         )
         vaf = result.arrays[f"{pathway}/vaf_per_perturbation"][index]
         axis.set(xlabel="Time from the onset (s)", title=f"{words(pathway)}: VAF {vaf:.2f} % in the window")
-        axis.margins(y=0.25)
-        axis.legend(loc="lower right", title=name)
+        entries |= dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
+    figure.legend(entries.values(), entries, loc="outside lower center", ncols=4)
     axes[0, 0].set_ylabel(r"Torque $\tau_A$ (N·m)")
     return figure

@@ -10,7 +10,7 @@ from tepsipe.reporting.figures.style import in_style, new_figure
 def plot_matrix(matrix: np.ndarray, names: list[str], what: str, labels: tuple[str, str]) -> Figure:
     """Cross-validation as a map of VAF (%)."""
     size = len(names)
-    figure, axes = new_figure(height_in=2.7 if size < 8 else 3.6)
+    figure, axes = new_figure(height_in=2.3 if size < 8 else 3.2)
     image = axes.imshow(matrix, cmap="cividis", aspect="auto")
     axes.set_xticks(range(size), names, rotation=45 if size > 8 else 0, ha="right" if size > 8 else "center")
     axes.set_yticks(range(size), names)

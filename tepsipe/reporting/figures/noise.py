@@ -1,6 +1,7 @@
 """Figures of the noise study (thesis Figure 4-12)."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tepsipe.experiments.noise.rows import NoiseRow
@@ -62,10 +63,51 @@ def plot_estimates(
                 axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
     for axis in axes[2]:
         axis.set_xticks(x, [short_name(name) for name in conditions])
+    _explain(axes[2, 2], truth[2], some.apparent, [own[shown[0], name] for name in conditions])
     handles, names = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize=7.8)
     figure.align_ylabels()
     return figure
+
+
+def _explain(axis: Axes, true: float, apparent: float, cells: list[NoiseRow]) -> None:
+    """The annotated panel: what lines, marks and bars are (N·m/rad)."""
+    low, high = min(apparent, true), max(apparent, true)
+    span = (high - low) or 1.0
+    for text, at, y in (
+        ("simulated joint", true, high - 0.25 * span),
+        ("printed equation, no noise", apparent, low + 0.35 * span),
+    ):
+        axis.annotate(
+            text,
+            (0.5, at),
+            (0.3, y),
+            fontsize=7.5,
+            va="center",
+            arrowprops={"arrowstyle": "-", "lw": 0.5},
+        )
+
+
+def _usable_from(axis: Axes, rows: list[NoiseRow], truth: tuple[float, float, float]) -> None:
+    """The annotated panel: from which SNR (dB) on the recommended K is within 10 % at all amplitudes."""
+    errors: dict[float, float] = {}
+    for row in rows:
+        wanted = (row.noise_on, row.quantity, row.estimator, row.stiffness_Nm_per_rad)
+        if wanted == ("theta", "K", "recommended", truth[2]):
+            error = 100.0 * float(np.hypot(row.mean - truth[2], row.sd)) / truth[2]
+            errors[row.snr_db] = max(error, errors.get(row.snr_db, 0.0))
+    usable = [level for level in errors if all(errors[x] <= 10.0 for x in errors if x >= level)]
+    if usable:
+        level = min(usable)
+        axis.annotate(
+            f"recommended: within 10 %\nfrom {level:g} dB on",
+            (level, errors[level]),
+            (0.2, 0.88),
+            textcoords="axes fraction",
+            fontsize=7.5,
+            va="center",
+            arrowprops={"arrowstyle": "-", "lw": 0.5},
+        )
 
 
 @in_style
@@ -95,6 +137,7 @@ def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figu
             axis.set_ylim(3e-2, 1e4)
             if column == 0:
                 axis.set_ylabel(f"RMS error of ${quantity}$ (%)")
+    _usable_from(axes[2, 1], rows, truth)
     for axis in axes[2]:
         axis.set_xlabel("SNR (dB)")
     handles, names = axes[0, 0].get_legend_handles_labels()

@@ -1,14 +1,17 @@
 """Figures of the forward simulations (thesis Figures 4-7 to 4-11 and Appendix B)."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
-from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
+from tepsipe.reporting.figures.style import COLOURS, example_and_panels, in_style, new_figure
 
 LINES = {"wristalyzer": ("#c8371b", "-."), "tep": ("#2f8f4e", "--"), "corrected": ("#1668a8", ":")}
+# small panels in a row
+COLUMNS = 4
 QUANTITIES = {
     "theta": r"angle $\theta_A$",
     "tau": r"torque $\tau_A$ as printed",
@@ -31,8 +34,17 @@ def _label(result: Result, name: str) -> str:
     )
 
 
-def _draw(axis, result: Result, signal: str, measured: str, part: slice, label: bool = False) -> None:
-    time = result.arrays["time"][part]
+def _draw(
+    axis: Axes,
+    result: Result,
+    signal: str,
+    measured: str,
+    part: slice,
+    *,
+    label: bool = False,
+    onset_s: float = 0.0,
+) -> None:
+    time = result.arrays["time"][part] - onset_s
     axis.plot(
         time, result.arrays[measured][part], color=COLOURS["measured"], label="measured" if label else None
     )
@@ -52,7 +64,7 @@ def _draw(axis, result: Result, signal: str, measured: str, part: slice, label: 
 @in_style
 def plot_angles(result: Result) -> Figure:
     """Measured and simulated angle over the trial and after one perturbation (s, rad)."""
-    figure, axes = new_figure(1, 2, 2.5, width_ratios=[1.3, 1.0], sharey=True)
+    figure, axes = new_figure(1, 2, 2.3, width_ratios=[1.3, 1.0], sharey=True)
     _draw(axes[0], result, "theta", "theta", slice(None, None, 4))
     _draw(axes[1], result, "theta", "theta", _around(result, 3.6), label=True)
     axes[0].set(xlabel="Time (s)", ylabel=r"Angle $\theta_A$ from rest (rad)")
@@ -64,7 +76,7 @@ def plot_angles(result: Result) -> Figure:
 @in_style
 def plot_torques(result: Result) -> Figure:
     """Torque by inverse dynamics, as printed and consistent, and simulated torque (s, N·m)."""
-    figure, axes = new_figure(1, 2, 2.5)
+    figure, axes = new_figure(1, 2, 2.3)
     part = _around(result, 0.6)
     for axis, quantity, title in zip(
         axes, ("tau", "tau_consistent"), ("inverse dynamics as printed", "consistent"), strict=True
@@ -78,7 +90,7 @@ def plot_torques(result: Result) -> Figure:
 @in_style
 def plot_scores(scores: list[ForwardScore], conditions: list[str], key: str) -> Figure:
     """VAF of angle and torque for every parameter set and condition (%)."""
-    figure, axes = new_figure(len(QUANTITIES), 1, 3.9, sharex=True)
+    figure, axes = new_figure(len(QUANTITIES), 1, 3.3, sharex=True)
     x = np.arange(len(conditions))
     shifts = np.linspace(-0.26, 0.26, len(PARAMETER_SETS))
     for axis, (quantity, title) in zip(axes, QUANTITIES.items(), strict=True):
@@ -102,32 +114,90 @@ def plot_scores(scores: list[ForwardScore], conditions: list[str], key: str) -> 
     return figure
 
 
-def _all(results: dict[str, Result], signal: str, measured: str, seconds: float, label: str) -> Figure:
-    rows = -(-len(results) // 3)
-    figure, axes = new_figure(rows, 3, 1.75 * rows + 0.6, squeeze=False)
+def _all(
+    results: dict[str, Result], signal: str, measured: str, seconds: float, label: str
+) -> tuple[Figure, Axes]:
+    """One perturbation of every condition, the first one also large; the figure and its large panel."""
+    rows = -(-len(results) // COLUMNS)
+    figure, example, axes = example_and_panels(len(results), COLUMNS, 0.86 * (rows + 1.5) + 0.5)
     for axis, (name, result) in zip(axes.flat, results.items(), strict=False):
-        _draw(axis, result, signal, measured, _around(result, seconds), label=axis is axes[0, 0])
+        _draw(axis, result, signal, measured, _around(result, seconds), onset_s=_onset(result))
         axis.set_title(short_name(name), fontsize=8.5)
-    for axis in axes.flat[len(results) :]:
-        axis.set_visible(False)
+        axis.locator_params(axis="y", nbins=3)
+    first, result = next(iter(results.items()))
+    _draw(example, result, signal, measured, _around(result, seconds), label=True, onset_s=_onset(result))
+    example.set(title=short_name(first), xlabel="Time from the onset (s)", ylabel=label)
+    start, stop = result.arrays["windows"][len(result.arrays["windows"]) // 2]
+    length = float(result.arrays["time"][int(stop)] - result.arrays["time"][int(start)])
+    example.axvspan(0.0, length, color=COLOURS["window"], zorder=0)
     for axis in axes[:, 0]:
         axis.set_ylabel(label)
     for axis in axes[-1]:
         axis.set_xlabel("Time (s)")
-    handles, names = axes[0, 0].get_legend_handles_labels()
+    handles, names = example.get_legend_handles_labels()
     figure.legend(
         handles, [n.split(":")[0] for n in names], loc="outside lower center", ncols=4, fontsize=7.8
     )
-    return figure
+    return figure, example
+
+
+def _onset(result: Result) -> float:
+    """Time of the onset of the middle perturbation (s)."""
+    windows = result.arrays["windows"]
+    return float(result.arrays["time"][int(windows[len(windows) // 2, 0])])
+
+
+def _note(axis: Axes, text: str, at: tuple[float, float], beside: tuple[float, float]) -> None:
+    axis.annotate(text, at, beside, fontsize=8.0, va="center", arrowprops={"arrowstyle": "-", "lw": 0.6})
 
 
 @in_style
 def plot_all_angles(results: dict[str, Result]) -> Figure:
     """Measured and simulated angle after one perturbation of every condition (s, rad)."""
-    return _all(results, "theta", "theta", 3.6, r"$\theta_A$ (rad)")
+    figure, example = _all(results, "theta", "theta", 3.6, r"$\theta_A$ (rad)")
+    result = next(iter(results.values()))
+    part = _around(result, 3.6)
+    time, angle = result.arrays["time"][part] - _onset(result), result.arrays["theta"][part]
+    lowest, highest = float(angle.min()), float(angle.max())
+    pulse = float(time[angle.argmin()])
+    _note(example, "the belt moves (shaded),\nthe leg lags", (pulse, lowest), (pulse + 0.25, 0.75 * lowest))
+    swing = angle - angle[time > pulse].mean()
+    crossing = np.flatnonzero((time[1:] > 0.2) & (swing[:-1] < 0.0) & (swing[1:] >= 0.0))
+    if crossing.size > 2:
+        begin, end = (float(time[k]) for k in crossing[1:3])
+        height = 1.25 * highest
+        example.annotate("", (begin, height), (end, height), arrowprops={"arrowstyle": "<->", "lw": 0.7})
+        text = f"one period, {end - begin:.2f} s: stiffness over inertia"
+        example.text(end + 0.05, height, text, fontsize=8.0, va="center")
+    _note(
+        example,
+        "decay: damping",
+        (float(time[-1]) * 0.93, 0.5 * highest),
+        (float(time[-1]) * 0.75, 0.6 * lowest),
+    )
+    example.set_ylim(1.1 * lowest, 1.6 * highest)
+    return figure
 
 
 @in_style
 def plot_all_torques(results: dict[str, Result]) -> Figure:
     """Torque as printed and simulated torque during one perturbation of every condition (s, N·m)."""
-    return _all(results, "tau", "tau", 0.5, r"$\tau_A$ (N·m)")
+    figure, example = _all(results, "tau", "tau", 0.5, r"$\tau_A$ (N·m)")
+    result = next(iter(results.values()))
+    part = _around(result, 0.5)
+    time, torque = result.arrays["time"][part] - _onset(result), result.arrays["tau"][part]
+    peak = int(np.abs(torque).argmax())
+    _note(
+        example,
+        f"printed torque, peak {torque[peak]:.2f} N·m".replace("-", "\N{MINUS SIGN}"),
+        (float(time[peak]), float(torque[peak])),
+        (float(time[peak]) + 0.12, 0.85 * float(torque[peak])),
+    )
+    lowest = float(torque.min())
+    _note(
+        example,
+        "the belt moves (shaded); only here is the torque fitted",
+        (0.0, 0.7 * lowest),
+        (0.16, 0.7 * lowest),
+    )
+    return figure

@@ -18,7 +18,7 @@ from tepsipe.experiments.dummy.specification_curve import (
 )
 from tepsipe.identification.estimators import ESTIMATORS, OUTPUT_ERROR
 from tepsipe.mechanics.impedance_model import UNITS
-from tepsipe.reporting.figures.names import unit_symbol, words
+from tepsipe.reporting.figures.names import short_name, unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 # rows of a choice that have a given order; filters are sorted, none last
@@ -50,7 +50,7 @@ def plot_specification(rows: list[Specification]) -> Figure:
     figure, (top, middle, below) = new_figure(
         3,
         1,
-        6.4,
+        5.9,
         sharex=True,
         height_ratios=[2.4, 1.3, 0.19 * sum(1 + len(names) for names in levels.values())],
     )
@@ -79,7 +79,7 @@ def plot_specification(rows: list[Specification]) -> Figure:
         for chosen in roles[role]:
             for axis in (top, middle, below):
                 axis.axvline(chosen, color=COLOURS[role], linewidth=0.5, alpha=0.7, zorder=0)
-    below.set_xlabel(f"Specifications of {rows[0].condition}, sorted by $K$")
+    below.set_xlabel(f"Combinations of choices for {short_name(rows[0].condition)}, sorted by $K$")
     below.set_xlim(-3, len(rows) + 2)
     figure.align_ylabels([top, middle])
     return figure

@@ -1,12 +1,13 @@
 """Figures of a person standing on the treadmill (thesis Figures 4-13 and 4-14, and their continuation)."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import words
-from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
+from tepsipe.reporting.figures.style import COLOURS, CYCLE, example_and_panels, in_style, new_figure
 
 TASK_COLOURS = ("#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b")
 DETECTOR_STYLES = {"threshold": ":", "teager-kaiser": "--", "changepoint": "-"}
@@ -25,7 +26,7 @@ def _nothing(figure: Figure, sentence: str) -> Figure:
 @in_style
 def plot_processed(result: Result) -> Figure:
     """Ankle angle, velocity, acceleration and torque of a whole trial: Figure 4-13 (s, rad, N·m)."""
-    figure, axes = new_figure(4, 1, 3.9, sharex=True)
+    figure, axes = new_figure(4, 1, 3.5, sharex=True)
     arrays = result.arrays
     time = arrays["processed/time"]
     rows = (
@@ -57,7 +58,7 @@ def plot_activity(result: Result) -> Figure:
     responses = arrays["envelope"].shape[0]
     if not responses:
         return _nothing(new_figure()[0], result.facts["left_out"][0])
-    height_in = 0.7 + 0.66 * (len(muscles) + 1)
+    height_in = 0.7 + 0.54 * (len(muscles) + 1)
     figure, axes = new_figure(len(muscles) + 1, 1, height_in, sharex=True, squeeze=False)
     axes = axes[:, 0]
     time = 1e3 * arrays["time"]
@@ -84,35 +85,73 @@ def plot_ensembles(trials: dict[str, Result], groups: dict[str, list[str]], musc
 
     ``groups`` holds the conditions of every column, by its title; ``muscles`` are the rows.
     """
-    figure, axes = new_figure(
-        len(muscles), len(groups), 1.0 + 0.76 * len(muscles), sharex=True, sharey="row", squeeze=False
+    columns = len(groups)
+    figure, example, axes = example_and_panels(
+        columns * len(muscles), columns, 1.8 + 0.56 * len(muscles), example=1.9, sharey="row"
     )
     for column, (title, conditions) in enumerate(groups.items()):
-        axes[0, column].set(title=title)
-        axes[-1, column].set(xlabel="Time from the onset (ms)")
-        for k, condition in enumerate(conditions):
-            shade = 0.3 + 0.7 * (k + 1) / len(conditions)
-            colour = tuple(1.0 - shade * (1.0 - part) for part in to_rgb(CYCLE[column % len(CYCLE)]))
-            arrays = trials[condition].arrays
-            for row, muscle in enumerate(muscles):
-                if f"activity/{muscle}" not in arrays:
-                    continue
-                time = 1e3 * arrays["mean/time"]
-                shown = (time >= -50.0) & (time <= 400.0)
-                mean, sd = arrays[f"activity/{muscle}"][:, shown]
-                axis = axes[row, column]
-                axis.plot(time[shown], mean, color=colour, linewidth=0.9)
-                if k == len(conditions) - 1:
-                    axis.fill_between(
-                        time[shown], mean - sd, mean + sd, color=colour, alpha=0.2, linewidth=0.0
-                    )
+        axes[0, column].set_title(_forwards_or_backwards(title), fontsize=8.5)
+        axes[-1, column].set(xlabel="Time (ms)")
+        for row, muscle in enumerate(muscles):
+            _draw_ensemble(axes[row, column], trials, conditions, muscle, CYCLE[column % len(CYCLE)])
     for row, muscle in enumerate(muscles):
         axes[row, 0].set(ylabel=f"{muscle} (\N{MICRO SIGN}V)")
-        for axis in axes[row]:
-            axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6)
-            axis.margins(x=0.0)
-    figure.align_ylabels()
+    title, conditions = next(iter(groups.items()))
+    _draw_ensemble(example, trials, conditions, muscles[0], CYCLE[0])
+    _explain_ensemble(example, trials[conditions[-1]], muscles[0], len(conditions))
+    example.set_title(f"{muscles[0]}, {_forwards_or_backwards(title)}", fontsize=8.5)
+    example.set(xlabel="Time from the onset (ms)", ylabel=f"{muscles[0]} (\N{MICRO SIGN}V)")
     return figure
+
+
+def _forwards_or_backwards(title: str) -> str:
+    """Task and profile in words, for example "relax, first backwards" for relax, negative-sine."""
+    task, comma, profile = title.rpartition(", ")
+    if not comma:
+        return title
+    return f"{task}, first {'backwards' if profile.startswith('negative-') else 'forwards'}"
+
+
+def _draw_ensemble(
+    axis: Axes, trials: dict[str, Result], conditions: list[str], muscle: str, base: str
+) -> None:
+    """Mean of every trial, darker with the amplitude, and the standard deviation of the last (ms, uV)."""
+    for k, condition in enumerate(conditions):
+        shade = 0.3 + 0.7 * (k + 1) / len(conditions)
+        colour = tuple(1.0 - shade * (1.0 - part) for part in to_rgb(base))
+        arrays = trials[condition].arrays
+        if f"activity/{muscle}" not in arrays:
+            continue
+        time = 1e3 * arrays["mean/time"]
+        shown = (time >= -50.0) & (time <= 400.0)
+        mean, sd = arrays[f"activity/{muscle}"][:, shown]
+        axis.plot(time[shown], mean, color=colour, linewidth=0.9)
+        if k == len(conditions) - 1:
+            axis.fill_between(time[shown], mean - sd, mean + sd, color=colour, alpha=0.2, linewidth=0.0)
+    axis.axvline(0.0, color=COLOURS["measured"], linewidth=0.6)
+    axis.margins(x=0.0)
+
+
+def _explain_ensemble(axis: Axes, last: Result, muscle: str, trials: int) -> None:
+    """Notes in the large panel: onset of the belt, largest response, spread (ms, uV)."""
+    if f"activity/{muscle}" not in last.arrays:
+        return
+    time = 1e3 * last.arrays["mean/time"]
+    shown = (time >= 0.0) & (time <= 400.0)
+    mean, sd = last.arrays[f"activity/{muscle}"][:, shown]
+    peak, at = float(mean.max()), float(time[shown][mean.argmax()])
+    line = {"arrowstyle": "-", "lw": 0.6}
+    which = "largest amplitude" if trials > 1 else "mean"
+    for text, point, place in (
+        ("the belt\nstarts", (0.0, 0.5 * peak), (-45.0, 0.75 * peak)),
+        (f"{which}: {peak:.0f} \N{MICRO SIGN}V after {at:.0f} ms", (at, peak), (at + 60.0, 0.95 * peak)),
+        (
+            "band: standard deviation over its perturbations",
+            (at + 8.0, float(np.interp(at + 8.0, time[shown], mean - 0.5 * sd))),
+            (at + 60.0, 0.6 * peak),
+        ),
+    ):
+        axis.annotate(text, point, place, fontsize=8.0, va="center", arrowprops=line)
 
 
 @in_style
@@ -124,7 +163,7 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
     if not muscles:
         return _nothing(new_figure()[0], "no muscle responds in any task")
     figure, axes = new_figure(
-        len(muscles), len(results), 1.0 + 0.74 * len(muscles), sharex=True, squeeze=False
+        len(muscles), len(results), 0.9 + 0.56 * len(muscles), sharex=True, squeeze=False
     )
     for column, (task, result) in enumerate(results.items()):
         for row, muscle in enumerate(muscles):
@@ -151,6 +190,7 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
                 axis.set(ylabel=f"{muscle} (\N{MICRO SIGN}V)")
         axes[0, column].set(title=task)
         axes[-1, column].set(xlabel="Time from the start of the stretch (ms)")
+    _explain_latency(axes[0, 0], next(iter(latencies.values())).get(muscles[0]), detector)
     handles = [
         axes[0, 0].plot([], [], style, color=COLOURS["model"], linewidth=1.0, label=words(name))[0]
         for name, style in DETECTOR_STYLES.items()
@@ -163,6 +203,21 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
     return figure
 
 
+def _explain_latency(axis: Axes, found: dict | None, detector: str) -> None:
+    """Note in the first panel: the latency that is used (ms)."""
+    latency = None if found is None else found[detector]["latency_s"]
+    if latency is None:
+        return
+    axis.annotate(
+        f"onset after {1e3 * latency:.0f} ms",
+        (1e3 * latency, 0.75 * axis.get_ylim()[1]),
+        (-45.0, 0.75 * axis.get_ylim()[1]),
+        fontsize=8.0,
+        va="center",
+        arrowprops={"arrowstyle": "-|>", "lw": 0.6},
+    )
+
+
 @in_style
 def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figure:
     """Mean torque after perturbations, and its intrinsic and active parts (ms, N·m)."""
@@ -173,7 +228,7 @@ def plot_torque_parts(results: dict[str, Result], estimators: list[str]) -> Figu
     ]
     if not there:
         return _nothing(new_figure()[0], "no estimator of the active torque could be used in every task")
-    figure, axes = new_figure(len(there), len(results), 0.9 + 1.9 * len(there), sharex="row", squeeze=False)
+    figure, axes = new_figure(len(there), len(results), 0.6 + 1.35 * len(there), sharex="row", squeeze=False)
     for row, name in enumerate(there):
         for column, (task, result) in enumerate(results.items()):
             axis, arrays = axes[row, column], result.arrays
@@ -206,7 +261,7 @@ def plot_stiffness(
     estimators: list[str],
 ) -> Figure:
     """Ankle stiffness against ankle rotation, with 95 % intervals (mrad, N·m/rad)."""
-    figure, axes = new_figure(1, len(estimators), 2.7, sharey=True, squeeze=False)
+    figure, axes = new_figure(1, len(estimators), 2.4, sharey=True, squeeze=False)
     colours = _task_colours(list(tasks))
     critical_stiffness = next(iter(tasks.values())).facts["critical_stiffness_Nm_per_rad"]
     for axis, estimator in zip(axes[0], estimators, strict=True):
@@ -259,7 +314,7 @@ def plot_windows(results: dict[str, Result], window_s: float, pathway: str, esti
     pathway, estimator : str
         The recommended ones, whose combined interval is shown.
     """
-    figure, axis = new_figure(height_in=2.6)
+    figure, axis = new_figure(height_in=2.3)
     for (task, result), colour in zip(results.items(), _task_colours(list(results)).values(), strict=True):
         length = 1e3 * result.arrays["windows/length"]
         if not length.size:
@@ -288,7 +343,7 @@ def plot_joints(results: dict[str, Result]) -> Figure:
     shown = {task: result for task, result in results.items() if "mean/time" in result.arrays}
     if not shown:
         return _nothing(new_figure()[0], "no trial has usable responses")
-    figure, axes = new_figure(1, len(shown), 2.5, sharey=True, squeeze=False)
+    figure, axes = new_figure(1, len(shown), 2.1, sharey=True, squeeze=False)
     for axis, (task, result) in zip(axes[0], shown.items(), strict=True):
         arrays = result.arrays
         time = 1e3 * arrays["mean/time"]

@@ -5,6 +5,8 @@ from functools import wraps
 from pathlib import Path
 
 import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -18,6 +20,7 @@ COLOURS = {
     "compensated": "#2f8f4e",
     "compensated too": "#93cfa5",
     "other too": "#c9c9c9",
+    "joint likelihood": "#8b5aa8",
     "command": "#8a8a8a",
     "window": "#f3e3b5",
     "I": "#1668a8",
@@ -61,11 +64,52 @@ def in_style(draw: Callable) -> Callable:
     return drawn
 
 
+def example_and_panels(
+    count: int, columns: int, height_in: float, example: float = 1.5, **keywords
+) -> tuple[Figure, Axes, np.ndarray]:
+    """A figure with one wide panel above a grid of small ones, which share their time axis.
+
+    Parameters
+    ----------
+    count, columns : int
+        Number of the small panels, and of those in a row.
+    height_in : float
+        Height of the figure (inches).
+    example : float
+        Height of the wide panel relative to a small one.
+    keywords
+        ``sharey``: ``"row"`` for a common axis of the panels in a row.
+
+    Returns
+    -------
+    Figure
+        As wide as the report's text.
+    Axes
+        The wide panel.
+    ndarray of Axes, shape (rows, columns)
+        The small panels; those beyond ``count`` are not visible.
+    """
+    rows = -(-count // columns)
+    figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+    FigureCanvasAgg(figure)
+    above, below = figure.subfigures(2, 1, height_ratios=[example, rows])
+    axes = below.subplots(rows, columns, sharex=True, squeeze=False, **keywords)
+    for axis in axes.flat[count:]:
+        axis.set_visible(False)
+    return figure, above.subplots(), axes
+
+
 def new_figure(rows: int = 1, columns: int = 1, height_in: float = 3.0, **keywords):
     """A figure as wide as the report's text and ``height_in`` high (inches), with its axes."""
     figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, **keywords)
+
+
+def legend_above(figure: Figure, axis: Axes, columns: int, **keywords) -> None:
+    """Put the legend of one of the axes above all of them, where it hides no data (no unit)."""
+    handles, labels = axis.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=columns, **keywords)
 
 
 @in_style

@@ -101,10 +101,11 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
                 color=MODEL_COLOURS[s.model],
                 markersize=5.5,
             )
-        axis.set(title=f"evaluated on: {test}", xlabel="$R^2$ (-)", xlim=(-1.08, 1.05))
+        axis.set(title=test, xlabel="$R^2$ (-)", xlim=(-1.08, 1.08))
         axis.axvline(0.0, color="#c4c4c4", linewidth=0.6)
     axes[0, 0].set_yticks(range(len(models)), [words(name) for name in models])
     axes[0, 0].invert_yaxis()
+    figure.suptitle("evaluated on held-out trials of", fontsize=9.5)
     handles = [
         axes[0, 0].plot([], [], mark, color=COLOURS["measured"], markersize=5.5, label=f"fitted to {train}")[
             0

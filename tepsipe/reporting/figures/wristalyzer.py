@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import admittance
-from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
+from tepsipe.reporting.figures.style import COLOURS, in_style, legend_above, new_figure
 
 LOWEST_HZ = 0.5
 
@@ -26,8 +26,7 @@ def plot_perturbation(results: dict[str, Result], seconds: float = 2.5) -> Figur
         time = (start + np.arange(count)) / facts["rate_hz"]
         axes.plot(time, torque[start : start + count], line, color=colour, label=f"scale factor {name}")
     axes.set(xlabel="Time from the trigger (s)", ylabel=r"Torque $\tau_P$ (N·m)")
-    axes.margins(y=0.2)
-    axes.legend(loc="upper right", ncols=2)
+    legend_above(figure, axes, 2)
     return figure
 
 
@@ -40,9 +39,9 @@ def _gain_phase_coherence(axes, frequency, response, coherence, **keywords) -> N
 
 
 def _label_frequency_axes(axes, limits: tuple[float, float]) -> None:
-    axes[0].set_ylabel("Gain (rad/(N·m))")
-    axes[1].set_ylabel("Phase (degrees)")
-    axes[2].set(ylabel="Coherence (-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)", xlim=limits)
+    axes[0].set_ylabel("Gain\n(rad/(N·m))")
+    axes[1].set_ylabel("Phase\n(degrees)")
+    axes[2].set(ylabel="Coherence\n(-)", ylim=(0.0, 1.05), xlabel="Frequency (Hz)", xlim=limits)
     wanted = (0.5, 1, 2, 3, 4, 5, 7, 9) if limits[1] < 15.0 else (0.5, 1, 2, 5, 10, 20, 50)
     ticks = [tick for tick in wanted if limits[0] <= tick <= limits[1]]
     axes[2].set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -78,7 +77,7 @@ def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, floa
     gain = np.abs(result.arrays["spectral-fit/response"])
     excited = (frequency >= band_hz[0]) & (frequency <= 2.0 * band_hz[1])
     axes[0].set_ylim(0.05 * gain[excited].min(), 5.0 * gain[excited].max())
-    axes[0].legend(loc="lower left")
+    legend_above(figure, axes[0], 3)
     return figure
 
 
@@ -100,7 +99,7 @@ def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float])
     model = admittance(result.arrays["spectral-fit/parameters"], fine)
     _gain_phase_coherence(axes, fine, model, None, color=COLOURS["model"], linestyle="--", label="model")
     _label_frequency_axes(axes, band_hz)
-    axes[0].legend(loc="lower left")
+    legend_above(figure, axes[0], 2)
     return figure
 
 
@@ -113,7 +112,9 @@ def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: floa
     count = min(round(seconds * rate), stop - middle)
     time = (middle + np.arange(count)) / rate
     shown = slice(middle, middle + count)
-    axes.plot(time, result.arrays["angle"][shown], color=COLOURS["measured"], label="measured")
+    axes.plot(
+        time, result.arrays["angle"][shown], color=COLOURS["measured"], label=f"measured, scale factor {name}"
+    )
     axes.plot(
         time,
         result.arrays["predicted_angle"][shown],
@@ -122,8 +123,7 @@ def plot_prediction(result: Result, name: str, vaf_percent: float, seconds: floa
         label=f"predicted, VAF {vaf_percent:.0f} %",
     )
     axes.set(xlabel="Time from the trigger (s)", ylabel=r"Angle $\theta_A$ (rad)")
-    axes.margins(y=0.18)
-    axes.legend(loc="upper right", ncols=2, title=f"scale factor {name}")
+    legend_above(figure, axes, 2)
     return figure
 
 
@@ -159,8 +159,7 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
         axis.axvline(start_stiffness, color=COLOURS["other"], linewidth=0.7, linestyle=":")
         axis.set(xlabel="Starting $K$ (N·m/rad)", ylabel=ylabel)
     handles, names = axes[0].get_legend_handles_labels()
-    axes[0].legend(handles[:2], names[:2], loc="upper left", fontsize=7.5)
-    axes[0].margins(y=0.3)
+    figure.legend(handles[:2], names[:2], loc="outside upper left", ncols=2)
     axes[2].axhline(1.0, color=COLOURS["other"], linewidth=0.7, linestyle=":")
     axes[2].set(xlabel="Held $K$ (N·m/rad)", ylabel="Cost / limit of 95 % interval", ylim=(0.85, 2.6))
     shown = [
@@ -171,7 +170,9 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
     ]
     low, high = min(map(np.min, shown)), max(map(np.max, shown))
     axes[2].set_xlim(low, high + 0.45 * (high - low))  # room for the legend
-    axes[2].legend(title="factor", fontsize=7, title_fontsize=7.5, loc="upper right", handlelength=1.2)
+    axes[2].legend(
+        title="scale factor", fontsize=7.5, title_fontsize=7.5, loc="upper right", handlelength=1.2
+    )
     return figure
 
 
@@ -197,5 +198,5 @@ def plot_averaging(result: Result, name: str, band_hz: tuple[float, float]) -> F
             label=f"averaged over {label}",
         )
     _label_frequency_axes(axes, band_hz)
-    axes[0].legend(loc="lower left", title=f"scale factor {name}")
+    legend_above(figure, axes[0], 2, title=f"scale factor {name}")
     return figure

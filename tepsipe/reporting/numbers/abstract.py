@@ -143,10 +143,10 @@ def _wristalyzer(data: dict) -> list[Paragraph]:
     w = data["wristalyzer"]
     found = [
         pieces(
-            "In the torque-controlled manipulator (Wristalyzer), the reference method, a fit to the "
-            "admittance of the same joint "
-            "yields $I$ = {inertia} N·m·s²/rad, $B$ = {damping} N·m·s/rad and $K$ = {stiffness} N·m/rad "
-            "over the scale factors of the torque. The fitted model predicts the measured angle with a VAF "
+            "In the torque-controlled manipulator (Wristalyzer, the reference method) a fit to the "
+            "admittance of the same joint yields $I$ = {inertia} N·m·s²/rad, $B$ = {damping} "
+            "N·m·s/rad and $K$ = {stiffness} N·m/rad over trials with multisine torques of different size. "
+            "The fitted model predicts the measured angle with a VAF "
             "of {vaf} %.",
             **w,
         )
@@ -198,8 +198,9 @@ def _dummy(data: dict) -> list[Paragraph]:
     return [
         found,
         pieces(
-            "Over the {count} conditions{amplitudes}, the largest error of the consistent equation "
-            "relative to {truth} is {worst_stiffness} % in $K$ and {worst_damping} % in $B$.",
+            "Over the {count} conditions with belt velocities{amplitudes}, the largest error of the "
+            "consistent equation relative to {truth} is {worst_stiffness} % in $K$ and {worst_damping} % "
+            "in $B$.",
             amplitudes=_amplitudes(d["clear_from"], " of"),
             **(d["recovery"] | {"truth": _truth(d["recovery"])}),
         ),
@@ -210,7 +211,7 @@ def _dummy(data: dict) -> list[Paragraph]:
 def _truth(recovery: dict) -> str:
     """What the estimates of single trials are compared with (no unit)."""
     if recovery["at_work"]:
-        return "the linear joint nearest to the laboratory’s at working amplitude"
+        return "the linear joint nearest to the laboratory’s non-linear joint in the same movements"
     return "the laboratory’s constants"
 
 
@@ -300,7 +301,7 @@ def _standing(data: dict) -> list[Paragraph]:
         if rows:
             found += pieces(
                 " With the instruction _{task}_ the intrinsic stiffness of both ankles is {stiffness} "
-                "N·m/rad, {over_mgh} times the critical stiffness $m g h$.",
+                "N·m/rad, {over_mgh} times the critical (gravitational) stiffness $m g h$.",
                 **{**rows[0], "task": task},
             )
     if p["recovery"] is not None:

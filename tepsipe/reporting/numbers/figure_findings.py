@@ -1,8 +1,15 @@
 """First sentences of the captions: what a figure of this run shows, chosen by its numbers."""
 
-from tepsipe.reporting.numbers.format import number
+from tepsipe.reporting.figures.names import words
+from tepsipe.reporting.numbers.format import MINUS, number
 
 DASH = number(None)
+RIGS = {
+    "wristalyzer": "the Wristalyzer",
+    "dummy": "the dummy on the belt",
+    "weight": "a weight on the belt",
+    "standing": "a person on the belt",
+}
 # values that differ by less are called the same (%)
 ALIKE = 5.0
 
@@ -28,17 +35,47 @@ def figure_findings_of(data: dict) -> dict[str, str]:
         ("simulation", _simulation),
         ("noise", _noise),
         ("weight", _weight),
+        ("foot", _foot),
         ("standing", _standing),
         ("budgets", _budgets),
     )
     for name, sentences in chapters:
         if data.get(name) is not None:
             found |= sentences(data[name])
-    return found
+    return found | _schematics(data)
+
+
+def _schematics(data: dict) -> dict[str, str]:
+    """What the drawings say: which rigs, how many trials, how the signals are treated."""
+    if data.get("dummy") is None or "experiments" not in data:
+        return {}
+    rigs = [RIGS[name] for name in RIGS if name in data["experiments"]]
+    ways = "from the motion of the leg"
+    if data.get("foot") is not None:
+        ways += ", or from the motion of the foot and the force plate"
+    cutoff = data["choices"]["dummy"]["analysis"]["lowpass_cutoff_hz"]
+    return {
+        "rigs": f"The rigs are {', '.join(rigs[:-1])} and {rigs[-1]}."
+        if len(rigs) > 1
+        else f"The rig is {rigs[0]}.",
+        "protocol": f"The study has {data['trials']} trials; those of the dummy have "
+        f"{data['dummy']['perturbations']} perturbations each.",
+        "signal_chain": "All signals of a trial on the treadmill come to one clock and pass the same "
+        f"low-pass of {cutoff:g} Hz.",
+        "free_bodies": f"The torque of the joint follows {ways}.",
+    }
 
 
 def _wristalyzer(w: dict) -> dict[str, str]:
     found = {"4_2": f"The fitted model predicts the angle with a VAF of {w['vaf']} % over the scale factors."}
+    signals = w.get("signals")
+    if signals is not None:
+        found["2_4"] = f"The torque has an RMS of {signals['rms']} mN·m over the scale factors."
+        if signals["unrelated"]:
+            found["3_1"] = (
+                f"Above the low-pass of {signals['cutoff']} Hz angle and torque are unrelated: the mean "
+                f"coherence of the tapered estimate is {signals['coherence']}."
+            )
     if w["natural_frequency"] != DASH:
         found["4_1"] = f"The fitted joint has a natural frequency of {w['natural_frequency']} Hz."
     if w["cross_validated"] != DASH:
@@ -73,6 +110,16 @@ def _dummy(d: dict) -> dict[str, str]:
         "4_4": f"The printed equation yields K = {d['printed_stiffness']} N·m/rad and I = "
         f"{d['printed_inertia']} N·m·s²/rad{falls}."
     }
+    if "window_ms" in d:
+        found["3_3"] = (
+            f"The fitted windows follow the motion of the belt and last {d['window_ms']} ms on average."
+        )
+    belt = d.get("belt")
+    if belt is not None:
+        found["2_9"] = (
+            f"The belt reaches {belt['peak']} % of the commanded peak velocity, {belt['delay']} ms after the "
+            "command."
+        )
     if d["signs_explain"]:
         found["pathways"] = (
             f"The consistent equation yields a mean K of {d['recommended_mean_stiffness']} N·m/rad, the "
@@ -80,10 +127,11 @@ def _dummy(d: dict) -> dict[str, str]:
         )
     if d["vaf_lower"]:
         found["torque"] = "The printed torque is fitted better than the consistent one, which is smaller."
-    if d["vaf_of_trial"]:
-        found["dummy_cross_validation"] = (
-            "VAF depends more on the predicted trial (column) than on the trial of the parameters (row)."
-        )
+    found["dummy_cross_validation"] = (
+        "VAF depends more on the predicted trial (column) than on the trial of the parameters (row)."
+        if d["vaf_of_trial"]
+        else "VAF depends on the predicted trial (column) and on the trial of the parameters (row)."
+    )
     if d.get("specification") is not None:
         found |= _specification(d["specification"])
     return found
@@ -107,23 +155,55 @@ def _thesis_dummy(t: dict) -> dict[str, str]:
 
 
 def _simulation(s: dict) -> dict[str, str]:
-    c = s.get("compared")
-    if c is None:
-        return {}
-    found = {
-        "b": f"With the parameters of the printed equation the swing grows in {c['growing']} of {c['all']} "
-        "conditions."
-    }
-    if c["angle"]:
-        found["4_11"] = (
-            "Over the full dataset the parameters of the Wristalyzer predict the angle better than those of "
-            "TEP-SIPE as printed."
+    found = {}
+    c, signals = s.get("compared"), s.get("signals")
+    if c is not None:
+        found["b"] = (
+            f"With the parameters of the printed equation the swing grows in {c['growing']} of {c['all']} "
+            "conditions."
+        )
+    if signals is None:
+        return found
+    best, shown = signals["best"], signals["shown"]
+    for figure, key, where in (
+        ("4_10", "vaf_perturbation", "In the perturbations"),
+        ("4_11", "vaf_trial", "Over the full dataset"),
+    ):
+        angle, torque = best[f"theta_{key}"], best[f"tau_{key}"]
+        found[figure] = (
+            f"{where} the angle is predicted best by the parameters of {angle['name']} in {angle['count']} "
+            f"of {angle['all']} conditions, the printed torque by those of {torque['name']} in "
+            f"{torque['count']}."
+        )
+    torque = best["tau_vaf_perturbation"]
+    found["b_13"] = (
+        f"The printed torque is predicted best by the parameters of {torque['name']} in {torque['count']} of "
+        f"{torque['all']} conditions."
+    )
+    for figure in ("4_7", "4_8"):
+        if figure in shown:
+            first, *_, last = shown[figure]["angle"]
+            found[figure] = (
+                f"Over trial {shown[figure]['condition']} the parameters of {first[0]} predict the angle "
+                f"best (VAF {first[1]} %), those of {last[0]} worst ({last[1]} %)."
+            )
+    if "4_7" in shown:
+        printed, consistent = shown["4_7"]["torque"][0], shown["4_7"]["consistent"][0]
+        found["4_9"] = (
+            f"The printed torque is predicted best by the parameters of {printed[0]} (VAF {printed[1]} %), "
+            f"the consistent torque by those of {consistent[0]} ({consistent[1]} %)."
         )
     return found
 
 
 def _noise(n: dict) -> dict[str, str]:
-    found = {"4_12": f"The simulated joint of this figure has K = {n['figure_stiffness']} N·m/rad."}
+    found = {}
+    if n.get("shown") is not None:
+        found["4_12"] = (
+            f"At {n['level']} dB the printed processing returns K = {n['shown']['as-printed']} N·m/rad for a "
+            f"simulated K of {n['figure_stiffness']} N·m/rad, the recommended one "
+            f"{n['shown']['recommended']} N·m/rad."
+        )
     if n["method_sound"]:
         found["noise"] = (
             f"At {n['level']} dB on the angle, B and K of the recommended processing are at most "
@@ -147,11 +227,38 @@ def _weight(w: dict) -> dict[str, str]:
             f"Under the weight, linear models of the empty belt reach R² = {w['linear_other']}, the best "
             f"frame fitted to both R² = {w['best_frame']}."
         )
+    rows, columns = (w["force_scores"][key] for key in ("rows", "columns"))
+    known = [row for row in rows if row["cells"][0][1] != DASH]
+    if known:
+        best = min(known, key=lambda row: float(row["cells"][0][1]))
+        found["plate_responses"] = (
+            f"Of {columns[0]['before']} N (root mean square over all held-out trials) the "
+            f"{words(best['model'])} leaves {best['cells'][0][1]} N under the {columns[0]['name']}."
+        )
     return found
 
 
 def _standing(p: dict) -> dict[str, str]:
-    found = {}
+    found = _of_muscles(p.get("signals"))
+    best = p["recommended"]["estimator"]
+    shares = [f"{row['over_mgh']} ({row['task']})" for row in p["estimators"] if row["name"] == best]
+    if shares:
+        found["standing_stiffness"] = (
+            f"Both ankles together have {', '.join(shares)} times the critical stiffness m g h."
+        )
+    active = [row for row in p["estimators"] if row["name"] in p.get("active", ()) and row["vaf"] != DASH]
+    if active:
+        vaf = sorted((row["vaf"] for row in active), key=lambda x: float(x.replace(MINUS, "-")))
+        found["standing_response"] = (
+            f"With an active torque the models explain {vaf[0]} to {vaf[-1]} % of the mean torque."
+        )
+    if p.get("signals") is not None and p["free"]:
+        plain = ", ".join(f"{x['K']} N·m/rad ({task})" for task, x in p["signals"]["plain"].items())
+        ranges = " and ".join(f"{row['range']} % ({row['task']})" for row in p["free"])
+        found["standing_window"] = (
+            f"With a free reflex torque K changes by {ranges} between windows of "
+            f"{p['free'][0]['windows_ms']} ms; without it K depends on the window: {plain}."
+        )
     if p["visible"]:
         found["4_13"] = (
             f"The perturbations are clearly visible: the ankle turns at {p['angle_over_sway']} times the "
@@ -161,6 +268,37 @@ def _standing(p: dict) -> dict[str, str]:
         knees = ", ".join(f"{row['knee']}° ({row['task']})" for row in p["joints"])
         found["standing_joints"] = f"The body above the ankles is not rigid: the knee turns by {knees}."
     return found
+
+
+def _of_muscles(signals: dict | None) -> dict[str, str]:
+    """Responses and latencies of the muscles (uV, ms)."""
+    found: dict[str, str] = {}
+    if signals is None:
+        return found
+    if signals["largest"] is not None:
+        big = signals["largest"]
+        found["standing_activity"] = (
+            f"The largest mean response is that of {big['muscle']} in {big['condition']}: {big['peak']} µV, "
+            f"{big['at']} ms after the belt starts."
+        )
+    if signals["latency"] is not None:
+        found["standing_latency"] = (
+            f"The muscles respond {signals['latency']} ms after the start of the stretch; the three "
+            f"detectors differ by at most {signals['detectors']} ms."
+        )
+        found["4_14"] = (
+            f"The muscles respond {signals['latency']} ms after the start of the stretch; the smoothed "
+            "envelopes show this too early."
+        )
+    return found
+
+
+def _foot(f: dict) -> dict[str, str]:
+    rows = f["rows"]
+    if len(rows) < 2:
+        return {}
+    parts = [f"{row['K']} ({words(row['pathway'])})" for row in (rows[0], rows[1], rows[-1])]
+    return {"foot": f"K in N·m/rad is {', '.join(dict.fromkeys(parts))} at {f['clear_from']} m/s and above."}
 
 
 def _budgets(budgets: dict) -> dict[str, str]:

@@ -96,4 +96,9 @@ def _cell(quantity: str, value: float | None) -> str:
 
 
 def _printed(value: float | None) -> str:
-    return number(None) if value is None else f"{value:g}".replace("-", MINUS)
+    if value is None:
+        return number(None)
+    mantissa, _, exponent = f"{value:g}".partition("e")
+    if exponent:
+        mantissa += f"·10{str(int(exponent)).translate(SUPERSCRIPTS)}"
+    return mantissa.replace("-", MINUS)

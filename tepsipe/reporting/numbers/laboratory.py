@@ -4,10 +4,14 @@ import math
 
 from tepsipe.reporting.laboratory import DRAWN, MECHANISM, LaboratoryRow
 from tepsipe.reporting.numbers.format import MINUS
+from tepsipe.reporting.numbers.laboratory_words import MEASURES, section_of, unit_of, words_of
+
+# last index of a coordinate's key -> its direction
+DIRECTIONS = {"0": ", forwards", "1": ", upwards"}
 
 
 def laboratory_data(rows: list[LaboratoryRow]) -> dict | None:
-    """Mechanisms and drawn constants as text (units in the keys).
+    """Mechanisms and drawn constants as text, in words and units.
 
     Numbers of one list of constants that were drawn alike, for example of the markers of the leg, are one
     row, with the largest deviation among them.
@@ -15,8 +19,9 @@ def laboratory_data(rows: list[LaboratoryRow]) -> dict | None:
     Returns
     -------
     dict or None
-        ``on``, ``off``: mechanisms with name, key and magnitude; ``drawn``: key, count of numbers, nominal,
-        value, largest deviation, standard deviation and distribution. None without rows.
+        ``on``, ``off``: mechanisms with key, name, what measures them, magnitude and unit; ``drawn``: key,
+        section, name, unit, count of numbers, nominal, value, largest deviation, standard deviation and
+        distribution. None without rows.
     """
     if not rows:
         return None
@@ -34,7 +39,9 @@ def laboratory_data(rows: list[LaboratoryRow]) -> dict | None:
 
 
 def _mechanism(row: LaboratoryRow) -> dict[str, str]:
-    return {"name": row.name, "key": row.key, "value": ", ".join(map(_short, row.value))}
+    measure = MEASURES.get(row.key, words_of(row.key))
+    value = ", ".join(map(_short, row.value))
+    return {"key": row.key, "name": row.name, "measure": measure, "value": value, "unit": unit_of(row.key)}
 
 
 def _drawn(key: str, rows: list[LaboratoryRow]) -> dict[str, str]:
@@ -42,6 +49,9 @@ def _drawn(key: str, rows: list[LaboratoryRow]) -> dict[str, str]:
     largest = max((row.value[0] - (row.nominal or 0.0) for row in rows), key=abs)
     return {
         "key": key,
+        "section": section_of(key),
+        "name": words_of(key) + _direction(rows),
+        "unit": unit_of(key),
         "count": str(len(rows)),
         "nominal": _short(first.nominal or 0.0) if alone else "",
         "value": _beside(first.value[0], first.standard_deviation or 0.0) if alone else "",
@@ -49,6 +59,12 @@ def _drawn(key: str, rows: list[LaboratoryRow]) -> dict[str, str]:
         "standard_deviation": _short(first.standard_deviation or 0.0),
         "distribution": first.distribution,
     }
+
+
+def _direction(rows: list[LaboratoryRow]) -> str:
+    """Direction of a coordinate that was drawn by itself (no unit)."""
+    ends = {row.key.rpartition(".")[2] for row in rows}
+    return DIRECTIONS.get(ends.pop(), "") if len(ends) == 1 else ""
 
 
 def _beside(value: float, standard_deviation: float) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 
 from tepsipe.reporting.numbers.format import number
 
-# up to so many trials are named one by one
+# up to this number of trials is named one by one
 NAMED = 3
 
 

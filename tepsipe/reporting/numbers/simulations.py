@@ -9,6 +9,7 @@ from tepsipe.reporting.thesis_tables import TableRow
 
 # an uncertainty below this is numerical (in its unit)
 NOTHING = 1e-9
+STATES = {"grows": "grows", "falls": "ends in a fall"}
 # who moves the dummy, as the report says it
 ENGINES = {
     "pybullet": "the multi-body engine PyBullet",
@@ -60,7 +61,8 @@ def forward_data(forward: pd.DataFrame, step_s: float, engine: str) -> dict:
         "engine": ENGINES[engine],
         "conditions": str(forward.condition.nunique()),
         "unsettled": [
-            f"{PARAMETER_SETS[name]} ({state}): {', '.join(map(short_name, group.condition))}"
+            f"with the parameters of {PARAMETER_SETS[name]} it {STATES.get(state, state)} in "
+            f"{', '.join(map(short_name, group.condition))}"
             for (name, state), group in unsettled.groupby(["parameter_set", "state"], sort=False)
         ],
         **_comparisons(forward),
@@ -166,6 +168,29 @@ def _short(quantity: str, value: float | None) -> str:
     if quantity.startswith("VAF") or quantity == "K":
         return fixed(value, 2 if quantity == "K" or 99.0 < value < 99.995 else 1)
     return number(value, 3 if abs(value) >= 1e-3 else 2)
+
+
+def noise_shown(rows: list[TableRow], stiffness: float) -> dict | None:
+    """Mean K (N·m/rad) over the conditions by the printed and the recommended processing.
+
+    Parameters
+    ----------
+    rows : list of TableRow
+        Of `tepsipe.reporting.noise_table.table_4_4` (units in them).
+    stiffness : float
+        Simulated stiffness of the figure (N·m/rad).
+
+    Returns
+    -------
+    dict or None
+        Processing -> lowest to highest of noise on torque, angle and both; None where one was not computed.
+    """
+    own = [row for row in rows if row.quantity == "K" and row.estimator == f"K = {stiffness:g} Nm/rad"]
+    found = {row.pathway: [x for x in row.values[1:] if x is not None] for row in own}
+    names = ("as-printed", "recommended")
+    if not all(found.get(name) for name in names):
+        return None
+    return {name: span_of_decimals(found[name], 1) for name in names}
 
 
 def noise_data(noise: pd.DataFrame, choices: dict) -> dict:

@@ -68,6 +68,7 @@ def standing_data(
         "torque_over_sway": span([f["torque_over_sway"] for f in stood], 2) if stood else number(None),
         "left_out": [s for fit in (*fits.values(), *task_fits.values()) for s in fit.facts["left_out"]],
         "tasks": list(task_fits),
+        "active": [n for n, c in choices["estimators"].items() if c["active"] not in ("none", "free")],
         "recommended": {"pathway": pathway, "estimator": estimator},
         "pre_reflex": short,
         "pre_reflex_ms": f"{1e3 * choices['estimators'][short]['window_s']:g}",

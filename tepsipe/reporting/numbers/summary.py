@@ -51,9 +51,10 @@ def summary_of(data: dict) -> list[Paragraph]:
 
 def _found(data: dict) -> Paragraph:
     return pieces(
-        "*What the thesis found.* Perturbed by short velocity pulses of a treadmill belt, a rubber joint "
-        "showed $I$ = {inertia} N·m·s²/rad and $K$ = {stiffness} N·m/rad. In a conventional manipulator the "
-        "same joint had a $K$ of about {start_stiffness} N·m/rad. The fits explained {vaf_trial} % of the "
+        "*What the thesis found.* Perturbed by short velocity pulses of a treadmill belt, the rubber joint "
+        "of an ankle dummy showed $I$ = {inertia} N·m·s²/rad and $K$ = {stiffness} N·m/rad. "
+        "In a conventional manipulator the same joint had a $K$ of about {start_stiffness} N·m/rad. "
+        "The fits explained {vaf_trial} % of the "
         "variance (VAF), but the thesis called the parameters “not physically meaningful”.",
         **data["reported"],
     )
@@ -64,9 +65,10 @@ def _why(d: dict) -> list[Paragraph]:
         return []
     return [
         pieces(
-            "*Why.* Its equation of motion mixes two sign conventions of the angle. This "
-            'adds $2 I_"leg"$ = {two_leg_inertia} N·m·s²/rad to $I$ and subtracts $2 m g r$ = {two_mgr} '
-            "N·m/rad from $K$. The VAF cannot show it ([@not-physical], [@vaf-blind]).",
+            "*Why.* The equation of motion in the thesis mixes two sign conventions of the angle. This adds "
+            'twice the inertia of the leg, $2 I_"leg"$ = {two_leg_inertia} N·m·s²/rad, to $I$ and subtracts '
+            "twice its gravitational stiffness, $2 m g r$ = {two_mgr} N·m/rad, from $K$. The VAF cannot "
+            "show it ([@not-physical], [@vaf-blind]).",
             **d,
         )
     ]

@@ -14,7 +14,7 @@ CLEAR = 2.5
 # highest resonance that signals of some 20 Hz show (Hz)
 SEEN_HZ = 200.0
 NAMES = {
-    "bristles": "bristles, which remember where the belt has been",
+    "bristles": "bristles, by which friction depends on the path of the belt",
     "stribeck": "more friction at rest than in motion",
     "lever": "a lever of the friction about the x axis",
     "second-mode": "a second mode of the frame",
@@ -60,7 +60,7 @@ def force_sentence(weight: dict[str, Result], filter_name: str, peaks: list[floa
     speeds = peak_speeds(weight, filter_name)
     if len(speeds) > 2 and np.ptp(speeds) > 0.0 and min(peaks) > 0.0:
         exponent = float(np.polyfit(np.log(speeds), np.log(peaks), 1)[0])
-        text += f"; its peak grows with the peak speed to the power of {number(exponent, 2)}"
+        text += f"; the peak of the force grows with the peak speed to the power of {number(exponent, 2)}"
     return f"{text}."
 
 

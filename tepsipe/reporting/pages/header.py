@@ -1,4 +1,4 @@
-"""Header and footer of a trial's page: facts, estimates, what was left out, source files, processing."""
+"""Header and footer of a trial's page: facts, estimates, omissions, source files, processing."""
 
 import json
 from collections.abc import Iterable, Sequence

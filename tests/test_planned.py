@@ -1,0 +1,70 @@
+"""What the planning says about the thesis's experiments, as table, chapter and claims."""
+
+import numpy as np
+import pytest
+
+from tepsipe.io.estimates import Estimate
+from tepsipe.mechanics.engines.interface import Joint
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg
+from tepsipe.reporting import planned
+from tepsipe.reporting.claims import EXPLANATIONS, MEASURES
+from tepsipe.reporting.findings import Findings
+from tepsipe.reporting.numbers.planned import planned_data
+from tepsipe.reporting.planned import (
+    BOUND,
+    NUMBER,
+    RATIO,
+    TYPE_A,
+    plan_of_thesis,
+    planned_value,
+    read_planned,
+    write_planned,
+)
+
+LEG_OF_DUMMY, FOOT_OF_DUMMY = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027), Foot(2.1, 0.055)
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory):
+    path = tmp_path_factory.mktemp("planned") / "planned.csv"
+    write_planned(path, plan_of_thesis(LEG_OF_DUMMY, FOOT_OF_DUMMY, Joint(0.015, 0.1, 10.0), {}))
+    return read_planned(path)
+
+
+def test_uncertainty_falls_with_amplitude_and_no_estimator_is_below_its_bound(rows):
+    small, middle = (planned_value(rows, f"sine-{a:g}", TYPE_A) for a in (0.1, 0.3))
+    assert small == pytest.approx(3.0 * middle, rel=0.01)
+    of_all = (planned_value(rows, "sine-0.3", m, "K", "joint-likelihood") for m in (TYPE_A, BOUND))
+    assert np.divide(*of_all) >= 1.0
+    # without tolerances noise alone asks for perturbations
+    assert planned_value(rows, "sine-0.3", NUMBER, "K", "foot") >= planned_value(rows, "sine-0.3", NUMBER)
+    assert planned_value(rows, "best, one way", RATIO, "K", "joint-likelihood") < 0.6
+
+
+def test_claims_are_measured_on_the_rows(rows):
+    findings = Findings([], {}, "leg-thesis", planned=rows)
+    assert MEASURES["planned_small_over_large"](findings) > 4.0
+    assert MEASURES["planned_foot_over_leg"](findings) > MEASURES["planned_minjerk_over_sine"](findings) > 1.0
+    assert MEASURES["planned_zero_lag_filter"](findings) < 0.1
+    assert EXPLANATIONS["planned_zero_lag_filter"](findings) > 5.0
+    assert MEASURES["planned_one_sided_filter"](findings) > EXPLANATIONS["planned_zero_lag_filter"](findings)
+    with pytest.raises(KeyError):
+        MEASURES["planned_small_over_large"](Findings([], {}, "leg-thesis"))
+
+
+def test_the_treadmill_left_in_is_compared_with_the_leg():
+    values = {"leg": 10.0, "foot": 2.0, "foot-compensated": 9.0}
+    estimates = [
+        Estimate("dummy", "sine-0.3", pathway, "windowed-least-squares", "K", "Nm/rad", value)
+        for pathway, value in values.items()
+    ]
+    assert MEASURES["treadmill_left_in"](Findings(estimates, {}, "leg-thesis")) == pytest.approx(8.0)
+
+
+def test_the_chapter_follows_the_rows(rows):
+    joint = {"inertia_Nms2_per_rad": 0.015, "damping_Nms_per_rad": 0.1, "stiffness_Nm_per_rad": [10.0, 15.0]}
+    data = planned_data(rows, joint)
+    assert data["halved"] == {"returning": False, "one_way": True}
+    assert len(data["designs"]) == len(planned.DESIGNS) and data["joint"]["K"] == "10"
+    assert data["filters"][0][1:] == ["0.0", "0.0", "0.0"]
+    assert data["filters"][1][3].startswith("\u2212")
