@@ -11,7 +11,7 @@ from tepsipe.new_study.pairing import Group, group_files, name_apart
 from tepsipe.new_study.people import TABLE, participants_of, plan_people
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan, yaml_text
 from tepsipe.new_study.sheet import describe_pulses, rows_of, sheet_text
-from tepsipe.new_study.table_plan import plan_belt, plan_position, plan_wristalyzer
+from tepsipe.new_study.table_plan import plan_belt, plan_platform, plan_position, plan_wristalyzer
 from tepsipe.new_study.treadmill_plan import experiment_of, plan_treadmill
 from tepsipe.new_study.treadmill_trials import Seen, seen_in
 from tepsipe.new_study.walking_plan import plan_walking
@@ -21,8 +21,12 @@ OF_TABLES = {
     "manipulator log": "wristalyzer",
     "position table": "position_manipulator",
     "belt table": "belt",
+    "platform table": "platform",
 }
-ORDER = ("wristalyzer", "dummy", "weight", "empty", "standing", "belt", "position_manipulator", "walking")
+ORDER = (
+    *("wristalyzer", "dummy", "weight", "empty", "standing", "belt", "position_manipulator", "platform"),
+    "walking",
+)
 PAGES = {
     "wristalyzer": "wristalyzer.md",
     "dummy": "plate-treadmill.md",
@@ -32,6 +36,7 @@ PAGES = {
     "belt": "belt.md",
     "position_manipulator": "position-manipulator.md",
     "walking": "walking.md",
+    "platform": "platform.md",
 }
 
 
@@ -202,6 +207,7 @@ def _plan_experiments(plan: Plan, groups: list[Group], seen: dict[str, Seen]) ->
         ("wristalyzer", plan_wristalyzer),
         ("position_manipulator", plan_position),
         ("belt", plan_belt),
+        ("platform", plan_platform),
     ):
         own = [g for g in groups if g.experiment == experiment]
         if own:
