@@ -1092,6 +1092,62 @@ TABLES = others(
         ),
     ],
 )
+PLATFORM = "platform.csv"
+HIP, ANKLE = "hip_torque_Nm", "ankle_torque_Nm"
+PLATFORMS = others(
+    "text tables",
+    "platform",
+    [
+        ("platform missing", gone(PLATFORM), "platform.csv: expected a table of samples"),
+        (
+            "platform without a torque",
+            text(PLATFORM, HIP, "hip"),
+            "platform.csv: expected a column named 'hip_torque_Nm'",
+        ),
+        (
+            "platform that ends early",
+            lines(PLATFORM, lambda rows: rows[: len(rows) // 2]),
+            "platform.csv: expected 40 s of trial, as the trial sheet says",
+        ),
+        (
+            "platform: torque and angle of the ankle exchanged",
+            text(
+                PLATFORM, f"ankle_angle_rad,hip_angle_rad,{ANKLE}", f"{ANKLE},hip_angle_rad,ankle_angle_rad"
+            ),
+            "platform.csv: expected a torque of at least 0.1 N·m per rad of the angle of the ankle",
+        ),
+        (
+            "platform: angles in degrees",
+            cells(PLATFORM, "ankle_angle_rad", times(5730.0), ","),
+            "platform.csv: expected joint angles within half a revolution",
+        ),
+        (
+            "platform: torque in Nmm",
+            cells(PLATFORM, ANKLE, times(1e3), ","),
+            "platform.csv: expected a joint torque of -500 to 500 Nm",
+        ),
+        (
+            "platform: torque of the hip constant",
+            cells(PLATFORM, HIP, times(0.0), ","),
+            "platform.csv: expected the torque of the hip to change",
+        ),
+        (
+            "platform: torque of the hip stops",
+            cells(PLATFORM, HIP, put(slice(1000, 2500), 0.0), ","),
+            "platform.csv: expected the torque of the hip to change",
+        ),
+        (
+            "platform with a gap",
+            lines(PLATFORM, lambda rows: rows[:500] + rows[600:]),
+            "platform.csv: expected no step longer than 0.05 s",
+        ),
+        (
+            "platform with a word",
+            lines(PLATFORM, lambda r: [*r[:500], "a,b,c,d,e,f", *r[501:]]),
+            "platform.csv: expected a number, found 'a' in column 'time_s' on line 501:",
+        ),
+    ],
+)
 WHOLE = "whole.c3d"
 
 
@@ -1190,7 +1246,17 @@ WHOLE_TRIALS = [
         ),
     ]
 ]
-FILES = [*WHOLE_TRIALS, *THE_LOG, *MATRICES, *THE_MARKERS, *PHYSICS, *ON_THE_BELT, *WRIST, *TABLES]
+FILES = [
+    *WHOLE_TRIALS,
+    *THE_LOG,
+    *MATRICES,
+    *THE_MARKERS,
+    *PHYSICS,
+    *ON_THE_BELT,
+    *WRIST,
+    *TABLES,
+    *PLATFORMS,
+]
 
 
 # ---- configurations ----------------------------------------------------------------------------------------

@@ -22,12 +22,14 @@ from tepsipe.ingest.manipulators import (
     ingest_torque_manipulator,
 )
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
+from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
 from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.ingest.recording_options import RecordingOptions, ScaledChannel
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.ingest.whole_trial import ingest_files
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
+from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
@@ -44,6 +46,7 @@ RAW = {
     "wristalyzer": {"log": "log.txt", "command": "command.txt"},
     "position_manipulator": {"log": "table.csv"},
     "belt": {"log": "table.txt"},
+    "platform": {"log": "platform.csv"},
 }
 DURATION_S = {
     "dummy": 12.0,
@@ -53,6 +56,7 @@ DURATION_S = {
     "wristalyzer": 16.0,
     "position_manipulator": 20.0,
     "belt": 39.0,
+    "platform": 40.0,
 }
 # a whole trial of the dummy in one file
 WHOLE = "whole.c3d"
@@ -139,6 +143,8 @@ def _make(experiment: str, place: Path, truth: dict, name: str, amplitude: float
         table = [np.arange(torque.size) / 500.0, angle + 1e-6 * noise[0], -torque - 1e-3 * noise[1]]
         header = "time_s,ankle_pos_rad,ankle_torque_Nm"
         np.savetxt(files["log"], np.transpose(table), delimiter=",", header=header, comments="", fmt="%.9g")
+    elif experiment == "platform":
+        write_platform(files["log"], lasts + 0.5, len(name))
     else:
         rng = np.random.default_rng(len(name))
         time = np.arange(4000) / 100.0
@@ -146,6 +152,16 @@ def _make(experiment: str, place: Path, truth: dict, name: str, amplitude: float
         load = 5.0 * np.gradient(velocity, 0.01) + 0.3 * rng.standard_normal(4000)
         header, table = "\t".join(BELT_COLUMNS.values()), np.column_stack([time, load, velocity])
         np.savetxt(files["log"], table, delimiter="\t", header=header, comments="", fmt="%.6g")
+
+
+def write_platform(path: Path, seconds: float, seed: int, person: PlatformPerson | None = None) -> None:
+    """Table of a person on a moving platform (s, m, rad, N·m), with the shipped names of columns."""
+    record = record_platform(
+        person or PlatformPerson(), PlatformProtocol(seconds), np.random.default_rng(seed)
+    )
+    table = np.column_stack([record.time, record.platform, record.angle, record.torque])
+    header = "time_s,platform_m,ankle_angle_rad,hip_angle_rad,ankle_torque_Nm,hip_torque_Nm"
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.9g")
 
 
 def sheet_rows(folder: Path, conditions: dict[str, list[str]], whole=()) -> list[str]:
@@ -446,6 +462,12 @@ def ingest(experiment, folder, config, whole=False):
         )
         table = read_text_table(files["log"], named["columns"], ",")
         trial = ingest_position_manipulator(table, options, lasts, files["log"])
+    elif experiment == "platform":
+        named = section["files"]
+        units = {key: named[key] for key in ("angle_unit", "torque_sign", "platform_unit")}
+        columns = {key: name for key, name in named["columns"].items() if name is not None}
+        options = PlatformTableOptions(**units, **section["ingest"])
+        trial = ingest_platform(read_text_table(files["log"], columns, ","), options, lasts, files["log"])
     else:
         options = BeltTableOptions(load_unit=section["files"]["load_unit"], **section["ingest"])
         table = read_text_table(files["log"], BELT_COLUMNS, "\t")

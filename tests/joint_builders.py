@@ -77,7 +77,7 @@ def fit_of(
             },
         },
         {
-            "reflex/models_terms": np.array([[0.0] * 5, [1.0] * 5]),
+            "reflex/models_terms": np.array([[0.0] * 6, [1.0] * 6]),
             "reflex/models_coefficients": np.array([22.0, 45.0]),
             "reflex/models_vaf_cross_validated": np.array([80.0, 90.0]),
             "reflex/models_vaf_held_out": np.array([79.0, 89.0]),

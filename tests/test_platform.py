@@ -119,7 +119,10 @@ def test_platform_that_does_not_move_the_joints_is_refused(table, rng):
             lambda t: {"hip_torque": np.where(t["time"] > 9.0, 3.0, t["hip_torque"])},
             "torque of the hip to change",
         ),
-        (lambda t: {"hip_torque": 1e-6 * t["hip_torque"]}, "torque of the hip of 0.01 to 5000 N·m per rad"),
+        (
+            lambda t: {"hip_torque": 1e-6 * t["hip_torque"]},
+            "torque of at least 0.1 N·m per rad of the angle of the hip",
+        ),
         (lambda t: {"ankle_torque": 100.0 * t["ankle_torque"]}, "joint torque of -500 to 500 Nm.* in ankle"),
     ],
 )

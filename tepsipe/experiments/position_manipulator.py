@@ -21,7 +21,7 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.spectra import frequency_averaged
-from tepsipe.statistics.bootstrap import bootstrap_blocks
+from tepsipe.statistics.bootstrap import bootstrap_blocks, expanded_tail
 from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 
@@ -30,7 +30,7 @@ ESTIMATOR = "regression"
 REFLEX_ESTIMATOR = "parallel-cascade"
 MUSCLE_ESTIMATOR = "parallel-cascade-muscle"
 # terms of a structure, the columns of ``models_terms`` in a result
-TERMS = ("direction", "stops", "stiffening", "gain_slope", "unloading")
+TERMS = ("direction", "stops", "stiffening", "gain_slope", "unloading", "relaxing")
 # a constant of the muscle this close to a bound of its search lies at it (-)
 AT_BOUND = 1e-3
 MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
@@ -79,6 +79,8 @@ class PositionManipulatorAnalysis:
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), offset (N·m).
     bootstrap : ndarray, shape (draws, 4)
         The same for bootstrapped blocks.
+    blocks : int
+        Number of blocks from which the bootstrap draws (-).
     spectrum : FrequencyResponse
         Impedance tau/theta and coherence of the unfiltered record (Hz, N·m/rad).
     vaf : HeldOutVaf
@@ -92,6 +94,7 @@ class PositionManipulatorAnalysis:
     training: int
     fit: LinearFit
     bootstrap: np.ndarray
+    blocks: int
     spectrum: FrequencyResponse
     vaf: HeldOutVaf
 
@@ -169,6 +172,7 @@ def analyse_position_manipulator(
         bootstrap=bootstrap_blocks(
             regressors[:training], torque[:training], block, options.bootstrap_draws, rng
         ),
+        blocks=training // block,
         spectrum=frequency_averaged(
             raw_angle - raw_angle.mean(), raw_torque - raw_torque.mean(), rate, options.averaged_bins
         ),
@@ -225,7 +229,8 @@ def position_manipulator_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K and VAF (%) of the fitted and the held-out part."""
     names = (experiment, condition, PATHWAY, ESTIMATOR)
-    low, high = np.percentile(analysis.bootstrap, [2.5, 97.5], axis=0)
+    tail = expanded_tail(0.95, analysis.blocks)
+    low, high = np.percentile(analysis.bootstrap, [tail, 100.0 - tail], axis=0)
     rows = [
         Estimate(
             *names,
@@ -258,19 +263,27 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     reflex gain of 0 N·m·s/rad.
     """
     names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
+
+    def drawn(quantity: str, unit: str, value: float, draws: np.ndarray) -> Estimate:
+        return _drawn(names, quantity, unit, value, draws, fit.blocks)
+
     rows = [
-        _drawn(names, quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
+        drawn(quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
         for k, quantity in enumerate(PARAMETERS)
     ]
     short = fit.short_range
     rows += [
-        _drawn(names, "K_working", "Nm/rad", fit.working_stiffness, fit.working_stiffness_bootstrap),
-        _drawn(names, "K_short_range", "Nm/rad", short.stiffness, short.stiffness_bootstrap),
+        drawn("K_working", "Nm/rad", fit.working_stiffness, fit.working_stiffness_bootstrap),
+        drawn("K_short_range", "Nm/rad", short.stiffness, short.stiffness_bootstrap),
     ]
     if np.isfinite(short.yield_angle_rad):
-        rows.append(_drawn(names, "yield_angle", "rad", short.yield_angle_rad, short.yield_angle_bootstrap))
+        rows.append(drawn("yield_angle", "rad", short.yield_angle_rad, short.yield_angle_bootstrap))
+    relaxing = fit.relaxing
+    if np.isfinite(relaxing.time_s):
+        rows.append(drawn("K_relaxing", "Nm/rad", relaxing.stiffness, relaxing.stiffness_bootstrap))
+        rows.append(drawn("relaxation_time", "s", relaxing.time_s, relaxing.time_bootstrap))
     if fit.structure.stiffening:
-        rows.append(_drawn(names, "K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
+        rows.append(drawn("K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
     rows += _reflex_rows(names, fit)
     rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
     rows.append(Estimate(*names, "slow_torque_sd", "Nm", fit.slow.sd_Nm))
@@ -282,25 +295,29 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
     return recommended(rows, PATHWAY, REFLEX_ESTIMATOR)
 
 
-def _drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray) -> Estimate:
-    """A row with the interval of its bootstrap; draws without a value are left out."""
+def _drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray, blocks: int) -> Estimate:
+    """A row with the expanded interval of its bootstrap; draws without a value are left out."""
     draws = draws[np.isfinite(draws)]
-    low, high = np.percentile(draws, [2.5, 97.5]) if draws.size else (np.nan, np.nan)
+    tail = expanded_tail(0.95, blocks)
+    low, high = np.percentile(draws, [tail, 100.0 - tail]) if draws.size else (np.nan, np.nan)
     spread = float(draws.std(ddof=1)) if draws.size > 1 else np.nan
     return Estimate(*names, quantity, unit, float(value), spread, float(low), float(high))
 
 
 def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
     """Gain, terms and times of the reflex; a delay or threshold that the record does not tell is flagged."""
-    rows = [_drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap)]
+    rows = [_drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap, fit.blocks)]
     if fit.muscle is None:
         return rows
     if fit.structure.gain_slope:
-        rows.append(_drawn(names, "reflex_gain_slope", "Nms/rad2", fit.gain_slope, fit.gain_slope_bootstrap))
-    if fit.structure.unloading:
         rows.append(
-            _drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, fit.unloading_gain_bootstrap)
+            _drawn(
+                names, "reflex_gain_slope", "Nms/rad2", fit.gain_slope, fit.gain_slope_bootstrap, fit.blocks
+            )
         )
+    if fit.structure.unloading:
+        draws = fit.unloading_gain_bootstrap
+        rows.append(_drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, draws, fit.blocks))
     for choice in fit.assumptions:
         own = [
             Estimate(*names, choice.quantity, choice.unit, choice.value),
@@ -323,7 +340,7 @@ def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
         for k, bounds in enumerate(MUSCLE_BOUNDS)
     )
     own = [
-        _drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k])
+        _drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k], fit.blocks)
         for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
     ]
     own.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
@@ -373,6 +390,7 @@ def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: Para
         "short_range": fit.structure.stops,
         "gain_slope": fit.structure.gain_slope,
         "unloading": fit.structure.unloading,
+        "relaxing": fit.structure.relaxing,
         "threshold_rad_per_s": fit.structure.threshold_rad_per_s,
         "pole_per_s": fit.structure.pole_per_s,
         "peak_s": fit.reflex_peak_s,
@@ -419,6 +437,6 @@ def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:
 
 
 def _terms(fit: ParallelCascadeFit) -> np.ndarray:
-    """Terms of the models that were compared, shape (models, 5): whether each of ``TERMS`` is present."""
+    """Terms of the models that were compared, shape (models, 6): whether each of ``TERMS`` is present."""
     found = [[bool(getattr(s.structure, name)) for name in TERMS] for s in fit.models]
     return np.array(found, dtype=float)

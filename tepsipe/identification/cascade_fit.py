@@ -19,6 +19,8 @@ class ParallelCascadeOptions:
     stop_radii_rad : tuple of float
         Radii of the elastic-plastic stop elements (rad), of which those within the recorded movement are
         used; empty for no short-range stiffness. Fixed radii make K comparable between recordings.
+    relaxation_times_s : tuple of float
+        Time constants of the relaxing elements, springs in series with a damper (s); empty for none.
     reflex_length_s, reflex_knot_s : float
         Length of the reflex response, and distance of its knots (s).
     reflex_poles_per_s, reflex_order : tuple of float, int
@@ -45,6 +47,7 @@ class ParallelCascadeOptions:
 
     intrinsic_lag_s: float = 0.04
     stop_radii_rad: tuple[float, ...] = (0.002, 0.004, 0.008, 0.016)
+    relaxation_times_s: tuple[float, ...] = (0.05, 0.2)
     reflex_length_s: float = 0.6
     reflex_knot_s: float = 0.025
     reflex_poles_per_s: tuple[float, ...] = (16.0, 25.0, 40.0)
@@ -84,6 +87,8 @@ class Structure:
         Velocity below which the reflex does not respond (rad/s).
     pole_per_s : float
         Pole of the Laguerre functions of the reflex response (rad/s); 0 for a response of knots.
+    relaxing : bool
+        Whether a part of the stiffness relaxes (-).
     """
 
     direction: int
@@ -95,11 +100,13 @@ class Structure:
     unloading: bool = False
     threshold_rad_per_s: float = 0.0
     pole_per_s: float = 0.0
+    relaxing: bool = False
 
     @property
     def terms(self) -> int:
         """Number of terms beyond the linear intrinsic pathway (-)."""
-        return abs(self.direction) + self.stiffening + self.stops + self.gain_slope + self.unloading
+        of_joint = self.stiffening + self.stops + self.relaxing
+        return abs(self.direction) + of_joint + self.gain_slope + self.unloading
 
 
 @dataclass(frozen=True)
@@ -128,6 +135,35 @@ class MuscleFit:
 
 
 @dataclass(frozen=True)
+class Relaxing:
+    """Part of the stiffness that relaxes: springs in series with dampers (Maxwell elements).
+
+    Attributes
+    ----------
+    times_s : ndarray, shape (r,)
+        Time constants of the elements (s); empty without relaxation.
+    weights : ndarray, shape (r,)
+        Their stiffnesses (N·m/rad), not negative.
+    stiffness : float
+        Sum of the stiffnesses (N·m/rad), 0 without relaxation: K of quick movements exceeds that of slow ones
+        by it.
+    stiffness_bootstrap : ndarray, shape (draws,)
+        The same for bootstrapped blocks (N·m/rad).
+    time_s : float
+        Mean of the time constants, weighted with the stiffnesses (s); NaN if all weights are 0.
+    time_bootstrap : ndarray, shape (draws,)
+        The same for bootstrapped blocks (s).
+    """
+
+    times_s: np.ndarray
+    weights: np.ndarray
+    stiffness: float
+    stiffness_bootstrap: np.ndarray
+    time_s: float
+    time_bootstrap: np.ndarray
+
+
+@dataclass(frozen=True)
 class ShortRange:
     """Short-range stiffness: elastic-plastic stop elements beside the linear intrinsic pathway.
 
@@ -140,7 +176,8 @@ class ShortRange:
     weights_bootstrap : ndarray, shape (draws, s)
         The same for bootstrapped blocks (N·m/rad).
     stiffness : float
-        K for movements within the smallest radius, K plus all weights (N·m/rad).
+        K for quick movements within the smallest radius: K plus all weights, those of relaxing elements
+        included (N·m/rad).
     stiffness_bootstrap : ndarray, shape (draws,)
         The same for bootstrapped blocks (N·m/rad).
     yield_angle_rad : float
@@ -246,24 +283,30 @@ class ParallelCascadeFit:
     ----------
     structure : Structure
         Structure selected by cross-validation.
+    blocks : int
+        Number of blocks from which the bootstrap draws (-).
     predicted, reflex_torque, stop_torque : ndarray, shape (n,)
-        Predicted tau, tau_R and torque of the stop elements (N·m) over the evaluated part of the record.
+        Predicted tau, tau_R, and torque of the stop and relaxing elements (N·m) over the evaluated part of
+        the record.
     vaf : HeldOutVaf
         VAF of the prediction (%).
     vaf_cross_validated : float
         VAF (%) of the blocks of the fitted part, each predicted from the others.
     impedance : ndarray, shape (3,)
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of the intrinsic pathway without the stop elements, by
-        regression of its torque on acceleration, velocity and angle: K is the stiffness beyond yield.
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of the intrinsic pathway without the stop and relaxing
+        elements, by regression of its torque on acceleration, velocity and angle: K is the stiffness beyond
+        yield and after relaxation.
     impedance_bootstrap : ndarray, shape (draws, 3)
         The same for bootstrapped blocks.
     working_stiffness : float
-        Stiffness at the recorded amplitude (N·m/rad): slope of the whole intrinsic torque, stop elements
-        included, by the same regression.
+        Stiffness at the recorded amplitude (N·m/rad): slope of the whole intrinsic torque, stop and relaxing
+        elements included, by the same regression.
     working_stiffness_bootstrap : ndarray, shape (draws,)
         The same for bootstrapped blocks (N·m/rad).
     short_range : ShortRange
         Short-range stiffness and stop elements (N·m/rad, rad).
+    relaxing : Relaxing
+        Part of the stiffness that relaxes (N·m/rad, s).
     stiffening : float
         Angle-dependent stiffness, change of K per angle, 2 c (N·m/rad²); 0 if there is none.
     stiffening_bootstrap : ndarray, shape (draws,)
@@ -307,6 +350,7 @@ class ParallelCascadeFit:
     """
 
     structure: Structure
+    blocks: int
     predicted: np.ndarray
     reflex_torque: np.ndarray
     stop_torque: np.ndarray
@@ -317,6 +361,7 @@ class ParallelCascadeFit:
     working_stiffness: float
     working_stiffness_bootstrap: np.ndarray
     short_range: ShortRange
+    relaxing: Relaxing
     stiffening: float
     stiffening_bootstrap: np.ndarray
     gain: float

@@ -1,10 +1,12 @@
 """Parts of the intrinsic and the reflex pathway of a parallel-cascade model (Kearney et al. 1997).
 
 Short-range stiffness is that of elastic-plastic elements in parallel (Prandtl, Jenkin), each a spring in
-series with a slider: its force follows the angle, but its deflection does not exceed its radius.
+series with a slider: its force follows the angle, but its deflection does not exceed its radius. A relaxing
+element (Maxwell) is a spring in series with a damper: its deflection decays.
 """
 
 import numpy as np
+import scipy
 
 from tepsipe.mechanics.impedance_model import simulate_angle
 from tepsipe.signals.differentiation import derivative
@@ -59,6 +61,27 @@ def stop_deflection(angle: np.ndarray, radius: float) -> np.ndarray:
         deflection = min(radius, max(-radius, deflection + step))
         found.append(deflection)
     return np.array(found)
+
+
+def relaxing_deflection(angle: np.ndarray, time_s: float, rate_hz: float) -> np.ndarray:
+    """Deflection of the spring of a relaxing element, a spring and a damper in series, initially 0.
+
+    Parameters
+    ----------
+    angle : ndarray, shape (n,)
+        theta (rad), linear between samples.
+    time_s, rate_hz : float
+        Time constant of the relaxation (s), and sampling rate (Hz).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        z (rad): z' = theta' - z / time_s. An element of stiffness w has the torque w z.
+    """
+    late = 1.0 / (time_s * rate_hz)
+    held = -np.expm1(-late) / late
+    steps = np.diff(angle, prepend=angle[:1])
+    return scipy.signal.lfilter([held], [1.0, -np.exp(-late)], steps)
 
 
 def delayed(x: np.ndarray, delay_s: float, rate_hz: float) -> np.ndarray:

@@ -27,7 +27,7 @@ def cascade_quantities(
     """
 
     def drawn(value: float, unit: str, draws: np.ndarray) -> Quantity:
-        return Quantity.drawn(value, unit, draws, confidence)
+        return Quantity.drawn(value, unit, draws, confidence, found.blocks)
 
     short, structure = found.short_range, found.structure
     quantities = {
@@ -39,6 +39,11 @@ def cascade_quantities(
     yields = short.yield_angle_bootstrap[np.isfinite(short.yield_angle_bootstrap)]
     if np.isfinite(short.yield_angle_rad) and yields.size > 1:
         quantities["yield angle"] = drawn(short.yield_angle_rad, "rad", yields)
+    relaxing = found.relaxing
+    times = relaxing.time_bootstrap[np.isfinite(relaxing.time_bootstrap)]
+    if np.isfinite(relaxing.time_s) and times.size > 1:
+        quantities["K relaxing"] = drawn(relaxing.stiffness, "N·m/rad", relaxing.stiffness_bootstrap)
+        quantities["relaxation time"] = drawn(relaxing.time_s, "s", times)
     if structure.stiffening:
         quantities["dK/dtheta"] = drawn(found.stiffening, "N·m/rad²", found.stiffening_bootstrap)
     slow = (

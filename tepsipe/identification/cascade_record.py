@@ -14,6 +14,7 @@ from tepsipe.identification.cascade_pathways import (
     lagged,
     laguerre_responses,
     rectified,
+    relaxing_deflection,
     stop_deflection,
 )
 from tepsipe.identification.slow_torque import SlowModel
@@ -136,6 +137,9 @@ class CascadeRecord:
         if name == "stops":
             springs = [stop_deflection(self.turned, radius) for radius in self.radii]
             return self.lowpass(np.column_stack(springs))
+        if name == "relaxing":
+            times = self.options.relaxation_times_s
+            return np.column_stack([relaxing_deflection(self.angle, t, self.rate_hz) for t in times])
         if name == "stiffening":
             return self.lowpass(self.turned**2)[:, None]
         if name == "offset":
@@ -244,9 +248,10 @@ class Design:
 
     @property
     def bounded(self) -> np.ndarray:
-        """Whether a coefficient must not be negative: those of the stop elements (unitless)."""
+        """Whether a coefficient must not be negative: stop and relaxing elements (unitless)."""
         held = np.zeros(self.scale.size, dtype=bool)
-        held[self.groups["stops"]] = True
+        for name in ("stops", "relaxing"):
+            held[self.groups[name]] = True
         return held
 
     def of(self, structure: Structure) -> np.ndarray:
@@ -260,6 +265,7 @@ def groups_of(structure: Structure) -> list[str]:
     return [
         "intrinsic",
         *["stops"] * structure.stops,
+        *["relaxing"] * structure.relaxing,
         *["stiffening"] * structure.stiffening,
         *["reflex"] * (structure.direction != 0),
         *["gain_slope"] * structure.gain_slope,
@@ -335,4 +341,4 @@ def _penalty(groups: dict[str, slice], structure: Structure, given: dict) -> np.
     return penalty
 
 
-GROUPS = ("intrinsic", "stops", "stiffening", "reflex", "gain_slope", "unloading", "offset")
+GROUPS = ("intrinsic", "stops", "relaxing", "stiffening", "reflex", "gain_slope", "unloading", "offset")

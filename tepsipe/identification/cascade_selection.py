@@ -96,6 +96,7 @@ def select_structure(record: CascadeRecord) -> Selection:
                 for s, error in kernels.items()
                 if s.pole_per_s not in (0.0, start.pole_per_s)
             }
+    start = replace(start, relaxing=bool(options.relaxation_times_s))
     errors = _errors_of_terms(record, start)
     structure = choose(errors, options.term_tolerance)
     if not structure.direction:
@@ -413,12 +414,14 @@ def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, 
     design = make_design(record, full, fitted_only=True)
     sums = block_sums(design.white, record.white_torque, fold_slices(record))
     found = []
-    for stops, stiffening, reflex, slope, unloading in product((False, True), repeat=5):
-        if (stops and not full.stops) or ((slope or unloading) and not reflex):
+    of_joint, of_reflex = ("stops", "relaxing", "stiffening"), ("gain_slope", "unloading")
+    for reflex, *present in product((False, True), repeat=1 + len(of_joint + of_reflex)):
+        terms = dict(zip(of_joint + of_reflex, present, strict=True))
+        if any(terms[name] and not getattr(full, name) for name in of_joint):
             continue
-        if reflex and not full.direction:
+        if (reflex and not full.direction) or (not reflex and any(terms[name] for name in of_reflex)):
             continue
-        structure = replace(full, stops=stops, stiffening=stiffening, gain_slope=slope, unloading=unloading)
+        structure = replace(full, **terms)
         if not reflex:
             structure = replace(structure, direction=0, delay_s=0.0, threshold_rad_per_s=0.0, pole_per_s=0.0)
         errors = _fold_errors(sums, design, design.of(structure), record.options.penalties)

@@ -5,6 +5,7 @@ The model of Kearney, Stein & Parameswaran (1997), with both pathways in one reg
     tau(t)   = tau_I(t) + tau_S(t) + tau_R(t) + offset
     tau_I(t) = sum over k of h[k] theta(t - k T) + c (theta(t) - theta_0)^2,        |k T| <= lag
     tau_S(t) = sum over j of w[j] z_j(t),   dz_j = dtheta limited to |z_j| <= r_j,   w[j] >= 0
+             + sum over j of v[j] x_j(t),   x_j' = theta' - x_j / T_j,               v[j] >= 0
     tau_R(t) = sum over k of (g[k] u(t') + m[k] u(t') (theta(t') - theta_0) + b[k] u_-(t')) T
     t'       = t - delay - k T,                                                     k >= 0
     u(t)     = theta'(t) beyond a threshold in the direction ``direction``, else 0;  u_- in the other one
@@ -12,7 +13,8 @@ The model of Kearney, Stein & Parameswaran (1997), with both pathways in one reg
 T is the sampling period, theta_0 the mean angle of the fitted part, 2 c the angle-dependent stiffness (change
 of K per angle). tau_S is short-range stiffness: elastic-plastic stop elements (Prandtl 1928) of fixed radii
 r_j, so that K + sum of w is the stiffness of small movements and K that beyond yield; both fall steadily with
-amplitude in human calf muscles (Loram, Maganaris & Lakie 2007). g is the reflex response, its integral the
+amplitude in human calf muscles (Loram, Maganaris & Lakie 2007). Elements of stiffness v relax with fixed time
+constants T_j (Maxwell): after them their torque is gone. g is the reflex response, its integral the
 reflex gain G; the integral of m is the change of G per angle, that of b the gain of unloading, the delayed
 response to the other direction. They are linear between knots and zero at both ends, or sums of Laguerre
 functions t^k exp(-pole t), k >= 1. All signals and regressors are low-pass filtered identically, which
@@ -29,7 +31,8 @@ cross-validation (`tepsipe.identification.cascade_selection`).
 
 Intervals: blocks are drawn with replacement, and for each draw terms, kernel and threshold by the same rules
 from folds drawn with replacement, so that they include these choices, but not that of the delay, which is
-assumed where the record does not determine it, nor the bias of the penalty.
+assumed where the record does not determine it, nor the bias of the penalty. Percentiles of draws from n
+blocks are too narrow; they are expanded (`tepsipe.statistics.bootstrap.expanded_tail`).
 """
 
 from collections.abc import Callable
@@ -40,6 +43,7 @@ import numpy as np
 from tepsipe.identification.cascade_fit import (
     ParallelCascadeFit,
     ParallelCascadeOptions,
+    Relaxing,
     ShortRange,
     SlowTorque,
     Structure,
@@ -65,6 +69,7 @@ from tepsipe.identification.cascade_selection import (
     select_structure,
 )
 from tepsipe.signals.differentiation import derivative
+from tepsipe.statistics.bootstrap import expanded_tail
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
 # fraction of the area of a response that counts as its duration (-)
@@ -147,26 +152,35 @@ def identify_cascade(
     times = np.array([np.bincount(draw, minlength=len(blocks)) for draw in drawn_blocks], dtype=float)
     found = _draw(selection, blocks, times, rng)
     predicted = found.torque(*found.design.groups)
-    motion, lags = _motion_map(record), found.design.groups["intrinsic"].stop
-    impedance, impedance_drawn = found.mapped("intrinsic", motion[:, :lags])
-    short = _short_range(record, found, impedance[2], impedance_drawn[:, 2])
-    yielding, yielding_drawn = (x[..., 0] for x in found.mapped("stops", motion[2:, lags:]))
+    motion = _motion_map(record)
+    impedance, impedance_drawn = found.mapped("intrinsic", motion["intrinsic"])
+    relaxing = _relaxing(record, found)
+    quick, quick_drawn = (
+        impedance[2] + relaxing.stiffness,
+        impedance_drawn[:, 2] + relaxing.stiffness_bootstrap,
+    )
+    working, working_drawn = impedance[2], impedance_drawn[:, 2]
+    for name in ("stops", "relaxing"):
+        slope, slope_drawn = (x[..., 0] for x in found.mapped(name, motion[name][2:]))
+        working, working_drawn = working + slope, working_drawn + slope_drawn
     stiffening, stiffening_drawn = (x[..., 0] for x in found.mapped("stiffening", np.array([[2.0]])))
     reflex_torque = found.torque(*REFLEX_GROUPS)
     spread = np.mean((record.used[:training] - record.used[:training].mean()) ** 2)
     lag, smooth = _shown_response(found.solution[found.design.groups["intrinsic"]], rate_hz, lowpass)
     return ParallelCascadeFit(
         structure=structure,
+        blocks=len(blocks),
         predicted=predicted,
         reflex_torque=reflex_torque,
-        stop_torque=found.torque("stops"),
+        stop_torque=found.torque("stops", "relaxing"),
         vaf=evaluate_held_out(record.used, predicted, training),
         vaf_cross_validated=cross_validated(record, structure),
         impedance=impedance,
         impedance_bootstrap=impedance_drawn,
-        working_stiffness=float(impedance[2] + yielding),
-        working_stiffness_bootstrap=impedance_drawn[:, 2] + yielding_drawn,
-        short_range=short,
+        working_stiffness=float(working),
+        working_stiffness_bootstrap=working_drawn,
+        short_range=_short_range(record, found, quick, quick_drawn),
+        relaxing=relaxing,
         stiffening=float(stiffening),
         stiffening_bootstrap=stiffening_drawn,
         reflex_share=float(100.0 * np.var(reflex_torque[:training]) / spread),
@@ -194,6 +208,7 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
     variants[~reflex[terms]] = -1
     lags = record.group("intrinsic", structure)[0].shape[1]
     sizes = {"intrinsic": lags, "stops": len(record.radii), "stiffening": 1, "response": _samples(selection)}
+    sizes["relaxing"] = len(record.options.relaxation_times_s)
     drawn = {name: np.zeros((times.shape[0], size)) for name, size in sizes.items()}
     drawn |= {name: np.zeros((times.shape[0], 1)) for name in REFLEX_GROUPS}
     for variant in np.unique(variants):
@@ -215,7 +230,7 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
 
 def _keep(drawn: dict, taken: np.ndarray, design: Design, found: np.ndarray, structure, record) -> None:
     """Write coefficients, or what follows from them, to the draws that were taken."""
-    for name in ("intrinsic", "stops", "stiffening"):
+    for name in ("intrinsic", "stops", "relaxing", "stiffening"):
         own = design.groups[name]
         if own.stop > own.start:
             drawn[name][taken] = found[:, own]
@@ -252,23 +267,46 @@ def _at(candidate: Structure, structure: Structure, shape: Structure) -> Structu
 
 def _union(structures: list[Structure]) -> Structure:
     """A structure with all terms of several of the same reflex."""
-    names = ("stops", "stiffening", "gain_slope", "unloading")
+    names = ("stops", "relaxing", "stiffening", "gain_slope", "unloading")
     return replace(structures[0], **{name: any(getattr(s, name) for s in structures) for name in names})
 
 
-def _motion_map(record: CascadeRecord) -> np.ndarray:
-    """Matrix that maps h and w to I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), shape (3, lags + stops)."""
+def _motion_map(record: CascadeRecord) -> dict[str, np.ndarray]:
+    """Matrices that map h, w and v to I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad), shape (3, columns)."""
     time = np.arange(record.angle.size) / record.rate_hz
-    velocity = derivative(time, record.angle)
+    # near the cutoff, cubic splines make the acceleration 0.3 % too small
+    velocity = derivative(time, record.angle, degree=5)
     motion = np.column_stack(
-        [derivative(time, velocity), velocity, record.angle, np.ones_like(record.angle)]
+        [derivative(time, velocity, degree=5), velocity, record.angle, np.ones_like(record.angle)]
     )[record.fitted]
     scale = np.linalg.norm(motion, axis=0)
     bare = Structure(0, False, 0.0, 0.0)
-    names = ("intrinsic", *["stops"] * bool(record.radii))
-    torque = [record.group(name, bare)[0][: record.training] for name in names]
-    mapped = np.linalg.lstsq(motion / scale, np.hstack(torque), rcond=None)[0]
-    return (mapped / scale[:, None])[:3]
+    sizes = {"intrinsic": 1, "stops": len(record.radii), "relaxing": len(record.options.relaxation_times_s)}
+    torque = {name: record.group(name, bare)[0][: record.training] for name, size in sizes.items() if size}
+    mapped = np.linalg.lstsq(motion / scale, np.hstack(list(torque.values())), rcond=None)[0]
+    mapped = (mapped / scale[:, None])[:3]
+    ends = np.cumsum([columns.shape[1] for columns in torque.values()])
+    return dict.fromkeys(sizes, np.empty((3, 0))) | dict(
+        zip(torque, np.split(mapped, ends[:-1], axis=1), strict=True)
+    )
+
+
+def _relaxing(record: CascadeRecord, found: _Drawn) -> Relaxing:
+    """Part of the stiffness that relaxes, of the estimate and its bootstrap."""
+    own = found.design.groups["relaxing"]
+    times = np.array(record.options.relaxation_times_s)
+    weights, drawn = found.solution[own], found.bootstrap["relaxing"]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = weights @ times / weights.sum() if weights.size else np.nan
+        mean_drawn = drawn @ times / drawn.sum(axis=1)
+    return Relaxing(
+        times_s=times[: weights.size],
+        weights=weights,
+        stiffness=float(weights.sum()),
+        stiffness_bootstrap=drawn.sum(axis=1),
+        time_s=float(mean),
+        time_bootstrap=mean_drawn,
+    )
 
 
 def _short_range(record: CascadeRecord, found: _Drawn, stiffness, stiffness_drawn) -> ShortRange:
@@ -302,7 +340,8 @@ def _reflex(selection: Selection, found: _Drawn, blocks: list[slice], times: np.
             if own.stop > own.start:
                 gains[name] = float(kernels.sum(axis=0) @ found.solution[own] / rate)
     drawn = found.bootstrap["response"]
-    low, high = np.percentile(drawn, [2.5, 97.5], axis=0) if drawn.size else np.empty((2, 0))
+    tail = expanded_tail(0.95, len(blocks))
+    low, high = np.percentile(drawn, [tail, 100.0 - tail], axis=0) if drawn.size else np.empty((2, 0))
     peak = duration = np.nan
     if np.any(response):
         area = np.cumsum(np.abs(response))

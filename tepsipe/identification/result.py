@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.statistics.bootstrap import expanded_tail
 
 UNITS = {"I": "N·m·s²/rad", "B": "N·m·s/rad", "K": "N·m/rad"}
 
@@ -33,9 +34,14 @@ class Quantity:
     high: float = np.nan
 
     @classmethod
-    def drawn(cls, value: float, unit: str, draws: np.ndarray, confidence: float) -> "Quantity":
-        """An estimate with the spread and the quantiles of bootstrapped ones (``unit``), shape (draws,)."""
-        tail = 50.0 * (1.0 - confidence)
+    def drawn(
+        cls, value: float, unit: str, draws: np.ndarray, confidence: float, blocks: int | None = None
+    ) -> "Quantity":
+        """An estimate with the spread and the quantiles of bootstrapped ones (``unit``), shape (draws,).
+
+        With the number of blocks from which they are drawn, the quantiles are expanded (`expanded_tail`).
+        """
+        tail = expanded_tail(confidence, blocks) if blocks else 50.0 * (1.0 - confidence)
         low, high = np.percentile(draws, [tail, 100.0 - tail])
         return cls(float(value), unit, float(np.std(draws, ddof=1)), float(low), float(high))
 

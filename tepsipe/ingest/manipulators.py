@@ -199,7 +199,7 @@ def ingest_position_manipulator(
     recorded = recorded_columns(table, ["angle", "torque"], options.max_gap_s, duration_s, name)
     torque = recorded.columns[:, 1]
     angle = RADIANS_PER_UNIT[options.angle_unit] * recorded.columns[:, 0]
-    _refuse_exchanged(angle, torque, name)
+    refuse_exchanged(angle, torque, name)
     _refuse_degrees(angle, options.angle_unit, name)
     _refuse_saturated(torque, recorded.recorded_hz, name)
     _refuse_little_motion(angle, options.angle_unit, name)
@@ -256,15 +256,28 @@ def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:
         )
 
 
-def _refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str) -> None:
-    """Refuse a torque so small for the angle that each must be in the other's column."""
+def refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str, joint: str = "") -> None:
+    """Refuse a torque so small for the angle that each must be in the other's column.
+
+    Parameters
+    ----------
+    angle, torque : ndarray, shape (n,)
+        Angle (rad) and torque (N·m) of a joint.
+    name, joint : str
+        Name the source and, if there are several, the joint in messages.
+
+    Raises
+    ------
+    InputError
+        If it is.
+    """
     spread = float(angle.std())
     ratio = float(torque.std()) / spread if spread > 0.0 else np.inf
     if 0.0 < ratio < EXCHANGED_NM_PER_RAD and np.ptp(torque) < 0.5 * np.pi:
         raise InputError(
-            f"{name}: expected a torque of at least {EXCHANGED_NM_PER_RAD:g} N·m per rad of the angle, found "
-            f"{ratio:.2g} N·m/rad: exchange the columns of torque and angle in the configuration, or correct "
-            "their units"
+            f"{name}: expected a torque of at least {EXCHANGED_NM_PER_RAD:g} N·m per rad of the angle"
+            f"{joint and ' of the ' + joint}, found {ratio:.2g} N·m/rad: exchange the columns of torque and "
+            "angle in the configuration, or correct their units"
         )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.even_table import recorded_columns, refuse_slow
-from tepsipe.ingest.manipulators import RADIANS_PER_UNIT
+from tepsipe.ingest.manipulators import RADIANS_PER_UNIT, refuse_exchanged
 from tepsipe.io.trial import Signal, Trial
 
 JOINTS = ("ankle", "hip")
@@ -65,8 +65,8 @@ def ingest_platform(
     Raises
     ------
     InputError
-        If time stamps cannot be repaired, a gap is too long, the table ends early, the rate is too low, or
-        the unit of the angles is evidently wrong.
+        If time stamps cannot be repaired, a gap is too long, the table ends early, the rate is too low, the
+        unit of the angles is evidently wrong, or torques and angles are in each other's columns.
     """
     perturbations = [key for key in PERTURBATIONS if key in table]
     keys = [*perturbations, *(f"{joint}_{what}" for what in ("angle", "torque") for joint in JOINTS)]
@@ -74,6 +74,8 @@ def ingest_platform(
     columns = recorded.columns
     angles = slice(len(perturbations), len(perturbations) + 2)
     columns[:, angles] *= RADIANS_PER_UNIT[options.angle_unit]
+    for k, joint in enumerate(JOINTS):
+        refuse_exchanged(columns[:, angles.start + k], columns[:, angles.stop + k], name, joint)
     swing = float(np.ptp(columns[:, angles], axis=0).max())
     if swing > np.pi:
         raise InputError(

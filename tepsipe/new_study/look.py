@@ -21,11 +21,14 @@ COLUMNS = {
     "torque": r"torque|moment|drehmoment|\btau\b|\bnm\b",
     "force": r"force|load|kraft|^f[xyz]",
 }
+# the same for a person on a moving platform, whose columns name a joint each
+JOINTS = {"ankle": r"ankle|sprung", "hip": r"hip|trunk|h(ü|ue|u)ft"}
+PLATFORM = r"platform|sway|surface|perturb"
 LOAD = re.compile(r"(^|[ _.:-]|FP\d?|GRF)[FM][xyz]\d?(?![a-z])", re.IGNORECASE)  # of a force plate
 VOLTS = ("V", "mV", "uV", "µV")  # units of electromyograms
 LOG_VARIABLES = {"transducers_V", "belt_velocity_m_per_s", "trigger_V"}
 # kinds that are the first file of a trial, and those that belong to one
-FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "belt table")
+FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "belt table", "platform table")
 PARTNERS = ("markers", "emg", "command", "calibration", "record")
 
 
@@ -107,6 +110,9 @@ def _found(path: Path, name: str) -> Found:
     except InputError as error:
         return Found(path, name, "other", None, None, {}, str(error).removeprefix(f"{path}: "))
     columns = columns_by_role([c.name for c in contents.channels]) if contents.kind == "text table" else {}
+    on_platform = platform_columns([c.name for c in contents.channels]) if columns else {}
+    if on_platform:
+        return Found(path, name, "platform table", contents, _duration(contents), on_platform)
     kind, why = _kind(contents, columns, name)
     return Found(path, name, kind, contents, _duration(contents), columns, why)
 
@@ -119,6 +125,23 @@ def columns_by_role(names: list[str]) -> dict[str, str]:
         if role is not None:
             found.setdefault(role, name)
     return found
+
+
+def platform_columns(names: list[str]) -> dict[str, str]:
+    """Role of each column of a person on a moving platform -> its name in the header (no unit).
+
+    Empty unless time, platform, and angle and torque of ankle and hip are all there.
+    """
+    found = {role: name for role, name in columns_by_role(names).items() if role == "time"}
+    for name in names:
+        joint = next((j for j, pattern in JOINTS.items() if re.search(pattern, name, re.IGNORECASE)), None)
+        # torque first: the name of a torque may also speak of an angle
+        what = next((r for r in ("torque", "angle") if re.search(COLUMNS[r], name, re.IGNORECASE)), None)
+        if joint and what:
+            found.setdefault(f"{joint}_{what}", name)
+        elif not joint and re.search(PLATFORM, name, re.IGNORECASE):
+            found.setdefault("platform", name)
+    return found if len(found) == 2 + 2 * len(JOINTS) else {}
 
 
 def _duration(contents: Contents) -> float | None:

@@ -10,7 +10,7 @@ TABLE = "participants.tsv"
 NAME = re.compile(
     r"(?<![A-Za-z0-9])((?:participant|subject|subj|sub|pat|VP|HC|P|S)[-_ ]?\d{1,4})(?!\d)", re.IGNORECASE
 )
-OF_PEOPLE = ("standing", "position_manipulator")
+OF_PEOPLE = ("standing", "position_manipulator", "platform")
 NUMBERS = {
     "mass_kg": "mass (kg)",
     "stature_m": "stature (m)",

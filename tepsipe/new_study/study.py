@@ -11,7 +11,7 @@ from tepsipe.new_study.pairing import Group, group_files, name_apart
 from tepsipe.new_study.people import TABLE, participants_of, plan_people
 from tepsipe.new_study.settings import PLACEHOLDER, Missing, Plan, yaml_text
 from tepsipe.new_study.sheet import describe_pulses, rows_of, sheet_text
-from tepsipe.new_study.table_plan import plan_belt, plan_position, plan_wristalyzer
+from tepsipe.new_study.table_plan import plan_belt, plan_platform, plan_position, plan_wristalyzer
 from tepsipe.new_study.treadmill_plan import experiment_of, plan_treadmill
 from tepsipe.new_study.treadmill_trials import Seen, seen_in
 
@@ -20,8 +20,9 @@ OF_TABLES = {
     "manipulator log": "wristalyzer",
     "position table": "position_manipulator",
     "belt table": "belt",
+    "platform table": "platform",
 }
-ORDER = ("wristalyzer", "dummy", "weight", "empty", "standing", "belt", "position_manipulator")
+ORDER = ("wristalyzer", "dummy", "weight", "empty", "standing", "belt", "position_manipulator", "platform")
 PAGES = {
     "wristalyzer": "wristalyzer.md",
     "dummy": "plate-treadmill.md",
@@ -30,6 +31,7 @@ PAGES = {
     "standing": "standing.md",
     "belt": "belt.md",
     "position_manipulator": "position-manipulator.md",
+    "platform": "platform.md",
 }
 
 
@@ -194,6 +196,7 @@ def _plan_experiments(plan: Plan, groups: list[Group], seen: dict[str, Seen]) ->
         ("wristalyzer", plan_wristalyzer),
         ("position_manipulator", plan_position),
         ("belt", plan_belt),
+        ("platform", plan_platform),
     ):
         own = [g for g in groups if g.experiment == experiment]
         if own:

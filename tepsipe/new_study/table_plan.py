@@ -1,4 +1,6 @@
-"""Settings of the trials that are text tables: both manipulators, and the belt of a treadmill."""
+"""Settings of the trials that are text tables: both manipulators, a moving platform, and a belt."""
+
+import re
 
 import numpy as np
 
@@ -9,7 +11,10 @@ from tepsipe.new_study.settings import Missing, Plan
 
 LARGEST_RAD = 3.2
 DELIMITERS = {"comma": "comma", "tab": "tab"}
-DEFAULT_RATE_HZ = 250.0
+DEFAULT_RATE_HZ, PLATFORM_RATE_HZ = 250.0, 50.0
+PLATFORM_UNITS = ("m", "m/s", "m/s2")
+# names of a column with a second perturbation of a person on a platform
+PUSHES = r"push|pull|second|rotation"
 
 
 def angle_unit(values: np.ndarray, unit: str) -> tuple[str, str]:
@@ -59,19 +64,63 @@ def plan_position(plan: Plan, groups: list[Group]) -> None:
     key = "position_manipulator"
     for role in ("time", "angle", "torque"):
         plan.put(f"{key}.files.columns.{role}", first.columns[role], f"found in {first.name}")
-    delimiter = first.contents.facts["delimiter"]
-    if delimiter in DELIMITERS:
-        plan.put(f"{key}.files.delimiter", delimiter, f"found in {first.name}")
-    else:
-        plan.ask(f"{key}.files.delimiter", f"comma or tab; {first.name} has a {delimiter}", "export it again")
+    _plan_delimiter(plan, key, groups)
     angle, torque = (first.channel(first.columns[role]) for role in ("angle", "torque"))
     unit, why = angle_unit(samples(angle), angle.unit)
     plan.put(f"{key}.files.angle_unit", unit, why)
     sign = resisting_sign(samples(angle), samples(torque), angle.rate_hz or 1.0)
     how = "-1 if a torque that resists a positive angle is recorded as negative, else 1"
     plan.assume(f"{key}.files.torque_sign", sign, "sign of K in a regression of the torque on the angle", how)
-    rate = min((g.first.channel(g.first.columns["angle"]).rate_hz or np.inf for g in groups), default=np.inf)
-    if rate < (1.0 - 1e-3) * DEFAULT_RATE_HZ:
+    _plan_rate(plan, key, groups, "angle", DEFAULT_RATE_HZ)
+
+
+def plan_platform(plan: Plan, groups: list[Group]) -> None:
+    """Settings of a person on a moving platform (units in the keys)."""
+    first, key = groups[0].first, "platform"
+    for role, name in first.columns.items():
+        plan.put(f"{key}.files.columns.{role}", name, f"found in {first.name}")
+    _plan_delimiter(plan, key, groups)
+    angle, torque = (first.channel(first.columns[f"ankle_{what}"]) for what in ("angle", "torque"))
+    unit, why = angle_unit(samples(angle), angle.unit)
+    plan.put(f"{key}.files.angle_unit", unit, why)
+    sign = resisting_sign(samples(angle), samples(torque), angle.rate_hz or 1.0)
+    how = "-1 if a torque that resists a positive angle is recorded as negative, else 1"
+    plan.assume(f"{key}.files.torque_sign", sign, "sign of K of the ankle in a regression", how)
+    named = first.channel(first.columns["platform"]).unit
+    if named in PLATFORM_UNITS:
+        plan.put(f"{key}.files.platform_unit", named, "by the name of the column")
+    else:
+        plan.assume(f"{key}.files.platform_unit", "m", "a position", "m, m/s or m/s2; it only labels figures")
+    plan.check.append(
+        Missing(
+            f"{key}.files.columns",
+            "angle of the ankle from the vertical, of the hip relative to the leg, both positive forwards",
+            "subtract or turn the recorded angles if they are defined otherwise",
+        )
+    )
+    for channel in first.contents.channels:
+        pushed = re.search(PUSHES, channel.name, re.IGNORECASE) and channel.name not in first.columns.values()
+        if pushed and np.nanstd(samples(channel)) > 0.0:
+            how = "null if it is no perturbation that was applied at random beside the platform's"
+            plan.assume(f"{key}.files.columns.second_perturbation", channel.name, "by its name", how)
+            break
+    _plan_rate(plan, key, groups, "ankle_angle", PLATFORM_RATE_HZ)
+
+
+def _plan_delimiter(plan: Plan, key: str, groups: list[Group]) -> None:
+    """Character between the columns of an experiment's tables."""
+    first = groups[0].first
+    delimiter = first.contents.facts["delimiter"]
+    if delimiter in DELIMITERS:
+        plan.put(f"{key}.files.delimiter", delimiter, f"found in {first.name}")
+    else:
+        plan.ask(f"{key}.files.delimiter", f"comma or tab; {first.name} has a {delimiter}", "export it again")
+
+
+def _plan_rate(plan: Plan, key: str, groups: list[Group], role: str, shipped_hz: float) -> None:
+    """Rate of the trials (Hz), if the tables are slower than the shipped one."""
+    rate = min((g.first.channel(g.first.columns[role]).rate_hz or np.inf for g in groups), default=np.inf)
+    if rate < (1.0 - 1e-3) * shipped_hz:
         plan.put(
             f"{key}.ingest.resample_rate_hz", float(f"{0.99 * rate:.3g}"), "just below the rate of the tables"
         )
@@ -80,11 +129,7 @@ def plan_position(plan: Plan, groups: list[Group]) -> None:
 def plan_belt(plan: Plan, groups: list[Group]) -> None:
     """Settings of the calibration of a treadmill (units in the keys)."""
     first = groups[0].first
-    delimiter = first.contents.facts["delimiter"]
-    if delimiter in DELIMITERS:
-        plan.put("belt.files.delimiter", delimiter, f"found in {first.name}")
-    else:
-        plan.ask("belt.files.delimiter", f"comma or tab; {first.name} has a {delimiter}", "export it again")
+    _plan_delimiter(plan, "belt", groups)
     role = load_role(first.columns)
     plan.put("belt.files.load_unit", "Nm" if role == "torque" else "N", f"of {first.columns[role]}")
     if len(groups) < 2:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 
 def bootstrap_blocks(
@@ -43,6 +44,30 @@ def bootstrap_blocks(
     added = penalty / np.outer(scale, scale)
     solutions = np.linalg.solve(np.tensordot(times, normal, 1) + added, (times @ right)[..., None])
     return solutions[..., 0] / scale
+
+
+def expanded_tail(confidence: float, blocks: int) -> float:
+    """Percentile of bootstrap draws at the low end of an interval, expanded for few blocks (Hesterberg 2015).
+
+    Draws from n blocks scatter sqrt((n - 1) / n) times as much as estimates do, and their spread has n - 1
+    degrees of freedom. So the end is the percentile Phi(-sqrt(n / (n - 1)) t[(1 + p) / 2, n - 1]) in place of
+    (1 - p) / 2, with the quantile t of Student's distribution and the normal distribution Phi.
+
+    Parameters
+    ----------
+    confidence : float
+        Probability p of the interval (-).
+    blocks : int
+        Number n of blocks from which the bootstrap draws (-), at least 2.
+
+    Returns
+    -------
+    float
+        The percentile (%); that of the high end is 100 minus it.
+    """
+    degrees = blocks - 1
+    quantile = scipy.special.stdtrit(degrees, 0.5 * (1.0 + confidence))
+    return float(100.0 * scipy.special.ndtr(-np.sqrt(blocks / degrees) * quantile))
 
 
 @dataclass(frozen=True)

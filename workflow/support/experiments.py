@@ -277,6 +277,7 @@ EXPERIMENTS = {
     ),
     "platform": Experiment(
         raw_files={"log": None},
+        of_people=True,
         pulsed=False,
         names={
             "time_column": "files.columns.time",

@@ -77,5 +77,6 @@ def shown_estimators(study: Study) -> dict[str, list[str]]:
         "standing": [standing["recommended"]["pathway"], standing["recommended"]["estimator"]],
         "dummy": [dummy["quoted"], dummy["pathways"][dummy["quoted"]]["estimator"]],
         "position_manipulator": ["impedance", "parallel-cascade"],
+        "platform": ["closed-loop", f"iv-{study.settings['platform']['analysis']['models'][0]}"],
     }
     return {name: choice for name, choice in shown.items() if study.participants(name)}

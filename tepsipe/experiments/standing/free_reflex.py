@@ -183,35 +183,43 @@ def inside_window(time: np.ndarray, window_s: float) -> np.ndarray:
 
 def _sway(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
     """Overlapping stretches of quiet standing as long as the window, baseline-corrected as the responses."""
-    time = trials[0].time
-    step = time[1] - time[0]
-    first, last = np.flatnonzero(inside)[[0, -1]]
-    zero = time <= time[0] + 0.1  # of the epoch: as long before the onset as the baseline of the responses
-    found = []
-    for trial in trials:
-        pieces = np.lib.stride_tricks.sliding_window_view(trial.quiet, last + 1, axis=1)
-        # pieces that start at the same time stand together: start, epoch, time, signal
-        pieces = np.moveaxis(pieces[:, :: max(1, round(QUIET_STEP_S / step))], (1, 3), (0, 2))
-        still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
-        found.append((pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3))
-    return np.concatenate(found)
+    first, last = np.flatnonzero(inside)[[0, -1]].tolist()
+    step = max(1, round(QUIET_STEP_S / (trials[0].time[1] - trials[0].time[0])))
+    found = [trial.quiet_stretches(first, last, step) for trial in trials]
+    return found[0] if len(found) == 1 else np.concatenate(found)
+
+
+def _sway_moments(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
+    """Mean products of the signals of sway at all pairs of instants, shape (3, 3, n, n)."""
+    sway = _sway(trials, inside)
+    flat = np.moveaxis(sway, 2, 1).reshape(len(sway), -1)
+    n = sway.shape[1]
+    return np.moveaxis((flat.T @ flat / len(sway)).reshape(3, n, 3, n), 2, 1)
 
 
 def fitted_records(
-    trials: list[BroadbandEpochs], window_s: float, onset_s: float, options: FreeReflexOptions
+    trials: list[BroadbandEpochs],
+    window_s: float,
+    onset_s: float,
+    options: FreeReflexOptions,
+    moments: np.ndarray | None = None,
 ) -> tuple[GeneralisedFit, list[Record]]:
-    """Best B and K (N·m·s/rad, N·m/rad) in a window (s) for an onset of the reflex (s), and the records."""
+    """Best B and K (N·m·s/rad, N·m/rad) in a window (s) for an onset of the reflex (s), and the records.
+
+    ``moments`` are those of sway in this window, shape (3, 3, n, n), where they are known.
+    """
     inside = inside_window(trials[0].time, window_s)
     time = trials[0].time[inside]
-    sway = _sway(trials, inside)
+    moments = _sway_moments(trials, inside) if moments is None else moments
     means = [trial.perturbed[:, inside].mean(axis=0) for trial in trials]
     smooth = squared_exponential(time, options.discrepancy_s)
     unit = options.reflex_Nm**2 / (options.reflex_after_s**3 / 3.0)
     free = unit * integrated_wiener(time, onset_s)
     parameters = np.zeros(2)
     for _ in range(ROUNDS):
-        left = sway[..., TORQUE] - sway[..., [ANKLE_D, ANKLE]] @ parameters
-        covariance = left.T @ left / len(left)
+        left = np.zeros(3)
+        left[[TORQUE, ANKLE_D, ANKLE]] = 1.0, *-parameters
+        covariance = np.tensordot(np.outer(left, left), moments, 2)
         records = [
             Record(
                 target=mean[:, TORQUE],
@@ -240,14 +248,16 @@ def errors_of(
     sources: list[Source],
 ) -> FitErrors:
     """What each source does to B and K (N·m·s/rad, N·m/rad) in a window (s), for an onset of reflexes (s)."""
-    fit, records = fitted_records(trials, window_s, onset_s, options)
     inside = inside_window(trials[0].time, window_s)
+    moments = _sway_moments(trials, inside)
+    fit, records = fitted_records(trials, window_s, onset_s, options, moments)
     errors = fit_errors(trials, fit, records, inside, sources, options.discrepancy_s)
     for source in sources:
         if source.name == REFLEX_ONSET:
             u = source.standard_uncertainty
             later, earlier = (
-                fitted_records(trials, window_s, onset_s + step, options)[0].parameters for step in (u, -u)
+                fitted_records(trials, window_s, onset_s + step, options, moments)[0].parameters
+                for step in (u, -u)
             )
             errors.contributions[REFLEX_ONSET] = 0.5 * (later - earlier)[None]
     return errors

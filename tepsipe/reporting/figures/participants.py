@@ -8,7 +8,15 @@ from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 QUANTITIES = ("K", "B", "K_per_kg")
-SYMBOLS = {"K": "$K$", "B": "$B$", "K_per_kg": "$K$ per body mass"}
+# of experiments whose joints are several
+OF_JOINTS = {"platform": ("K_mode_ankle", "K_mode_hip")}
+SYMBOLS = {
+    "K": "$K$",
+    "B": "$B$",
+    "K_per_kg": "$K$ per body mass",
+    "K_mode_ankle": "$K$, slow, ankle",
+    "K_mode_hip": "$K$, slow, hip",
+}
 MEAN_BESIDE = 0.24
 
 
@@ -19,10 +27,14 @@ def plot_participants(people: pd.DataFrame, group: pd.DataFrame, shown: dict[str
     ``people`` and ``group`` are the tables of participants and of means over them (units in their column
     ``unit``); ``shown`` holds the pathway and estimator of every experiment, one row of panels each.
     """
-    quantities = [q for q in QUANTITIES if (people.quantity == q).any()] or ["K"]
-    figure, axes = new_figure(len(shown), len(quantities), 0.5 + 2.7 * len(shown), squeeze=False)
+    alone = [q for q in QUANTITIES if (people.quantity == q).any()] or ["K"]
+    quantities = {experiment: OF_JOINTS.get(experiment, alone) for experiment in shown}
+    most = max(map(len, quantities.values()))
+    figure, axes = new_figure(len(shown), most, 0.5 + 2.7 * len(shown), squeeze=False)
     for row, (experiment, (pathway, estimator)) in enumerate(shown.items()):
-        for axis, quantity in zip(axes[row], quantities, strict=True):
+        for axis in axes[row, len(quantities[experiment]) :]:
+            axis.set_visible(False)
+        for axis, quantity in zip(axes[row], quantities[experiment], strict=False):
             own, mean = (
                 _chosen(table, experiment, pathway, estimator, quantity) for table in (people, group)
             )

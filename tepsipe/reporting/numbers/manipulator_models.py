@@ -21,6 +21,8 @@ LABELS = {
     "K_working": "stiffness at the recorded amplitude",
     "K_short_range": "stiffness of the smallest movements",
     "yield_angle": "yield angle",
+    "K_relaxing": "stiffness that relaxes",
+    "relaxation_time": "time of its relaxation",
     "K_growth": "angle-dependent stiffness $2 c$",
     "reflex_gain": "reflex gain $G$",
     "reflex_gain_slope": "change of $G$ per angle",
@@ -43,6 +45,7 @@ TERM_NAMES = {
     "stiffening": "angle-dependent stiffness",
     "gain_slope": "angle-dependent reflex gain",
     "unloading": "response to unloading",
+    "relaxing": "relaxation",
 }
 # models of the comparison, of those that were fitted
 CHAIN = (

@@ -8,7 +8,28 @@ from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.numbers.format import number, span
 
 SHOWN = ("K", "B", "K_per_kg", "B_per_kg", "K_over_mgh")
+# of experiments whose joints are several
+OF_JOINTS = {
+    "platform": ("K_mode_ankle", "K_mode_hip", "K_ankle_ankle", "K_hip_hip", "B_ankle_ankle"),
+}
+HEADS = {
+    "K": "$K$ (N·m/rad)",
+    "B": "$B$ (N·m·s/rad)",
+    "K_per_kg": "$K$ per kg",
+    "B_per_kg": "$B$ per kg",
+    "K_over_mgh": "$K slash m g h$",
+    "K_mode_ankle": "$K$, slow, ankle (N·m/rad)",
+    "K_mode_hip": "$K$, slow, hip (N·m/rad)",
+    "K_ankle_ankle": "$K$, ankle (N·m/rad)",
+    "K_hip_hip": "$K$, hip (N·m/rad)",
+    "B_ankle_ankle": "$B$, ankle (N·m·s/rad)",
+}
 LABELS = {
+    "K_mode_ankle": "K of the ankle, slow",
+    "K_mode_hip": "K of the hip, slow",
+    "K_ankle_ankle": "K, ankle",
+    "K_hip_hip": "K, hip",
+    "B_ankle_ankle": "B, ankle",
     "K_per_kg": "K per body mass",
     "B_per_kg": "B per body mass",
     "K_over_mgh": "K over m g h",
@@ -45,7 +66,7 @@ def participants_data(people: pd.DataFrame, group: pd.DataFrame, shown: dict[str
 def _of(table: pd.DataFrame, experiment: str, choice: list[str]) -> pd.DataFrame:
     pathway, estimator = choice
     own = (table.experiment == experiment) & (table.pathway == pathway) & (table.estimator == estimator)
-    rows = table[own & table.quantity.isin(SHOWN)].copy()
+    rows = table[own & table.quantity.isin(OF_JOINTS.get(experiment, SHOWN))].copy()
     if "belt" in rows:
         belts = rows.belt.fillna("")
         rows["condition"] = rows.condition.where(belts == "", rows.condition + ", " + belts)
@@ -53,16 +74,17 @@ def _of(table: pd.DataFrame, experiment: str, choice: list[str]) -> pd.DataFrame
 
 
 def _block(experiment: str, people: pd.DataFrame, group: pd.DataFrame, choice: list[str]) -> dict:
+    quantities = OF_JOINTS.get(experiment, SHOWN)
     persons = [
         {
             "participant": participant,
             "condition": condition,
             "mass": number(_first(rows.mass_kg)),
-            "cells": [_cell(rows, quantity) for quantity in SHOWN],
+            "cells": [_cell(rows, quantity) for quantity in quantities],
         }
         for (condition, participant), rows in people.groupby(["condition", "participant"], sort=False)
     ]
-    order = {quantity: k for k, quantity in enumerate(SHOWN)}
+    order = {quantity: k for k, quantity in enumerate(quantities)}
     means = [
         {
             "condition": r.condition,
@@ -83,6 +105,7 @@ def _block(experiment: str, people: pd.DataFrame, group: pd.DataFrame, choice: l
         "experiment": experiment.replace("_", " "),
         "pathway": choice[0],
         "estimator": choice[1],
+        "heads": [HEADS[quantity] for quantity in quantities],
         "persons": persons,
         "means": means,
     }

@@ -151,9 +151,39 @@ def position_manipulator_page(
                     ),
                 ),
             ),
+            *_pathways(fit, clock, bands),
         ),
         footer=header.sources_table(trial) + header.processing(trial),
     )
+
+
+def _pathways(fit: Result, clock: Clock, bands: tuple[Band, ...]) -> list[Section]:
+    """Intrinsic, reflex and slow torque of the parallel-cascade model in time (N·m)."""
+    parts = {name.removeprefix("reflex/"): x for name, x in fit.arrays.items() if name.startswith("reflex/")}
+    if "reflex_torque" not in parts:
+        return []
+    facts = fit.facts["reflex"]
+    intrinsic = parts["predicted_torque"] - parts["reflex_torque"]
+    of_joint = [Trace("whole, about its mean", intrinsic - intrinsic.mean(), clock, "blue")]
+    if facts["short_range"] or facts.get("relaxing", False):
+        names = {"short_range": "short-range stiffness", "relaxing": "relaxation"}
+        label = " and ".join(text for key, text in names.items() if facts.get(key, False))
+        of_joint.append(Trace(f"of it {label}", parts["stop_torque"], clock, "purple", width=1.1))
+    reflex, note = (), "Cross-validation found no reflex."
+    if facts["direction"]:
+        reflex, note = (Trace("reflex", parts["reflex_torque"], clock, "vermilion"),), ""
+    ahead = f"slow torque, predicted {facts['slow_horizon_s']:g} s ahead"
+    left = fit.arrays["torque"] - parts["predicted_torque"]
+    slow = (
+        Trace("measured less predicted", left, clock, "grey", width=0.8),
+        Trace(ahead, parts["slow_torque"], clock, "green"),
+    )
+    panels = (
+        Panel("Intrinsic torque", "N·m", tuple(of_joint), bands),
+        Panel("Reflex torque", "N·m", reflex, bands),
+        Panel("What the angle does not predict, and slow torque", "N·m", slow, bands),
+    )
+    return [Section("Pathways of the parallel-cascade model", panels, note)]
 
 
 def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
