@@ -52,7 +52,13 @@ def events_of(names: list[str]) -> dict[str, str]:
 
 
 def plan_walking(plan: Plan, groups: list[Group]) -> None:
-    """Settings of walking trials, whose groups each have a table of events (units in the keys)."""
+    """Settings of walking trials, whose groups each have a table of events (units in the keys).
+
+    Raises
+    ------
+    InputError
+        If there are other trials, too.
+    """
     if any(g.experiment != "walking" for g in groups):
         raise InputError(
             f"{groups[0].first.name}: expected a folder of walking trials only, because a study of "
