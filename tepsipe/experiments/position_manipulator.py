@@ -19,6 +19,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.resampling import BAND_PER_RATE
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.spectra import frequency_averaged
 from tepsipe.statistics.bootstrap import bootstrap_blocks, expanded_tail
@@ -102,6 +103,13 @@ class PositionManipulatorAnalysis:
 def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, int, int]:
     """Samples that are kept, number of them that are fitted, and length of a block (samples)."""
     rate = trial.rate_hz
+    highest = BAND_PER_RATE * rate
+    if options.lowpass_cutoff_hz > highest:
+        raise InputError(
+            f"expected a low-pass of at most {highest:.3g} Hz at {rate:.4g} Hz, found "
+            f"{options.lowpass_cutoff_hz:g} Hz: record faster, or lower "
+            "position_manipulator.analysis.lowpass_cutoff_hz"
+        )
     cut = round(options.cut_s * rate)
     kept = slice(cut, trial.time.size - cut)
     size = trial.time[kept].size
