@@ -292,6 +292,9 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
         rows.append(drawn("relaxation_time", "s", relaxing.time_s, relaxing.time_bootstrap))
     if fit.structure.stiffening:
         rows.append(drawn("K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
+    if fit.structure.relaxing:
+        depends = ("I", "B", "K_short_range", "K_relaxing", "relaxation_time")
+        rows = [flagged([r], *["relaxation-assumed"] * (r.quantity in depends))[0] for r in rows]
     rows += _reflex_rows(names, fit)
     rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
     rows.append(Estimate(*names, "slow_torque_sd", "Nm", fit.slow.sd_Nm))
