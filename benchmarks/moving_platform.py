@@ -34,9 +34,9 @@ CASES = (
     ("no reflexes, platform only", INTRINSIC, 0.0, "intrinsic", 1.0),
     ("no reflexes, platform only", INTRINSIC, 0.0, "all-reflex", 0.06),
     ("reflexes, platform only", REFLEX, 0.0, "intrinsic", 0.06),
-    ("reflexes, platform only", REFLEX, 0.0, "own-reflex", 0.6),
+    ("reflexes, platform only", REFLEX, 0.0, "own-reflex", 0.2),
     ("reflexes, platform only", REFLEX, 0.0, "all-reflex", 0.06),
-    ("reflexes, platform and push", REFLEX, PUSH_N, "all-reflex", 0.6),
+    ("reflexes, platform and push", REFLEX, PUSH_N, "all-reflex", 0.2),
 )
 
 
