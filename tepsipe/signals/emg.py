@@ -233,15 +233,20 @@ def _at_limits(x: np.ndarray, limits: np.ndarray) -> np.ndarray:
     if high - low < CLOSE_LIMITS_UV:
         return np.zeros(x.size, dtype=bool)
     tolerance = LIMIT_TOLERANCE * (high - low)
-    run = np.ones(CLIPPED_RUN, dtype=bool)
-    at_low, at_high = x <= low + tolerance, x >= high - tolerance
-    return scipy.ndimage.binary_opening(at_low, run) | scipy.ndimage.binary_opening(at_high, run)
+    return _runs(x <= low + tolerance, CLIPPED_RUN) | _runs(x >= high - tolerance, CLIPPED_RUN)
 
 
 def _held(x: np.ndarray, rate_hz: float) -> np.ndarray:
     """Samples of long runs at the channel's own extremes, shape (n,), where an amplifier saturates."""
-    run = np.ones(max(2, round(HELD_S * rate_hz)), dtype=bool)
-    return scipy.ndimage.binary_opening(x == x.max(), run) | scipy.ndimage.binary_opening(x == x.min(), run)
+    run = max(2, round(HELD_S * rate_hz))
+    return _runs(x == x.max(), run) | _runs(x == x.min(), run)
+
+
+def _runs(marked: np.ndarray, length: int) -> np.ndarray:
+    """Boolean array without runs of True that are shorter than ``length`` samples, shape (n,)."""
+    if np.count_nonzero(marked) < length:  # as in every good recording
+        return np.zeros_like(marked)
+    return scipy.ndimage.binary_opening(marked, np.ones(length, dtype=bool))
 
 
 def _levels(x: np.ndarray, rate_hz: float, mains_hz: float, window: int) -> tuple[np.ndarray, np.ndarray]:

@@ -263,9 +263,10 @@ def bent(velocity: np.ndarray, bristles: Bristles, rate_hz: float) -> tuple[np.n
     state = np.zeros(velocity.shape[0])
     moving = np.flatnonzero(velocity.any(axis=0))
     first, last = (moving[0], moving[-1] + 1) if moving.size else (0, 0)
-    for k in range(first, last):
-        state = left[k] * state + pushed[k]
-        z[k] = state
+    for kept, push, row in zip(left[first:last], pushed[first:last], z[first:last], strict=True):
+        np.multiply(kept, state, out=row)
+        np.add(row, push, out=row)
+        state = row
     z[last:] = state
     return np.cumprod(left, axis=0).T, z.T
 

@@ -230,6 +230,7 @@ EXPERIMENTS = {
         category="Belt-induced load of an empty treadmill",
         figures=("figure_belt_prediction", "figure_belt_cutoff", "figure_belt_ripple"),
         printed=(
+            "chosen",
             "analysis.shown_cutoff_hz",
             "analysis.lowpass_order",
             "analysis.zero_lag",

@@ -5,6 +5,7 @@ kept, and the trials of a task can be fitted again for any deviation without the
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -100,6 +101,26 @@ class BroadbandEpochs:
     def count(self) -> int:
         """Number of responses (-)."""
         return self.perturbed.shape[0]
+
+    @cached_property
+    def _stretches(self) -> dict[tuple[int, int], np.ndarray]:
+        return {}
+
+    def quiet_stretches(self, first: int, last: int, step: int) -> np.ndarray:
+        """Stretches of quiet standing, shape (m, last + 1 - first, 3), every ``step`` samples.
+
+        Each is as long as samples ``first`` to ``last`` of an epoch, and relative to a baseline as long as
+        that of the responses. It is cut once for a window: many onsets of reflexes are tried with it.
+        """
+        if (first, last) not in self._stretches:
+            zero = self.time <= self.time[0] + 0.1  # of the epoch: as long before the onset as the baseline
+            pieces = np.lib.stride_tricks.sliding_window_view(self.quiet, last + 1, axis=1)
+            # pieces that start at the same time stand together: start, epoch, time, signal
+            pieces = np.moveaxis(pieces[:, ::step], (1, 3), (0, 2))
+            still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
+            found = (pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3)
+            self._stretches[first, last] = found
+        return self._stretches[first, last]
 
 
 def cut_broadband(

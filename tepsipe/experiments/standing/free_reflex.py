@@ -183,18 +183,10 @@ def inside_window(time: np.ndarray, window_s: float) -> np.ndarray:
 
 def _sway(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
     """Overlapping stretches of quiet standing as long as the window, baseline-corrected as the responses."""
-    time = trials[0].time
-    step = time[1] - time[0]
-    first, last = np.flatnonzero(inside)[[0, -1]]
-    zero = time <= time[0] + 0.1  # of the epoch: as long before the onset as the baseline of the responses
-    found = []
-    for trial in trials:
-        pieces = np.lib.stride_tricks.sliding_window_view(trial.quiet, last + 1, axis=1)
-        # pieces that start at the same time stand together: start, epoch, time, signal
-        pieces = np.moveaxis(pieces[:, :: max(1, round(QUIET_STEP_S / step))], (1, 3), (0, 2))
-        still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
-        found.append((pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3))
-    return np.concatenate(found)
+    first, last = np.flatnonzero(inside)[[0, -1]].tolist()
+    step = max(1, round(QUIET_STEP_S / (trials[0].time[1] - trials[0].time[0])))
+    found = [trial.quiet_stretches(first, last, step) for trial in trials]
+    return found[0] if len(found) == 1 else np.concatenate(found)
 
 
 def _sway_moments(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:

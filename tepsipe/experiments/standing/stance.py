@@ -106,6 +106,15 @@ def _median_before(x: np.ndarray, seen: np.ndarray, samples: int) -> np.ndarray:
     A centred median would follow a marker that moves to another place and stays there (unit of ``x``).
     """
     places = np.arange(0, x.size, max(1, samples // 20))
-    before = [slice(max(0, k - samples), k + 1) for k in places]
-    medians = [np.median(x[part][seen[part]] if seen[part].any() else x[part]) for part in before]
+    medians = np.empty(places.size)
+    # most stretches are whole and visible, and as long as each other
+    shown = np.concatenate([[0], np.cumsum(seen)])
+    start, stop = np.maximum(0, places - samples), places + 1
+    whole = (stop - start == samples + 1) & (shown[stop] - shown[start] == samples + 1)
+    if whole.any():
+        stretches = np.lib.stride_tricks.sliding_window_view(x, samples + 1)
+        medians[whole] = np.median(stretches[start[whole]], axis=1)
+    for k in np.flatnonzero(~whole):
+        part = slice(start[k], stop[k])
+        medians[k] = np.median(x[part][seen[part]] if seen[part].any() else x[part])
     return np.interp(np.arange(x.size), places, medians)

@@ -84,7 +84,7 @@ def abstract_data(a: dict) -> list[list]:
         else "The stiffness does not differ between the thirds of {a_record}.",
     ]
     if left["mostly_slow"]:
-        last.append("Of what the model leaves, {below} % lies below 1 Hz.")
+        last.append("Of the power of the residual, {below} % lies below 1 Hz.")
     delays = [r["delays"] + ("" if a["one"] else f" in {r['condition']}") for r in there]
     values = {
         "of": a["joint"]["of"],
