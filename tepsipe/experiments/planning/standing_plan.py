@@ -259,7 +259,7 @@ def baseline_of(time: np.ndarray) -> np.ndarray:
 
 
 def sway_covariance(design: StandingDesign) -> np.ndarray:
-    """S for a whole epoch, relative to its baseline, shape (n, n) (N²·m²)."""
+    """S for a whole epoch, relative to its baseline, shape (n, n), in squared units of the torque (N·m)."""
     time = epoch_time()
     covariance = _stationary(design, time.size)
     mean = np.where(baseline_of(time), 1.0 / baseline_of(time).sum(), 0.0)
@@ -268,7 +268,7 @@ def sway_covariance(design: StandingDesign) -> np.ndarray:
 
 
 def _stationary(design: StandingDesign, samples: int) -> np.ndarray:
-    """Covariance of sway and noise at regular samples (N²·m²)."""
+    """Covariance of sway and noise at regular samples (squared N·m)."""
     lag = np.abs(np.subtract.outer(np.arange(samples), np.arange(samples))) / RATE_HZ / design.sway_s
     smooth = design.sway_Nm**2 * (1.0 + lag) * np.exp(-lag)
     margin = 40  # beyond which a filter does not see the ends
