@@ -6,6 +6,8 @@ all earlier results remain. `test_bad_inputs.py` refuses them by the functions o
 workflow, `benchmarks/soak/bad_inputs.py` by real runs.
 """
 
+from pathlib import Path
+
 import numpy as np
 from bad_inputs import (
     LEG,
@@ -1269,9 +1271,48 @@ def key(path, value):
     return value
 
 
+WALKING = (Path(__file__).parents[1] / "config/walking/config.yaml").read_text(encoding="utf-8")
+
+
+def walking(old, new):
+    """The shipped study of walking with one change."""
+    assert old in WALKING
+    return WALKING.replace(old, new)
+
+
 SETTINGS = [
     BadSettings(name, overlay if isinstance(overlay, str) else key(*overlay), words)
     for name, overlay, words in [
+        (
+            "walking: forward and up alike",
+            walking("up: +y", "up: -z"),
+            "expected walking.recording.axes to be two different axes, found '-z' and '-z'",
+        ),
+        (
+            "walking: a phase without an expected stiffness",
+            walking("[100.0, 180.0, 280.0, 400.0]", "[100.0, 180.0]"),
+            "to have a value for each of the 4 phases of walking.analysis.phases_percent, found 2",
+        ),
+        (
+            "walking: one plate under both feet",
+            walking("{own: 1, other: 2}", "{own: 1, other: 1}"),
+            "expected walking.recording.plates to be two force plates, found 1 for both feet",
+        ),
+        (
+            "walking: a low-pass above half of the rate",
+            walking("lowpass_cutoff_hz: 20.0", "lowpass_cutoff_hz: 60.0"),
+            "walking.analysis.lowpass_cutoff_hz below half of walking.rate_hz (50 Hz), found 60 Hz",
+        ),
+        (
+            "walking: a simulated trial without its pulses",
+            walking("small-pulses: {", "tiny-pulses: {"),
+            "expected the pulses of walking/small-pulses in walking.simulated.trials",
+        ),
+        (
+            "walking: strides of a trial that is not there",
+            walking("of: comfortable", "of: fast"),
+            "walking.simulated.of to be a recorded trial whose strides are resampled ('comfortable'), found",
+        ),
         ("no YAML", "study: [1, 2\n", "bad.yaml: expected YAML, found a mistake on line 2 (did not find"),
         (
             "a tab",
@@ -1518,6 +1559,11 @@ def without(experiment):
 SHEETS = [
     BadSheet(*entry)
     for entry in [
+        (
+            "walking without its section",
+            all_rows(lambda rows: [rows[0], ["walking", "a", "recorded", *"---9a-------"]]),
+            "bad.tsv: expected the section walking in the configuration for trials of walking, found null",
+        ),
         ("sheet empty", all_rows(lambda rows: []), "bad.tsv: expected the tab-separated column 'experiment'"),
         ("sheet of a header only", all_rows(lambda rows: rows[:1]), "bad.tsv: expected at least one trial"),
         (

@@ -119,9 +119,11 @@ def forward(angle, torque):
 
 @pytest.mark.parametrize(
     ("angle", "best", "worst"),
-    [((90.0, -2000.0, 80.0), "Wristalyzer", "TEP-SIPE as printed"), ((1.0, 99.0, 2.0), "TEP-SIPE as printed",
-      "Wristalyzer")],
-)  # fmt: skip
+    [
+        ((90.0, -2000.0, 80.0), "the Wristalyzer", "TEP-SIPE as printed"),
+        ((1.0, 99.0, 2.0), "TEP-SIPE as printed", "the Wristalyzer"),
+    ],
+)
 def test_captions_of_simulations_name_the_parameters_that_predict_best(angle, best, worst):
     found = figure_findings_of({"simulation": forward(angle, angle[::-1])})
     assert f"best by the parameters of {best} in 2 of 2 conditions" in found["4_10"]
@@ -129,6 +131,44 @@ def test_captions_of_simulations_name_the_parameters_that_predict_best(angle, be
     assert f"those of {worst} worst" in found["4_7"]
     assert ("below \N{MINUS SIGN}1000 %" in found["4_7"]) is (min(angle) < -1000.0)
     assert figure_findings_of({"simulation": {"compared": None}}) == {}
+
+
+@pytest.mark.parametrize("lines", [[], ["1.6", "6.3"]])
+def test_captions_of_a_treadmill_tell_its_lines_and_the_chosen_model(lines):
+    cell = {"r2": "0.70", "less": "45.0"}
+    t = {
+        "rows": [{"model": "hnat2014", "cells": [{"r2": "0"}]}, {"model": "fir", "cells": [cell]}],
+        "chosen": "fir", "cutoff": "6", "best_linear": "0.72", "tests": [{"limit": "0.75"}],
+        "ripple": "0.77", "orders": lines,
+    }  # fmt: skip
+    found = figure_findings_of({"belt": t})
+    assert "impulse response predicts the load with R² = 0.70" in found["belt_prediction"]
+    assert ("no narrow line" in found["belt_ripple"]) is (not lines)
+    assert "belt_ripple" not in figure_findings_of({"belt": t | {"ripple": None}})
+
+
+@pytest.mark.parametrize("usual", [True, False])
+def test_captions_of_a_joint_follow_its_records(usual):
+    a = {
+        "parts": {"differing": [] if usual else ["a", "b"], "drifting": ["a"] if usual else []},
+        "residuals": {
+            "white": [] if usual else ["a"],
+            "count": 1,
+            "mostly_slow": usual,
+            "below": "84",
+            "cutoff": "30",
+        },
+        "reflex_raises": usual,
+        "reflexes": [{"there": usual, "gain": "46", "condition": "a"}],
+    }
+    found = figure_findings_of({"position_manipulator": a})
+    told = found["position_manipulator_stationarity"]
+    assert ("does not differ" in told, "drifts in a." in told) == (usual, usual)
+    assert ("thirds of a and b" in told) is not usual
+    assert ("is not white" in found["position_manipulator_residual"]) is usual
+    assert ("84 %" in found["position_manipulator_residual"]) is usual
+    assert ("46 N·m·s/rad (a)" in found["position_manipulator_responses"]) is usual
+    assert ("predicts every" in found["position_manipulator_prediction"]) is usual
 
 
 @pytest.mark.parametrize("delay", [0, 5])

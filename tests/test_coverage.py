@@ -29,7 +29,7 @@ from tepsipe.reporting.coverage import (
 )
 from tepsipe.reporting.coverage_flags import FlagRow, flag_rows
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
-from tepsipe.reporting.numbers.coverage import coverage_data
+from tepsipe.reporting.numbers.coverage import _list, coverage_data
 from tepsipe.statistics.coverage import clopper_pearson, share_of
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
@@ -241,9 +241,17 @@ def test_sentences_say_what_contrary_numbers_show(tmp_path):
     assert any("At most 0.0 % of the estimates" in sentence for sentence in good)
     bad = said(tmp_path, many(70, 100, "at-bound"), [laboratory(1)])["sentences"]
     assert "coverage of 0 of 1" in bad[0]
-    assert "below 95 %: K of the dummy by leg, fit (70.0 %" in bad[1]
+    assert "below 95 %: dummy, leg, fit: K 70.0 % (" in bad[1]
     assert any("More than 5 % are flagged" in sentence for sentence in bad)
     assert "compatible with 5 % in every experiment" in good[-1]
+    # what belongs to one way is told together, in words
+    several = [("K", "free-reflex-gls-50"), ("B", "free-reflex-gls-50"), ("I", "free-reflex-gls")]
+    rows = pd.DataFrame(several, columns=["quantity", "estimator"])
+    rows = rows.assign(experiment="standing", pathway="ankle-compensated")
+    assert _list(rows, lambda _: "1 %") == (
+        "standing person, ankle, compensated, free reflex torque (GLS), 50 ms: K 1 %, B 1 %; "
+        "standing person, ankle, compensated, free reflex torque (GLS): I 1 %."
+    )
     assert bad[-1] == "More than 5 % of the trials of nominal laboratories are flagged: dummy (100 %)."
     wide = [Outcome(laboratory(k), estimate(100.0 + 0.01 * k, half=9.0), 100.0) for k in range(1, 101)]
     sentences = said(tmp_path, wide, [laboratory(1)])["sentences"]

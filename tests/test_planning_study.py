@@ -200,13 +200,17 @@ def test_report_is_typeset(tmp_path, root):
     plan_table, _, shapes, filters = frames(tmp_path)
     drawn = (plot_needed(plan_table), plot_pulses(shapes), plot_filters(filters))
     assert all(figure.axes for figure in (*drawn, plot_treadmill_filters(filters)))
-    for name in ("plan.typ", "style.typ"):
+    for name in ("plan.typ", "several_joints.typ", "style.typ"):
         (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
-    for name in ("needed", "pulses", "filters", "treadmill_filters"):
+    for name in ("needed", "pulses", "filters", "treadmill_filters", "several_joints"):
         (tmp_path / f"{name}.svg").write_text(
             '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
         )
-    (tmp_path / "report.json").write_text(json.dumps(said(tmp_path)), encoding="utf-8")
+    # tests/test_several_joints_report.py looks at this section
+    texts = dict.fromkeys(("epochs", "window_ms", "persons", "limit_k", "limit_b"), "1")
+    cells = {"findings": ["One."], "sets": [["1"] * 9], "statements": [["1"] * 2], "models": [["1"] * 6]}
+    data = said(tmp_path) | {"joints": texts | cells}
+    (tmp_path / "report.json").write_text(json.dumps(data), encoding="utf-8")
     pdf = typst.compile(str(tmp_path / "plan.typ"), root=str(tmp_path), ignore_system_fonts=True)
     assert pdf.startswith(b"%PDF")
 

@@ -26,10 +26,17 @@ JOINTS = {"ankle": r"ankle|sprung", "hip": r"hip|trunk|h(ü|ue|u)ft"}
 PLATFORM = r"platform|sway|surface|perturb"
 LOAD = re.compile(r"(^|[ _.:-]|FP\d?|GRF)[FM][xyz]\d?(?![a-z])", re.IGNORECASE)  # of a force plate
 VOLTS = ("V", "mV", "uV", "µV")  # units of electromyograms
+# kind of event in walking -> how the name of its column looks
+EVENTS = {
+    "heel_strike": r"heel|strike|initial.?contact|^[lr]?(hs|ic)$",
+    "toe_off": r"toe|off|^[lr]?to$",
+    "pulse": r"pulse|perturb|onset|stim",
+}
+MOST_EVENTS = 12  # columns of a table of events
 LOG_VARIABLES = {"transducers_V", "belt_velocity_m_per_s", "trigger_V"}
 # kinds that are the first file of a trial, and those that belong to one
 FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "belt table", "platform table")
-PARTNERS = ("markers", "emg", "command", "calibration", "record")
+PARTNERS = ("markers", "emg", "command", "calibration", "record", "events")
 
 
 @dataclass(frozen=True)
@@ -181,6 +188,14 @@ def _kind(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, 
     return "other", f"{contents.kind} is no recording of an instrument"
 
 
+def is_of_events(contents: Contents) -> bool:
+    """Whether a table holds heel strikes and toe-offs, by the names of its columns (no unit)."""
+    names = [c.name for c in contents.channels]
+    return all(
+        any(re.search(EVENTS[kind], n, re.IGNORECASE) for n in names) for kind in ("heel_strike", "toe_off")
+    )
+
+
 def _is_calibration(contents: Contents) -> bool:
     """Whether a table is the calibration matrix of a treadmill, by its header."""
     return contents.facts.get("columns of text", "").replace(" ", "") == "component,unit"
@@ -189,6 +204,8 @@ def _is_calibration(contents: Contents) -> bool:
 def _kind_of_table(contents: Contents, columns: dict[str, str], name: str) -> tuple[str, str]:
     if _is_calibration(contents):
         return "calibration", ""
+    if len(contents.channels) <= MOST_EVENTS and "time" not in columns and is_of_events(contents):
+        return "events", ""
     loads = {c.name for c in contents.channels if LOAD.search(c.name)}
     if len(loads) >= 6 and "time" in columns:
         return "whole trial", ""

@@ -10,7 +10,8 @@ from tepsipe.new_study.look import FIRST, Found
 # words of a file's name that say what the file holds, not which trial it is of
 GENERIC = {
     "log", "markers", "marker", "emg", "trial", "recording", "mocap", "record", "command", "cmd",
-    "calibration", "matrix", "forces", "force", "treadmill", "data", "export", "delsys", "c3d", "mat", "txt",
+    "calibration", "matrix", "forces", "force", "treadmill", "data", "export", "delsys", "event", "events",
+    "c3d", "mat", "txt",
 }  # fmt: skip
 # words in the names of folders and files -> experiment
 WORDS = {
@@ -99,9 +100,13 @@ def _wanted(first: Found) -> tuple[str, ...]:
     if first.kind == "whole trial":
         described = first.contents.kind
         if described.startswith("D-Flow"):
-            return ("record", "emg")
-        return ("emg",) if described == "C3D" else ("markers", "emg")
-    kinds = {"treadmill log": ("calibration", "markers", "emg"), "manipulator log": ("command",)}
+            return ("record", "emg", "events")
+        return ("emg", "events") if described == "C3D" else ("markers", "emg", "events")
+    kinds = {
+        "treadmill log": ("calibration", "markers", "emg"),
+        "manipulator log": ("command",),
+        "position table": ("events",),
+    }
     return kinds.get(first.kind, ())
 
 

@@ -15,7 +15,7 @@ COLUMNS = (
     "experiment", "condition", "source", "profile", "amplitude", "interval_s", "duration_s", "log", "command",
     "calibration", "markers",
 )  # fmt: skip
-OPTIONAL = ("role", "emg", "task", "participant", "time_column", "load_column", "velocity_column")
+OPTIONAL = ("role", "emg", "events", "task", "participant", "time_column", "load_column", "velocity_column")
 TASKS = ("relax", "relaxed", "stiff", "tense", "calm", "quiet", "normal", "eyes-closed", "eyes-open")
 EMPTY = "-"
 
@@ -55,9 +55,11 @@ def rows_of(
             "role": roles.get(group.first.name, EMPTY),
             "participant": people.get(group.first.name, EMPTY),
         }
-        wanted = ("calibration", "markers", "emg", "command")
+        wanted = ("calibration", "markers", "emg", "command", "events")
         row |= {kind: group.partners[kind].name for kind in wanted if kind in group.partners}
-        if "record" in group.partners:  # D-Flow: the log is that of the belts
+        if group.experiment == "walking":  # one file holds markers and forces
+            row |= {"markers": EMPTY}
+        elif "record" in group.partners:  # D-Flow: the log is that of the belts
             row |= {"log": group.partners["record"].name, "markers": group.first.name}
         if group.experiment == "standing":
             row["task"] = _task(group)
@@ -110,8 +112,8 @@ def _needed(group: Group) -> tuple[str, ...]:
 
 def _duration(group: Group, seen: Seen | None) -> float:
     """Length of a trial (s) that all of its files reach, rounded down to 0.1 s."""
-    if seen is not None:
-        length = seen.duration_s
+    if seen is not None or group.first.kind == "whole trial":
+        length = (group.first.duration_s or 0.0) if seen is None else seen.duration_s
     elif group.first.kind == "manipulator log":
         command = group.partners.get("command")
         log = group.first

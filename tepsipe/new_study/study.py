@@ -14,6 +14,7 @@ from tepsipe.new_study.sheet import describe_pulses, rows_of, sheet_text
 from tepsipe.new_study.table_plan import plan_belt, plan_platform, plan_position, plan_wristalyzer
 from tepsipe.new_study.treadmill_plan import experiment_of, plan_treadmill
 from tepsipe.new_study.treadmill_trials import Seen, seen_in
+from tepsipe.new_study.walking_plan import plan_walking
 
 FILES = ("trials.tsv", "config.yaml", "MISSING.md")
 OF_TABLES = {
@@ -22,7 +23,10 @@ OF_TABLES = {
     "belt table": "belt",
     "platform table": "platform",
 }
-ORDER = ("wristalyzer", "dummy", "weight", "empty", "standing", "belt", "position_manipulator", "platform")
+ORDER = (
+    *("wristalyzer", "dummy", "weight", "empty", "standing", "belt", "position_manipulator", "platform"),
+    "walking",
+)
 PAGES = {
     "wristalyzer": "wristalyzer.md",
     "dummy": "plate-treadmill.md",
@@ -31,6 +35,7 @@ PAGES = {
     "standing": "standing.md",
     "belt": "belt.md",
     "position_manipulator": "position-manipulator.md",
+    "walking": "walking.md",
     "platform": "platform.md",
 }
 
@@ -172,6 +177,9 @@ def _experiments(groups: list[Group], left: list[Found], folder: str) -> dict[st
     seen: dict[str, Seen] = {}
     for group in list(groups):
         kind = group.first.kind
+        if "events" in group.partners:
+            group.experiment = "walking"
+            continue
         if kind in OF_TABLES:
             group.experiment = OF_TABLES[kind]
             continue
@@ -189,6 +197,9 @@ def _experiments(groups: list[Group], left: list[Found], folder: str) -> dict[st
 
 
 def _plan_experiments(plan: Plan, groups: list[Group], seen: dict[str, Seen]) -> None:
+    if any(g.experiment == "walking" for g in groups):
+        plan_walking(plan, groups)
+        return
     treadmill = [(g, seen[g.first.name]) for g in groups if g.first.name in seen]
     if treadmill:
         plan_treadmill(plan, treadmill)

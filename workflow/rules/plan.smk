@@ -1,5 +1,6 @@
 # What an experiment will show before it is done, the best pulse, and the best filter. Designs need no trials;
-# filters are also tried on simulated trials, made, ingested and calibrated by the rules of the study.
+# filters are also tried on simulated trials, made, ingested and calibrated by the rules of the study. Several joints
+# are those of the person that is planned for: the person's constants are the plan's, no hidden truth.
 
 PLAN = config["plan"]
 
@@ -38,7 +39,7 @@ rule optimise_pulses:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        plan=without(PLAN, "filters", "draws", "window_draws", "seed"),
+        plan=without(PLAN, "filters", "draws", "window_draws", "seed", "several_joints"),
         geometry=DUMMY["geometry"],
         uncertainty=SETTINGS["uncertainty"]["dummy"],
     script:
@@ -67,6 +68,42 @@ rule sweep_filters:
         "../scripts/sweep_filters.py"
 
 
+rule make_several_joints:
+    input:
+        library=library_of("make_several_joints"),
+    output:
+        trials="<results>/trials/several_joints.h5",
+    log:
+        "<logs>/make_several_joints.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        joints=pick(PLAN["several_joints"], "persons", "person", "perturbations", "protocol"),
+        seed=PLAN["seed"],
+        engine=config["dummy"]["simulation"]["engine"],
+    script:
+        "../scripts/make_several_joints.py"
+
+
+rule plan_several_joints:
+    input:
+        trials="<results>/trials/several_joints.h5",
+        library=library_of("plan_several_joints"),
+    output:
+        sets="<results>/tables/several_joints.csv",
+        elements="<results>/tables/several_joints_elements.csv",
+        models="<results>/tables/several_joints_models.csv",
+    log:
+        "<logs>/plan_several_joints.log",
+    conda:
+        "../envs/tepsipe.yaml"
+    params:
+        joints=PLAN["several_joints"],
+        seed=PLAN["seed"],
+    script:
+        "../scripts/plan_several_joints.py"
+
+
 rule collect_plan:
     input:
         designs=[f"<results>/designs/{name}.csv" for name in PLAN["designs"]],
@@ -81,7 +118,7 @@ rule collect_plan:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        plan=PLAN,
+        plan=without(PLAN, "several_joints"),
         conditions=STUDY.conditions("dummy"),
         geometry=DUMMY["geometry"],
         uncertainty=SETTINGS["uncertainty"]["dummy"],
@@ -96,6 +133,9 @@ rule write_plan:
         pulses="<results>/tables/pulses.csv",
         shapes="<results>/tables/pulse_shapes.csv",
         filters="<results>/tables/filters.csv",
+        joints="<results>/tables/several_joints.csv",
+        joint_elements="<results>/tables/several_joints_elements.csv",
+        joint_models="<results>/tables/several_joints_models.csv",
         library=library_of("write_plan"),
     output:
         pdf="<results>/report/plan.pdf",
@@ -108,6 +148,8 @@ rule write_plan:
         filters_png="<results>/figures/figure_filters.png",
         treadmill_filters="<results>/figures/figure_treadmill_filters.svg",
         treadmill_filters_png="<results>/figures/figure_treadmill_filters.png",
+        joints="<results>/figures/figure_several_joints.svg",
+        joints_png="<results>/figures/figure_several_joints.png",
     log:
         "<logs>/write_plan.log",
     conda:

@@ -13,8 +13,10 @@ import pandas as pd
 import typst
 
 from tepsipe.reporting.figures.planning import plot_filters, plot_needed, plot_pulses, plot_treadmill_filters
+from tepsipe.reporting.figures.several_joints import plot_several_joints
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.numbers.planning import plan_data
+from tepsipe.reporting.numbers.several_joints import joints_data
 
 plan, pulses, shapes, filters = (
     pd.read_csv(path)
@@ -33,12 +35,24 @@ save_figure(
     snakemake.output.treadmill_filters,
     snakemake.output.treadmill_filters_png,
 )
+several, elements, models = (
+    pd.read_csv(path)
+    for path in (snakemake.input.joints, snakemake.input.joint_elements, snakemake.input.joint_models)
+)
+settings = snakemake.params.plan["several_joints"]
+limit_percent = settings["limits"]["stiffness_percent"]
+save_figure(
+    plot_several_joints(several, elements, limit_percent),
+    snakemake.output.joints,
+    snakemake.output.joints_png,
+)
 about = {
     "title": snakemake.params.title,
     "settings": snakemake.params.plan,
     "code": snakemake.params.code,
 }
 data = plan_data(plan, pulses, filters, about)
+data["joints"] = joints_data(several, elements, models, settings)
 Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )
@@ -46,12 +60,13 @@ Path(snakemake.output.data).write_text(
 # Typst reads below one root only
 with tempfile.TemporaryDirectory() as folder:
     root = Path(folder)
-    for name in ("plan.typ", "style.typ"):
+    for name in ("plan.typ", "several_joints.typ", "style.typ"):
         shutil.copyfile(Path(snakemake.params.source_folder) / name, root / name)
     shutil.copyfile(snakemake.output.needed, root / "needed.svg")
     shutil.copyfile(snakemake.output.pulses, root / "pulses.svg")
     shutil.copyfile(snakemake.output.filters, root / "filters.svg")
     shutil.copyfile(snakemake.output.treadmill_filters, root / "treadmill_filters.svg")
+    shutil.copyfile(snakemake.output.joints, root / "several_joints.svg")
     shutil.copyfile(snakemake.output.data, root / "report.json")
     typst.compile(
         str(root / "plan.typ"),

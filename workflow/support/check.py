@@ -12,6 +12,7 @@ from tepsipe.identification.estimators import ESTIMATORS
 from workflow.support.names import check_text
 from workflow.support.renames import PATHWAYS, VALUES, answer_for_key, moved_from, renamed
 from workflow.support.settings import ON_THE_PLATE, plate_key, settings_of
+from workflow.support.several_joints import check_several_joints
 from workflow.support.trial_sheet import TrialRow
 from workflow.support.walking import check_walking
 from workflow.support.yaml_file import read_settings
@@ -490,3 +491,4 @@ def _check_plan(config: dict, name: str) -> None:
             f"{name}: expected weight.models.family to fit the treadmill_model of "
             "dummy.foot.pathways.foot-compensated for a plan study, found none: add it"
         )
+    check_several_joints(plan["several_joints"], config["dummy"]["simulation"]["engine"], name)

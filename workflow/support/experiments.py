@@ -230,6 +230,7 @@ EXPERIMENTS = {
         category="Belt-induced load of an empty treadmill",
         figures=("figure_belt_prediction", "figure_belt_cutoff", "figure_belt_ripple"),
         printed=(
+            "chosen",
             "analysis.shown_cutoff_hz",
             "analysis.lowpass_order",
             "analysis.zero_lag",
@@ -268,6 +269,7 @@ EXPERIMENTS = {
             "analysis.training_fraction",
             "analysis.block_s",
             "analysis.parallel_cascade.intrinsic_lag_s",
+            "analysis.parallel_cascade.relaxation_times_s",
             "analysis.parallel_cascade.reflex_length_s",
             "time_varying.window_s",
             "time_varying.segment_s",

@@ -272,7 +272,7 @@ def plan(study: Study) -> list[str]:
     """What a plan study makes, none of another study."""
     if study.config["plan"] is None:
         return []
-    names = ("plan", "pulses", "filters")
+    names = ("plan", "pulses", "filters", "several_joints")
     return [f"<results>/tables/{name}.csv" for name in names] + ["<results>/report/plan.pdf"]
 
 

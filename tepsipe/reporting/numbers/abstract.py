@@ -270,7 +270,10 @@ def _belt(data: dict) -> list[Paragraph]:
         )
         if live is not None and live["model"] != best["model"]:
             found += pieces(
-                "In real time, without looking ahead, “{model}” reaches $R^2$ = {r2}. ",
+                "In real time, without looking ahead, “{model}” reaches $R^2$ = {r2}. "
+                if best.get("looks_ahead", True)
+                else "It does not look ahead, so it can be used in real time, too; “{model}”, which is "
+                "smaller, reaches $R^2$ = {r2}. ",
                 **(live | {"model": words(live["model"])}),
             )
     found += pieces(

@@ -65,6 +65,7 @@ def _best(scores: list[ModelScore]) -> dict | None:
     chosen = min((s for s in known if s.r2 >= highest - WORTH), key=lambda s: s.order)
     return {
         "model": chosen.model,
+        "looks_ahead": chosen.model in AHEAD,
         "r2": number(chosen.r2, 3),
         "less": percent(100.0 * (1.0 - chosen.rms_after / chosen.rms_before), 0),
     }

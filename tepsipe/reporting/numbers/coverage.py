@@ -1,13 +1,17 @@
 """Numbers and sentences of the report on the coverage; what a sentence says is chosen by the numbers."""
 
 import math
+import re
 
 import pandas as pd
 
+from tepsipe.reporting.budgets import source_words
 from tepsipe.reporting.coverage import SHIFTED
 from tepsipe.reporting.coverage_flags import ANY
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import number, percent
+from tepsipe.reporting.numbers.laboratory import DIRECTIONS
+from tepsipe.reporting.numbers.laboratory_words import unit_of, words_of
 
 NOMINAL = 0.95  # what an interval promises
 WIDEST = 1.3  # width over the narrowest interval of the same coverage
@@ -64,7 +68,10 @@ def coverage_data(
         "count": str(len(laboratories)),
         "done": str(len(laboratories) - len(failed)),
         "sets": sets,
-        "drawn": [[path, _distribution(entry)] for path, entry in about["drawn"].items()],
+        "drawn": [
+            [_constant(path), unit_of(re.sub(r"(\.\d+)+$", "", path)), _distribution(entry)]
+            for path, entry in about["drawn"].items()
+        ],
         "experiments": [
             [EXPERIMENTS.get(e, e), ", ".join(names)] for e, names in about["experiments"].items()
         ],
@@ -120,7 +127,10 @@ def sentences(nominal: pd.DataFrame, shifted: pd.DataFrame, dropped: pd.DataFram
         else:
             found.append(
                 f"Without one source, fewer than {LEAST_HELD_PERCENT:g} % are covered or flagged: "
-                + _list(lacking, lambda row: f"without {row.source} {percent(row.held_percent)} %")
+                + _list(
+                    lacking,
+                    lambda row: f"{percent(row.held_percent)} % without the {source_words(row.source)}",
+                )
             )
     if failed:
         found.append(f"{failed} of the laboratories failed; they count in no share.")
@@ -190,12 +200,36 @@ def _on_held(rows: pd.DataFrame, where: str) -> str:
 
 
 def _list(rows: pd.DataFrame, say) -> str:
-    return "; ".join(f"{_name(row)} ({say(row)})" for row in rows.itertuples()) + "."
+    """Estimates with what is said of each, those of one experiment and way together."""
+    told: dict[str, list[str]] = {}
+    for row in rows.itertuples():
+        way = f"{_experiment(row.experiment)}, {_way(row)}"
+        told.setdefault(way, []).append(f"{row.quantity} {say(row)}")
+    return "; ".join(f"{way}: {', '.join(said)}" for way, said in told.items()) + "."
 
 
 def _name(row) -> str:
-    text = f"{row.quantity} of the {_experiment(row.experiment)} by {words(row.pathway)}"
-    return f"{text}, {words(row.estimator)}"
+    return f"{row.quantity} of the {_experiment(row.experiment)} by {_way(row)}"
+
+
+def _way(row) -> str:
+    """Pathway and estimator in words; the estimator only where the pathway does not name it."""
+    pathway, estimator = words(row.pathway), _estimator(row.estimator)
+    return pathway if pathway.endswith(estimator) else f"{pathway}, {estimator}"
+
+
+def _estimator(name: str) -> str:
+    """An estimator in words, for example "free reflex torque (GLS), 50 ms" for free-reflex-gls-50."""
+    base, _, window = name.rpartition("-")
+    return f"{words(base)}, {window} ms" if window.isdigit() else words(name)
+
+
+def _constant(path: str) -> str:
+    """A constant of the laboratory in words, with its direction where it has one."""
+    index = path.rpartition(".")[2]
+    if not index.isdigit():
+        return words_of(path)
+    return words_of(re.sub(r"(\.\d+)+$", "", path)) + DIRECTIONS.get(index, "")
 
 
 def _experiment(name: str) -> str:
@@ -204,7 +238,7 @@ def _experiment(name: str) -> str:
 
 def _share(row) -> str:
     share, *ends = (percent(100 * x) for x in (row.coverage, row.coverage_low, row.coverage_high))
-    return f"{share} %, {ends[0]} to {ends[1]} %"
+    return f"{share} % ({ends[0]} to {ends[1]} %)"
 
 
 def _others(coverage: pd.DataFrame, first: str) -> pd.DataFrame:
@@ -219,7 +253,7 @@ def _cells(row) -> list[str]:
     )
     return [
         _experiment(row.experiment),
-        f"{words(row.pathway)}, {words(row.estimator)}",
+        _way(row),
         row.quantity,
         "" if math.isnan(row.window_s) else f"{1e3 * row.window_s:.0f}",
         str(row.n),
@@ -249,7 +283,7 @@ def _by_set(quoted: pd.DataFrame, names: list[str]) -> dict:
 def _dropped(row) -> list[str]:
     return [
         _name(row),
-        row.source,
+        source_words(row.source),
         _percent(row.share_percent),
         _percent(100 * row.coverage),
         f"{100 * row.coverage_low:.0f} to {100 * row.coverage_high:.0f}",
@@ -277,8 +311,8 @@ def _changes(chosen: dict, first: bool) -> str:
         parts.append(f"every mean {chosen['shift']:g} standard deviations up or down")
     if chosen.get("student_freedom"):
         parts.append(f"Student's t with {chosen['student_freedom']:g} degrees of freedom")
-    parts += [f"{path} times {factor:g}" for path, factor in chosen.get("factors", {}).items()]
-    parts += [f"{path} = {value}" for path, value in chosen.get("constants", {}).items()]
+    parts += [f"{_constant(path)} times {factor:g}" for path, factor in chosen.get("factors", {}).items()]
+    parts += [f"{_constant(path)} = {value}" for path, value in chosen.get("constants", {}).items()]
     return "; ".join(parts) or "nothing"
 
 

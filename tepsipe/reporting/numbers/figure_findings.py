@@ -1,5 +1,7 @@
 """First sentences of the captions: what a figure of this run shows, chosen by its numbers."""
 
+import math
+
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import MINUS, number
 
@@ -37,6 +39,8 @@ def figure_findings_of(data: dict) -> dict[str, str]:
         ("weight", _weight),
         ("foot", _foot),
         ("standing", _standing),
+        ("belt", _belt),
+        ("position_manipulator", _manipulator),
         ("budgets", _budgets),
     )
     for name, sentences in chapters:
@@ -158,9 +162,10 @@ def _simulation(s: dict) -> dict[str, str]:
     found = {}
     c, signals = s.get("compared"), s.get("signals")
     if c is not None:
+        grows = f"the swing grows in {c['growing']} of {c['all']} conditions"
         found["b"] = (
-            f"With the parameters of the printed equation the swing grows in {c['growing']} of {c['all']} "
-            "conditions."
+            "With the parameters of the printed equation "
+            f"{'no swing grows' if c['growing'] == '0' else grows}."
         )
     if signals is None:
         return found
@@ -228,9 +233,9 @@ def _weight(w: dict) -> dict[str, str]:
             f"frame fitted to both R² = {w['best_frame']}."
         )
     rows, columns = (w["force_scores"][key] for key in ("rows", "columns"))
-    known = [row for row in rows if row["cells"][0][1] != DASH]
+    known = [row for row in rows if math.isfinite(_value(row["cells"][0][1]))]
     if known:
-        best = min(known, key=lambda row: float(row["cells"][0][1]))
+        best = min(known, key=lambda row: _value(row["cells"][0][1]))
         found["plate_responses"] = (
             f"Of {columns[0]['before']} N (root mean square over all held-out trials) the "
             f"{words(best['model'])} leaves {best['cells'][0][1]} N under the {columns[0]['name']}."
@@ -246,9 +251,9 @@ def _standing(p: dict) -> dict[str, str]:
         found["standing_stiffness"] = (
             f"Both ankles together have {', '.join(shares)} times the critical stiffness m g h."
         )
-    active = [row for row in p["estimators"] if row["name"] in p.get("active", ()) and row["vaf"] != DASH]
-    if active:
-        vaf = sorted((row["vaf"] for row in active), key=lambda x: float(x.replace(MINUS, "-")))
+    active = [row for row in p["estimators"] if row["name"] in p.get("active", ())]
+    vaf = sorted((row["vaf"] for row in active if math.isfinite(_value(row["vaf"]))), key=_value)
+    if vaf:
         found["standing_response"] = (
             f"With an active torque the models explain {vaf[0]} to {vaf[-1]} % of the mean torque."
         )
@@ -268,6 +273,14 @@ def _standing(p: dict) -> dict[str, str]:
         knees = ", ".join(f"{row['knee']}° ({row['task']})" for row in p["joints"])
         found["standing_joints"] = f"The body above the ankles is not rigid: the knee turns by {knees}."
     return found
+
+
+def _value(text: str) -> float:
+    """A number (any unit) of a text as it is printed; NaN for dashes and powers of ten."""
+    try:
+        return float(text.replace(MINUS, "-"))
+    except ValueError:
+        return math.nan
 
 
 def _of_muscles(signals: dict | None) -> dict[str, str]:
@@ -299,6 +312,61 @@ def _foot(f: dict) -> dict[str, str]:
         return {}
     parts = [f"{row['K']} ({words(row['pathway'])})" for row in (rows[0], rows[1], rows[-1])]
     return {"foot": f"K in N·m/rad is {', '.join(dict.fromkeys(parts))} at {f['clear_from']} m/s and above."}
+
+
+def _belt(t: dict) -> dict[str, str]:
+    found = {}
+    chosen = next((row for row in t["rows"] if row["model"] == t["chosen"]), None)
+    if chosen is not None:
+        cell = chosen["cells"][0]
+        found["belt_prediction"] = (
+            f"At {t['cutoff']} Hz the model {words(t['chosen'])} predicts the load with R² = {cell['r2']} "
+            f"and reduces its root mean square by {cell['less']} %."
+        )
+    if t["best_linear"] is not None:
+        found["belt_cutoff"] = (
+            f"The best linear model reaches R² = {t['best_linear']} at {t['cutoff']} Hz; the upper limit is "
+            f"{t['tests'][0]['limit']}."
+        )
+    if t["ripple"] is not None:
+        found["belt_ripple"] = (
+            f"The residual has {len(t['orders'])} narrow lines, which are tracked."
+            if t["orders"]
+            else "The residual has no narrow line that could be tracked."
+        )
+    return found
+
+
+def _manipulator(a: dict) -> dict[str, str]:
+    """Captions of a joint in a position-controlled manipulator."""
+    found = {}
+    differing, drifting = a["parts"]["differing"], a["parts"]["drifting"]
+    found["position_manipulator_stationarity"] = (
+        f"The intrinsic stiffness differs between the thirds of {_and(differing)}"
+        if differing
+        else "The intrinsic stiffness does not differ between the thirds of a record"
+    ) + (f"; the torque drifts in {_and(drifting)}." if drifting else "; the torque does not drift.")
+    e = a["residuals"]
+    white = "is white" if len(e["white"]) == e["count"] else "is not white"
+    slow = f"; {e['below']} % of its power lies below 1 Hz" if e["mostly_slow"] else ""
+    found["position_manipulator_residual"] = f"The residual {white} up to {e['cutoff']} Hz{slow}."
+    found["position_manipulator_prediction"] = (
+        "The parallel-cascade model predicts every held-out part better than inertia, damping and stiffness "
+        "alone."
+        if a["reflex_raises"]
+        else "The parallel-cascade model does not predict every held-out part better than inertia, damping "
+        "and stiffness alone."
+    )
+    there = [r for r in a["reflexes"] if r["there"]]
+    gains = ", ".join(f"{r['gain']} N·m·s/rad ({r['condition']})" for r in there)
+    found["position_manipulator_responses"] = (
+        f"The reflex gain is {gains}." if there else "No reflex improves the prediction."
+    )
+    return found
+
+
+def _and(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def _budgets(budgets: dict) -> dict[str, str]:

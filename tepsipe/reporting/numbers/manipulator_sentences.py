@@ -64,6 +64,9 @@ def abstract_data(a: dict) -> list[list]:
         "intervals in brackets. It falls from {stiffness_small} for the smallest movements to $K$ = "
         "{stiffness_beyond} beyond the short range."
         if a["short_range"]
+        else "The intrinsic stiffness of the {of} at the recorded amplitude is {stiffness_working}, with "
+        "95 % intervals in brackets. Of it, $K$ = {stiffness_beyond} remains after relaxation."
+        if a["with_relaxation"]
         else "The intrinsic stiffness of the {of} is $K$ = {stiffness_beyond}, with 95 % intervals in "
         "brackets.",
         "The stiffness is that of the parallel-cascade model, which predicts the torque of the held-out part "
@@ -81,7 +84,7 @@ def abstract_data(a: dict) -> list[list]:
         else "The stiffness does not differ between the thirds of {a_record}.",
     ]
     if left["mostly_slow"]:
-        last.append("Of what the model leaves, {below} % lies below 1 Hz.")
+        last.append("Of the power of the residual, {below} % lies below 1 Hz.")
     delays = [r["delays"] + ("" if a["one"] else f" in {r['condition']}") for r in there]
     values = {
         "of": a["joint"]["of"],

@@ -293,6 +293,7 @@ def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, role
     return {
         **belt_data(facts, scores, shown_hz),
         "rows": rows,
+        "chosen": choices.get("chosen"),
         "tests": [
             {
                 "name": test,

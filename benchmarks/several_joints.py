@@ -1,0 +1,146 @@
+# ruff: noqa: E402
+"""Which perturbations identify the stiffness matrix of ankle, knee and hip, and what the intervals hold.
+
+    OMP_NUM_THREADS=1 python benchmarks/several_joints.py --seeds 100 > benchmarks/several_joints.md    # 10
+    minutes
+
+Every seed is another sway and other noise of the same person (`config/plan/config.yaml`), simulated by
+PyBullet.
+"""
+
+import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "workflow" / "scripts")]
+
+from joint_choices import chain_of, limits_of, points_of
+
+from tepsipe.experiments.planning.several_joints import (
+    EXACT,
+    UNKNOWN,
+    WITHIN,
+    Recording,
+    epochs_of,
+    estimate,
+    sets_of,
+)
+from tepsipe.virtual_lab.chain_trials import chain_person, chain_protocol
+from tepsipe.virtual_lab.standing_chain import STEP_S, record_chain
+
+NEGLECTED = "neglected"
+THREE, TWO, ONE = ("belt", "thigh", "pelvis"), ("belt", "thigh"), ("belt",)
+PUSHES = ("shank", "thigh", "pelvis")
+# name, model, sets (None: all), whether the person is symmetric, part of the seeds
+CASES = (
+    ("any matrices, inertia within 2 %", (False, WITHIN), None, True, 1.0),
+    ("any matrices, inertia exact", (False, EXACT), (ONE, TWO, PUSHES, THREE), True, 1.0),
+    ("any matrices, inertia unknown", (False, UNKNOWN), (ONE, THREE), True, 0.2),
+    ("any matrices, inertia off by 2 % and taken as exact", (False, NEGLECTED), (THREE,), True, 1.0),
+    ("symmetric matrices, inertia within 2 %", (True, WITHIN), (ONE, TWO, THREE), True, 0.2),
+    ("any matrices, inertia exact; person not symmetric", (False, EXACT), (THREE,), False, 0.2),
+    ("symmetric matrices, inertia exact; person not symmetric", (True, EXACT), (ONE, TWO, THREE), False, 0.2),
+)
+HEADER = (
+    "| Perturbations | Rank | Quoted (%) | RMS of K (%) | Bias of K (%) | Largest error of K (%) | "
+    "All K within 15 % (%) | Coverage K (%) | Coverage B (%) | Rejected at 1 % (%) |"
+)
+ABOUT = (
+    "Errors in per cent of sqrt(K_ii K_jj). "
+    "Quoted: share of the seeds in which the elements of K have values; all other columns but rank and "
+    "rejections are of these. Bias: of the element with the largest one. Coverage: of 95 % intervals, "
+    "pooled over elements and seeds. Rejected: share of the seeds in which chi2 rejects the model."
+)
+
+
+def asymmetric(person):
+    """The same person with reflexes across joints that act one way only (N·m/rad, N·m·s/rad)."""
+    k, b = np.array(person.stiffness_Nm_per_rad), np.array(person.damping_Nms_per_rad)
+    odd = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+    return replace(person, stiffness_Nm_per_rad=(k + 80.0 * odd).tolist(), damping_Nms_per_rad=b.tolist())
+
+
+def recorded(person, protocol, seed: int) -> Recording:
+    """One recording (rad, N, m/s²)."""
+    record = record_chain(person, protocol, np.random.default_rng(seed))
+    before = round(protocol.before_s * protocol.rate_hz)
+    return Recording(record.unperturbed, record.angle, record.drive, protocol.rate_hz, 1.0 / STEP_S, before)
+
+
+def row(chosen, drawn, person) -> str:
+    """A line of the table."""
+    truth = np.concatenate([np.ravel(x) for x in (person.stiffness_Nm_per_rad, person.damping_Nms_per_rad)])
+    own = np.sqrt(np.diag(np.array(person.stiffness_Nm_per_rad)))
+    ranks = [one.known.rank for one in drawn]
+    unknowns = drawn[0].known.unknowns
+    span = str(min(ranks)) if min(ranks) == max(ranks) else f"{min(ranks)} to {max(ranks)}"
+    values = np.array([[e.value for e in one.entries] for one in drawn])
+    halves = np.array([[e.half_width for e in one.entries] for one in drawn])
+    quoted = np.isfinite(values)
+    wrong = 100.0 * np.mean([one.fit.p_value < 0.01 for one in drawn])
+    cells = [" + ".join(chosen), f"{span} of {unknowns}", f"{100.0 * quoted[:, :9].mean():.0f}"]
+    if quoted[:, :9].any():
+        errors = 100.0 * (values - truth)[:, :9] / np.outer(own, own).ravel()
+        held = np.abs(values - truth) <= halves
+        common = quoted[:, :9].mean(axis=0) > 0.5
+        bias = np.nanmean(errors[:, common], axis=0) if common.any() else np.array([np.nan])
+        some = quoted[:, :9].any(axis=1)
+        cells += [
+            f"{np.sqrt(np.nanmean(errors**2)):.1f}",
+            f"{bias[np.abs(bias).argmax()]:.1f}" if common.any() else "–",
+            f"{np.nanmax(np.abs(errors)):.1f}",
+            f"{100.0 * np.mean(np.nanmax(np.abs(errors[some]), axis=1) <= 15.0):.0f}",
+            f"{100.0 * held[:, :9][quoted[:, :9]].mean():.1f}",
+            f"{100.0 * held[:, 9:][quoted[:, 9:]].mean():.1f}" if quoted[:, 9:].any() else "–",
+        ]
+    else:
+        cells += ["–"] * 6
+    return f"| {' | '.join([*cells, f'{wrong:.0f}'])} |"
+
+
+def _part(seeds: int, part: float) -> int:
+    return max(1, round(seeds * part))
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=100)
+    seeds = parser.parse_args().seeds
+    plan = yaml.safe_load((ROOT / "config/plan/config.yaml").read_text(encoding="utf-8"))["plan"]
+    joints = plan["several_joints"]
+    person = chain_person(joints["person"])
+    protocol = chain_protocol(joints["perturbations"], joints["protocol"], "auto")
+    chain, points, limits = chain_of(joints), points_of(joints), limits_of(joints)
+    tolerance = 0.01 * joints["inertia_percent"]
+    found = {(case[0], chosen): [] for case in CASES for chosen in case[2] or sets_of(points)}
+    for symmetric, of_person in ((True, person), (False, asymmetric(person))):
+        cases = [case for case in CASES if case[3] == symmetric]
+        for seed in range(_part(seeds, max(case[4] for case in cases))):
+            recording = recorded(of_person, protocol, seed)
+            measured = chain.drawn(np.random.default_rng([seed, 3]), tolerance)
+            for name, (symmetry, inertia), sets, _, part in cases:
+                if seed >= _part(seeds, part):
+                    continue
+                used = measured if inertia in (WITHIN, NEGLECTED) else chain
+                model = (symmetry, EXACT if inertia == NEGLECTED else inertia)
+                epochs = epochs_of(recording, used, points, model, tolerance)
+                for chosen in sets or sets_of(points):
+                    found[name, chosen].append(estimate(epochs, chosen, limits))
+            print(seed, end=" ", flush=True, file=sys.stderr)
+    print("# Stiffness matrix of ankle, knee and hip\n")
+    print(f"*By `python benchmarks/several_joints.py --seeds {seeds}`: {ABOUT}*")
+    for name, _, sets, symmetric, part in CASES:
+        print(f"\n## {name[0].upper()}{name[1:]}, {_part(seeds, part)} seeds\n\n{HEADER}")
+        print("|---|" + "---|" * (HEADER.count("|") - 2))
+        for chosen in sets or sets_of(points):
+            print(row(chosen, found[name, chosen], person if symmetric else asymmetric(person)))
+
+
+if __name__ == "__main__":
+    main()

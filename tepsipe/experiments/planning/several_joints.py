@@ -1,0 +1,286 @@
+"""How many perturbations, and where, identify stiffness and damping of ankle, knee and hip.
+
+A person is perturbed at belt, shank, thigh or pelvis. For every set of one to three of these, the Fisher
+information of the expected person tells which directions of the 3 x 3 matrices are determined, and simulated
+persons with sway and noise tell whether the estimator holds what it promises.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from tepsipe.identification.determined_matrices import Determined, Entry, Limits, determined, entries
+from tepsipe.identification.joint_matrices import (
+    MatrixFit,
+    Perturbation,
+    Setting,
+    fit_matrices,
+    information,
+    unperturbed_covariance,
+)
+from tepsipe.mechanics.segment_chain import Chain, LinearChain, joint_angles, linearised
+
+JOINTS = ("ankle", "knee", "hip")
+SEGMENTS = ("shank", "thigh", "trunk")
+Set = tuple[str, ...]
+# the inertia is taken as it is given, as given within its tolerance, or as unknown
+EXACT, WITHIN, UNKNOWN = "exact", "within tolerance", "unknown"
+# whether matrices are symmetric, and the inertia; the first is the model of the plan
+MODELS = tuple((symmetric, inertia) for symmetric in (False, True) for inertia in (WITHIN, EXACT, UNKNOWN))
+MODEL = MODELS[0]
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where a perturbation acts.
+
+    Attributes
+    ----------
+    segment : int or None
+        Index of the pushed segment; None for the belt.
+    height_m : float
+        Of the force above the segment's lower end (m).
+    """
+
+    segment: int | None
+    height_m: float = 0.0
+
+    def push(self, body: LinearChain) -> np.ndarray | None:
+        """B of the force (m), shape (3,); None for the belt."""
+        return None if self.segment is None else body.push(self.segment, self.height_m)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Recorded standing and perturbations.
+
+    Attributes
+    ----------
+    unperturbed : ndarray, shape (n, 3)
+        Absolute angles of shank, thigh and trunk (rad).
+    angle : mapping of str to ndarray, shape (epochs, samples, 3)
+        The same around every onset of a perturbation (rad).
+    drive : mapping of str to ndarray, shape (epochs, u)
+        Signed force (N) or acceleration of the belt (m/s²) from the onset on.
+    rate_hz, drive_rate_hz : float
+        Rates of the angles and of the drives (Hz).
+    before : int
+        Samples of an epoch before the onset (-).
+    """
+
+    unperturbed: np.ndarray
+    angle: Mapping[str, np.ndarray]
+    drive: Mapping[str, np.ndarray]
+    rate_hz: float
+    drive_rate_hz: float
+    before: int
+
+
+@dataclass(frozen=True)
+class Epochs:
+    """Epochs of all perturbations relative to unperturbed behaviour.
+
+    Attributes
+    ----------
+    setting : Setting
+        Body, weights and model (units there).
+    perturbations : mapping of str to Perturbation
+        By name (rad, N, m/s²).
+    """
+
+    setting: Setting
+    perturbations: Mapping[str, Perturbation]
+
+
+def epochs_of(
+    recording: Recording,
+    chain: Chain,
+    points: Mapping[str, Point],
+    model: tuple[bool, str] = MODEL,
+    tolerance: float = 0.02,
+    window_s: float | None = None,
+) -> Epochs:
+    """Deviations from unperturbed behaviour, in the direction of each pulse.
+
+    Parameters
+    ----------
+    recording : Recording
+        Angles (rad) and drives (N, m/s²).
+    chain : Chain
+        Segments of the person (kg, m, kg m²).
+    points : mapping of str to Point
+        Where each perturbation acts (m).
+    model : (bool, {"exact", "within tolerance", "unknown"})
+        Whether the matrices are symmetric, and what is known of the inertia.
+    tolerance : float
+        Relative standard uncertainty of every mass, centre of mass and moment of inertia (-).
+    window_s : float, optional
+        Other length after the onset (s) for a prediction; drives are 0 after their end, and responses are
+        left out. The recorded length by default.
+
+    Returns
+    -------
+    Epochs
+        For `fit_matrices` (units there).
+    """
+    body = linearised(chain, recording.unperturbed.mean(axis=0))
+    rest = joint_angles(recording.unperturbed)
+    substeps = round(recording.drive_rate_hz / recording.rate_hz)
+    found: dict[str, Perturbation] = {}
+    for name, point in points.items():
+        drive, angle = recording.drive[name], joint_angles(recording.angle[name]) - rest.mean(axis=0)
+        sign = np.sign(drive @ drive[0])
+        mean = (sign[:, None] * drive).mean(axis=0)
+        if window_s is not None:
+            length = round(window_s * recording.rate_hz) * substeps + 1
+            mean = np.pad(mean, (0, max(0, length - mean.size)))[:length]
+            angle = np.zeros((len(drive), recording.before + (length - 1) // substeps + 1, angle.shape[2]))
+        found[name] = Perturbation(mean, sign[:, None, None] * angle, point.push(body))
+    samples = next(iter(found.values())).response.shape[1]
+    weight = np.linalg.inv(unperturbed_covariance(rest, samples))
+    symmetric, inertia = model
+    setting = Setting(
+        body,
+        weight,
+        recording.before,
+        1.0 / recording.rate_hz,
+        substeps,
+        symmetric,
+        inertia == EXACT,
+        chain.relative_covariance(tolerance) if inertia == WITHIN else None,
+    )
+    return Epochs(setting, found)
+
+
+def sets_of(names: Sequence[str], largest: int = 3) -> list[Set]:
+    """All sets of one to ``largest`` (-) perturbations, in the order of their names."""
+    return [chosen for size in range(1, largest + 1) for chosen in combinations(names, size)]
+
+
+def expected_parameters(setting: Setting, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Parameters of a model, of K (N·m/rad) and B (N·m·s/rad), each of shape (3, 3)."""
+    k, b = (
+        [float(matrix[i, j]) for i, j in setting.pairs] for matrix in map(np.asarray, (stiffness, damping))
+    )
+    inertia = [] if setting.inertia_known else [1.0] * len(setting.body.inertia_parts)
+    return np.array([*k, *b, *inertia])
+
+
+@dataclass(frozen=True)
+class SetPrediction:
+    """What a set of perturbations will show.
+
+    Attributes
+    ----------
+    perturbations : tuple of str
+        Names.
+    setting : Setting
+        Model (units there).
+    known : Determined
+        Rank, condition, errors, movements (-).
+    by_inertia : ndarray, shape (q,)
+        Part of the standard errors that the tolerance of the inertia makes, in parts of the scale (-).
+    scale_open : bool
+        Whether a common factor of all parameters is open whatever the number of epochs.
+    """
+
+    perturbations: Set
+    setting: Setting
+    known: Determined
+    by_inertia: np.ndarray
+    scale_open: bool
+
+
+def predict(
+    epochs: Epochs, sets: Sequence[Set], matrices: tuple[np.ndarray, np.ndarray], limits: Limits
+) -> list[SetPrediction]:
+    """What sets of perturbations will show of an expected person.
+
+    Parameters
+    ----------
+    epochs : Epochs
+        Drives, numbers of epochs and weights (units there); responses are not used.
+    sets : sequence of tuple of str
+        Perturbations of each set.
+    matrices : (ndarray, ndarray)
+        Expected K (N·m/rad) and B (N·m·s/rad).
+    limits : Limits
+        Of what counts as determined (-).
+
+    Returns
+    -------
+    list of SetPrediction
+        One per set (-).
+    """
+    setting = epochs.setting
+    p = expected_parameters(setting, *matrices)
+    scale, prior = setting.scale(p), setting.prior()
+    own = {name: information(setting, p, [one]) for name, one in epochs.perturbations.items()}
+    found = []
+    for chosen in sets:
+        total = prior + sum(own[name] for name in chosen)
+        known = determined(setting, total, scale, limits)
+        inverse = np.linalg.pinv(total * np.outer(scale, scale), rcond=1e-15, hermitian=True)
+        by_inertia = np.sqrt(np.diag(inverse @ (prior * np.outer(scale, scale)) @ inverse))
+        open_ = not (setting.inertia_known or prior.any()) and all(
+            epochs.perturbations[name].push is None for name in chosen
+        )
+        found.append(SetPrediction(chosen, setting, known, by_inertia, open_))
+    return found
+
+
+def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Standard uncertainty of K and B by that of the inertia if it is taken as exact.
+
+    Parameters
+    ----------
+    epochs : Epochs
+        Of a model with an inertia within its tolerance (units there).
+    chosen : tuple of str
+        Perturbations.
+    matrices : (ndarray, ndarray)
+        Expected K (N·m/rad) and B (N·m·s/rad).
+
+    Returns
+    -------
+    ndarray, shape (18,)
+        Of K, then of B, in parts of their natural size (-); no interval of such a fit holds it.
+    """
+    setting = epochs.setting
+    p, q = expected_parameters(setting, *matrices), 2 * len(setting.pairs)
+    f = information(setting, p, [epochs.perturbations[name] for name in chosen])
+    # with the inertia held at 1, the other parameters take what it explains
+    moved = np.linalg.solve(f[:q, :q], f[:q, q:])
+    covariance = moved @ setting.inertia_covariance @ moved.T
+    return np.sqrt(np.diag(covariance)) / setting.scale(p)[:q]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Estimate of one simulated person by one set of perturbations.
+
+    Attributes
+    ----------
+    fit : MatrixFit
+        With what is known of the parameters (units there).
+    known : Determined
+        By the information at the estimate (-).
+    entries : list of Entry
+        Of K, then of B, by rows: quoted or refused (N·m/rad, N·m·s/rad).
+    """
+
+    fit: MatrixFit
+    known: Determined
+    entries: list[Entry]
+
+
+def estimate(epochs: Epochs, chosen: Set, limits: Limits) -> Drawn:
+    """Estimate K and B with a set of perturbations (N·m/rad, N·m·s/rad), or refuse them.
+
+    ``limits`` are those of what counts as determined (-).
+    """
+    fit = fit_matrices(epochs.setting, [epochs.perturbations[name] for name in chosen])
+    known = determined(fit.setting, fit.information, fit.scale, limits)
+    return Drawn(fit, known, entries(fit, JOINTS, limits, known))

@@ -1,0 +1,161 @@
+"""Segments that stand on one another in the sagittal plane: equations of motion, linearised about a posture.
+
+Segment i has mass m_i, length l_i, centre of mass c_i above its lower end, moment of inertia I_i about it,
+and the absolute angle phi_i from the vertical, positive forwards. The lowest stands on a belt with the
+acceleration a. With the mass M_i above segment i, S_i = m_i c_i + M_i l_i and J_i = I_i + m_i c_i^2 + M_i
+l_i^2,
+
+    A_ii = J_i,   A_ij = l_i S_j cos(phi_i - phi_j)  (j above i),                                     (1)
+    sum_j A_ij phi_j'' + (terms in phi'^2) = g S_i sin phi_i - a S_i cos phi_i + Q_i                  (2)
+
+for the kinetic energy phi' A phi' / 2. A horizontal force at the height d above the lower end of segment k
+has Q_i = l_i cos phi_i below k and Q_k = d cos phi_k. The joint angles q_1 = phi_1, q_i = phi_i -
+phi_(i-1), or phi = T q, have the conjugate torques T'Q. About a posture that the joints hold against
+gravity,
+
+    M q'' + G q + (torque that resists) = b u,   M = T'A T,   G = -T' diag(g S cos phi) T             (3)
+
+for a force or an acceleration u. A and G, and b of the belt, are linear in the 2n constants J and S; lengths
+enter as factors only, so that masses that are not known are 2n unknowns.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Segments from the lowest to the highest.
+
+    Attributes
+    ----------
+    mass_kg, length_m, com_m : tuple of float
+        Masses (kg), lengths (m), centres of mass above the lower ends (m).
+    inertia_kgm2 : tuple of float
+        Moments of inertia about the centres of mass (kg m²).
+    gravity_m_per_s2 : float
+        g (m/s²).
+    """
+
+    mass_kg: tuple[float, ...]
+    length_m: tuple[float, ...]
+    com_m: tuple[float, ...]
+    inertia_kgm2: tuple[float, ...]
+    gravity_m_per_s2: float = 9.81
+
+    @property
+    def constants(self) -> tuple[np.ndarray, np.ndarray]:
+        """J (kg m²) and S (kg m) of (1), each of shape (n,)."""
+        m, length, c = (np.array(x) for x in (self.mass_kg, self.length_m, self.com_m))
+        above = m.sum() - np.cumsum(m)
+        return np.array(self.inertia_kgm2) + m * c**2 + above * length**2, m * c + above * length
+
+    def relative_covariance(self, tolerance: float) -> np.ndarray:
+        """Covariance of J and S over their values, shape (2 n, 2 n) (-).
+
+        ``tolerance`` is the relative standard uncertainty of every mass, centre of mass and moment of
+        inertia, which are independent (-). A mass above several segments is part of the constants of each.
+        """
+        m, length, c = (np.array(x) for x in (self.mass_kg, self.length_m, self.com_m))
+        above = np.triu(np.ones((m.size, m.size)), 1) * m
+        first, second = np.diag(m * c), np.diag(m * c**2)
+        of_j = np.hstack([second + length[:, None] ** 2 * above, 2.0 * second, np.diag(self.inertia_kgm2)])
+        of_s = np.hstack([first + length[:, None] * above, first, np.zeros_like(first)])
+        slopes = np.vstack([of_j, of_s]) / np.concatenate(self.constants)[:, None]
+        return tolerance**2 * slopes @ slopes.T
+
+    def drawn(self, rng: np.random.Generator, tolerance: float) -> "Chain":
+        """A chain whose masses (kg), centres of mass (m) and moments of inertia (kg m²) are off at random.
+
+        ``tolerance`` is their relative standard deviation (-).
+        """
+
+        def off(values: tuple[float, ...]) -> tuple[float, ...]:
+            return tuple((np.array(values) * (1.0 + tolerance * rng.standard_normal(len(values)))).tolist())
+
+        return replace(
+            self, mass_kg=off(self.mass_kg), com_m=off(self.com_m), inertia_kgm2=off(self.inertia_kgm2)
+        )
+
+
+@dataclass(frozen=True)
+class LinearChain:
+    """Equations (3) about a posture; every constant of J and S multiplies one part of them.
+
+    Attributes
+    ----------
+    inertia_parts : ndarray, shape (2 n, n, n)
+        Parts of M that J_1 ... J_n, S_1 ... S_n make (kg m²).
+    gravity_parts : ndarray, shape (2 n, n, n)
+        Parts of G (N·m/rad).
+    belt_parts : ndarray, shape (2 n, n)
+        Parts of b of the belt's acceleration (kg m).
+    posture : ndarray, shape (n,)
+        Absolute angles of the segments (rad).
+    length_m : tuple of float
+        Lengths of the segments (m).
+    """
+
+    inertia_parts: np.ndarray
+    gravity_parts: np.ndarray
+    belt_parts: np.ndarray
+    posture: np.ndarray
+    length_m: tuple[float, ...]
+
+    @property
+    def inertia(self) -> np.ndarray:
+        """M (kg m²), shape (n, n)."""
+        return self.inertia_parts.sum(axis=0)
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """G (N·m/rad), shape (n, n), negative where gravity makes the posture fall."""
+        return self.gravity_parts.sum(axis=0)
+
+    def push(self, segment: int, height_m: float) -> np.ndarray:
+        """B (m) of a horizontal force on a segment, counted from 0, at a height (m) above its lower end."""
+        levers = np.zeros(self.posture.size)
+        levers[:segment] = self.length_m[:segment]
+        levers[segment] = height_m
+        return to_segments(levers.size).T @ (levers * np.cos(self.posture))
+
+
+def to_segments(n: int) -> np.ndarray:
+    """T of phi = T q for n segments, shape (n, n) (unitless)."""
+    return np.tril(np.ones((n, n)))
+
+
+def joint_angles(segment_angles: np.ndarray) -> np.ndarray:
+    """q, shape (..., n) (rad), of absolute angles phi of the segments, shape (..., n) (rad)."""
+    return np.diff(segment_angles, axis=-1, prepend=0.0)
+
+
+def linearised(chain: Chain, posture: np.ndarray) -> LinearChain:
+    """Equations of motion about a posture in joint angles.
+
+    Parameters
+    ----------
+    chain : Chain
+        Segments (kg, m, kg m²).
+    posture : ndarray, shape (n,)
+        Absolute angles of the segments (rad).
+
+    Returns
+    -------
+    LinearChain
+        (3), in parts (kg m², N·m/rad, kg m).
+    """
+    posture = np.asarray(posture, float)
+    n, lengths = posture.size, np.array(chain.length_m)
+    j, s = chain.constants
+    t, unit = to_segments(n), np.eye(n)
+    cosines = np.cos(posture)
+    inertia, gravity, belt = np.zeros((2 * n, n, n)), np.zeros((2 * n, n, n)), np.zeros((2 * n, n))
+    for i in range(n):
+        inertia[i] = j[i] * np.outer(unit[i], unit[i])
+        below = np.where(np.arange(n) < i, lengths * np.cos(posture - posture[i]), 0.0)
+        inertia[n + i] = s[i] * (np.outer(unit[i], below) + np.outer(below, unit[i]))
+        gravity[n + i] = -chain.gravity_m_per_s2 * s[i] * cosines[i] * np.outer(unit[i], unit[i])
+        belt[n + i] = -s[i] * cosines[i] * unit[i]
+    return LinearChain(t.T @ inertia @ t, t.T @ gravity @ t, belt @ t, posture, chain.length_m)

@@ -1,0 +1,289 @@
+"""A person with ankle, knee and hip who stands on a belt and is perturbed, simulated by a multi-body engine.
+
+The joints resist deviations from a posture by a 3 x 3 stiffness and a 3 x 3 damping, whose elements off the
+diagonal are muscles that cross two joints. The person's own torque, coloured noise at every joint, makes
+sway. A perturbation is a pulse of a horizontal force on a segment, or of the belt's acceleration. Each is
+repeated at random instants of the sway and in a random direction, from the state and with the own torque of
+that instant, so that the person has settled before each.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.virtual_lab.platform_person import coloured_noise
+
+Matrix = tuple[tuple[float, float, float], ...]
+# of the simulation, and time in which the sway settles (s)
+STEP_S, SETTLING_S = 0.001, 10.0
+
+
+@dataclass(frozen=True)
+class ChainPerson:
+    """Constants of the person; three each, of shank, thigh and trunk or of ankle, knee and hip.
+
+    Attributes
+    ----------
+    mass_kg, length_m, com_m, inertia_kgm2 : (float, float, float)
+        Of both shanks, both thighs, and trunk with head and arms (kg, m, m above the lower end, kg m²).
+    posture_rad : (float, float, float)
+        Angles of the segments from the vertical, positive forwards (rad).
+    stiffness_Nm_per_rad, damping_Nms_per_rad : 3 x 3
+        Rows are torques, columns angles of ankle, knee and hip (N·m/rad, N·m·s/rad).
+    own_torque_Nm : (float, float, float)
+        Standard deviation of the own torque (N·m).
+    own_band_hz : (float, float)
+        Corner frequencies of the own torque (Hz).
+    gravity_m_per_s2 : float
+        g (m/s²).
+    """
+
+    mass_kg: tuple[float, float, float]
+    length_m: tuple[float, float, float]
+    com_m: tuple[float, float, float]
+    inertia_kgm2: tuple[float, float, float]
+    posture_rad: tuple[float, float, float]
+    stiffness_Nm_per_rad: Matrix
+    damping_Nms_per_rad: Matrix
+    own_torque_Nm: tuple[float, float, float]
+    own_band_hz: tuple[float, float]
+    gravity_m_per_s2: float = 9.81
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """A perturbation.
+
+    Attributes
+    ----------
+    segment : int or None
+        Pushed segment, 0 for the shank; None for the belt.
+    size : float
+        Peak of the force, half a sine (N), or displacement of the belt in a minimum-jerk movement (m).
+    duration_s : float
+        Length (s).
+    height_m : float
+        Of the force above the lower end of the segment (m).
+    """
+
+    segment: int | None
+    size: float
+    duration_s: float
+    height_m: float = 0.0
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Force (N) or acceleration of the belt (m/s²) at times after the onset (s)."""
+        s = time / self.duration_s
+        if self.segment is None:
+            shape = (60.0 * s - 180.0 * s**2 + 120.0 * s**3) / self.duration_s**2
+        else:
+            shape = np.sin(np.pi * s)
+        return np.where((s >= 0.0) & (s <= 1.0), self.size * shape, 0.0)
+
+
+@dataclass(frozen=True)
+class ChainProtocol:
+    """What is done and how it is measured.
+
+    Attributes
+    ----------
+    pulses : mapping of str to Pulse
+        By name.
+    epochs : int
+        Repetitions of every pulse (-).
+    before_s, after_s : float
+        Time recorded before and after each onset (s).
+    unperturbed_s : float
+        Length of the record of unperturbed standing (s).
+    rate_hz : float
+        Of the angles (Hz); 1 kHz is a multiple of it.
+    angle_noise_rad, force_noise_N, belt_noise_m_per_s2 : float
+        Standard deviation of the noise of one sample (rad, N, m/s²).
+    engine : {"pybullet", "mujoco", "auto"}
+        Which engine; "auto", and any other name, take the first that is installed.
+    """
+
+    pulses: Mapping[str, Pulse]
+    epochs: int
+    before_s: float
+    after_s: float
+    unperturbed_s: float
+    rate_hz: float
+    angle_noise_rad: float
+    force_noise_N: float = 0.0
+    belt_noise_m_per_s2: float = 0.0
+    engine: str = "auto"
+
+
+@dataclass(frozen=True)
+class ChainRecord:
+    """What the instruments record.
+
+    Attributes
+    ----------
+    unperturbed : ndarray, shape (n, 3)
+        Absolute angles of the segments in unperturbed standing (rad).
+    angle : mapping of str to ndarray, shape (epochs, samples, 3)
+        The same around every onset of a pulse (rad).
+    drive : mapping of str to ndarray, shape (epochs, after_s / 1 ms + 1)
+        Force (N) or acceleration of the belt (m/s²), signed, at 1 kHz from the onset on.
+    """
+
+    unperturbed: np.ndarray
+    angle: Mapping[str, np.ndarray]
+    drive: Mapping[str, np.ndarray]
+
+
+def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Generator) -> ChainRecord:
+    """Let the person stand and perturb them.
+
+    Parameters
+    ----------
+    person : ChainPerson
+        Constants (units in their names).
+    protocol : ChainProtocol
+        Pulses and instruments (units in their names).
+    rng : numpy.random.Generator
+        Draws own torque, instants, directions and noise.
+
+    Returns
+    -------
+    ChainRecord
+        Angles and drives (rad, N, m/s²).
+
+    Raises
+    ------
+    RuntimeError
+        If the person falls.
+    ModuleNotFoundError
+        If no engine is installed.
+    """
+    settling, kept = round(SETTLING_S / STEP_S), round(protocol.unperturbed_s / STEP_S)
+    every = round(1.0 / (protocol.rate_hz * STEP_S))
+    before, after = round(protocol.before_s / STEP_S), round(protocol.after_s / STEP_S)
+    own = np.column_stack(
+        [
+            sd * coloured_noise(rng, settling + kept, STEP_S, person.own_band_hz, 2)
+            for sd in person.own_torque_Nm
+        ]
+    )
+    signs = {name: rng.choice([-1.0, 1.0], protocol.epochs) for name in protocol.pulses}
+    starts = _instants(settling, kept, before + after, protocol, rng)
+    with _engine(protocol.engine)(
+        person.mass_kg,
+        person.length_m,
+        person.com_m,
+        person.inertia_kgm2,
+        person.gravity_m_per_s2,
+        STEP_S,
+    ) as body:
+        mover = _Mover(body, person)
+        states = mover.sway(own)
+        moved = {
+            name: np.array(
+                [
+                    mover.perturbed(states[start], own[start:], pulse, sign, (before, after))[::every]
+                    for start, sign in zip(starts[name], signs[name], strict=True)
+                ]
+            )
+            for name, pulse in protocol.pulses.items()
+        }
+    still = np.array([q for q, _, _ in states[settling::every]])
+
+    def seen(q: np.ndarray) -> np.ndarray:
+        angle = np.cumsum(q, axis=-1)
+        return angle + protocol.angle_noise_rad * rng.standard_normal(angle.shape)
+
+    elapsed = STEP_S * np.arange(after + 1)
+    drives = {}
+    for name, pulse in protocol.pulses.items():
+        noise = protocol.belt_noise_m_per_s2 if pulse.segment is None else protocol.force_noise_N
+        exact = signs[name][:, None] * pulse.at(elapsed)
+        drives[name] = exact + noise * rng.standard_normal(exact.shape)
+    return ChainRecord(seen(still), {name: seen(q) for name, q in moved.items()}, drives)
+
+
+def _engine(name: str):
+    """Function that builds the chain in an engine."""
+    if name != "mujoco":
+        try:
+            from tepsipe.virtual_lab.chain_pybullet import built
+
+            return built
+        except ImportError:
+            if name == "pybullet":
+                raise
+    from tepsipe.virtual_lab.chain_mujoco import built
+
+    return built
+
+
+def _instants(settling: int, kept: int, length: int, protocol: ChainProtocol, rng) -> dict[str, np.ndarray]:
+    """Steps at which the epochs of every pulse begin, in the sway, none overlapping another."""
+    places = kept // (length + 1)
+    needed = protocol.epochs * len(protocol.pulses)
+    if places < needed:
+        raise ValueError(f"{needed} epochs do not fit into {protocol.unperturbed_s:g} s: record longer")
+    chosen = settling + (length + 1) * rng.permutation(places)[:needed]
+    return dict(zip(protocol.pulses, chosen.reshape(len(protocol.pulses), -1), strict=True))
+
+
+class _Mover:
+    """Steps the chain with the torque of its joints."""
+
+    def __init__(self, body, person: ChainPerson):
+        self.body = body
+        self.posture = tuple(np.diff(person.posture_rad, prepend=0.0).tolist())
+        hold = body.holding_torque(self.posture)
+        k, b = np.array(person.stiffness_Nm_per_rad), np.array(person.damping_Nms_per_rad)
+        self.constant = tuple((np.array(hold) + k @ np.array(self.posture)).tolist())
+        self.rows = tuple(map(tuple, np.hstack([k, b]).tolist()))
+
+    def _torque(self, q, rate, last, own) -> tuple[float, float, float]:
+        """Of the joints: the rate at the step is extrapolated from the two half steps before it."""
+        (q1, q2, q3), (c1, c2, c3), (n1, n2, n3) = q, self.constant, own
+        w1, w2, w3 = (
+            1.5 * rate[0] - 0.5 * last[0],
+            1.5 * rate[1] - 0.5 * last[1],
+            1.5 * rate[2] - 0.5 * last[2],
+        )
+        # in plain numbers, which are faster than short arrays
+        (k11, k12, k13, b11, b12, b13), (k21, k22, k23, b21, b22, b23), third = self.rows
+        k31, k32, k33, b31, b32, b33 = third
+        return (
+            c1 + n1 - k11 * q1 - k12 * q2 - k13 * q3 - b11 * w1 - b12 * w2 - b13 * w3,
+            c2 + n2 - k21 * q1 - k22 * q2 - k23 * q3 - b21 * w1 - b22 * w2 - b23 * w3,
+            c3 + n3 - k31 * q1 - k32 * q2 - k33 * q3 - b31 * w1 - b32 * w2 - b33 * w3,
+        )
+
+    def sway(self, own: np.ndarray) -> list[tuple]:
+        """Angles (rad), rates half a step and three half steps before (rad/s) at every step."""
+        q, rate = self.posture, (0.0, 0.0, 0.0)
+        last, states = rate, []
+        self.body.put(q, rate)
+        for k, torque in enumerate(own.tolist()):
+            states.append((q, rate, last))
+            before, (q, rate) = rate, self.body.step(self._torque(q, rate, last, torque), 0.0)
+            last = before
+            if not abs(sum(q)) < 1.0:
+                raise RuntimeError(f"the person falls after {k * STEP_S:.1f} s")
+        return states
+
+    def perturbed(
+        self, state, own: np.ndarray, pulse: Pulse, sign: float, steps: tuple[int, int]
+    ) -> np.ndarray:
+        """Joint angles (rad) at every step from before the onset to after it, shape (n, 3)."""
+        before, after = steps
+        q, rate, last = state
+        self.body.put(q, rate)
+        drive = sign * pulse.at(STEP_S * np.arange(-before, after + 1))
+        angles = []
+        for u, torque in zip(drive.tolist(), own[: drive.size].tolist(), strict=True):
+            angles.append(q)
+            if u and pulse.segment is not None:
+                self.body.push(pulse.segment, pulse.height_m, u, q)
+            acceleration = u if pulse.segment is None else 0.0
+            before_it, (q, rate) = rate, self.body.step(self._torque(q, rate, last, torque), acceleration)
+            last = before_it
+        return np.array(angles)
