@@ -39,6 +39,8 @@ OPTIONS = PositionManipulatorOptions(
     block_s=1.0,
     bootstrap_draws=200,
 )
+# where nothing is said of intervals
+FEW_DRAWS = replace(OPTIONS, bootstrap_draws=10)
 REFLEX = ParallelCascadeOptions(
     intrinsic_lag_s=0.04,
     reflex_length_s=0.6,
@@ -90,8 +92,15 @@ def joint_with_reflex(
     return trial_of(RATE, angle=(angle + 0.15, "rad"), torque=(noisy, "Nm")), torque
 
 
-def analysed(trial, seed=1, reflex=REFLEX, options=OPTIONS):
+def analysed(trial, seed=1, reflex=REFLEX, options=FEW_DRAWS):
     return analyse_parallel_cascade(trial, options, reflex, np.random.default_rng(seed))
+
+
+@pytest.fixture(scope="module")
+def known():
+    """A trial of a joint with a reflex, and what is found, once for all that must not matter."""
+    trial, _ = joint_with_reflex(np.random.default_rng(20140612), noise=0.1)
+    return trial, analysed(trial)
 
 
 def altered(trial, angle=lambda x: x, torque=lambda x: x):
@@ -179,7 +188,7 @@ def test_known_reflex_is_recovered(delay, rng):
 
 def test_reflex_response_is_that_of_the_muscle(rng):
     trial, _ = joint_with_reflex(rng)
-    found = analysed(trial)
+    found = analysed(trial, options=OPTIONS)
     w = 2.0 * np.pi * FREQUENCY_HZ
     late = found.reflex_time - 0.04
     root = w * np.sqrt(1.0 - ZETA**2)
@@ -222,7 +231,7 @@ def test_intervals_cover_the_joint_where_the_penalty_is_weak(rng):
     covered = dict.fromkeys(known, 0)
     for seed in range(repeats):
         trial, _ = joint_with_reflex(rng, noise=0.5)
-        rows = parallel_cascade_estimates("position_manipulator", "a", analysed(trial, seed, weak))
+        rows = parallel_cascade_estimates("position_manipulator", "a", analysed(trial, seed, weak, OPTIONS))
         of = {row.quantity: row for row in rows}  # gain: that of the muscle
         for quantity, value in known.items():
             covered[quantity] += of[quantity].ci_low <= value <= of[quantity].ci_high
@@ -253,7 +262,7 @@ def test_no_reflex_is_found_where_there_is_none(noise, drift):
 
 def test_stiffness_that_grows_with_the_angle_is_no_reflex(rng):
     trial, _ = joint_with_reflex(rng, gain=0.0, growth=800.0)
-    found = analysed(trial)
+    found = analysed(trial, options=OPTIONS)
     assert found.structure.stiffening
     assert found.structure.direction == 0
     assert found.stiffening == pytest.approx(800.0, rel=0.05)
@@ -273,9 +282,8 @@ def test_weak_reflex_on_a_noisy_record_does_no_harm(rng):
 
 
 @pytest.mark.slow
-def test_joint_that_is_turned_round_answers_the_other_direction(rng):
-    trial, _ = joint_with_reflex(rng, noise=0.1)
-    found = analysed(trial)
+def test_joint_that_is_turned_round_answers_the_other_direction(known):
+    trial, found = known
     turned = analysed(altered(trial, np.negative, np.negative))
     assert (found.structure.direction, turned.structure.direction) == (1, -1)
     assert replace(turned.structure, direction=1) == found.structure
@@ -291,17 +299,16 @@ def test_reflex_to_falling_angles_is_found(rng):
     assert found.gain == pytest.approx(GAIN, rel=0.05)
 
 
-def test_torque_of_the_other_sign_turns_every_constant_and_nothing_else(rng):
-    trial, _ = joint_with_reflex(rng, noise=0.1)
-    found, turned = analysed(trial), analysed(altered(trial, torque=np.negative))
+def test_torque_of_the_other_sign_turns_every_constant_and_nothing_else(known):
+    trial, found = known
+    turned = analysed(altered(trial, torque=np.negative))
     assert turned.structure == found.structure
     assert turned.gain == pytest.approx(-found.gain, rel=1e-6)
     assert turned.impedance == pytest.approx(-found.impedance, rel=1e-6)
 
 
-def test_units_scale_the_constants_and_leave_vaf(rng):
-    trial, _ = joint_with_reflex(rng, noise=0.1)
-    found = analysed(trial)
+def test_units_scale_the_constants_and_leave_vaf(known):
+    trial, found = known
     scaled = analysed(altered(trial, lambda x: 3.0 * x, lambda x: 0.5 * x))
     assert scaled.structure == found.structure
     assert scaled.gain == pytest.approx(found.gain / 6.0, rel=1e-5)
@@ -310,9 +317,8 @@ def test_units_scale_the_constants_and_leave_vaf(rng):
     assert scaled.reflex_share == pytest.approx(found.reflex_share, rel=1e-5)
 
 
-def test_levels_of_angle_and_torque_do_not_matter(rng):
-    trial, _ = joint_with_reflex(rng, noise=0.1)
-    found = analysed(trial)
+def test_levels_of_angle_and_torque_do_not_matter(known):
+    trial, found = known
     moved = analysed(altered(trial, lambda x: x - 0.4, lambda x: x + 30.0))
     assert moved.structure == found.structure
     assert moved.impedance == pytest.approx(found.impedance, rel=1e-5)
@@ -343,8 +349,8 @@ def test_held_out_part_is_not_fitted(rng):
     assert changed.vaf.held_out < 90.0
 
 
-def test_strong_penalty_leads_back_to_stiffness_alone(rng):
-    trial, _ = joint_with_reflex(rng, noise=0.1)
+def test_strong_penalty_leads_back_to_stiffness_alone(known, rng):
+    trial, _ = known
     found = analysed(trial, reflex=replace(REFLEX, penalties=(1e9,), stop_radii_rad=()))
     alone = analyse_position_manipulator(trial, OPTIONS, rng)
     assert found.gain == pytest.approx(0.0, abs=1e-3)
@@ -362,9 +368,9 @@ def test_delay_that_the_record_does_not_tell_is_the_expected_one(rng):
 
 
 @pytest.mark.slow
-def test_same_seed_gives_the_same_intervals(rng):
-    trial, _ = joint_with_reflex(rng, noise=0.1)
-    first, again, other = (analysed(trial, seed).gain_bootstrap for seed in (1, 1, 2))
+def test_same_seed_gives_the_same_intervals(known):
+    trial, found = known
+    first, again, other = (found.gain_bootstrap, *(analysed(trial, seed).gain_bootstrap for seed in (1, 2)))
     assert (first == again).all()
     assert (first != other).any()
 

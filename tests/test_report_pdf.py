@@ -57,6 +57,17 @@ def _pieces(page):
     return found
 
 
+def _tagged(element, kind):
+    """All structure elements of a kind below one."""
+    if element.get("/S") == kind:
+        yield element
+    below = element.get("/K", [])
+    for child in below if isinstance(below, list) else [below]:
+        child = child.get_object() if hasattr(child, "get_object") else child
+        if isinstance(child, dict):
+            yield from _tagged(child, kind)
+
+
 def test_no_identifier_stands_outside_code(pages, study):
     names = {row[key] for row in estimates(study) for key in ("pathway", "estimator")}
     raw = sorted(name for name in names if "-" in name and name not in PLAIN)
@@ -154,3 +165,6 @@ def test_the_document_names_itself_and_can_be_archived(document, study):
     assert "<pdfaid:part>2</pdfaid:part>" in data.replace("\n", "")
     assert document.metadata.title
     assert "/StructTreeRoot" in document.trailer["/Root"]
+    figures = list(_tagged(document.trailer["/Root"]["/StructTreeRoot"], "/Figure"))
+    assert len(figures) > 40
+    assert all(len(figure["/Alt"]) > 20 for figure in figures)

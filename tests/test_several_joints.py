@@ -301,7 +301,7 @@ def test_constants_of_the_inertia_are_as_uncertain_as_drawn_ones(rng):
 
 def test_intervals_hold_errors_of_the_inertia_which_an_exact_one_hides(rng):
     """Without noise, the only errors are those of masses and centres of mass."""
-    whole, tolerance, draws = epochs_of(recorded(), CHAIN, POINTS, tolerance=0.03), 0.03, 12
+    whole, tolerance, draws = epochs_of(recorded(), CHAIN, POINTS, tolerance=0.03), 0.03, 9
     truth, q = exact(whole, THREE), 18
     scale = whole.setting.scale(expected_parameters(whole.setting, *MATRICES))[:q]
     posture, errors = recorded().unperturbed.mean(axis=0), {EXACT: [], WITHIN: []}

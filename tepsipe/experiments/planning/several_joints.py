@@ -99,7 +99,7 @@ def epochs_of(
     chain: Chain,
     points: Mapping[str, Point],
     model: tuple[bool, str] = MODEL,
-    tolerance: float = 0.03,
+    tolerance: float = 0.02,
     window_s: float | None = None,
 ) -> Epochs:
     """Deviations from unperturbed behaviour, in the direction of each pulse.

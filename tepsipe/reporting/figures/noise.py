@@ -23,7 +23,7 @@ def plot_estimates(
     rows: list[NoiseRow], conditions: list[str], snr_db: float, truth: tuple[float, float, float]
 ) -> Figure:
     """Mean and spread of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) over the draws at one SNR (dB)."""
-    figure, axes = new_figure(3, 3, 4.4, sharex=True, sharey="row")
+    figure, axes = new_figure(3, 3, 4.0, sharex=True, sharey="row")
     x = np.arange(len(conditions))
     shown = [name for name in PROCESSINGS if any(row.estimator == name for row in rows)]
     for column, (target, title) in enumerate(TARGETS.items()):
@@ -113,7 +113,7 @@ def _usable_from(axis: Axes, rows: list[NoiseRow], truth: tuple[float, float, fl
 @in_style
 def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figure:
     """Root mean square error of I, B, K over the draws, relative to the truth, against the SNR (%, dB)."""
-    figure, axes = new_figure(3, 3, 4.2, sharex=True, sharey=True)
+    figure, axes = new_figure(3, 3, 3.8, sharex=True, sharey=True)
     shown = [name for name in PROCESSINGS if any(row.estimator == name for row in rows)]
     for column, (target, title) in enumerate(TARGETS.items()):
         axes[0, column].set_title(title)

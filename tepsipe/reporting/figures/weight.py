@@ -43,7 +43,7 @@ def plot_added_forces(
 
     ``shown`` names the conditions.
     """
-    figure, axes = new_figure(1, 2, 2.5)
+    figure, axes = new_figure(1, 2, 2.2)
     panels = ((empty, r"empty belt $F_{y0}$"), (weight, r"weight $\Delta F_y = F_y - \hat{F}_y$"))
     for axis, (results, title) in zip(axes, panels, strict=True):
         names = [name for name in results if name in shown]
@@ -61,7 +61,7 @@ def plot_added_forces(
 @in_style
 def plot_masses(results: dict[str, Result], mass_kg: float) -> Figure:
     """Estimated mass of the weight over all perturbations (kg)."""
-    figure, axes = new_figure(height_in=2.4)
+    figure, axes = new_figure(height_in=2.1)
     names = [short_name(name) for name in results]
     axes.axhline(mass_kg, color=COLOURS["other"], linewidth=0.8, linestyle="--", label="weighed")
     axes.boxplot(
@@ -88,7 +88,7 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
     models = list(dict.fromkeys(s.model for s in chosen))
     trains = list(dict.fromkeys(s.train for s in chosen))
     marks = dict(zip(trains, "os^Dv", strict=False))
-    figure, axes = new_figure(1, len(tests), 2.6, sharey=True, squeeze=False)
+    figure, axes = new_figure(1, len(tests), 2.5, sharey=True, squeeze=False)
     for axis, test in zip(axes[0], tests, strict=True):
         rows = [s for s in chosen if s.test == test]
         limit = rows[0].r2_limit
@@ -124,7 +124,7 @@ def plot_model_scores(scores: list[ModelScore], load: str, cutoff_hz: float) -> 
 @in_style
 def plot_model_responses(result: Result, condition: str, models: list[str]) -> Figure:
     """Belt-induced force under the weight, measured and predicted, mean over perturbations (ms, N)."""
-    figure, axes = new_figure(1, 2, 2.5)
+    figure, axes = new_figure(1, 2, 2.2)
     measured = result.arrays[f"{condition}/measured"]
     time = 1e3 * np.arange(measured.size) / result.facts["rate_hz"]
     axes[0].plot(time, measured, color=COLOURS["measured"], linewidth=1.6, label="measured")
