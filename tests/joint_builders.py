@@ -41,6 +41,7 @@ class Fit:
 def fit_of(
     direction=1,
     short_range=False,
+    relaxing=False,
     assumed=True,
     lasting_s=0.5,
     delays_s=(0.032, 0.044),
@@ -61,6 +62,7 @@ def fit_of(
                 "direction": direction,
                 "stiffening": False,
                 "short_range": short_range,
+                "relaxing": relaxing,
                 "gain_slope": False,
                 "unloading": False,
                 "delay_s": 0.04 * abs(direction),

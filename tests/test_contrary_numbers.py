@@ -119,9 +119,11 @@ def forward(angle, torque):
 
 @pytest.mark.parametrize(
     ("angle", "best", "worst"),
-    [((90.0, -2000.0, 80.0), "Wristalyzer", "TEP-SIPE as printed"), ((1.0, 99.0, 2.0), "TEP-SIPE as printed",
-      "Wristalyzer")],
-)  # fmt: skip
+    [
+        ((90.0, -2000.0, 80.0), "the Wristalyzer", "TEP-SIPE as printed"),
+        ((1.0, 99.0, 2.0), "TEP-SIPE as printed", "the Wristalyzer"),
+    ],
+)
 def test_captions_of_simulations_name_the_parameters_that_predict_best(angle, best, worst):
     found = figure_findings_of({"simulation": forward(angle, angle[::-1])})
     assert f"best by the parameters of {best} in 2 of 2 conditions" in found["4_10"]

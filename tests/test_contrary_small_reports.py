@@ -24,7 +24,11 @@ CHOICES = {
         "cut_s": 1.0,
         "block_s": 1.0,
         "training_fraction": 0.5,
-        "parallel_cascade": {"intrinsic_lag_s": 0.04, "reflex_length_s": 0.6},
+        "parallel_cascade": {
+            "intrinsic_lag_s": 0.04,
+            "reflex_length_s": 0.6,
+            "relaxation_times_s": [0.05, 0.2],
+        },
     },
 }
 MODELS = ("fir-causal", "fir", "ripple-tracking")
@@ -36,7 +40,7 @@ def manipulator(usual):
     made = (
         {"delays_s": (0.04, 0.05), "lasting_s": 0.5, "short_range": True}
         if usual
-        else {"delays_s": (0.04, 0.04), "lasting_s": 0.1, "assumed": False}
+        else {"delays_s": (0.04, 0.04), "lasting_s": 0.1, "assumed": False, "relaxing": True}
     )
     made |= {} if usual else {"p": 0.001, "white": 0.5, "memory_s": 4.0, "slow": 10.0, "coherent": 0.5}
     gain = (8.0, 12.0) if usual else (-2.0, 12.0)

@@ -39,6 +39,12 @@ def test_short_range_stiffness_leads_with_the_stiffness_at_the_recorded_amplitud
     assert "from 80 N·m/rad (70 to 90) for the smallest movements to K = 50.0 N·m/rad" in told
 
 
+def test_relaxation_leads_with_the_stiffness_at_the_recorded_amplitude():
+    told = abstract_of(data_of({"a": fit_of(relaxing=True)}))
+    assert "at the recorded amplitude is 60.0 N·m/rad (55.0" in told
+    assert "K = 50.0 N·m/rad (45.0 to 55.0) remains after relaxation" in told
+
+
 def test_a_delay_that_the_data_determine_is_not_called_assumed():
     data = data_of({"a": fit_of(assumed=False)})
     assert "assumed" not in abstract_of(data)

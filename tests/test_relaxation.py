@@ -7,6 +7,7 @@ import pytest
 from test_pages import manipulator_trial
 from test_short_range import QUICK, RATE, fitted, held_angle, joint_torque
 
+from tepsipe.experiments.position_manipulator import parallel_cascade_estimates
 from tepsipe.identification.cascade_pathways import relaxing_deflection
 from tepsipe.io.result import Result
 from tepsipe.reporting.pages.manipulators import position_manipulator_page
@@ -47,6 +48,10 @@ def test_stiffness_that_remains_is_found_beside_one_that_relaxes(relaxing, found
     assert fit.impedance[2] == pytest.approx(60.0, rel=0.03)
     assert fit.relaxing.stiffness == pytest.approx(relaxing, rel=0.3)
     assert fit.short_range.stiffness == pytest.approx(60.0 + relaxing, rel=0.08)
+    rows = parallel_cascade_estimates("position_manipulator", "a", fit)
+    assert {row.quantity for row in rows if row.flags} == (
+        {"I", "B", "K_short_range", "K_relaxing", "relaxation_time"} if found else set()
+    )
     if found:
         assert 0.05 <= fit.relaxing.time_s <= 0.09
         without = fitted(angle, torque, replace(QUICK, relaxation_times_s=()))

@@ -19,6 +19,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.resampling import BAND_PER_RATE
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.signals.spectra import frequency_averaged
 from tepsipe.statistics.bootstrap import bootstrap_blocks, expanded_tail
@@ -102,6 +103,13 @@ class PositionManipulatorAnalysis:
 def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, int, int]:
     """Samples that are kept, number of them that are fitted, and length of a block (samples)."""
     rate = trial.rate_hz
+    highest = BAND_PER_RATE * rate
+    if options.lowpass_cutoff_hz > highest:
+        raise InputError(
+            f"expected a low-pass of at most {highest:.3g} Hz at {rate:.4g} Hz, found "
+            f"{options.lowpass_cutoff_hz:g} Hz: record faster, or lower "
+            "position_manipulator.analysis.lowpass_cutoff_hz"
+        )
     cut = round(options.cut_s * rate)
     kept = slice(cut, trial.time.size - cut)
     size = trial.time[kept].size
@@ -284,6 +292,9 @@ def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCas
         rows.append(drawn("relaxation_time", "s", relaxing.time_s, relaxing.time_bootstrap))
     if fit.structure.stiffening:
         rows.append(drawn("K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
+    if fit.structure.relaxing:
+        depends = ("I", "B", "K_short_range", "K_relaxing", "relaxation_time")
+        rows = [flagged([r], *["relaxation-assumed"] * (r.quantity in depends))[0] for r in rows]
     rows += _reflex_rows(names, fit)
     rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
     rows.append(Estimate(*names, "slow_torque_sd", "Nm", fit.slow.sd_Nm))

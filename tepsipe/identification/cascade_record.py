@@ -24,6 +24,8 @@ from tepsipe.signals.differentiation import derivative
 REACHED = 0.6
 # time constants of a Laguerre response after which it is cut (-), and ridge relative to lambda (-)
 LASTS, RIDGE = 14.0, 0.1
+# least effective number of spectral lines of the velocity (-): one sinusoid has 2, a triangle 3
+FEWEST_LINES = 2.5
 
 
 @dataclass(frozen=True)
@@ -198,7 +200,7 @@ def make_record(angle, torque, rate_hz, kept, training, lowpass, options) -> Cas
     Raises
     ------
     InputError
-        If the joint does not move.
+        If the joint does not move, or at one frequency only.
     """
     turned = angle - angle[kept][:training].mean()
     filtered = lowpass(turned)
@@ -208,6 +210,7 @@ def make_record(angle, torque, rate_hz, kept, training, lowpass, options) -> Cas
             "expected a moving joint, found an angle that stands still: check that the perturbation was "
             "applied"
         )
+    _refuse_one_frequency(filtered[kept][:training], rate_hz)
     return CascadeRecord(
         torque=lowpass(torque),
         angle=filtered,
@@ -220,6 +223,20 @@ def make_record(angle, torque, rate_hz, kept, training, lowpass, options) -> Cas
         radii=tuple(r for r in options.stop_radii_rad if 2.0 * r <= REACHED * swing),
         slow=SlowModel(1.0, 0.0),
     )
+
+
+def _refuse_one_frequency(angle: np.ndarray, rate_hz: float) -> None:
+    """Refuse a movement at one frequency only, at which inertia and stiffness exchange."""
+    power = np.abs(np.fft.rfft(np.hanning(angle.size) * (angle - angle.mean()))) ** 2
+    frequency = np.fft.rfftfreq(angle.size, 1.0 / rate_hz)
+    power = power * frequency**2
+    # how many lines of the spectrum share the power of the velocity; the window makes two of one
+    if power.sum() ** 2 < FEWEST_LINES * np.sum(power**2):
+        raise InputError(
+            "expected a perturbation of several frequencies, found movement at one, "
+            f"{frequency[power.argmax()]:.2g} Hz, which does not separate inertia from stiffness: perturb at "
+            "random, by steps or by a sum of sinusoids"
+        )
 
 
 @dataclass(frozen=True)

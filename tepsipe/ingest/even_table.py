@@ -83,8 +83,15 @@ def recorded_columns(
     Raises
     ------
     InputError
-        If time stamps cannot be repaired, a gap is too long, or the table ends early.
+        If the samples are too far apart, time stamps cannot be repaired, a gap is too long, or the table ends
+        early.
     """
+    usual_s = float(np.nanmedian(np.diff(table["time"]))) if table["time"].size > 1 else 0.0
+    if usual_s > 0.999 * max_gap_s:
+        raise InputError(
+            f"{name}: expected samples closer than {max_gap_s:g} s, found one every {usual_s:.3g} s: convert "
+            "the time to seconds if it is not, record faster, or increase max_gap_s in the configuration"
+        )
     repaired = repair_time_stamps(table["time"], max_gap_s, name)
     time = table["time"][repaired.keep]
     time = time - time[0]

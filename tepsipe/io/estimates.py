@@ -11,6 +11,8 @@ from tepsipe.io.csv_table import read_rows, write_rows
 FLAGS = {
     "at-bound": "a parameter lies at a bound of its search: widen the bound, or check units and signs",
     "assumed": "the record does not determine the value, which is assumed: see the rows of its range",
+    "relaxation-assumed": "a part of the stiffness relaxes at assumed rates, on which the value depends: try "
+    "other relaxation_times_s",
     "not-converged": "the search ended before it met its tolerances: try other starting values",
     "undefined": "the value is not a finite number: the parameters describe no stable joint",
     "no-interval": "its standard error or interval is not a number: record more perturbations",

@@ -8,6 +8,8 @@ PULSE_FRACTION = 0.2  # of the peak speed
 NEW_PULSE_S = 0.5  # shortest time between two pulses
 SMOOTH_S = 0.02
 LONG_S = 0.04
+FEWEST = 20  # samples that show a sign
+LEAST_WORK = 0.05  # correlation of torque and velocity from which it shows the sign of the torque
 FOLLOWS = 0.9  # correlation from which a marker follows the belt
 
 
@@ -146,15 +148,34 @@ def period_s(values: np.ndarray, rate_hz: float) -> float | None:
 def resisting_sign(angle: np.ndarray, torque: np.ndarray, rate_hz: float) -> int:
     """Sign of the torque that resists a positive angle (-): that of K in a regression of the torque.
 
-    The torque is regressed on angle, velocity and acceleration, all averaged over `SMOOTH_S`.
+    The torque is regressed on angle, velocity and acceleration, all averaged over `SMOOTH_S`; 1 for too few
+    samples.
     """
     there = np.isfinite(angle) & np.isfinite(torque)
+    if there.sum() < FEWEST:
+        return 1
     theta, tau = averaged(angle[there], rate_hz), averaged(torque[there], rate_hz)
     velocity = np.gradient(theta)
     design = np.column_stack([theta, velocity, np.gradient(velocity), np.ones_like(theta)])
     edge = slice(5, -5)
     found = np.linalg.lstsq(design[edge], tau[edge], rcond=None)[0]
     return 1 if found[0] >= 0.0 else -1
+
+
+def driving_sign(angle: np.ndarray, torque: np.ndarray, rate_hz: float) -> int:
+    """Sign of the torque that moves a joint whose angle is imposed (-): it does work on a passive joint.
+
+    Slow torque of a person, which can be larger than that of stiffness, does little work. Where torque and
+    velocity are not correlated, it is `resisting_sign`.
+    """
+    there = np.isfinite(angle) & np.isfinite(torque)
+    if there.sum() < FEWEST:
+        return 1
+    velocity = np.gradient(averaged(angle[there], rate_hz))[5:-5]
+    tau = averaged(torque[there], rate_hz)[5:-5]
+    tau = tau - tau.mean()
+    work = velocity @ tau / max(np.linalg.norm(velocity) * np.linalg.norm(tau), np.finfo(float).tiny)
+    return (1 if work > 0.0 else -1) if abs(work) > LEAST_WORK else resisting_sign(angle, torque, rate_hz)
 
 
 def is_two_levels(values: np.ndarray) -> bool:

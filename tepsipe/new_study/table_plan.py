@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from tepsipe.new_study.look import samples
-from tepsipe.new_study.measures import period_s, resisting_sign
+from tepsipe.new_study.measures import driving_sign, period_s, resisting_sign
 from tepsipe.new_study.pairing import Group
 from tepsipe.new_study.settings import Missing, Plan
 
@@ -21,7 +21,7 @@ def angle_unit(values: np.ndarray, unit: str) -> tuple[str, str]:
     """Unit of an angle, ``rad`` or ``deg``, and why: by the name of its column, else by its size (rad)."""
     if unit in ("rad", "deg"):
         return unit, "by the name of the column"
-    largest = float(np.nanmax(np.abs(values)))
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
     unit = "rad" if largest < LARGEST_RAD else "deg"
     return unit, f"by its size, at most {largest:.3g}"
 
@@ -68,9 +68,9 @@ def plan_position(plan: Plan, groups: list[Group]) -> None:
     angle, torque = (first.channel(first.columns[role]) for role in ("angle", "torque"))
     unit, why = angle_unit(samples(angle), angle.unit)
     plan.put(f"{key}.files.angle_unit", unit, why)
-    sign = resisting_sign(samples(angle), samples(torque), angle.rate_hz or 1.0)
+    sign = driving_sign(samples(angle), samples(torque), angle.rate_hz or 1.0)
     how = "-1 if a torque that resists a positive angle is recorded as negative, else 1"
-    plan.assume(f"{key}.files.torque_sign", sign, "sign of K in a regression of the torque on the angle", how)
+    plan.assume(f"{key}.files.torque_sign", sign, "sign of the torque that moves the joint", how)
     _plan_rate(plan, key, groups, "angle", DEFAULT_RATE_HZ)
 
 

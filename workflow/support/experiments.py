@@ -269,6 +269,7 @@ EXPERIMENTS = {
             "analysis.training_fraction",
             "analysis.block_s",
             "analysis.parallel_cascade.intrinsic_lag_s",
+            "analysis.parallel_cascade.relaxation_times_s",
             "analysis.parallel_cascade.reflex_length_s",
             "time_varying.window_s",
             "time_varying.segment_s",

@@ -63,8 +63,8 @@ def plot_activity(result: Result) -> Figure:
     axes = axes[:, 0]
     time = 1e3 * arrays["time"]
     shown = (time >= -100.0) & (time <= 600.0)
-    rows = [(arrays["envelope"][:, shown, k], f"{m} (\N{MICRO SIGN}V)") for k, m in enumerate(muscles)]
-    rows.append((arrays["perturbed/f_y"][:, shown], r"$F_y$ (N)"))
+    rows = [(arrays["envelope"][:, shown, k], f"{m}\n(\N{MICRO SIGN}V)") for k, m in enumerate(muscles)]
+    rows.append((arrays["perturbed/f_y"][:, shown], "$F_y$\n(N)"))
     for axis, (values, label) in zip(axes, rows, strict=True):
         axis.plot(time[shown], values.T, color=COLOURS["other"], linewidth=0.5)
         axis.plot(time[shown], values.mean(axis=0), color=COLOURS["recommended"], linewidth=1.4)
@@ -95,7 +95,7 @@ def plot_ensembles(trials: dict[str, Result], groups: dict[str, list[str]], musc
         for row, muscle in enumerate(muscles):
             _draw_ensemble(axes[row, column], trials, conditions, muscle, CYCLE[column % len(CYCLE)])
     for row, muscle in enumerate(muscles):
-        axes[row, 0].set(ylabel=f"{muscle} (\N{MICRO SIGN}V)")
+        axes[row, 0].set(ylabel=f"{muscle}\n(\N{MICRO SIGN}V)")
     title, conditions = next(iter(groups.items()))
     _draw_ensemble(example, trials, conditions, muscles[0], CYCLE[0])
     _explain_ensemble(example, trials[conditions[-1]], muscles[0], len(conditions))
@@ -187,7 +187,7 @@ def plot_latencies(results: dict[str, Result], detector: str) -> Figure:
             axis.set_ylim(bottom=0.0)
             axis.margins(x=0.0)
             if column == 0:
-                axis.set(ylabel=f"{muscle} (\N{MICRO SIGN}V)")
+                axis.set(ylabel=f"{muscle}\n(\N{MICRO SIGN}V)")
         axes[0, column].set(title=task)
         axes[-1, column].set(xlabel="Time from the start of the stretch (ms)")
     _explain_latency(axes[0, 0], next(iter(latencies.values())).get(muscles[0]), detector)

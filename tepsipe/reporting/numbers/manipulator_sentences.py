@@ -64,6 +64,9 @@ def abstract_data(a: dict) -> list[list]:
         "intervals in brackets. It falls from {stiffness_small} for the smallest movements to $K$ = "
         "{stiffness_beyond} beyond the short range."
         if a["short_range"]
+        else "The intrinsic stiffness of the {of} at the recorded amplitude is {stiffness_working}, with "
+        "95 % intervals in brackets. Of it, $K$ = {stiffness_beyond} remains after relaxation."
+        if a["with_relaxation"]
         else "The intrinsic stiffness of the {of} is $K$ = {stiffness_beyond}, with 95 % intervals in "
         "brackets.",
         "The stiffness is that of the parallel-cascade model, which predicts the torque of the held-out part "

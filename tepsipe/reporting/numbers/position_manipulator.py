@@ -104,6 +104,9 @@ def manipulator_data(fits: dict[str, Result], estimates: pd.DataFrame, joint: di
         "with_reflex": trials_named([r["condition"] for r in data["reflexes"] if r["there"]], conditions),
         "short_range": bool(short),
         "with_short_range": trials_named(short, conditions),
+        "with_relaxation": trials_named(
+            [c for c, fit in fits.items() if fit.facts["reflex"].get("relaxing", False)], conditions
+        ),
     }
     return data | {"abstract": abstract_data(data)}
 

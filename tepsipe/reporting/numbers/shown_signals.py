@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
+from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.numbers.format import number, percent, span
+from tepsipe.reporting.numbers.simulations import owner
 
 # a mean coherence below this is that of unrelated signals (-)
 UNRELATED = 0.2
@@ -153,7 +154,7 @@ def simulated_signals(forward: pd.DataFrame, shown: dict[str, str]) -> dict:
         )
         counts = table.idxmax(axis=1).value_counts()
         best[f"{quantity}_{key}"] = {
-            "name": PARAMETER_SETS[counts.index[0]],
+            "name": owner(counts.index[0]),
             "count": str(int(counts.iloc[0])),
             "all": str(len(table)),
         }
@@ -173,9 +174,7 @@ def _of_condition(forward: pd.DataFrame, condition: str) -> dict:
 
     def ordered(quantity: str, key: str) -> list[list[str]]:
         rows = own[own.quantity == quantity].sort_values(key, ascending=False)
-        return [
-            [PARAMETER_SETS[r.parameter_set], _vaf(getattr(r, key))] for r in rows.itertuples(index=False)
-        ]
+        return [[owner(r.parameter_set), _vaf(getattr(r, key))] for r in rows.itertuples(index=False)]
 
     return {
         "angle": ordered("theta", "vaf_trial"),

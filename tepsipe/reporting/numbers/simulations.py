@@ -18,6 +18,12 @@ ENGINES = {
 }
 
 
+def owner(parameter_set: str) -> str:
+    """Whose parameters they are, as a sentence says it (no unit)."""
+    name = PARAMETER_SETS[parameter_set]
+    return f"the {name}" if parameter_set == "wristalyzer" else name
+
+
 def forward_data(forward: pd.DataFrame, step_s: float, engine: str) -> dict:
     """Numbers of the forward simulations as text.
 
@@ -61,7 +67,7 @@ def forward_data(forward: pd.DataFrame, step_s: float, engine: str) -> dict:
         "engine": ENGINES[engine],
         "conditions": str(forward.condition.nunique()),
         "unsettled": [
-            f"with the parameters of {PARAMETER_SETS[name]} it {STATES.get(state, state)} in "
+            f"with the parameters of {owner(name)} it {STATES.get(state, state)} in "
             f"{', '.join(map(short_name, group.condition))}"
             for (name, state), group in unsettled.groupby(["parameter_set", "state"], sort=False)
         ],
