@@ -3,7 +3,7 @@
 
     export OMP_NUM_THREADS=1
     python benchmarks/several_joints.py --part exact --epochs 40 --seeds 100 > benchmarks/several_joints.md
-    python benchmarks/several_joints.py --part tolerance --seeds 24 >> benchmarks/several_joints.md
+    python benchmarks/several_joints.py --part tolerance --seeds 26 >> benchmarks/several_joints.md
 
 Every seed is another sway and other noise of the same person (`config/plan/config.yaml`), simulated by
 PyBullet: 2 to 3 CPU-seconds.
