@@ -342,7 +342,21 @@ def _plan(chosen: argparse.Namespace) -> None:
     from tepsipe.reporting.figures.style import save_png
     from tepsipe.reporting.plan_command import run_plan, summary, write_plan
 
+    if chosen.walking is not None:
+        from tepsipe.reporting.plan_people import walking_summary
+
+        print(walking_summary(chosen))
+        return
     table, png = _outputs(chosen.output, (".csv", ".png"))
+    if chosen.standing:
+        from tepsipe.reporting.plan_people import standing_plan_of, standing_summary, write_standing
+
+        standing = standing_plan_of(chosen)
+        print(standing_summary(standing))
+        write_standing(standing, table)
+        save_png(plot_plan({chosen.profile: standing}), png)
+        print(f"\nwritten: {table}, {png}")
+        return
     plan, best = run_plan(chosen)
     print(summary(plan, best))
     write_plan(plan, best, table)

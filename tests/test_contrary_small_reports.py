@@ -100,7 +100,9 @@ def told(request, root, tmp_path_factory):
     data["choices"] = {"position_manipulator": CHOICES}
     (folder / "report.json").write_text(json.dumps({"title": "t", "names": {}} | data))
     (folder / "two.typ").write_text(
+        '#set heading(numbering: "1.1")\n'
         '#include "chapters/belt.typ"\n#include "chapters/position_manipulator.typ"\n'
+        '#include "chapters/position_manipulator_methods.typ"\n'
         '#bibliography("references.bib", style: "ieee")\n'
     )
     page = typst.compile(str(folder / "two.typ"), root=str(folder), ignore_system_fonts=True, format="html")

@@ -57,6 +57,28 @@ _NUMBERS = {
         ("rest", 3.0, "s", "unperturbed time at the start, and at the end"),
         ("cutoff", 20.0, "Hz", "zero-lag low-pass of windowed least squares (leg, foot)"),
     ),
+    "standing person, with --standing": (
+        ("person-stiffness", 400.0, "Nm/rad", "K of both ankles"),
+        ("person-damping", 10.0, "Nms/rad", "B of both ankles"),
+        ("person-lever", 0.85, "m", "height above the ankle about which a pulse turns the shank"),
+        ("sway-torque", 2.0, "Nm", "standard deviation of the torque of sway beyond B and K"),
+        ("sway-time", 0.18, "s", "time constant of sway"),
+        (
+            "person-type-b",
+            0.075,
+            "1",
+            "uncertainty of B and K by treadmill model, joint centre, feet, over them",
+        ),
+    ),
+    "walking person, with --walking": (
+        ("degrees", 2.0, "deg", "rotation of the ankle by a pulse"),
+        (
+            "planned-degrees",
+            1.5,
+            "deg",
+            "rotation for which the table was made (walking.planned.amplitude_deg)",
+        ),
+    ),
     "limits of the belt's motion": (
         ("max-velocity", None, "m/s", "for --optimise; without any limit: the peaks of the planned pulse"),
         ("max-displacement", None, "m", "for --optimise"),
@@ -80,6 +102,18 @@ def add_plan(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
         for name, default, unit, meaning in options:
             text = meaning if default is None else f"{meaning}; default {default:g}"
             group.add_argument(f"--{name}", type=float, default=default, metavar=unit, help=text)
+        if title.startswith("standing"):
+            group.add_argument("--standing", action="store_true", help="plan for a standing person's ankles")
+        if title.startswith("walking"):
+            group.add_argument(
+                "--walking",
+                type=Path,
+                metavar="NEEDED",
+                help="tables/needed.csv of a study of walking: divide --strides among phases",
+            )
+            group.add_argument(
+                "--strides", type=int, default=150, metavar="N", help="perturbed strides; default 150"
+            )
         if title == "protocol":
             group.add_argument("--profile", default="sine", choices=PROFILES, help="default sine")
             group.add_argument(

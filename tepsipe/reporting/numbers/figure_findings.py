@@ -1,5 +1,7 @@
 """First sentences of the captions: what a figure of this run shows, chosen by its numbers."""
 
+import math
+
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import MINUS, number
 
@@ -160,9 +162,10 @@ def _simulation(s: dict) -> dict[str, str]:
     found = {}
     c, signals = s.get("compared"), s.get("signals")
     if c is not None:
+        grows = f"the swing grows in {c['growing']} of {c['all']} conditions"
         found["b"] = (
-            f"With the parameters of the printed equation the swing grows in {c['growing']} of {c['all']} "
-            "conditions."
+            "With the parameters of the printed equation "
+            f"{'no swing grows' if c['growing'] == '0' else grows}."
         )
     if signals is None:
         return found
@@ -230,9 +233,9 @@ def _weight(w: dict) -> dict[str, str]:
             f"frame fitted to both R² = {w['best_frame']}."
         )
     rows, columns = (w["force_scores"][key] for key in ("rows", "columns"))
-    known = [row for row in rows if row["cells"][0][1] != DASH]
+    known = [row for row in rows if math.isfinite(_value(row["cells"][0][1]))]
     if known:
-        best = min(known, key=lambda row: float(row["cells"][0][1]))
+        best = min(known, key=lambda row: _value(row["cells"][0][1]))
         found["plate_responses"] = (
             f"Of {columns[0]['before']} N (root mean square over all held-out trials) the "
             f"{words(best['model'])} leaves {best['cells'][0][1]} N under the {columns[0]['name']}."
@@ -248,9 +251,9 @@ def _standing(p: dict) -> dict[str, str]:
         found["standing_stiffness"] = (
             f"Both ankles together have {', '.join(shares)} times the critical stiffness m g h."
         )
-    active = [row for row in p["estimators"] if row["name"] in p.get("active", ()) and row["vaf"] != DASH]
-    if active:
-        vaf = sorted((row["vaf"] for row in active), key=lambda x: float(x.replace(MINUS, "-")))
+    active = [row for row in p["estimators"] if row["name"] in p.get("active", ())]
+    vaf = sorted((row["vaf"] for row in active if math.isfinite(_value(row["vaf"]))), key=_value)
+    if vaf:
         found["standing_response"] = (
             f"With an active torque the models explain {vaf[0]} to {vaf[-1]} % of the mean torque."
         )
@@ -270,6 +273,14 @@ def _standing(p: dict) -> dict[str, str]:
         knees = ", ".join(f"{row['knee']}° ({row['task']})" for row in p["joints"])
         found["standing_joints"] = f"The body above the ankles is not rigid: the knee turns by {knees}."
     return found
+
+
+def _value(text: str) -> float:
+    """A number (any unit) of a text as it is printed; NaN for dashes and powers of ten."""
+    try:
+        return float(text.replace(MINUS, "-"))
+    except ValueError:
+        return math.nan
 
 
 def _of_muscles(signals: dict | None) -> dict[str, str]:

@@ -1,0 +1,330 @@
+"""Expected standard uncertainty of B and K of a standing person's ankles, before anyone stands on the belt.
+
+The belt turns the shank about a point a distance L above the ankle, phi = -y / L, for the first tenth of a
+second, in which B and K are found beside a free reflex torque
+(`tepsipe.experiments.standing.free_reflex`). With the estimator's own weights A = N^-1 X' C^-1,
+N = X' C^-1 X, for n responses
+
+    u_A^2 = A S A' / n,     C = S / n + C_model + C_reflex
+
+S is the covariance of sway in the window, relative to the baseline before the onset: a smooth process
+(Matern 3/2) of standard deviation s and time T and noise of the plate, both low-passed as the signals,
+
+    cov(s(t), s(t')) = s^2 (1 + |t - t'| / T) exp(-|t - t'| / T) + F F'
+
+C does not fall with n where the model of rig and reflex limits, so neither does u_A as 1 / sqrt(n). Type B is
+a share of B and K that treadmill model, joint centre and mass of the feet leave. I is not estimated: that of
+the feet is known.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.planning.plan import COVERAGE, UNITS
+from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
+from tepsipe.experiments.standing.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.free_reflex import (
+    FILTER_WIDTH_S,
+    FreeReflexOptions,
+    fit_free_reflex,
+)
+from tepsipe.identification.generalised_least_squares import integrated_wiener, squared_exponential
+from tepsipe.signals.filters import butterworth_lowpass
+
+RATE_HZ = 250.0
+# epochs, baseline and quiet stretches as those of a standing trial (s)
+BEFORE_S, AFTER_S, BASELINE_S, QUIET_S = 0.12, 0.2, 0.1, 1.12
+# of the peak velocity, where the onset of a pulse is seen (-)
+ONSET_SHARE = 0.1
+MOST_RESPONSES = 100_000
+# choices of the estimator as shipped; a test holds them equal to the configuration
+OPTIONS = FreeReflexOptions(
+    lowpass_cutoff_hz=60.0,
+    discrepancy=0.02,
+    discrepancy_s=0.008,
+    reflex_Nm=1.6,
+    reflex_after_s=0.02,
+    reflex_speed_m_per_s=0.5,
+    reflex_onset_s=0.045,
+    electromechanical_delay_s=0.004,
+    windows_s=(0.04, 0.08),
+)
+
+
+@dataclass(frozen=True)
+class StandingDesign:
+    """A planned experiment with a standing person.
+
+    Attributes
+    ----------
+    stiffness_Nm_per_rad, damping_Nms_per_rad : float
+        Expected K and B of both ankles together (N·m/rad, N·m·s/rad).
+    lever_m : float
+        Height above the ankle about which a pulse turns the shank (m).
+    sway_Nm, sway_s : float
+        Standard deviation (N·m) and time (s) of the torque of sway beyond B phi' + K phi.
+    noise_Nm : float
+        Noise of the torque after the low-pass (N·m).
+    pulse : Pulse
+        Commanded pulse (m/s).
+    number : int
+        Usable responses (-).
+    drive : Drive
+        The belt's drive (Hz, s, m/s²).
+    window_s : float
+        Fitted window (s).
+    type_b : float
+        Standard uncertainty of B and K from everything but sway, over their values (-).
+    options : FreeReflexOptions
+        Choices of the estimator (units in their names).
+    """
+
+    stiffness_Nm_per_rad: float = 400.0
+    damping_Nms_per_rad: float = 10.0
+    lever_m: float = 0.85
+    sway_Nm: float = 2.0
+    sway_s: float = 0.18
+    noise_Nm: float = 0.13
+    pulse: Pulse = field(default_factory=lambda: pulse_of("sine", 0.4, 0.1))
+    number: int = 40
+    drive: Drive = field(default_factory=Drive)
+    window_s: float = 0.08
+    type_b: float = 0.075
+    options: FreeReflexOptions = OPTIONS
+
+    def __post_init__(self):
+        """Refuse what no experiment can be.
+
+        Raises
+        ------
+        InputError
+            If a number is not positive, or the window is longer than the epochs.
+        """
+        positive = ("stiffness_Nm_per_rad", "damping_Nms_per_rad", "lever_m", "sway_Nm", "sway_s", "noise_Nm")
+        for name in (*positive, "number"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise InputError(
+                    f"standing: expected a positive {name}, found {getattr(self, name):g}: correct it"
+                )
+        if not 0.03 <= self.window_s <= AFTER_S or not 0.0 <= self.type_b < 1.0:
+            raise InputError(
+                f"standing: expected a window of 0.03 to {AFTER_S:g} s and a share of Type B from 0 to 1, "
+                f"found {self.window_s:g} s and {self.type_b:g}: correct one of the two"
+            )
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """I, which is not estimated (NaN), B and K, shape (3,) (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+        return np.array([np.nan, self.damping_Nms_per_rad, self.stiffness_Nm_per_rad])
+
+
+@dataclass(frozen=True)
+class BeltPulse:
+    """Motion of the belt, as the figure of a plan shows it.
+
+    Attributes
+    ----------
+    pulse_velocity : ndarray
+        Velocity every millisecond (m/s).
+    """
+
+    pulse_velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class StandingPlan:
+    """What a design will show of B and K.
+
+    Attributes
+    ----------
+    design : StandingDesign
+        The experiment.
+    motion : BeltPulse
+        What the drive makes of its pulse (m/s).
+    """
+
+    design: StandingDesign
+    motion: BeltPulse
+
+    @cached_property
+    def response(self) -> np.ndarray:
+        """Torque (N·m), angle (rad) and rate (rad/s) of the epoch, baseline-corrected, shape (n, 3)."""
+        design, time = self.design, epoch_time()
+        moved = self.motion.pulse_velocity
+        onset = int(np.argmax(np.abs(moved) > ONSET_SHARE * self.peak_m_per_s))
+        velocity = np.concatenate([np.zeros(400), moved, np.zeros(600)])
+        fine = STEP_S * (np.arange(velocity.size) - 400 - onset)
+        rate = -velocity / design.lever_m
+        angle = np.cumsum(rate) * STEP_S
+        torque = design.damping_Nms_per_rad * rate + design.stiffness_Nm_per_rad * angle
+        cutoff = design.options.lowpass_cutoff_hz
+        filtered = butterworth_lowpass(np.column_stack([torque, angle, rate]), 1.0 / STEP_S, cutoff, 4)
+        found = np.column_stack([np.interp(time, fine, column) for column in filtered.T])
+        return found - found[baseline_of(time)].mean(axis=0)
+
+    @property
+    def peak_m_per_s(self) -> float:
+        """Largest speed of the belt (m/s)."""
+        return float(np.abs(self.motion.pulse_velocity).max())
+
+    def type_a_with(self, number: int) -> np.ndarray:
+        """Type A of I (NaN), B, K, shape (3,) (their units), after a number of responses (-)."""
+        time, design = epoch_time(), self.design
+        inside = (time >= -FILTER_WIDTH_S - 1e-9) & (time <= design.window_s + 1e-9)
+        response, options = self.response[inside], design.options
+        of_sway = sway_covariance(design)[np.ix_(inside, inside)]
+        size = options.discrepancy * np.abs(response[:, 0]).max()
+        smooth = squared_exponential(time[inside], options.discrepancy_s) + 1e-6 * np.eye(inside.sum())
+        free = integrated_wiener(time[inside], options.reflex_onset_s)
+        free *= options.reflex_Nm**2 / (options.reflex_after_s**3 / 3.0)
+        speed = self.peak_m_per_s / options.reflex_speed_m_per_s
+        inverse = np.linalg.inv(of_sway / number + size**2 * smooth + speed**2 * free)
+        x = response[:, [2, 1]]
+        gain = np.linalg.solve(x.T @ inverse @ x, x.T @ inverse)
+        return np.concatenate([[np.nan], np.sqrt(np.diag(gain @ of_sway @ gain.T) / number)])
+
+    @property
+    def type_a(self) -> np.ndarray:
+        """Type A of I (NaN), B, K, shape (3,) (their units)."""
+        return self.type_a_with(self.design.number)
+
+    @property
+    def type_b(self) -> np.ndarray:
+        """Type B of I (NaN), B, K, shape (3,) (their units)."""
+        return self.design.type_b * self.design.parameters
+
+    def with_number(self, number: int) -> np.ndarray:
+        """Combined standard uncertainty of I (NaN), B, K, shape (3,), after a number of responses (-)."""
+        return np.hypot(self.type_a_with(number), self.type_b)
+
+    def number_for(self, relative: float, quantity: str) -> int | None:
+        """Responses after which the 95 % interval of B or K is within +- ``relative`` of it (-), or None."""
+        k = ("I", "B", "K").index(quantity)
+        wanted = relative * self.design.parameters[k] / COVERAGE
+
+        def enough(n: int) -> bool:
+            return bool(self.with_number(n)[k] <= wanted)
+
+        if not enough(MOST_RESPONSES):
+            return None
+        low, high = 0, 1
+        while not enough(high):
+            low, high = high, 2 * high
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if enough(middle) else (middle, high)
+        return high
+
+    def rows(self) -> list[dict]:
+        """One row for B and for K, with the columns of the plan of a dummy (units in them)."""
+        found, combined = [], self.with_number(self.design.number)
+        for k, name in ((1, "B"), (2, "K")):
+            value = float(self.design.parameters[k])
+            found.append(
+                {
+                    "quantity": name,
+                    "unit": UNITS[name],
+                    "value": value,
+                    "n_perturbations": self.design.number,
+                    "predicted_u": float(self.type_a[k]),
+                    "u_type_b": float(self.type_b[k]),
+                    "u_combined": float(combined[k]),
+                    "cramer_rao": None,
+                    "bias": 0.0,
+                    "half_width_percent": 100.0 * COVERAGE * float(combined[k]) / value,
+                    "n_for_5_percent": self.number_for(0.05, name),
+                    "n_for_10_percent": self.number_for(0.10, name),
+                    "n_for_20_percent": self.number_for(0.20, name),
+                }
+            )
+        return found
+
+
+def plan_standing(design: StandingDesign) -> StandingPlan:
+    """Plan an experiment with a standing person (units in `StandingPlan`)."""
+    return StandingPlan(design, BeltPulse(design.drive.follow(design.pulse.velocity_m_per_s)))
+
+
+def epoch_time() -> np.ndarray:
+    """Time of an epoch from the onset, shape (n,) (s)."""
+    return np.arange(-round(BEFORE_S * RATE_HZ), round(AFTER_S * RATE_HZ) + 1) / RATE_HZ
+
+
+def baseline_of(time: np.ndarray) -> np.ndarray:
+    """Samples of the baseline, shape (n,) (-): the first tenth of a second of the epoch (s)."""
+    return time <= time[0] + BASELINE_S
+
+
+def sway_covariance(design: StandingDesign) -> np.ndarray:
+    """S for a whole epoch, relative to its baseline, shape (n, n), in squared units of the torque (N·m)."""
+    time = epoch_time()
+    covariance = _stationary(design, time.size)
+    mean = np.where(baseline_of(time), 1.0 / baseline_of(time).sum(), 0.0)
+    relative = np.eye(time.size) - mean
+    return relative @ covariance @ relative.T
+
+
+def _stationary(design: StandingDesign, samples: int) -> np.ndarray:
+    """Covariance of sway and noise at regular samples (squared N·m)."""
+    lag = np.abs(np.subtract.outer(np.arange(samples), np.arange(samples))) / RATE_HZ / design.sway_s
+    smooth = design.sway_Nm**2 * (1.0 + lag) * np.exp(-lag)
+    margin = 40  # beyond which a filter does not see the ends
+    wide = np.eye(samples + 2 * margin)
+    passed = butterworth_lowpass(wide, RATE_HZ, design.options.lowpass_cutoff_hz, 4)[margin:-margin]
+    noise = passed @ passed.T
+    return smooth + design.noise_Nm**2 * noise / noise.diagonal().mean()
+
+
+def draw_standing_estimates(plan: StandingPlan, rng: np.random.Generator, draws: int) -> np.ndarray:
+    """B and K of simulated experiments by the estimator itself, to check a plan.
+
+    Parameters
+    ----------
+    plan : StandingPlan
+        The experiment (units there).
+    rng : numpy.random.Generator
+        Draws sway and noise.
+    draws : int
+        Number of experiments (-).
+
+    Returns
+    -------
+    ndarray, shape (draws, 2)
+        B (N·m·s/rad) and K (N·m/rad).
+    """
+    time, design = epoch_time(), plan.design
+    quiet_time = np.arange(round(QUIET_S * RATE_HZ) + 1) / RATE_HZ
+    roots = [
+        np.linalg.cholesky(_stationary(design, n) + 1e-9 * np.eye(n)) for n in (time.size, quiet_time.size)
+    ]
+    found = np.empty((draws, 2))
+    for k in range(draws):
+        sway, quiet = (
+            rng.standard_normal((count, len(root))) @ root.T
+            for count, root in zip((design.number, 40), roots, strict=True)
+        )
+        perturbed = np.repeat(plan.response[None], design.number, axis=0)
+        perturbed[:, :, 0] += sway - sway[:, baseline_of(time)].mean(axis=1, keepdims=True)
+        still = np.zeros((*quiet.shape, 3))
+        still[:, :, 0] = quiet
+        epochs = BroadbandEpochs(
+            time=time,
+            perturbed=perturbed,
+            quiet_time=quiet_time,
+            quiet=still,
+            slopes={},
+            draws=np.zeros((0, time.size)),
+            peak_m_per_s=plan.peak_m_per_s,
+            carried_kg=80.0,
+            calibrated_kg=None,
+            centre=None,
+            centre_used=False,
+            apparent=None,
+            skin_m=0.0,
+        )
+        fit = fit_free_reflex([epochs], design.window_s, design.options, [], 2, rng)
+        found[k] = fit.parameters[0]
+    return found

@@ -1,0 +1,85 @@
+"""Plans for people: a standing person's ankles against draws of the estimator, strides of a walking one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tepsipe.cli import main
+from tepsipe.errors import InputError
+from tepsipe.experiments.planning.pulses import pulse_of
+from tepsipe.experiments.planning.standing_plan import (
+    OPTIONS,
+    StandingDesign,
+    draw_standing_estimates,
+    plan_standing,
+)
+from tepsipe.experiments.walking.needed import NeededRow
+from tepsipe.io.csv_table import write_rows
+
+
+def test_choices_of_the_estimator_are_those_of_the_study(shipped_config):
+    chosen = shipped_config["standing"]["free_reflex"]
+    assert vars(OPTIONS) == {**chosen, "windows_s": tuple(chosen["windows_s"])}
+
+
+def test_draws_of_sway_scatter_as_predicted():
+    plan = plan_standing(StandingDesign(number=12))
+    drawn = draw_standing_estimates(plan, np.random.default_rng(4), 30)
+    # 30 draws determine a standard deviation to 13 %
+    assert drawn.std(axis=0, ddof=1) == pytest.approx(plan.type_a[1:], rel=0.4)
+    truth = plan.design.parameters[1:]
+    assert (np.abs(drawn.mean(axis=0) - truth) < 0.02 * truth + plan.type_a[1:]).all()
+
+
+def test_uncertainty_follows_sway_size_and_number():
+    base = StandingDesign(noise_Nm=1e-3, options=replace(OPTIONS, discrepancy=1e-4, reflex_Nm=1e-3))
+    plan = plan_standing(base)
+    twice = plan_standing(replace(base, sway_Nm=2.0 * base.sway_Nm))
+    assert twice.type_a[1:] == pytest.approx(2.0 * plan.type_a[1:], rel=0.05)
+    larger = plan_standing(
+        replace(base, pulse=pulse_of("sine", 0.8, 0.1), drive=replace(base.drive, acceleration_m_per_s2=1e3))
+    )
+    unlimited = plan_standing(replace(base, drive=replace(base.drive, acceleration_m_per_s2=1e3)))
+    assert larger.type_a[1:] == pytest.approx(0.5 * unlimited.type_a[1:], rel=0.05)
+    assert plan.type_a_with(160)[1:] == pytest.approx(0.5 * plan.type_a_with(40)[1:], rel=0.05)
+
+
+def test_number_is_the_smallest_that_is_enough():
+    plan = plan_standing(StandingDesign(type_b=0.02))
+    number = plan.number_for(0.06, "K")
+    wanted = 0.06 * 400.0 / 1.959964
+    assert plan.with_number(number)[2] <= wanted < plan.with_number(number - 1)[2]
+    assert plan_standing(StandingDesign(type_b=0.06)).number_for(0.1, "K") is None
+    with pytest.raises(InputError, match="a positive sway_s, found 0"):
+        StandingDesign(sway_s=0.0)
+
+
+def test_commands_for_people(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["plan", "--standing", "--number", "20"]) in (0, None)
+    assert "20 responses of both ankles" in capsys.readouterr().out
+    assert (tmp_path / "plan.csv").read_text().splitlines()[1].startswith("standing-sine,B,")
+    counts = {20.0: 180.0, 40.0: 24.0, 60.0: 13.0, 80.0: 10.0}
+    rows = [
+        NeededRow("slow", p, kind, 5.0, 0.01, 100.0, 50.0, n, 1, 1.0)
+        for kind in ("state", "mean")
+        for p, n in counts.items()
+    ]
+    write_rows(tmp_path / "needed.csv", NeededRow, rows)
+    main(["plan", "--walking", "needed.csv", "--degrees", "3.0", "--strides", "150"])
+    said = capsys.readouterr().out
+    cells = [line.split() for line in said.splitlines()[3:]]
+    assert [int(row[3]) for row in cells] == [115, 15, 10, 10]
+    assert int(cells[0][2]) == 45  # a quarter of the strides at twice the amplitude
+
+
+def test_what_cannot_be_planned_for_people(tmp_path, capsys):
+    for words, said in (
+        (["--standing", "--optimise"], "expected no --optimise with --standing"),
+        (["--walking", str(tmp_path / "none.csv")], "none.csv"),
+    ):
+        with pytest.raises(SystemExit) as caught:
+            raise SystemExit(main(["plan", *words]))
+        assert caught.value.code == 2
+        assert said in capsys.readouterr().err
