@@ -98,7 +98,7 @@ def test_findings_follow_the_numbers(tables):
     sets, elements, models = tables
     said = " ".join(joints_data(sets, elements, models, SETTINGS)["findings"])
     assert "24 unknowns, need 3 independent perturbations" in said
-    assert "The 2 other sets have no values" in said and "The belt alone: no values" in said
+    assert "The 2 other sets have no values" in said and "The belt alone gives no values" in said
     assert "with 150 ms, no set identifies them" in said
     none = sets.assign(identified=False, k_rms_percent=np.nan, quoted_percent=0.0)
     said = " ".join(joints_data(none, elements, models, SETTINGS)["findings"])

@@ -136,7 +136,7 @@ def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figu
                 axis.semilogy(levels, middle, color=colour, marker=mark, markersize=2.6, label=words(name))
             axis.set_ylim(3e-2, 1e4)
             if column == 0:
-                axis.set_ylabel(f"RMS error of ${quantity}$ (%)")
+                axis.set_ylabel(f"RMS error\nof ${quantity}$ (%)")
     _usable_from(axes[2, 1], rows, truth)
     for axis in axes[2]:
         axis.set_xlabel("SNR (dB)")

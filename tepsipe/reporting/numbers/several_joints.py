@@ -110,7 +110,9 @@ def _of_belt(sets: pd.DataFrame) -> list[str]:
     if not len(belt):
         return []
     said = _typeset(belt.iloc[0].statement)
-    return [f"The belt alone: {said[0].lower()}{said[1:]}"]
+    if said.startswith("No values: "):
+        return ["The belt alone gives no values: " + said.removeprefix("No values: ")]
+    return [f"The belt alone is enough. {said}"]
 
 
 def _of_models(models: pd.DataFrame, window: float) -> list[str]:
