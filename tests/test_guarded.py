@@ -129,6 +129,12 @@ def test_child_that_ends_by_itself_is_refused():
     )  # as the system does when it is full
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_child_that_somebody_ends_is_no_fault_of_the_file(number):
+    with pytest.raises(KeyboardInterrupt, match=number.name):
+        guarded(lambda: os.kill(os.getpid(), number), what=FILE)
+
+
 def test_loop_is_stopped():
     start = time.process_time()
     assert "within 0.2 s" in refused(loop, longest_s=0.2)

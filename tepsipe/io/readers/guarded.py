@@ -38,6 +38,8 @@ ADVICE = "it is damaged, export or copy it again"
 # an array that is larger than this is sent as it is, not as a part of the pickle
 LARGE_BYTES = 4096
 PIPE_BYTES = 1 << 20
+# signals that come from a person, a scheduler or a terminal, never from a file
+ENDED_BY_SOMEBODY = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 class _State:
@@ -100,6 +102,8 @@ def guarded(
     ------
     InputError
         If the function crashes, or takes more time or memory than allowed. Its own errors pass through.
+    KeyboardInterrupt
+        If somebody ends the child (SIGINT, SIGTERM, SIGHUP): that is no fault of the file.
     """
     if not FORKS or _State.inside:
         return function(*arguments)
@@ -118,7 +122,10 @@ def guarded(
         with contextlib.suppress(ChildProcessError):  # where SIGCHLD is ignored, nobody waits for children
             status = os.waitpid(child, 0)[1]
     if parts is None:
-        raise _refusal(what, _end(status), limits)
+        end = _end(status)
+        if end in ENDED_BY_SOMEBODY:
+            raise KeyboardInterrupt(f"{what}: {end} ended the process that read it")
+        raise _refusal(what, end, limits)
     return _result(parts, what, limits)
 
 
