@@ -33,8 +33,9 @@ COLUMNS = (
 # which a sheet needs only if one of its experiments does
 OPERATING_COLUMNS = ("operating_angle_rad", "operating_torque_Nm")
 OPTIONAL_COLUMNS = (
-    *("role", "emg", "events", "task", *NAME_COLUMNS, "participant", "belt", "mass_kg"),
+    *("role", "emg", "task", *NAME_COLUMNS, "participant", "belt", "mass_kg"),
     *OPERATING_COLUMNS,
+    "events",
 )
 ROLES = ("calibrate", "validate")
 EMPTY = "-"

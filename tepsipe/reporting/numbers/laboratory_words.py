@@ -78,6 +78,7 @@ DRAWN = {
     "standing.person.thigh_mass": "mass of a thigh, relative to the body's",
     "standing.person.foot_com_m": "centre of mass of the feet, forwards of the ankle",
     "standing.person.foot_stiffness_Nm_per_rad": "stiffness of heel pads and arches",
+    "standing.person.forefoot_share": "rotation of the forefoot, relative to the hindfoot's",
     "standing.person.marked_share": "part of the torque in the leg with markers",
     "standing.person.marked_rotation": "rotation of the leg with markers, relative to the mean",
     "standing.person.short_range_rad": "end of the short range",
