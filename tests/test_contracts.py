@@ -21,6 +21,7 @@ SHARED = {
     "joint_choices.py",
     "model_choices.py",
     "plan_choices.py",
+    "typeset.py",
     "walking_choices.py",
     "recording_choices.py",
     "standing_choices.py",

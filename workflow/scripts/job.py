@@ -19,8 +19,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-for library in ("OMP", "OPENBLAS", "MKL"):
-    os.environ[f"{library}_NUM_THREADS"] = "1"
+from workflow.support.forks import use_one_thread
+
+use_one_thread()
 
 from tepsipe.errors import InputError
 from workflow.support.warm import hand_over

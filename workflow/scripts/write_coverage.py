@@ -5,12 +5,10 @@ import job
 job.start(snakemake)
 
 import json
-import shutil
-import tempfile
 from pathlib import Path
 
 import pandas as pd
-import typst
+from typeset import typeset
 
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.figures.style import save_figure
@@ -43,19 +41,11 @@ Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )
 
-# Typst reads below one root only
-with tempfile.TemporaryDirectory() as folder:
-    root = Path(folder)
-    for name in ("coverage.typ", "style.typ"):
-        shutil.copyfile(Path(snakemake.params.source_folder) / name, root / name)
-    shutil.copyfile(snakemake.output.shares, root / "coverage.svg")
-    shutil.copyfile(snakemake.output.intervals, root / "intervals.svg")
-    shutil.copyfile(snakemake.output.data, root / "report.json")
-    typst.compile(
-        str(root / "coverage.typ"),
-        output=snakemake.output.pdf,
-        root=str(root),
-        ignore_system_fonts=True,
-        timestamp=0,
-        pdf_standards="a-2b",
-    )
+folder = Path(snakemake.params.source_folder)
+files = {name: folder / name for name in ("coverage.typ", "style.typ")}
+files |= {
+    "coverage.svg": snakemake.output.shares,
+    "intervals.svg": snakemake.output.intervals,
+    "report.json": snakemake.output.data,
+}
+typeset(files, "coverage.typ", snakemake.output.pdf)

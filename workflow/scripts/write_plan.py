@@ -5,12 +5,10 @@ import job
 job.start(snakemake)
 
 import json
-import shutil
-import tempfile
 from pathlib import Path
 
 import pandas as pd
-import typst
+from typeset import typeset
 
 from tepsipe.reporting.figures.planning import plot_filters, plot_needed, plot_pulses, plot_treadmill_filters
 from tepsipe.reporting.figures.several_joints import plot_several_joints
@@ -57,22 +55,14 @@ Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )
 
-# Typst reads below one root only
-with tempfile.TemporaryDirectory() as folder:
-    root = Path(folder)
-    for name in ("plan.typ", "several_joints.typ", "style.typ"):
-        shutil.copyfile(Path(snakemake.params.source_folder) / name, root / name)
-    shutil.copyfile(snakemake.output.needed, root / "needed.svg")
-    shutil.copyfile(snakemake.output.pulses, root / "pulses.svg")
-    shutil.copyfile(snakemake.output.filters, root / "filters.svg")
-    shutil.copyfile(snakemake.output.treadmill_filters, root / "treadmill_filters.svg")
-    shutil.copyfile(snakemake.output.joints, root / "several_joints.svg")
-    shutil.copyfile(snakemake.output.data, root / "report.json")
-    typst.compile(
-        str(root / "plan.typ"),
-        output=snakemake.output.pdf,
-        root=str(root),
-        ignore_system_fonts=True,
-        timestamp=0,
-        pdf_standards="a-2b",
-    )
+folder = Path(snakemake.params.source_folder)
+files = {name: folder / name for name in ("plan.typ", "several_joints.typ", "style.typ")}
+files |= {
+    "needed.svg": snakemake.output.needed,
+    "pulses.svg": snakemake.output.pulses,
+    "filters.svg": snakemake.output.filters,
+    "treadmill_filters.svg": snakemake.output.treadmill_filters,
+    "several_joints.svg": snakemake.output.joints,
+    "report.json": snakemake.output.data,
+}
+typeset(files, "plan.typ", snakemake.output.pdf)

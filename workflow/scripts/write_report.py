@@ -5,13 +5,11 @@ import job
 job.start(snakemake)
 
 import json
-import shutil
-import tempfile
 from operator import methodcaller
 from pathlib import Path
 
 import pandas as pd
-import typst
+from typeset import typeset
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.experiments.thesis_dummy.tables import read_cells
@@ -203,22 +201,8 @@ Path(snakemake.output.data).write_text(
     encoding="utf-8",
 )
 
-# Typst reads below one root only: gather sources, figures and data there
-with tempfile.TemporaryDirectory() as folder:
-    root = Path(folder)
-    for source in map(Path, snakemake.input.source):
-        target = root / source.relative_to(snakemake.params.source_folder)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(source, target)
-    (root / "figures").mkdir()
-    for figure in snakemake.input.figures:
-        shutil.copy(figure, root / "figures")
-    shutil.copyfile(snakemake.output.data, root / "report.json")
-    typst.compile(
-        str(root / "report.typ"),
-        output=snakemake.output.pdf,
-        root=str(root),
-        ignore_system_fonts=True,
-        timestamp=0,
-        pdf_standards="a-2b",
-    )
+folder = snakemake.params.source_folder
+files = {str(Path(source).relative_to(folder)): source for source in snakemake.input.source}
+files |= {f"figures/{Path(figure).name}": figure for figure in snakemake.input.figures}
+files["report.json"] = snakemake.output.data
+typeset(files, "report.typ", snakemake.output.pdf)

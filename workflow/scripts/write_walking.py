@@ -5,12 +5,10 @@ import job
 job.start(snakemake)
 
 import json
-import shutil
-import tempfile
 from pathlib import Path
 
 import pandas as pd
-import typst
+from typeset import typeset
 
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.figures.walking import plot_walking
@@ -37,18 +35,7 @@ study = {
 data = walking_data(rows, needed, about, study, recovery)
 Path(snakemake.output.data).write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", "utf-8")
 
-# Typst reads below one root only
-with tempfile.TemporaryDirectory() as folder:
-    root = Path(folder)
-    for name in ("walking.typ", "style.typ"):
-        shutil.copyfile(Path(snakemake.params.source_folder) / name, root / name)
-    shutil.copyfile(snakemake.output.figure, root / "walking.svg")
-    shutil.copyfile(snakemake.output.data, root / "report.json")
-    typst.compile(
-        str(root / "walking.typ"),
-        output=snakemake.output.pdf,
-        root=str(root),
-        ignore_system_fonts=True,
-        timestamp=0,
-        pdf_standards="a-2b",
-    )
+folder = Path(snakemake.params.source_folder)
+files = {name: folder / name for name in ("walking.typ", "style.typ")}
+files |= {"walking.svg": snakemake.output.figure, "report.json": snakemake.output.data}
+typeset(files, "walking.typ", snakemake.output.pdf)

@@ -7,6 +7,7 @@ import atexit
 import ctypes
 import gc
 import importlib
+import os
 import pkgutil
 import runpy
 import sys
@@ -32,6 +33,15 @@ OF_SCIPY = ("fft", "interpolate", "io", "linalg", "ndimage", "optimize", "signal
 OF_FIGURES = ("matplotlib.figure", "matplotlib.backends.backend_svg", "matplotlib.backends.backend_agg")
 # of malloc.h
 M_TRIM_THRESHOLD, M_TOP_PAD, M_MMAP_THRESHOLD = -1, -2, -3
+
+
+def use_one_thread() -> None:
+    """One thread for arithmetic, which gives the same numbers on any number of cores.
+
+    To be called before anything imports numpy: the number of threads is fixed when numpy starts.
+    """
+    for library in ("OMP", "OPENBLAS", "MKL"):
+        os.environ[f"{library}_NUM_THREADS"] = "1"
 
 
 def warm_up(figures: bool = False) -> None:

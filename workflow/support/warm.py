@@ -259,15 +259,12 @@ def _run(call: dict, streams: list[int], connection: socket.socket) -> None:
 
 
 if __name__ == "__main__":
-    for library in ("OMP", "OPENBLAS", "MKL"):
-        os.environ[f"{library}_NUM_THREADS"] = "1"
     sys.path[0] = str(Path(__file__).parents[2])
-    from workflow.support.forks import warm_up
+    from workflow.support.forks import use_one_thread, warm_up
 
-    for package in (
-        "snakemake.logging",
-        "snakemake.script",
-    ):  # of the lines that Snakemake puts before a script
+    use_one_thread()
+    # of the lines that Snakemake puts before a script
+    for package in ("snakemake.logging", "snakemake.script"):
         importlib.import_module(package)
     warm_up(figures=True)
     with socket.socket(fileno=int(sys.argv[1])) as own:

@@ -118,28 +118,57 @@ class Plan:
 
     def rows(self) -> list[dict]:
         """One row per quantity, for a table (units in it)."""
-        found = []
-        for k, name in enumerate(PARAMETERS):
-            value = float(self.design.parameters[k])
-            half_width = COVERAGE * float(self.combined[k])
-            found.append(
-                {
-                    "quantity": name,
-                    "unit": UNITS[name],
-                    "value": value,
-                    "n_perturbations": self.design.protocol.number,
-                    "predicted_u": float(self.type_a[k]),
-                    "u_type_b": float(self.type_b[k]),
-                    "u_combined": float(self.combined[k]),
-                    "cramer_rao": None if self.bound is None else float(self.bound[k]),
-                    "bias": float(self.bias[k]),
-                    "half_width_percent": 100.0 * half_width / value if value else None,
-                    "n_for_5_percent": self.number_for(0.05, name),
-                    "n_for_10_percent": self.number_for(0.10, name),
-                    "n_for_20_percent": self.number_for(0.20, name),
-                }
+        number = self.design.protocol.number
+        return [
+            quantity_row(
+                self,
+                name,
+                number,
+                cramer_rao=None if self.bound is None else float(self.bound[k]),
+                bias=float(self.bias[k]),
             )
-        return found
+            for k, name in enumerate(PARAMETERS)
+        ]
+
+
+def quantity_row(
+    plan, quantity: str, number: int, cramer_rao: float | None = None, bias: float = 0.0
+) -> dict[str, float | str | None]:
+    """Row of a table for I, B or K of a plan of any experiment.
+
+    Parameters
+    ----------
+    plan : Plan or StandingPlan
+        The plan (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    quantity : {"I", "B", "K"}
+        Of the row.
+    number : int
+        Planned perturbations (-).
+    cramer_rao, bias : float, optional
+        Bound of Type A, if there is one, and bias (unit of the quantity).
+
+    Returns
+    -------
+    dict
+        Columns (unit of the quantity, in ``unit``).
+    """
+    k = PARAMETERS.index(quantity)
+    value, combined = float(plan.design.parameters[k]), float(plan.combined[k])
+    return {
+        "quantity": quantity,
+        "unit": UNITS[quantity],
+        "value": value,
+        "n_perturbations": number,
+        "predicted_u": float(plan.type_a[k]),
+        "u_type_b": float(plan.type_b[k]),
+        "u_combined": combined,
+        "cramer_rao": cramer_rao,
+        "bias": bias,
+        "half_width_percent": 100.0 * (COVERAGE * combined) / value if value else None,
+        "n_for_5_percent": plan.number_for(0.05, quantity),
+        "n_for_10_percent": plan.number_for(0.10, quantity),
+        "n_for_20_percent": plan.number_for(0.20, quantity),
+    }
 
 
 def plan_experiment(design: Design) -> Plan:

@@ -23,13 +23,14 @@ from functools import cached_property
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.planning.plan import COVERAGE, UNITS
+from tepsipe.experiments.planning.plan import COVERAGE, quantity_row
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
 from tepsipe.experiments.standing.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex import (
-    FILTER_WIDTH_S,
+    QUANTITIES,
     FreeReflexOptions,
     fit_free_reflex,
+    inside_window,
 )
 from tepsipe.identification.generalised_least_squares import integrated_wiener, squared_exponential
 from tepsipe.signals.filters import butterworth_lowpass
@@ -173,7 +174,7 @@ class StandingPlan:
     def type_a_with(self, number: int) -> np.ndarray:
         """Type A of I (NaN), B, K, shape (3,) (their units), after a number of responses (-)."""
         time, design = epoch_time(), self.design
-        inside = (time >= -FILTER_WIDTH_S - 1e-9) & (time <= design.window_s + 1e-9)
+        inside = inside_window(time, design.window_s)
         response, options = self.response[inside], design.options
         of_sway = sway_covariance(design)[np.ix_(inside, inside)]
         size = options.discrepancy * np.abs(response[:, 0]).max()
@@ -218,29 +219,14 @@ class StandingPlan:
             low, high = (low, middle) if enough(middle) else (middle, high)
         return high
 
+    @property
+    def combined(self) -> np.ndarray:
+        """Combined standard uncertainty of I (NaN), B, K, shape (3,) (their units)."""
+        return self.with_number(self.design.number)
+
     def rows(self) -> list[dict]:
         """One row for B and for K, with the columns of the plan of a dummy (units in them)."""
-        found, combined = [], self.with_number(self.design.number)
-        for k, name in ((1, "B"), (2, "K")):
-            value = float(self.design.parameters[k])
-            found.append(
-                {
-                    "quantity": name,
-                    "unit": UNITS[name],
-                    "value": value,
-                    "n_perturbations": self.design.number,
-                    "predicted_u": float(self.type_a[k]),
-                    "u_type_b": float(self.type_b[k]),
-                    "u_combined": float(combined[k]),
-                    "cramer_rao": None,
-                    "bias": 0.0,
-                    "half_width_percent": 100.0 * COVERAGE * float(combined[k]) / value,
-                    "n_for_5_percent": self.number_for(0.05, name),
-                    "n_for_10_percent": self.number_for(0.10, name),
-                    "n_for_20_percent": self.number_for(0.20, name),
-                }
-            )
-        return found
+        return [quantity_row(self, name, self.design.number) for name in QUANTITIES]
 
 
 def plan_standing(design: StandingDesign) -> StandingPlan:

@@ -85,6 +85,8 @@ class FreeReflexFit:
         B (N·m·s/rad) and K (N·m/rad); further rows from resampled responses.
     budget : Budget
         Uncertainty of B and K.
+    errors : FitErrors
+        What its sources do to B and K with their signs (their units), for differences from other fits.
     window_s, reflex_onset_s : float
         Window and t_r (s).
     windows : ndarray, shape (w, 3)
@@ -97,6 +99,7 @@ class FreeReflexFit:
 
     parameters: np.ndarray
     budget: Budget
+    errors: FitErrors
     window_s: float
     reflex_onset_s: float
     windows: np.ndarray
@@ -149,11 +152,10 @@ def fit_free_reflex(
             "shorten it in standing.estimators"
         )
     onset = options.reflex_onset_s if reflex_onset_s is None else reflex_onset_s
-    fit, records = fitted_records(trials, window_s, onset, options)
+    fit, records, errors = fit_with_errors(trials, window_s, onset, options, sources)
     inside = inside_window(time, window_s)
     resampled = _resampled(trials, records, inside, draws, rng)
     by_source = {source.name: source.standard_uncertainty for source in sources}
-    errors = errors_of(trials, window_s, onset, options, sources)
     contributions = dict(errors.contributions)
     tried, contributions[WINDOW] = _windows(trials, errors, options, sources, onset)
     if DISCREPANCY in by_source:
@@ -168,6 +170,7 @@ def fit_free_reflex(
     return FreeReflexFit(
         parameters=np.vstack([fit.parameters, resampled]),
         budget=budget,
+        errors=errors,
         window_s=window_s,
         reflex_onset_s=onset,
         windows=tried,
@@ -197,20 +200,15 @@ def _sway_moments(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarr
     return np.moveaxis((flat.T @ flat / len(sway)).reshape(3, n, 3, n), 2, 1)
 
 
-def fitted_records(
+def _fitted(
     trials: list[BroadbandEpochs],
-    window_s: float,
+    inside: np.ndarray,
+    moments: np.ndarray,
     onset_s: float,
     options: FreeReflexOptions,
-    moments: np.ndarray | None = None,
 ) -> tuple[GeneralisedFit, list[Record]]:
-    """Best B and K (N·m·s/rad, N·m/rad) in a window (s) for an onset of the reflex (s), and the records.
-
-    ``moments`` are those of sway in this window, shape (3, 3, n, n), where they are known.
-    """
-    inside = inside_window(trials[0].time, window_s)
+    """Best B and K in a window, with the moments of sway in it, for an onset of reflexes, and the records."""
     time = trials[0].time[inside]
-    moments = _sway_moments(trials, inside) if moments is None else moments
     means = [trial.perturbed[:, inside].mean(axis=0) for trial in trials]
     smooth = squared_exponential(time, options.discrepancy_s)
     unit = options.reflex_Nm**2 / (options.reflex_after_s**3 / 3.0)
@@ -240,27 +238,26 @@ def _size(torque: np.ndarray, options: FreeReflexOptions) -> float:
     return options.discrepancy * float(np.abs(torque).max())
 
 
-def errors_of(
+def fit_with_errors(
     trials: list[BroadbandEpochs],
     window_s: float,
     onset_s: float,
     options: FreeReflexOptions,
     sources: list[Source],
-) -> FitErrors:
-    """What each source does to B and K (N·m·s/rad, N·m/rad) in a window (s), for an onset of reflexes (s)."""
+) -> tuple[GeneralisedFit, list[Record], FitErrors]:
+    """Best B and K (N·m·s/rad, N·m/rad) in a window (s) for an onset of reflexes (s), records, and errors."""
     inside = inside_window(trials[0].time, window_s)
     moments = _sway_moments(trials, inside)
-    fit, records = fitted_records(trials, window_s, onset_s, options, moments)
+    fit, records = _fitted(trials, inside, moments, onset_s, options)
     errors = fit_errors(trials, fit, records, inside, sources, options.discrepancy_s)
     for source in sources:
         if source.name == REFLEX_ONSET:
             u = source.standard_uncertainty
             later, earlier = (
-                fitted_records(trials, window_s, onset_s + step, options, moments)[0].parameters
-                for step in (u, -u)
+                _fitted(trials, inside, moments, onset_s + step, options)[0].parameters for step in (u, -u)
             )
             errors.contributions[REFLEX_ONSET] = 0.5 * (later - earlier)[None]
-    return errors
+    return fit, records, errors
 
 
 def _windows(
@@ -277,7 +274,7 @@ def _windows(
     """
     low, high = options.windows_s
     lengths = np.linspace(low, high, max(2, round((high - low) / 0.01) + 1)).tolist()
-    found = [errors_of(trials, w, onset_s, options, sources) for w in lengths]
+    found = [fit_with_errors(trials, w, onset_s, options, sources)[2] for w in lengths]
     apart = np.array([errors.parameters for errors in found]) - own.parameters
     shared = sum(source.standard_uncertainty for source in sources if source.name == DISCREPANCY)
     expected = sum(errors.minus(own).variance(shared) for errors in found)

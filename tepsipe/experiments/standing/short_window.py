@@ -14,7 +14,6 @@ from tepsipe.experiments.standing.free_reflex import (
     DISCREPANCY,
     FreeReflexFit,
     FreeReflexOptions,
-    errors_of,
     inside_window,
 )
 from tepsipe.identification.generalised_least_squares import Record, generalised_least_squares
@@ -62,8 +61,7 @@ def difference_from_window(
     ]
     short = generalised_least_squares(records)
     by_source = {source.name: source.standard_uncertainty for source in sources}
-    best = errors_of(trials, fit.window_s, fit.reflex_onset_s, options, sources)
-    apart = fit_errors(trials, short, records, inside, sources, options.discrepancy_s).minus(best)
+    apart = fit_errors(trials, short, records, inside, sources, options.discrepancy_s).minus(fit.errors)
     contributions = dict(apart.contributions)
     contributions[OWN_DISCREPANCY] = options.discrepancy * apart.discrepancy.reshape(-1, 2)
     if DISCREPANCY in by_source:

@@ -23,7 +23,7 @@ from snakemake_interface_executor_plugins.executors.base import SubmittedJobInfo
 from snakemake_interface_executor_plugins.executors.real import RealExecutor
 from snakemake_interface_executor_plugins.settings import CommonSettings
 
-from workflow.support.forks import FAILED, run_script, warm_up
+from workflow.support.forks import FAILED, run_script, use_one_thread, warm_up
 
 common_settings = CommonSettings(
     non_local_exec=False,
@@ -41,8 +41,7 @@ class Executor(RealExecutor):
     """Runs one job at a time, and returns when it has ended."""
 
     def __post_init__(self):
-        for library in ("OMP", "OPENBLAS", "MKL"):
-            os.environ[f"{library}_NUM_THREADS"] = "1"
+        use_one_thread()
         sys.path.insert(0, str(SCRIPTS))
         warm_up()
         # a fork reads what this run has written, and a fork that crashes ends nothing else
