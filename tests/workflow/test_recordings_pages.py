@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from tepsipe.cli import _parser
-from workflow.support.check import check_against_schema
+from workflow.settings.config import check_config
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.start import merged_settings
 
@@ -59,7 +59,7 @@ def test_settings_of_an_example_are_accepted(page, tmp_path):
         return
     (tmp_path / "measured.yaml").write_text(body + "\n")
     config = merged_settings([ROOT / "config/config.yaml", tmp_path / "measured.yaml"])
-    check_against_schema(config, ROOT / "workflow/schemas/config.schema.yaml", page.name)
+    check_config(config, page.name)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
@@ -71,7 +71,7 @@ def test_every_block_of_settings_is_accepted(page):
         content = yaml.safe_load(textwrap.dedent(block[1]))
         config = copy.deepcopy(shipped)
         override(config, content)
-        check_against_schema(config, ROOT / "workflow/schemas/config.schema.yaml", page.name)
+        check_config(config, page.name)
 
 
 def override(config, changes):

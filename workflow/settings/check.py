@@ -2,13 +2,12 @@
 
 import difflib
 import math
-from typing import Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
 from tepsipe.errors import InputError, quoted
-from workflow.settings.section import Section, Unfit
-from workflow.settings.structure import all_keys, described, kind_at, section_of, unit_at, unwrapped
+from workflow.settings.section import Section, UnfitError
+from workflow.settings.structure import all_keys, described, kind_at, names_of, section_of, unit_at
 from workflow.support.names import check_text
 from workflow.support.renames import PATHWAYS, VALUES, answer_for_key, moved_from, renamed
 
@@ -66,13 +65,13 @@ def _sentence(fault: dict, model: type[Section], content: dict) -> str:
     if isinstance(error, InputError):
         return str(error)
     where, found = ".".join(map(str, path)), f"found {quoted(fault['input'])}"
-    if isinstance(error, Unfit):
+    if isinstance(error, UnfitError):
         return error.sentence(where, fault["input"])
     if fault["loc"][-1] == "[key]" and kind == "string_type":
         return f"expected a text as key for {where!r}, {found}: put it into quotes"
     allowed = kind_at(model, path)
     if kind == "literal_error":
-        names = [value for value in _names(allowed) if value is not None]
+        names = names_of(allowed)
         hint = renamed(VALUES, fault["input"], names) or "correct it"
         return f"expected one of {', '.join(map(repr, names))} for {where!r}, {found}: {hint}"
     if kind in LIMITS:
@@ -89,18 +88,14 @@ def _path(loc: tuple, content) -> tuple:
     """The part of pydantic's place that exists in the content: without marks such as ``[key]``."""
     path = []
     for step in loc:
-        if isinstance(content, dict) and step in content:
-            content = content[step]
-        elif isinstance(content, list) and isinstance(step, int) and step < len(content):
+        if (isinstance(content, dict) and step in content) or (
+            isinstance(content, list) and isinstance(step, int) and step < len(content)
+        ):
             content = content[step]
         else:
             break
         path.append(step)
     return tuple(path)
-
-
-def _names(kind) -> list:
-    return [value for part in unwrapped(kind) if get_origin(part) is Literal for value in get_args(part)]
 
 
 def _unknown_key(path: tuple, model: type[Section]) -> str:

@@ -9,7 +9,7 @@ from workflow.settings.plate_treadmill import PlateTreadmill
 from workflow.settings.platform import Platform
 from workflow.settings.plausible import Plausible
 from workflow.settings.position_manipulator import PositionManipulator
-from workflow.settings.section import Section, Unfit, refuse_unknown, setting
+from workflow.settings.section import Section, UnfitError, refuse_unknown, setting
 from workflow.settings.standing import Standing
 from workflow.settings.study import Coverage, Pathvars, Study
 from workflow.settings.uncertainty import Uncertainty
@@ -48,8 +48,8 @@ def check_config(config: dict, name: str) -> None:
     for check in (_cutoffs, _specification, _models_of_pathways, _plan):
         try:
             check(settings)
-        except (Unfit, InputError) as fault:
-            text = fault.sentence() if isinstance(fault, Unfit) else fault
+        except (UnfitError, InputError) as fault:
+            text = fault.sentence() if isinstance(fault, UnfitError) else fault
             raise InputError(f"{name}: {text}") from None
 
 
@@ -71,10 +71,10 @@ def _cutoffs(config: dict) -> None:
     for section, cutoff_key, rate_key, cutoff in filters:
         half = 0.5 * config[section]["ingest"]["resample_rate_hz"]
         if cutoff >= half:
-            raise Unfit(f"below half of {rate_key} ({half:g} Hz)", "lower it", cutoff_key, f"{cutoff:g}")
+            raise UnfitError(f"below half of {rate_key} ({half:g} Hz)", "lower it", cutoff_key, f"{cutoff:g}")
     if first in others:
         expected, found = "beside plate_treadmill.lowpass_cutoff_hz", f"{first:g} Hz for both"
-        raise Unfit(expected, "take it out", "weight.analysis.other_cutoffs_hz", found)
+        raise UnfitError(expected, "take it out", "weight.analysis.other_cutoffs_hz", found)
 
 
 def _specification(config: dict) -> None:
@@ -87,7 +87,7 @@ def _specification(config: dict) -> None:
             plate_key(config, "dummy", key) for key in ("lowpass_cutoff_hz", "resample_rate_hz")
         )
         expected = f"below half of {rate_key} ({half:g} Hz) and not {cutoff_key} ({cutoff:g} Hz)"
-        raise Unfit(expected, key="dummy.specification.other_cutoff_hz", found=f"{tried:g}")
+        raise UnfitError(expected, key="dummy.specification.other_cutoff_hz", found=f"{tried:g}")
 
 
 def _models_of_pathways(config: dict) -> None:
@@ -110,18 +110,20 @@ def _plan(config: dict) -> None:
     if config["study"]["virtual_lab"] is None or config["coverage"] is not None:
         found = "study.virtual_lab null" if config["study"]["virtual_lab"] is None else "coverage, too"
         raise InputError(
-            f"expected a plan study of simulated trials, whose truth is known, found {found}: correct it, or set "
-            "plan to null"
+            f"expected a plan study of simulated trials, whose truth is known, found {found}: correct it, "
+            "or set plan to null"
         )
     pathway = config["dummy"]["foot"]["pathways"].get("foot-compensated")
     if pathway is None or pathway["treadmill_model"] not in config["weight"]["models"]["family"]:
         raise InputError(
-            "expected weight.models.family to fit the treadmill_model of dummy.foot.pathways.foot-compensated for "
-            "a plan study, found none: add it"
+            "expected weight.models.family to fit the treadmill_model of "
+            "dummy.foot.pathways.foot-compensated for a plan study, found none: add it"
         )
-    engine, bodies = config["dummy"]["simulation"]["engine"], {"pybullet", "mujoco"} & set(installed_engines())
+    engine = config["dummy"]["simulation"]["engine"]
+    bodies = {"pybullet", "mujoco"} & set(installed_engines())
     if not (engine in bodies or (engine not in ("pybullet", "mujoco") and bodies)):
+        found = ", ".join(sorted(bodies)) or "none"
         raise InputError(
-            f"expected PyBullet or MuJoCo for plan.several_joints, found {', '.join(sorted(bodies)) or 'none'} and "
-            f"dummy.simulation.engine {engine}: install it, or set the engine to auto"
+            f"expected PyBullet or MuJoCo for plan.several_joints, found {found} and dummy.simulation.engine "
+            f"{engine}: install it, or set the engine to auto"
         )

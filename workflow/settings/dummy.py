@@ -1,6 +1,6 @@
 """Settings of the ankle dummy on the treadmill (thesis sections 2-1-2 and 3-1-2), and of its simulations."""
 
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import model_validator
 
@@ -19,24 +19,25 @@ from workflow.settings.quantities import (
     named,
     number,
 )
-from workflow.settings.section import Section, Unfit, one_of, refuse_unknown, setting
+from workflow.settings.section import Section, UnfitError, one_of, refuse_unknown, setting
 
 ESTIMATOR_TEXTS = {
-    "windowed-least-squares-thesis": "windowed (per-perturbation) least squares, torque at rest not subtracted",
+    "windowed-least-squares-thesis": "windowed (per-perturbation) least squares, torque at rest not "
+    "subtracted",
     "windowed-least-squares": "the same with the torque at rest subtracted",
-    "windowed-least-squares-own-zero": "the same with a free constant torque in every window, because the zero "
-    "of a force plate drifts and friction leaves a force behind",
-    "output-error": "angle simulated over the whole trial from the motion of `foot.belt_fixed_labels` and the "
-    "logged belt velocity ([decision 40](../docs/decisions/0040-output-error.md)); its intervals require "
-    "perturbations further apart than 2 J / B, the time for which the leg rings; requires `torque: leg`, which is "
-    "used for its VAF; not for `as_printed` or `recommended`",
-    "joint-likelihood": "maximum likelihood of leg markers, foot markers and logged belt velocity over the whole "
-    "trial, of a joint that may soften with bending; *I*, *B*, *K* are those of the linear joint nearest to it in "
-    "the windows, `I_small`, `B_small`, `K_small` those of small movements "
-    "([decision 49](../docs/decisions/0049-joint-likelihood.md)); requires `torque: leg`, which is used for its "
-    "VAF; not for `as_printed` or `recommended`",
-    "joint-likelihood-linear": "the same for a linear joint: efficient, but its intervals do not hold the truth "
-    "if the joint softens",
+    "windowed-least-squares-own-zero": "the same with a free constant torque in every window, because the "
+    "zero of a force plate drifts and friction leaves a force behind",
+    "output-error": "angle simulated over the whole trial from the motion of `foot.belt_fixed_labels` and "
+    "the logged belt velocity ([decision 40](../docs/decisions/0040-output-error.md)); its intervals "
+    "require perturbations further apart than 2 J / B, the time for which the leg rings; requires "
+    "`torque: leg`, which is used for its VAF; not for `as_printed` or `recommended`",
+    "joint-likelihood": "maximum likelihood of leg markers, foot markers and logged belt velocity over "
+    "the whole trial, of a joint that may soften with bending; *I*, *B*, *K* are those of the linear "
+    "joint nearest to it in the windows, `I_small`, `B_small`, `K_small` those of small movements "
+    "([decision 49](../docs/decisions/0049-joint-likelihood.md)); requires `torque: leg`, which is used "
+    "for its VAF; not for `as_printed` or `recommended`",
+    "joint-likelihood-linear": "the same for a linear joint: efficient, but its intervals do not hold the "
+    "truth if the joint softens",
 }
 
 
@@ -78,8 +79,8 @@ class Checks(Section):
     """Checks of every trial."""
 
     joint_inertia_Nms2_per_rad: Inertia | None = setting(
-        "inertia of the joint beyond that of the leg, with which I is compared ([checks](../docs/checks.md)); "
-        "null if it is not known"
+        "inertia of the joint beyond that of the leg, with which I is compared "
+        "([checks](../docs/checks.md)); null if it is not known"
     )
     joint_inertia_uncertainty_Nms2_per_rad: Inertia = setting("its standard uncertainty")
 
@@ -89,8 +90,8 @@ class LegPathway(Section):
 
     torque: one_of(
         {
+            "leg": "free body of the leg with consistent signs",
             "leg-thesis": "thesis eq (3-8) as printed, angle towards +y",
-            "leg": "the same free body with consistent signs",
         }
     ) = setting("torque of the joint")
     marker_instants: one_of(
@@ -108,9 +109,9 @@ class FootPathway(Section):
 
     torque: one_of(
         {
-            "foot-thesis": "from F_y and the acceleration of the leg, thesis eq (3-7) and section 3-1-3; without "
-            "the moment of the vertical force",
             "foot": "balance of moments about the ankle, M_x − y_A F_z + l_f F_y − m_f y_A'' l_f / 2",
+            "foot-thesis": "from F_y and the acceleration of the leg, thesis eq (3-7) and section 3-1-3; "
+            "without the moment of the vertical force",
         }
     ) = setting("torque of the joint")
     treadmill_model: str | None = setting(
@@ -135,8 +136,8 @@ class Foot(Section):
 
     ankle_label: str = setting("marker on the ankle", thesis="Figure 2-6")
     belt_fixed_labels: different(str) = setting(
-        "belt-fixed markers: their mean determines the delay of the markers relative to the logged belt velocity, "
-        "and is the motion of the foot for output error and joint likelihood"
+        "belt-fixed markers: their mean determines the delay of the markers relative to the logged belt "
+        "velocity, and is the motion of the foot for output error and joint likelihood"
     )
     pathways: named(FootPathway) = setting("name: a pathway of the foot", thesis="3-1-2, 3-1-3")
 
@@ -181,8 +182,8 @@ class ThesisDummy(Section):
     """Inverse problem: the dummy that returns the printed tables."""
 
     searched_s: Time = setting(
-        "[inverse problem](../docs/decisions/0046-dummy-of-the-thesis.md): perturbations that begin later are "
-        "left out of the search for the constants"
+        "[inverse problem](../docs/decisions/0046-dummy-of-the-thesis.md): perturbations that begin later "
+        "are left out of the search for the constants"
     )
     draws: int = setting("trials with other noise that are averaged, for each condition", least=2)
 
@@ -201,7 +202,8 @@ class Dummy(Section):
     specification: Specification
     thesis_dummy: ThesisDummy
     as_printed: str = setting(
-        "one of `pathways`: used in Tables 4-2 and 4-3, in the claims, and for the simulated TEP-SIPE parameters"
+        "one of `pathways`: used in Tables 4-2 and 4-3, in the claims, and for the simulated TEP-SIPE "
+        "parameters"
     )
     recommended: str = setting(
         "one of `pathways`: the recommended windowed fit, which is compared with the joint likelihood "
@@ -209,8 +211,8 @@ class Dummy(Section):
     )
     quoted: str = setting(
         "one of `pathways`, whose *I*, *B*, *K* are to be quoted: `recommended` is `true` in "
-        "`tables/estimates.csv`; if its model does not fit the trial ([checks](../docs/checks.md)) and those of "
-        "`recommended` pass, these"
+        "`tables/estimates.csv`; if its model does not fit the trial ([checks](../docs/checks.md)) and "
+        "those of `recommended` pass, these"
     )
     example_condition: str = setting(
         "condition of the example figures; the last of the sheet if the study does not contain it",
@@ -225,7 +227,7 @@ class Dummy(Section):
         twice = sorted({label for label in labels if labels.count(label) > 1})
         if twice:
             expected, found = "to place every marker once", f"{quoted(twice[0])} twice"
-            raise Unfit(expected, "correct one of the two", "geometry.leg_markers", found)
+            raise UnfitError(expected, "correct one of the two", "geometry.leg_markers", found)
         known = self.files.marker_labels
         for key, named_labels in (
             ("geometry.leg_markers", labels),
@@ -233,14 +235,16 @@ class Dummy(Section):
         ):
             for label in sorted(set(named_labels) - set(known)):
                 expected = "to name markers of dummy.files.marker_labels"
-                raise Unfit(expected, "correct one of the two", key, quoted(label))
+                raise UnfitError(expected, "correct one of the two", key, quoted(label))
         return self
 
     @model_validator(mode="after")
     def _estimators(self) -> Any:
         windowed = [key for key, estimator in ESTIMATORS.items() if estimator.windowed]
         for name, pathway in self.pathways.items():
-            refuse_unknown(f"pathways.{name}.estimator", pathway.estimator, "the estimators", list(ESTIMATORS))
+            refuse_unknown(
+                f"pathways.{name}.estimator", pathway.estimator, "the estimators", list(ESTIMATORS)
+            )
         for name, pathway in self.foot.pathways.items():
             refuse_unknown(f"foot.pathways.{name}.estimator", pathway.estimator, "the estimators", windowed)
         for name, pathway in self.pathways.items():
@@ -249,14 +253,14 @@ class Dummy(Section):
             if pathway.torque != "leg":
                 raise InputError(
                     f"expected the torque leg in dummy.pathways.{name}, because the estimator "
-                    f"{pathway.estimator} uses a torque for its VAF only, found {quoted(pathway.torque)}: correct "
-                    "one of the two"
+                    f"{pathway.estimator} uses a torque for its VAF only, found {quoted(pathway.torque)}: "
+                    "correct one of the two"
                 )
             for key in ("as_printed", "recommended"):
                 if getattr(self, key) == name:
-                    raise Unfit(
-                        "to name a pathway with windowed least squares, because tables and figures show every "
-                        "perturbation",
+                    raise UnfitError(
+                        "to name a pathway with windowed least squares, because tables and figures show "
+                        "every perturbation",
                         "name another",
                         key,
                         quoted(name),
@@ -306,5 +310,5 @@ class Noise(Section):
     def _table_among_all(self) -> Any:
         if self.table_snr_db not in self.snr_db:
             expected = f"to be one of noise.snr_db ({self.snr_db})"
-            raise Unfit(expected, "correct one of the two", "table_snr_db", f"{self.table_snr_db}")
+            raise UnfitError(expected, "correct one of the two", "table_snr_db", f"{self.table_snr_db}")
         return self

@@ -24,7 +24,7 @@ from workflow.settings.quantities import (
     number,
     some,
 )
-from workflow.settings.section import Section, Unfit, optional, partial, refuse_unknown, setting, whole
+from workflow.settings.section import Section, UnfitError, optional, partial, refuse_unknown, setting, whole
 
 NAME = "^[a-z0-9][a-z0-9.-]*$"
 Rest = number(least=1, most=3600)  # s
@@ -141,7 +141,7 @@ class ChainPerturbation(Section):
     def _one_kind(self) -> Any:
         force, given = {"force_N", "segment", "height_m"}, self.model_fields_set - {"duration_s"}
         if given not in ({"displacement_m"}, force):
-            raise Unfit(
+            raise UnfitError(
                 "to have displacement_m (the belt moves), or force_N, segment and height_m (a force)",
                 found=", ".join(sorted(given)) or "none of them",
             )
@@ -165,8 +165,8 @@ class DeterminedLimits(Section):
     """What counts as determined."""
 
     stiffness_percent: Positive = setting(
-        "half width of a 95 % interval of *K*<sub>ij</sub> in per cent of √(*K*<sub>ii</sub> *K*<sub>jj</sub>), and "
-        "standard error of every direction of the unknowns"
+        "half width of a 95 % interval of *K*<sub>ij</sub> in per cent of √(*K*<sub>ii</sub> "
+        "*K*<sub>jj</sub>), and standard error of every direction of the unknowns"
     )
     damping_percent: Positive = setting("the same of *B*")
 
@@ -193,7 +193,7 @@ class SeveralJoints(Section):
         of_windows = 20.0 * (protocol.before_s + max([protocol.after_s, *self.windows_s]) + 0.02)
         least = max(epoch_s * (protocol.epochs * len(self.perturbations) + 1), of_windows)
         if protocol.unperturbed_s < least:
-            raise Unfit(
+            raise UnfitError(
                 f"of at least {math.ceil(least)} s for {protocol.epochs} epochs of {len(self.perturbations)} "
                 "perturbations",
                 "lengthen it, or take fewer epochs",

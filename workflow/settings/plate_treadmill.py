@@ -43,8 +43,12 @@ class PlacedMarker(Section):
     """Marker on a segment."""
 
     label: str = setting("name of the marker")
-    anterior_offset_m: Offset = setting("anterior offset from the axis of the segment, of the foot from the ankle")
-    longitudinal_offset_m: Offset = setting("offset along the axis from the lower joint, of the foot above the ankle")
+    anterior_offset_m: Offset = setting(
+        "anterior offset from the axis of the segment, of the foot from the ankle"
+    )
+    longitudinal_offset_m: Offset = setting(
+        "offset along the axis from the lower joint, of the foot above the ankle"
+    )
 
 
 PlacedMarkers = some(PlacedMarker, least=2)
@@ -77,7 +81,8 @@ class PlateNumbers(Section):
     """Force plates under each belt."""
 
     left: Plates = setting(
-        "numbers of the force plates under the left belt, from 1; loads of several are added. A belt may have none"
+        "numbers of the force plates under the left belt, from 1; loads of several are added. A belt may "
+        "have none"
     )
     right: Plates = setting("the same of the right belt")
 
@@ -95,8 +100,8 @@ class LoadCells(Section):
     """Load cells of each belt."""
 
     left: list[LoadCell] = setting(
-        "load cells of the left belt that are not among the force plates of the file; their forces and moments "
-        "are added to those of the plates"
+        "load cells of the left belt that are not among the force plates of the file; their forces and "
+        "moments are added to those of the plates"
     )
     right: list[LoadCell] = setting("the same of the right belt")
 
@@ -124,7 +129,9 @@ class Recording(Section):
     axes: Axes
     plates: PlateNumbers
     load_cells: LoadCells
-    force_sign: Sign = setting("−1 if the plates give the force on the plate instead of the reaction on the body")
+    force_sign: Sign = setting(
+        "−1 if the plates give the force on the plate instead of the reaction on the body"
+    )
     reverse_origin: bool = setting(
         "true if `ORIGIN` of the plates points from the surface to the plate's origin although its z is not "
         "positive, as some software stores the plates of treadmills with a z of 0"
@@ -167,8 +174,8 @@ class Exceptions(Section):
     """What differs for one experiment."""
 
     dummy: PlateException = optional(
-        "keys of `plate_treadmill` with other values, for example `{belt: left}`; refused in a study with the "
-        "weight, except `recording`, of which an exception replaces the named keys"
+        "keys of `plate_treadmill` with other values, for example `{belt: left}`; refused in a study with "
+        "the weight, except `recording`, of which an exception replaces the named keys"
     )
     standing: PlateException = optional("the same for `standing`")
     weight: RecordingException = optional("`recording` with other values")

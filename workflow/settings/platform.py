@@ -53,7 +53,8 @@ class PlatformAnalysis(Section):
     """Closed-loop identification of ankle and hip."""
 
     band_hz: band(Frequency) = setting(
-        "lowest and highest frequency that is fitted: where the platform moves and the torque is measured well"
+        "lowest and highest frequency that is fitted: where the platform moves and the torque is measured "
+        "well"
     )
     averaged_bins: int = setting(
         "raw frequencies per band; the record must hold 8 bands, and so must its held-out part", least=4
@@ -73,18 +74,19 @@ class PlatformAnalysis(Section):
     )
     delay_step_s: ReflexDelay = setting("step of these delays")
     strength: number(above=1) = setting(
-        "least power of a combination of parameters in the bands over that of noise alone; weaker ones are not "
-        "determined"
+        "least power of a combination of parameters in the bands over that of noise alone; weaker ones "
+        "are not determined"
     )
     largest_share: Positive = setting(
-        "largest standard error of a quoted quantity, times the angle that the platform drives, over the torque "
-        "that it drives"
+        "largest standard error of a quoted quantity, times the angle that the platform drives, over the "
+        "torque that it drives"
     )
     mode_below_hz: Frequency = setting(
         "below this frequency motion is slow; its direction is that of `K_mode`"
     )
     rejected_below: Fraction = setting(
-        "a model is rejected if the torque that it leaves is coherent with the platform with a smaller probability"
+        "a model is rejected if the torque that it leaves is coherent with the platform with a smaller "
+        "probability"
     )
     training_fraction: InnerFraction = setting(
         "first part of the trial, fitted for the held-out validation; estimates are of the whole trial"

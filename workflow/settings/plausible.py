@@ -25,15 +25,15 @@ class Plausible(Section):
     angle_rad: band(Limit) = setting("angle of a joint in a manipulator")
     torque_Nm: band(Limit) = setting("torque of a joint in a manipulator")
     torque_per_angle_Nm_per_rad: band() = setting(
-        "standard deviation of this torque over that of the angle. The torque must also do positive work on the "
-        "joint, otherwise one of the two has the wrong sign"
+        "standard deviation of this torque over that of the angle. The torque must also do positive work "
+        "on the joint, otherwise one of the two has the wrong sign"
     )
     emg_uV: band(Limit) = setting("raw electromyogram")
     frozen_s: Time = setting(
-        "longest stretch of identical samples of a marker, or of the force plate under the foot, weight or "
-        "person. In real recordings 0.04 s were found. Quantised channels, whose usual step is about their "
-        "smallest, are exempt. In a trial of a standing person frozen stretches count as hidden, so that their "
-        "perturbations are omitted"
+        "longest stretch of identical samples of a marker, or of the force plate under the foot, weight "
+        "or person. In real recordings 0.04 s were found. Quantised channels, whose usual step is about "
+        "their smallest, are exempt. In a trial of a standing person frozen stretches count as hidden, so "
+        "that their perturbations are omitted"
     )
     belt_fixed_correlation: Fraction = setting(
         "lowest correlation of the velocities of a belt-fixed marker and of the belt"

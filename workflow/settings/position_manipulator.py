@@ -22,7 +22,7 @@ from workflow.settings.quantities import (
     number,
     some,
 )
-from workflow.settings.section import Section, Unfit, setting
+from workflow.settings.section import Section, UnfitError, setting
 
 
 class Joint(Section):
@@ -40,12 +40,12 @@ class Columns(Section):
     angle: str = setting("column: joint angle (in `angle_unit`)")
     torque: str = setting("column: joint torque (N·m)")
     schedule: str | None = setting(
-        "column: a scheduled quantity that the trial passes through several times, for example the phase of gait, "
-        "a target torque or position (any unit); null if there is none"
+        "column: a scheduled quantity that the trial passes through several times, for example the phase "
+        "of gait, a target torque or position (any unit); null if there is none"
     )
     trigger: str | None = setting(
-        "column that rises through the middle of its range where each realisation of a repeated movement begins; "
-        "null if there is none"
+        "column that rises through the middle of its range where each realisation of a repeated movement "
+        "begins; null if there is none"
     )
 
 
@@ -75,14 +75,15 @@ class ParallelCascade(Section):
 
     intrinsic_lag_s: number(above=0, most=1) = setting("longest lag, and lead, of the intrinsic response")
     stop_radii_rad: different(number(above=0, most=3.2), least=0) = setting(
-        "radii of the stop elements (short-range stiffness), of which those within the recorded movement are used; "
-        "`[]` for none"
+        "radii of the stop elements (short-range stiffness), of which those within the recorded movement "
+        "are used; `[]` for none"
     )
     relaxation_times_s: different(Time, least=0) = setting(
         "time constants of elements whose torque relaxes; `[]` for none"
     )
     reflex_poles_per_s: different(Positive, least=0) = setting(
-        "poles of the Laguerre functions of the reflex response that are tried; `[]` for knots only", unit="rad/s"
+        "poles of the Laguerre functions of the reflex response that are tried; `[]` for knots only",
+        unit="rad/s",
     )
     reflex_order: int = setting("their number", least=1, most=10)
     reflex_length_s: Time = setting(
@@ -125,12 +126,14 @@ class ParallelCascade(Section):
         if not shortest <= self.expected_delay_s <= longest:
             expected = f"within reflex_delays_s, from short to long ([{shortest}, {longest}])"
             found = f"{self.expected_delay_s}"
-            raise Unfit(expected, "correct one of the two", "expected_delay_s", found)
+            raise UnfitError(expected, "correct one of the two", "expected_delay_s", found)
         if not self.profiled_delays_s[0] <= self.profiled_delays_s[1]:
-            raise Unfit("from short to long", "turn it round", "profiled_delays_s", f"{self.profiled_delays_s}")
+            raise UnfitError(
+                "from short to long", "turn it round", "profiled_delays_s", f"{self.profiled_delays_s}"
+            )
         if self.reflex_length_s < 2.0 * self.reflex_knot_s:
             expected = f"of at most half of reflex_length_s ({self.reflex_length_s:g} s)"
-            raise Unfit(expected, "correct one of the two", "reflex_knot_s", f"{self.reflex_knot_s:g} s")
+            raise UnfitError(expected, "correct one of the two", "reflex_knot_s", f"{self.reflex_knot_s:g} s")
         return self
 
 
@@ -168,8 +171,8 @@ class TimeVarying(Section):
     segment_step_s: Time = setting("distance of the segments")
     bins: int = setting("number of equal bins of a schedule", least=2)
     piece_s: Time = setting(
-        "longest piece of the record within a bin that has a level and a trend of its own; pieces shorter than a "
-        "quarter of it are left out"
+        "longest piece of the record within a bin that has a level and a trend of its own; pieces shorter "
+        "than a quarter of it are left out"
     )
     bootstrap_draws: int = setting("bootstrap samples", least=100)
 

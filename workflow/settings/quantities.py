@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from workflow.settings.section import Unfit, number, whole
+from workflow.settings.section import UnfitError, number, whole
 
 Mass = number(above=0, most=500)  # kg
 Length = number(above=0, most=3)  # m
@@ -42,13 +42,13 @@ Distribution = Literal["normal", "rectangular", "triangular"]
 
 def _ordered(values: list[float]) -> list[float]:
     if not values[0] < values[1]:
-        raise Unfit("from low to high", "turn it round")
+        raise UnfitError("from low to high", "turn it round")
     return values
 
 
 def _different(values: list) -> list:
     if len({repr(value) for value in values}) < len(values):
-        raise Unfit("to have different items", "remove the second one")
+        raise UnfitError("to have different items", "remove the second one")
     return values
 
 

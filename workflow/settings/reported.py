@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator
 
 from workflow.settings.quantities import NotNegative, Positive, number, some
-from workflow.settings.section import Section, Unfit, optional, setting
+from workflow.settings.section import Section, UnfitError, optional, setting
 
 TableName = Literal["table_4_1", "table_4_2", "table_4_3", "table_4_4"]
 Row = dict[str, float]
@@ -79,7 +79,7 @@ class Cell(Section):
 def _tolerance(value: Any) -> Any:
     number_found = isinstance(value, int | float) and not isinstance(value, bool) and value >= 0
     if not number_found and value not in ("below", "above"):
-        raise Unfit("to be a number of at least 0, or one of 'below', 'above'")
+        raise UnfitError("to be a number of at least 0, or one of 'below', 'above'")
     return value
 
 

@@ -91,7 +91,7 @@ def _documentation(field: FieldInfo) -> FieldInfo:
     return Field(description=field.description, json_schema_extra=field.json_schema_extra)
 
 
-class Unfit(ValueError):
+class UnfitError(ValueError):
     """A value that does not fit others of its section, or its own kind.
 
     Attributes
@@ -122,4 +122,4 @@ def refuse_unknown(key: str, found: str | None, section: str, known: Collection[
     close = difflib.get_close_matches(str(found), known, n=1)
     hint = f"did you mean {close[0]!r}?" if close else "correct one of the two"
     advice = renamed(PATHWAYS, found, known) or renamed(VALUES, found, known) or hint
-    raise Unfit(f"to name one of {section} ({', '.join(map(str, known))})", advice, key, quoted(found))
+    raise UnfitError(f"to name one of {section} ({', '.join(map(str, known))})", advice, key, quoted(found))

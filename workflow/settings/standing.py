@@ -12,7 +12,6 @@ from workflow.settings.quantities import (
     Frequency,
     Gravity,
     InnerFraction,
-    Length,
     Mass,
     Pause,
     Positive,
@@ -26,7 +25,16 @@ from workflow.settings.quantities import (
     named,
     number,
 )
-from workflow.settings.section import Section, Unfit, one_of, optional, partial, refuse_unknown, setting, whole
+from workflow.settings.section import (
+    Section,
+    UnfitError,
+    one_of,
+    optional,
+    partial,
+    refuse_unknown,
+    setting,
+    whole,
+)
 
 Latency = number(above=0, most=1)  # s
 NAME = "^[a-z0-9.-]+$"
@@ -39,8 +47,8 @@ class StandingFiles(Section):
         "markers in the C3D file, in the order of sequential sampling", thesis="Figure 2-13"
     )
     emg_trigger: str | None = setting(
-        "label of the trigger in the file of electromyograms; null if the trigger started their recorder, whose "
-        "first sample is then time 0"
+        "label of the trigger in the file of electromyograms; null if the trigger started their recorder, "
+        "whose first sample is then time 0"
     )
     emg_trigger_threshold: float = setting(
         "value above which it is high, for example 0.5 for a line of 0 and 1", unit="unit of that channel"
@@ -65,8 +73,8 @@ class Person(Section):
         thesis="Figure 2-13",
     )
     shank_markers: PlacedMarkers = setting(
-        "markers of the shank: `anterior_offset_m` from the axis from ankle to knee, `longitudinal_offset_m` from "
-        "the ankle",
+        "markers of the shank: `anterior_offset_m` from the axis from ankle to knee, "
+        "`longitudinal_offset_m` from the ankle",
         thesis="Figure 2-13",
     )
     thigh_markers: PlacedMarkers = setting(
@@ -78,18 +86,18 @@ class Lengthening(Section):
     """Rotations that lengthen a muscle."""
 
     ankle: float = optional(
-        "lengthening per angle of the ankle, which increases as the shank tips forward; with one joint only the "
-        "sign matters"
+        "lengthening per angle of the ankle, which increases as the shank tips forward; with one joint "
+        "only the sign matters"
     )
     knee: float = optional(
-        "lengthening per angle of the knee, which increases as the knee extends. The trunk has no marker, so the "
-        "hip is not available"
+        "lengthening per angle of the knee, which increases as the knee extends. The trunk has no marker, "
+        "so the hip is not available"
     )
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Any:
         if not self.model_fields_set:
-            raise Unfit("to have at least 1 entry")
+            raise UnfitError("to have at least 1 entry")
         return self
 
 
@@ -98,8 +106,8 @@ class Muscle(Section):
 
     channel: str = setting("label in the file of electromyograms; a muscle without channel is omitted")
     ankle_action: whole(-1, 0, 1) = setting(
-        "1 if it resists tipping forward (calf), −1 if it resists tipping backward (shin), 0 if it does not act at "
-        "the ankle. Muscles with an action drive the torque of `emg`"
+        "1 if it resists tipping forward (calf), −1 if it resists tipping backward (shin), 0 if it does "
+        "not act at the ankle. Muscles with an action drive the torque of `emg`"
     )
     lengthened_by: Lengthening
 
@@ -123,7 +131,8 @@ class StandingAnalysis(Section):
     """Epochs around the perturbations."""
 
     stretch_cutoff_hz: Frequency = setting(
-        "cutoff for the angles that determine which muscles are lengthened first; order as in `plate_treadmill`"
+        "cutoff for the angles that determine which muscles are lengthened first; order as in "
+        "`plate_treadmill`"
     )
     window: Window
     quiet_after_s: Pause = setting("time after a perturbation that does not count as unperturbed")
@@ -143,14 +152,16 @@ class StandingAnalysis(Section):
         if max(self.tried_windows_s) > self.after_s:
             expected = f"of at most standing.analysis.after_s ({self.after_s:g} s)"
             found = f"{max(self.tried_windows_s):g} s"
-            raise Unfit(expected, "correct one of the two", "tried_windows_s", found)
+            raise UnfitError(expected, "correct one of the two", "tried_windows_s", found)
         return self
 
 
 def _ordered(key: str, values: list[float], least: float, most: float) -> None:
     low, high = values
     if not least <= low < high <= most:
-        raise Unfit(f"from low to high between {least:g} and {most:g}", key=key, found=f"[{low}, {high}]")
+        raise UnfitError(
+            f"from low to high between {least:g} and {most:g}", key=key, found=f"[{low}, {high}]"
+        )
 
 
 class Stance(Section):
@@ -175,16 +186,16 @@ class TorquePathway(Section):
         {
             "ankle-thesis": "thesis eq (3-14) as printed",
             "ankle": "balance of moments of the feet about the ankles, derived consistently",
-            "single-joint": "the body above the ankles as one inverted pendulum, from markers only; included to "
-            "show that this model fails",
+            "single-joint": "the body above the ankles as one inverted pendulum, from markers only; "
+            "included to show that this model fails",
         }
     ) = setting("torque of both ankles")
     treadmill_model: str | None = setting(
         "belt-induced load",
         values={
             "null": "F_y and M_x as measured",
-            "a model of `weight.models.family`": "the predicted load is subtracted from both; requires trials of "
-            "`weight` and `empty` in the study. `single-joint` does not use the plate",
+            "a model of `weight.models.family`": "the predicted load is subtracted from both; requires "
+            "trials of `weight` and `empty` in the study. `single-joint` does not use the plate",
         },
     )
 
@@ -193,8 +204,8 @@ class StandingEstimator(Section):
     """From responses to parameters."""
 
     window_s: Time = setting(
-        "length of the window from the onset; the fit starts 0.03 s before the onset, because of the zero-lag "
-        "filter; at most `analysis.after_s`"
+        "length of the window from the onset; the fit starts 0.03 s before the onset, because of the "
+        "zero-lag filter; at most `analysis.after_s`"
     )
     inertia: bool = setting(
         "true if I is estimated in addition to B and K. The torque contains no inertia, so false is correct"
@@ -202,13 +213,13 @@ class StandingEstimator(Section):
     active: one_of(
         {
             "none": "no active torque: valid only in a pre-reflex window",
-            "velocity": "delayed velocity, rectified in each direction, and delayed angle and velocity for balance, "
-            "with a twitch response",
+            "velocity": "delayed velocity, rectified in each direction, and delayed angle and velocity "
+            "for balance, with a twitch response",
             "emg": "rectified electromyograms of the ankle muscles, with a twitch response, each with a "
             "non-negative gain",
-            "free": "reflex torque of any smooth shape from its earliest instant on, by generalised least squares "
-            "([decision 52](../docs/decisions/0052-free-reflex.md)); for `recommended.pathway` only, whose torque "
-            "must be `ankle`; `window_s` at most 0.2; no `inertia`",
+            "free": "reflex torque of any smooth shape from its earliest instant on, by generalised least "
+            "squares ([decision 52](../docs/decisions/0052-free-reflex.md)); for `recommended.pathway` "
+            "only, whose torque must be `ankle`; `window_s` at most 0.2; no `inertia`",
         }
     ) = setting("active torque of the muscles")
 
@@ -238,7 +249,8 @@ class FreeReflex(Section):
     reflex_after_s: Latency = setting("this time")
     reflex_speed_m_per_s: Velocity = setting("this speed")
     reflex_onset_s: Latency = setting(
-        "earliest instant of the reflex torque for single trials, and where no latency of an ankle muscle is known"
+        "earliest instant of the reflex torque for single trials, and where no latency of an ankle muscle "
+        "is known"
     )
     electromechanical_delay_s: number(least=0, most=1) = setting(
         "from the first latency of an ankle muscle to that instant"
@@ -287,8 +299,8 @@ class Standing(Section):
     ingest: TreadmillIngest
     person: Person
     participants: dict[str, partial(Person)] = setting(
-        "name of a participant: keys of `person` with other values, for example `{P01: {shank_markers: [...]}}`; "
-        "see [Participants](#participants)"
+        "name of a participant: keys of `person` with other values, for example `{P01: {shank_markers: "
+        "[...]}}`; see [Participants](#participants)"
     )
     muscles: named(Muscle) = setting("name: a muscle", thesis="Figure 2-13")
     emg: Emg
@@ -323,7 +335,7 @@ class Standing(Section):
                     if marker.label not in self.files.marker_labels:
                         expected = "to name markers of standing.files.marker_labels"
                         found = quoted(marker.label)
-                        raise Unfit(expected, "correct one of the two", f"{key}.{segment}", found)
+                        raise UnfitError(expected, "correct one of the two", f"{key}.{segment}", found)
         return self
 
     @model_validator(mode="after")
@@ -331,7 +343,7 @@ class Standing(Section):
         longest = self.analysis.after_s
         for name, estimator in self.estimators.items():
             if estimator.window_s > longest:
-                raise Unfit(
+                raise UnfitError(
                     f"of at most standing.analysis.after_s ({longest:g} s)",
                     "correct one of the two",
                     f"estimators.{name}.window_s",

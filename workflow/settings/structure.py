@@ -47,6 +47,11 @@ def kind_at(kind: Any, path: tuple) -> Any:
     return kind
 
 
+def names_of(kind: Any) -> list:
+    """Values to choose from, if a type lists them."""
+    return [value for part in unwrapped(kind) if get_origin(part) is Literal for value in get_args(part)]
+
+
 def described(kind: Any) -> str:
     """Types of values that a type allows, in the words of JSON."""
     words = []

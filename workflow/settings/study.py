@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 
 from workflow.settings.quantities import fixed, number
-from workflow.settings.section import Section, Unfit, optional, setting
+from workflow.settings.section import Section, UnfitError, optional, setting
 
 
 class Study(Section):
@@ -50,14 +50,12 @@ class Pathvars(Section):
 
 def _other_than_shifted(name: str) -> str:
     if name == "shifted":
-        raise Unfit("to have another name than shifted", "rename it")
+        raise UnfitError("to have another name than shifted", "rename it")
     return name
 
 
 SetName = Annotated[str, Field(pattern="^[a-z][a-z0-9-]*$"), AfterValidator(_other_than_shifted)]
-LeftOut = Annotated[
-    str, Field(pattern=r"^(dummy|dummy\.foot|standing)\.(pathways|estimators)\.[^.]+$")
-]
+LeftOut = Annotated[str, Field(pattern=r"^(dummy|dummy\.foot|standing)\.(pathways|estimators)\.[^.]+$")]
 
 
 class LaboratorySet(Section):
@@ -88,6 +86,6 @@ class Coverage(Section):
         "pathways and estimators that laboratories do without, as paths of keys (`standing.estimators.long`)"
     )
     sets: Annotated[dict[SetName, LaboratorySet], Field(min_length=1)] = setting(
-        "name of a set: what it changes. Laboratories 1, 3, 5, ... belong to the first set, 2, 4, 6, ... to the "
-        "others in turn; with one set, all belong to it. `shifted` is no name of a set"
+        "name of a set: what it changes. Laboratories 1, 3, 5, ... belong to the first set, 2, 4, 6, ... "
+        "to the others in turn; with one set, all belong to it. `shifted` is no name of a set"
     )

@@ -8,18 +8,18 @@ class Source(Section):
     """A source of uncertainty; null switches it off."""
 
     standard_uncertainty: NotNegative = setting(
-        "standard deviation of what is believed, in the unit of the source's name; relative for names without unit"
+        "standard deviation of what is believed, in the unit of the source's name; relative for names "
+        "without unit"
     )
     distribution: Distribution = setting(
-        "a rectangular distribution has a half width √3 times as large, a triangular one √6 times; for readers of "
-        "the budget, because sources are propagated to first order, where only the standard uncertainty counts"
+        "a rectangular distribution has a half width √3 times as large, a triangular one √6 times; for "
+        "readers of the budget, because sources are propagated to first order, where only the standard "
+        "uncertainty counts"
     )
     freedom: Positive = optional(
         "degrees of freedom, if the standard uncertainty is itself an estimate from few values"
     )
-    source: str = setting(
-        "why it is believed: a measurement, a data sheet, a publication", min_length=1
-    )
+    source: str = setting("why it is believed: a measurement, a data sheet, a publication", min_length=1)
 
 
 class WristalyzerSources(Section):
@@ -76,7 +76,8 @@ class WeightSources(Section):
     force_scale: Source | None = setting("fore-aft force")
     marker_scale: Source | None = setting("lengths of the motion capture")
     belt_force_ratio: Source | None = setting(
-        "belt-induced force in phase with the acceleration, relative to the weight's own: it grows with the load"
+        "belt-induced force in phase with the acceleration, relative to the weight's own: it grows with "
+        "the load"
     )
 
 
@@ -85,23 +86,23 @@ class StandingSources(Section):
 
     joint_centre_anterior_m: Source | None = setting("centre of the ankle that quiet sway shows")
     joint_centre_height_m: Source | None = setting("the same")
-    palpated_centre_m: Source | None = setting(
-        "the same in both directions, where quiet sway shows none"
-    )
+    palpated_centre_m: Source | None = setting("the same in both directions, where quiet sway shows none")
     foot_mass: Source | None = setting("mass and moment of inertia of the feet")
     force_marker_delay_s: Source | None = setting(
         "delay of the forces after the markers, once these are aligned with the belt"
     )
     skin_m: Source | None = setting(
-        "motion of soft tissue at a pulse of 0.5 m/s, beyond what the markers of the shank show, which is corrected"
+        "motion of soft tissue at a pulse of 0.5 m/s, beyond what the markers of the shank show, which is "
+        "corrected"
     )
     tissue_hz: Source | None = setting(
-        "natural frequency of that tissue, taken as 12 Hz: its size in the trial and its correction follow from it"
+        "natural frequency of that tissue, taken as 12 Hz: its size in the trial and its correction "
+        "follow from it"
     )
     marked_rotation: Source | None = setting("rotation of the leg with markers over the mean of both")
     foot_rotation: Source | None = setting(
-        "rotation of the hindfoot over what the markers of the foot show if the forefoot rotates half as much; of "
-        "the rotation, which is small"
+        "rotation of the hindfoot over what the markers of the foot show if the forefoot rotates half as "
+        "much; of the rotation, which is small"
     )
     force_scale: Source | None = setting("fore-aft and vertical force")
     moment_scale: Source | None = setting("moment of the vertical force")

@@ -1,10 +1,7 @@
 """Constants of the virtual laboratory: the truth."""
 
-from typing import Any
-
 from workflow.settings.quantities import (
     Damping,
-
     Frequency,
     Gravity,
     Height,
@@ -33,11 +30,14 @@ Lag = number(least=0, most=10)  # s
 InertiaAboveZero = number(above=0, most=20)  # kg·m²
 
 
-# ---- the dummy ----------------------------------------------------------------------------------------------
+# ---- the dummy --------------------------------------------------------------------------------------------
 
 
 class Rubber(Section):
-    """the joint of the dummy, the same on the treadmill and in the Wristalyzer ([decision 46](../docs/decisions/0046-dummy-of-the-thesis.md))"""
+    """Joint of the dummy, the same on the treadmill and in the Wristalyzer.
+
+    [Decision 46](../docs/decisions/0046-dummy-of-the-thesis.md).
+    """
 
     stiffness_Nm_per_rad: Stiffness = setting("stiffness for small bending")
     damping_Nms_per_rad: Damping = setting("damping for small bending")
@@ -53,7 +53,7 @@ class Rubber(Section):
 
 
 class Manipulator(Section):
-    """the torque-controlled manipulator"""
+    """The torque-controlled manipulator."""
 
     inertia_kgm2: InertiaAboveZero = setting("inertia of foot and handle about the joint")
     damping_Nms_per_rad: Damping = setting(
@@ -93,7 +93,7 @@ class WristalyzerLab(Section):
 
 
 class Subject(Section):
-    """brick and rod"""
+    """Brick and rod."""
 
     foot_mass_kg: Mass = setting("the brick: mass")
     foot_height_m: Length = setting(
@@ -112,7 +112,7 @@ class Subject(Section):
 
 
 class DummyMarkers(Section):
-    """markers of the dummy"""
+    """Markers of the dummy."""
 
     foot_m: some(Point) = setting("three markers: [anterior offset from the ankle, height above the belt]")
     ankle_m: Point = setting("[anterior offset from the axis of the rod, longitudinal offset from the ankle]")
@@ -121,7 +121,7 @@ class DummyMarkers(Section):
 
 
 class FootTilt(Section):
-    """the foot tilts on tape and belt"""
+    """The foot tilts on tape and belt."""
 
     compliance_rad_per_Nm: NotNegative = setting("tilt per moment; 0 is a foot that does not tilt")
     damping_ratio: NotNegative = setting("damping ratio of the tilt")
@@ -129,7 +129,7 @@ class FootTilt(Section):
 
 
 class Wobble(Section):
-    """the leg bends, or its markers wobble, as a mass on a spring that the belt accelerates"""
+    """The leg bends, or its markers wobble, as a mass on a spring that the belt accelerates."""
 
     hz: Frequency = setting("natural frequency", unit="Hz")
     damping: NotNegative = setting("damping ratio")
@@ -140,9 +140,11 @@ class Wobble(Section):
 
 
 class Slip(Section):
-    """the tape of a marker gives in every pulse, by a random step that stays"""
+    """The tape of a marker gives in every pulse, by a random step that stays."""
 
-    foot_m: Height = setting("standard deviation of the step of the markers on the foot; 0 is a marker that holds")
+    foot_m: Height = setting(
+        "standard deviation of the step of the markers on the foot; 0 is a marker that holds"
+    )
     ankle_m: Height = setting("the same of the marker on the ankle")
     settling_s: Time = setting("time constant of a step")
 
@@ -159,7 +161,10 @@ class DummyLab(Section):
 
 
 class WeightLab(Section):
-    """a rigid cuboid, taped to the belt, with a marker in every upper corner; the heavy one in trials whose row names a mass"""
+    """Rigid cuboid, taped to the belt, with a marker in every upper corner.
+
+    The heavy one lies on the belt in trials whose row names a mass.
+    """
 
     mass_kg: Mass = setting("mass")
     width_m: Length = setting("dimension across the belt")
@@ -171,11 +176,15 @@ class WeightLab(Section):
     gravity_m_per_s2: Gravity = setting("gravity")
 
 
-# ---- the standing person ------------------------------------------------------------------------------------
+# ---- the standing person ----------------------------------------------------------------------------------
 
 
 class PersonLab(Section):
-    """four rigid bodies: feet, shanks, thighs, upper body; lengths follow from the stature. What violates an assumption of the analysis is listed, with its sources, in [decision 48](../docs/decisions/0048-mechanisms-of-the-person.md); 0 switches it off"""
+    """Four rigid bodies: feet, shanks, thighs, upper body; lengths follow from the stature.
+
+    What violates an assumption of the analysis is listed, with its sources, in
+    [decision 48](../docs/decisions/0048-mechanisms-of-the-person.md); 0 switches it off.
+    """
 
     mass_kg: Mass = setting("mass of the whole body")
     stature_m: Stature = setting("stature")
@@ -207,7 +216,7 @@ class PersonLab(Section):
 
 
 class TaskLab(Section):
-    """an instruction; joints in the order ankle, knee, hip, muscles in the order TA, SOL, GAS, BF, RF"""
+    """An instruction; joints in the order ankle, knee, hip, muscles in the order TA, SOL, GAS, BF, RF."""
 
     stiffness_Nm_per_rad: fixed(Stiffness, 3) = setting(
         "intrinsic stiffness, both legs; at the ankle that of large rotations"
@@ -236,7 +245,7 @@ Latency = number(least=0.01, most=1)  # s
 
 
 class MuscleLab(Section):
-    """a muscle"""
+    """A muscle."""
 
     latency_s: Latency = setting("time from stretch to the short-latency reflex")
     medium_latency_s: Latency = setting("time from stretch to the medium-latency reflex")
@@ -245,7 +254,8 @@ class MuscleLab(Section):
         "torque at full drive that resists the angles of ankle, knee and hip, both legs"
     )
     balance_per_Nm: fixed(float, 2) = setting(
-        "drive per torque demanded by balance at the ankle: for positive and for negative torque", unit="1/(N·m)"
+        "drive per torque demanded by balance at the ankle: for positive and for negative torque",
+        unit="1/(N·m)",
     )
 
 
@@ -260,7 +270,7 @@ class Muscles(Section):
 
 
 class Nerves(Section):
-    """reflexes and balance"""
+    """Reflexes and balance."""
 
     reflex_threshold_rad_per_s: NotNegative = setting("threshold of the stretch velocity for a reflex")
     twitch_s: number(above=0, most=10) = setting("time constant of the twitch response: its rise")
@@ -273,33 +283,35 @@ class Nerves(Section):
 
 
 class PersonMarkers(Section):
-    """markers of the person"""
+    """Markers of the person."""
 
     foot_m: fixed(Point, 2) = setting("two markers: [anterior offset from the ankle, height above the belt]")
     shank_m: fixed(Point, 2) = setting(
-        "two markers: [anterior offset from the axis of the segment, longitudinal offset from its lower joint]; one "
-        "more is on the ankle"
+        "two markers: [anterior offset from the axis of the segment, longitudinal offset from its lower "
+        "joint]; one more is on the ankle"
     )
     thigh_m: fixed(Point, 3) = setting("three markers, in the same way")
     lateral_m: Offset = setting("position of all markers across the belt, from the middle between the feet")
-    joint_centre_m: Point = setting("[forward, up] position of the ankle's axis relative to the ankle's marker")
+    joint_centre_m: Point = setting(
+        "[forward, up] position of the ankle's axis relative to the ankle's marker"
+    )
 
 
 class Skin(Section):
-    """the skin under the markers"""
+    """The skin under the markers."""
 
     frequency_hz: Frequency = setting("natural frequency of the soft tissue of shank and thigh")
     damping: Positive = setting("its damping ratio")
     shank_share: Share = setting(
-        "part of the soft tissue's motion in which the markers of the shank take part; 0 for markers fixed to the "
-        "bone"
+        "part of the soft tissue's motion in which the markers of the shank take part; 0 for markers "
+        "fixed to the bone"
     )
     thigh_share: Share = setting("the same of the thigh")
     slip_m_per_rad: float = setting("forward displacement of the ankle's marker per rotation of the ankle")
 
 
 class EmgLab(Section):
-    """the recorder of muscle activity"""
+    """The recorder of muscle activity."""
 
     rate_hz: Rate = setting("rate, a whole number")
     band_hz: fixed(Frequency, 2) = setting("corner frequencies of the spectrum of muscle activity")
@@ -331,11 +343,11 @@ class StandingLab(Section):
     emg: EmgLab
 
 
-# ---- walking ------------------------------------------------------------------------------------------------
+# ---- walking ----------------------------------------------------------------------------------------------
 
 
 class WalkingJoint(Section):
-    """the ankle whose responses are added to real strides ([walking](../docs/recordings/walking.md))"""
+    """The ankle whose responses are added to real strides ([walking](../docs/recordings/walking.md))."""
 
     phase_percent: some(number(least=0, most=100), least=2) = setting("knots over stance")
     stiffness_Nm_per_rad: some(number(least=0, most=20000), least=2) = setting("*K* at the knots")
@@ -352,7 +364,7 @@ class WalkingJoint(Section):
 
 
 class WalkingBody(Section):
-    """what markers and plates show"""
+    """What markers and plates show."""
 
     shank_m: Length = setting("place of the marker on the knee above the one on the ankle")
     heel_m: Point = setting("marker on the heel from the ankle (forward, up)")
@@ -370,22 +382,24 @@ class WalkingLab(Section):
     body: WalkingBody
 
 
-# ---- the treadmill, the same for the dummy, the weight, the empty belt and the person -----------------------------
+# ---- the treadmill, the same for the dummy, the weight, the empty belt and the person ---------------------
 
 
 class ProtocolLab(Section):
-    """times of a trial"""
+    """Times of a trial."""
 
     lead_s: Pause = setting("time logged before the trigger rises")
     tail_s: Pause = setting("time logged after it falls")
     rest_before_s: Time = setting("unperturbed time at the trial's start")
     rest_after_s: Time = setting("unperturbed time at its end")
-    rest_after_weight_s: Time = setting("the same at the end of trials with the weight and with the empty belt")
+    rest_after_weight_s: Time = setting(
+        "the same at the end of trials with the weight and with the empty belt"
+    )
     pulse_s: Time = setting("length of the commanded pulse")
 
 
 class DriveLab(Section):
-    """drive of the belt"""
+    """Drive of the belt."""
 
     belt_mass_kg: Mass = setting("belt, rollers and motor, reflected to the belt")
     bandwidth_hz: Frequency = setting("proportional gain over belt mass as a frequency")
@@ -398,7 +412,7 @@ class DriveLab(Section):
 
 
 class PlateLab(Section):
-    """force plate and frame"""
+    """Force plate and frame."""
 
     belt_length_m: number(above=0, most=10) = setting("distance between the transducers along the belt")
     belt_width_m: number(above=0, most=10) = setting("distance between them across the belt")
@@ -454,7 +468,7 @@ class PlateLab(Section):
 
 
 class CaptureLab(Section):
-    """motion capture"""
+    """Motion capture."""
 
     rate_hz: Rate = setting("frames per second")
     marker_sampling_hz: Rate = setting("markers per second within a frame")
@@ -465,7 +479,9 @@ class CaptureLab(Section):
     length_scale: Scale = setting("measured over true lengths")
     vertical_rad: Angle = setting("angle by which an upright rod is seen to lean forwards")
     noise_m: Height = setting("standard deviation of each coordinate")
-    occlusions_per_minute: NotNegative = setting("mean number of occlusions of a marker per minute", unit="1/min")
+    occlusions_per_minute: NotNegative = setting(
+        "mean number of occlusions of a marker per minute", unit="1/min"
+    )
     occlusion_frames: Positive = setting("their mean length", unit="frames")
 
 
@@ -500,7 +516,8 @@ class VirtualLab(Section):
     """Constants of the virtual laboratory."""
 
     seed: int = setting(
-        "seed of the laboratory. Every trial has its own generator, derived from the seed and the name of the trial",
+        "seed of the laboratory. Every trial has its own generator, derived from the seed and the name of "
+        "the trial",
         least=0,
     )
     wristalyzer: WristalyzerLab
@@ -510,4 +527,6 @@ class VirtualLab(Section):
     standing: StandingLab
     walking: WalkingLab
     treadmill: TreadmillLab
-    drawn: dict[str, Distribution] | None = setting("path of a constant: its distribution; null draws nothing")
+    drawn: dict[str, Distribution] | None = setting(
+        "path of a constant: its distribution; null draws nothing"
+    )

@@ -12,7 +12,6 @@ from workflow.settings.quantities import (
     Frequency,
     Height,
     Inertia,
-    Mass,
     NotNegative,
     Pause,
     Positive,
@@ -23,7 +22,7 @@ from workflow.settings.quantities import (
     number,
     some,
 )
-from workflow.settings.section import Section, Unfit, optional, setting
+from workflow.settings.section import Section, UnfitError, optional, setting
 
 
 class WalkingAxes(Section):
@@ -36,7 +35,7 @@ class WalkingAxes(Section):
     def _two_axes(self) -> Any:
         if self.forward[1] == self.up[1]:
             found = f"{self.forward!r} and {self.up!r}"
-            raise Unfit("to be two different axes", "correct one of the two", found=found)
+            raise UnfitError("to be two different axes", "correct one of the two", found=found)
         return self
 
 
@@ -50,7 +49,7 @@ class WalkingPlates(Section):
     def _two_plates(self) -> Any:
         if self.own == self.other:
             found = f"{self.own} for both feet"
-            raise Unfit("to be two force plates", "correct one of the two", found=found)
+            raise UnfitError("to be two force plates", "correct one of the two", found=found)
         return self
 
 
@@ -91,8 +90,8 @@ class WalkingColumns(Section):
     ankle_y: str = setting("column: ankle, upwards (m)")
     other_vertical: str = setting("column: vertical force of the other foot (N)")
     supplied_moment: str | None = setting(
-        "column: moment of the ankle (N·m), to compare with; null if there is none. Further keys name columns "
-        "that may foretell a stride"
+        "column: moment of the ankle (N·m), to compare with; null if there is none. Further keys name "
+        "columns that may foretell a stride"
     )
 
 
@@ -158,7 +157,7 @@ class SimulatedTrial(Section):
         for k, pulse in enumerate(self.pulses):
             if len(pulse) != 2 or pulse[0] < 0 or pulse[1] < 1 or pulse[1] != int(pulse[1]):
                 expected = "to be an onset (% of stance) and a whole number of pulses"
-                raise Unfit(expected, key=f"pulses.{k}", found=f"{pulse}")
+                raise UnfitError(expected, key=f"pulses.{k}", found=f"{pulse}")
         return self
 
 
@@ -212,13 +211,14 @@ class Walking(Section):
         phases, expected = self.analysis.phases_percent, self.planned.stiffness_Nm_per_rad
         if len(phases) != len(expected):
             raise InputError(
-                f"expected walking.planned.stiffness_Nm_per_rad to have a value for each of the {len(phases)} "
-                f"phases of walking.analysis.phases_percent, found {len(expected)}: correct one of the two"
+                "expected walking.planned.stiffness_Nm_per_rad to have a value for each of the "
+                f"{len(phases)} phases of walking.analysis.phases_percent, found {len(expected)}: correct "
+                "one of the two"
             )
         cutoff, half = self.analysis.lowpass_cutoff_hz, 0.5 * self.rate_hz
         if cutoff >= half:
             raise InputError(
-                f"expected walking.analysis.lowpass_cutoff_hz below half of walking.rate_hz ({half:g} Hz), found "
-                f"{cutoff:g} Hz: correct one of the two"
+                f"expected walking.analysis.lowpass_cutoff_hz below half of walking.rate_hz ({half:g} Hz), "
+                f"found {cutoff:g} Hz: correct one of the two"
             )
         return self

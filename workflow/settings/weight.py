@@ -18,26 +18,26 @@ from workflow.settings.quantities import (
     number,
     some,
 )
-from workflow.settings.section import Section, Unfit, one_of, refuse_unknown, setting
+from workflow.settings.section import Section, UnfitError, one_of, refuse_unknown, setting
 
 MODELS = {
-    "mean-subtraction": "mean load over the perturbations of the empty belt, subtracted condition by condition "
-    "from the onset on (thesis eq 3-11)",
-    "mass-spring-damper": "m a + c (v − mean) + k (y − trend) + d of belt acceleration, velocity and position "
-    "(thesis chapter 5)",
-    "hnat2014": "discrete transfer function from a to L, two poles, fitted by output error from the published "
-    "starting values (Hnat and van den Bogert 2014)",
+    "mean-subtraction": "mean load over the perturbations of the empty belt, subtracted condition by "
+    "condition from the onset on (thesis eq 3-11)",
+    "mass-spring-damper": "m a + c (v − mean) + k (y − trend) + d of belt acceleration, velocity and "
+    "position (thesis chapter 5)",
+    "hnat2014": "discrete transfer function from a to L, two poles, fitted by output error from the "
+    "published starting values (Hnat and van den Bogert 2014)",
     "output-error": "the same with `output_error_order` poles, kept stable",
     "fir-causal": "finite impulse response from a to L, least squares",
     "fir": "the same with a lead",
     "spectral": "H1 = S_aL / S_aa as an impulse response",
-    "loaded-frame": "resonance of the frame with its load, friction that increases with the load, mounts that "
-    "relax",
-    "bristle-frame": "the same, and friction with memory, a lever of the friction, cross-talk and a second mode, "
-    "each if cross-validation asks for it; fitted to force and moment together "
-    "([decision 53](../docs/decisions/0053-friction-with-memory.md))",
-    "ripple-tracking": "`fir`, and lines at fixed orders over travelled distance, tracked from past samples of "
-    "the load",
+    "loaded-frame": "resonance of the frame with its load, friction that increases with the load, mounts "
+    "that relax",
+    "bristle-frame": "the same, and friction with memory, a lever of the friction, cross-talk and a "
+    "second mode, each if cross-validation asks for it; fitted to force and moment together ([decision "
+    "53](../docs/decisions/0053-friction-with-memory.md))",
+    "ripple-tracking": "`fir`, and lines at fixed orders over travelled distance, tracked from past "
+    "samples of the load",
 }
 Family = one_of(MODELS)
 
@@ -47,8 +47,8 @@ class Models(Section):
 
     family: different(Family) = setting("models to fit")
     shortest_s: Time = setting(
-        "shortest total time of the evaluated samples of all recordings to which a model is fitted or on which "
-        "it is evaluated"
+        "shortest total time of the evaluated samples of all recordings to which a model is fitted or on "
+        "which it is evaluated"
     )
     hnat2014_evaluations: int = setting(
         "number of evaluations after which the optimisation of `hnat2014` ends", least=1
@@ -57,7 +57,8 @@ class Models(Section):
     fir_lead_s: number(least=0, most=60) = setting("lead of `fir`; `fir-causal` has none")
     fir_lag_s: number(above=0, most=60) = setting("memory of `fir` and `fir-causal`")
     spectral_segment_s: Time = setting(
-        "length of the segments of `spectral`, half of which is a lead, and, for tables, of the coherence limit"
+        "length of the segments of `spectral`, half of which is a lead, and, for tables, of the coherence "
+        "limit"
     )
 
 
@@ -65,14 +66,15 @@ def _refuse_unsuited(family: list[str], unsuited: tuple[str, ...], why: str) -> 
     for model in unsuited:
         if model in family:
             expected, found = "to have models that suit this experiment", f"'{model}', which {why}"
-            raise Unfit(expected, "take it out", "models.family", found)
+            raise UnfitError(expected, "take it out", "models.family", found)
 
 
 class PlateModels(Models):
     """Models of the load on the force plate."""
 
     calibration_draws: int = setting(
-        "number of draws of the constants of `bristle-frame`, for the uncertainty of what it compensates", least=2
+        "number of draws of the constants of `bristle-frame`, for the uncertainty of what it compensates",
+        least=2,
     )
 
 
@@ -101,9 +103,9 @@ class WeightAnalysis(Section):
     """Masses and loads."""
 
     other_cutoffs_hz: different(Frequency, least=0) = setting(
-        "cutoffs in addition to `plate_treadmill.lowpass_cutoff_hz`, which is used for masses, stored models "
-        "and most figures; the analysis is repeated at each. The last is used for Figure 5-1. The list may be "
-        "empty",
+        "cutoffs in addition to `plate_treadmill.lowpass_cutoff_hz`, which is used for masses, stored "
+        "models and most figures; the analysis is repeated at each. The last is used for Figure 5-1. The "
+        "list may be empty",
         thesis="Figure 5-1",
     )
     segment_s: Time = setting(
@@ -120,14 +122,14 @@ class Weight(Section):
     ingest: TreadmillIngest
     weight: KnownWeight
     further_weights: list[FurtherWeight] = setting(
-        "further weights, whose trials name `mass_kg` in the sheet. They calibrate models of the treadmill only; "
-        "one should be near the mass of the subjects"
+        "further weights, whose trials name `mass_kg` in the sheet. They calibrate models of the "
+        "treadmill only; one should be near the mass of the subjects"
     )
     analysis: WeightAnalysis
     models: PlateModels
     example_condition: str = setting(
-        "condition with the role `validate`, shown with the predictions of the models; the last of the sheet if "
-        "the study does not contain it"
+        "condition with the role `validate`, shown with the predictions of the models; the last of the "
+        "sheet if the study does not contain it"
     )
     figure_5_1_conditions: some(str) = setting(
         "conditions of Figure 5-1; all if the study contains none of them", thesis="Figure 5-1"
@@ -171,8 +173,8 @@ class BeltAnalysis(Section):
     """Filter of velocity and load."""
 
     cutoffs_hz: different(Frequency) = setting(
-        "Butterworth low-pass of velocity, acceleration and load; all models are fitted and evaluated at each "
-        "cutoff, so a shorter list saves time"
+        "Butterworth low-pass of velocity, acceleration and load; all models are fitted and evaluated at "
+        "each cutoff, so a shorter list saves time"
     )
     shown_cutoff_hz: Frequency = setting(
         "cutoff at which models are stored and shown; it need not be in the list"

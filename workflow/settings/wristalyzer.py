@@ -5,7 +5,7 @@ from typing import Any
 from pydantic import model_validator
 
 from workflow.settings.quantities import AngleUnit, FilterOrder, Frequency, Pause, Rate, Time, band, some
-from workflow.settings.section import Section, Unfit, number, setting
+from workflow.settings.section import Section, UnfitError, number, setting
 
 
 class LogColumns(Section):
@@ -75,12 +75,12 @@ class WristalyzerAnalysis(Section):
             low, high = getattr(self.lower, key), getattr(self.upper, key)
             if not low < start < high:
                 expected = f"between its bounds {low} and {high}"
-                raise Unfit(expected, "correct one of the three", f"start.{key}", f"{start}")
+                raise UnfitError(expected, "correct one of the three", f"start.{key}", f"{start}")
         low, high = self.lower.K_Nm_per_rad, self.upper.K_Nm_per_rad
         for stiffness in self.tried_stiffness_Nm_per_rad:
             if not low < stiffness < high:
                 expected = f"between the bounds {low} and {high}"
-                raise Unfit(expected, key="tried_stiffness_Nm_per_rad", found=f"{stiffness}")
+                raise UnfitError(expected, key="tried_stiffness_Nm_per_rad", found=f"{stiffness}")
         return self
 
 
