@@ -11,7 +11,7 @@ from c3d_builders import single_c3d, single_c3d_settings
 from study_builders import OVERRIDES, snakemake, write_config, write_sheet
 
 from tepsipe.errors import InputError
-from workflow.scripts.recording_choices import recording_options
+from tepsipe.ingest.recording_options import RecordingOptions
 from workflow.settings.config import check_config
 from workflow.support.check import check_one_treadmill, check_recordings
 from workflow.support.settings import settings_of
@@ -148,7 +148,7 @@ def test_examples_of_the_documentation_are_valid(config, root):
     for example in examples:
         both = merged(config, yaml.safe_load(example))
         check_config(both, "c3d.md")
-        recording_options(settings_of(both)["standing"]["recording"])
+        RecordingOptions.from_settings(settings_of(both)["standing"]["recording"])
 
 
 def merged(base, changes):
