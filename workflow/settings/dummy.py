@@ -1,6 +1,6 @@
 """Settings of the ankle dummy on the treadmill (thesis sections 2-1-2 and 3-1-2), and of its simulations."""
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import model_validator
 
@@ -268,13 +268,30 @@ class Dummy(Section):
         return self
 
 
+# name: torque, estimate, what is filtered, noise
 PROCESSINGS = {
-    "as-printed": "thesis equation of the foot as printed, noise on all signals",
-    "as-tabulated": "the same, noise on torque and angle only, of a power that is independent of the signal",
-    "recommended-regression": "consistent equation of the leg, windowed least squares",
-    "recommended": "consistent equation of the leg, instrumental variables",
+    "as-printed": (
+        "foot, thesis equation (`foot-thesis`)",
+        "windowed least squares, mean over perturbations",
+        "noisy signals: torque, or angle with its rates",
+        "by the SNR; noise on the angle propagates to its rates",
+    ),
+    "as-tabulated": (
+        "as above",
+        "as above",
+        "torque and angle always, the rates never",
+        "power 1 over the SNR, in (N·m)² or rad², independent of the signal; rates without noise",
+    ),
+    "recommended-regression": ("leg, consistent (`leg`)", "as above", "all signals", "as `as-printed`"),
+    "recommended": (
+        "as above",
+        "instrumental-variable (IV) estimate over all perturbations: belt acceleration, velocity and "
+        "position as instruments",
+        "all signals, including the belt",
+        "as `as-printed`",
+    ),
 }
-Processings = different(one_of(PROCESSINGS))
+Processings = different(Literal[tuple(PROCESSINGS)])
 
 
 class NoiseJoint(Section):

@@ -163,6 +163,8 @@ class Plate(Section):
 class RecordingException(Section):
     """Recording of one experiment that differs."""
 
+    unfolded = False
+
     recording: partial(Recording) = optional("keys of `recording` with other values")
 
 

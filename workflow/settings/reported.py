@@ -15,6 +15,8 @@ Factor = number(above=1)
 class PrintedTable(Section):
     """Printed values of a table: quantity, condition and number."""
 
+    unfolded = False
+
     I: Row = optional("inertia: {condition: printed value}")  # noqa: E741
     B: Row = optional("damping")
     K: Row = optional("stiffness")

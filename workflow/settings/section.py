@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Collection
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 from pydantic.fields import FieldInfo
@@ -16,6 +16,8 @@ class Section(BaseModel):
     """Section of a configuration file: every key is known, and no value is converted."""
 
     model_config = ConfigDict(extra="forbid", strict=True, defer_build=True)
+    # whether the documentation lists its keys wherever it stands
+    unfolded: ClassVar[bool] = True
 
 
 def setting(
@@ -84,7 +86,9 @@ def partial(section: type[Section]) -> type[Section]:
         name: (Annotated[field.annotation, *field.metadata, _documentation(field)], None)
         for name, field in section.model_fields.items()
     }
-    return create_model(f"Partial{section.__name__}", __base__=Section, __doc__=section.__doc__, **fields)
+    model = create_model(f"Partial{section.__name__}", __base__=Section, __doc__=section.__doc__, **fields)
+    model.unfolded = False
+    return model
 
 
 def _documentation(field: FieldInfo) -> FieldInfo:

@@ -7,6 +7,8 @@ from workflow.settings.section import Section, optional, setting
 class Source(Section):
     """A source of uncertainty; null switches it off."""
 
+    unfolded = False
+
     standard_uncertainty: NotNegative = setting(
         "standard deviation of what is believed, in the unit of the source's name; relative for names "
         "without unit"

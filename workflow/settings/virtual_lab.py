@@ -221,10 +221,10 @@ class TaskLab(Section):
     stiffness_Nm_per_rad: fixed(Stiffness, 3) = setting(
         "intrinsic stiffness, both legs; at the ankle that of large rotations"
     )
-    damping_Nms_per_rad: fixed(Damping, 3) = setting("intrinsic damping, both legs")
     short_range_Nm_per_rad: number(least=0, most=20000) = setting(
         "stiffness that is added at the ankles in small rotations"
     )
+    damping_Nms_per_rad: fixed(Damping, 3) = setting("intrinsic damping, both legs")
     tone: fixed(NotNegative, 5) = setting("drive in quiet standing, as a fraction of the largest")
     reflex_s_per_rad: fixed(NotNegative, 5) = setting(
         "drive per stretch velocity of the short-latency reflex (M1)", unit="s/rad"

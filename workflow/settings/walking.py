@@ -171,6 +171,8 @@ class Simulated(Section):
 class WalkingSource(Section):
     """A tolerance."""
 
+    unfolded = False
+
     standard_uncertainty: NotNegative = setting("standard deviation of what is believed")
     distribution: Distribution = setting("its distribution")
     source: str = setting("why it is believed")

@@ -18,34 +18,57 @@ from workflow.settings.quantities import (
     number,
     some,
 )
-from workflow.settings.section import Section, UnfitError, one_of, refuse_unknown, setting
+from workflow.settings.section import Section, UnfitError, refuse_unknown, setting
 
+# name: description, size in the column `order` of the scores, lead
 MODELS = {
-    "mean-subtraction": "mean load over the perturbations of the empty belt, subtracted condition by "
-    "condition from the onset on (thesis eq 3-11)",
-    "mass-spring-damper": "m a + c (v − mean) + k (y − trend) + d of belt acceleration, velocity and "
-    "position (thesis chapter 5)",
-    "hnat2014": "discrete transfer function from a to L, two poles, fitted by output error from the "
-    "published starting values (Hnat and van den Bogert 2014)",
-    "output-error": "the same with `output_error_order` poles, kept stable",
-    "fir-causal": "finite impulse response from a to L, least squares",
-    "fir": "the same with a lead",
-    "spectral": "H1 = S_aL / S_aa as an impulse response",
-    "loaded-frame": "resonance of the frame with its load, friction that increases with the load, mounts "
-    "that relax",
-    "bristle-frame": "the same, and friction with memory, a lever of the friction, cross-talk and a "
-    "second mode, each if cross-validation asks for it; fitted to force and moment together ([decision "
-    "53](../docs/decisions/0053-friction-with-memory.md))",
-    "ripple-tracking": "`fir`, and lines at fixed orders over travelled distance, tracked from past "
-    "samples of the load",
+    "mean-subtraction": (
+        "mean load over the perturbations of the empty belt, subtracted condition by condition from the "
+        "onset on (thesis eq 3-11)",
+        "conditions",
+        "–",
+    ),
+    "mass-spring-damper": (
+        "m a + c (v − mean) + k (y − trend) + d of belt acceleration, velocity and position (thesis "
+        "chapter 5)",
+        "2",
+        "mean and trend of the whole recording",
+    ),
+    "hnat2014": (
+        "discrete transfer function from a to L, two poles, fitted by output error from the published "
+        "starting values (Hnat and van den Bogert 2014)",
+        "poles, 2",
+        "no",
+    ),
+    "output-error": ("the same with `output_error_order` poles, kept stable", "poles", "no"),
+    "fir-causal": ("finite impulse response from a to L, least squares", "taps", "no"),
+    "fir": ("the same with a lead", "taps", "`fir_lead_s`"),
+    "spectral": ("H1 = S_aL / S_aa as an impulse response", "taps", "half of `spectral_segment_s`"),
+    "loaded-frame": (
+        "resonance of the frame with its load, friction that increases with the load, mounts that relax",
+        "2",
+        "whole recording",
+    ),
+    "bristle-frame": (
+        "the same, and friction with memory, a lever of the friction, cross-talk and a second mode, each if "
+        "cross-validation asks for it; fitted to force and moment together "
+        "([decision 53](../docs/decisions/0053-friction-with-memory.md))",
+        "2 or 4",
+        "whole recording",
+    ),
+    "ripple-tracking": (
+        "`fir`, and lines at fixed orders over travelled distance, tracked from past samples of the load",
+        "lines",
+        "as `fir`",
+    ),
 }
-Family = one_of(MODELS)
+Family = Literal[tuple(MODELS)]
 
 
 class Models(Section):
     """Models of the belt-induced load."""
 
-    family: different(Family) = setting("models to fit")
+    family: different(Family) = setting("models to fit, see [Models of a treadmill](#models-of-a-treadmill)")
     shortest_s: Time = setting(
         "shortest total time of the evaluated samples of all recordings to which a model is fitted or on "
         "which it is evaluated"
