@@ -1,6 +1,5 @@
 """Pages on recordings: the example at the head of each is complete, and fits the configuration."""
 
-import copy
 import re
 import textwrap
 from pathlib import Path
@@ -64,13 +63,12 @@ def test_settings_of_an_example_are_accepted(page, tmp_path):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
 def test_every_block_of_settings_is_accepted(page):
-    shipped = merged_settings([ROOT / "config/config.yaml"])
+    """Each with those before it on the page, which belong to the same study."""
+    config = merged_settings([ROOT / "config/config.yaml"])
     for block in re.findall(
         r"^( *)```yaml\n(.*?)^ *```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
     ):
-        content = yaml.safe_load(textwrap.dedent(block[1]))
-        config = copy.deepcopy(shipped)
-        override(config, content)
+        override(config, yaml.safe_load(textwrap.dedent(block[1])))
         check_config(config, page.name)
 
 
