@@ -105,7 +105,7 @@ class ParallelCascade(Section):
         "relative difference of the cross-validated error from which delays are separated"
     )
     penalties: some(Positive) = setting(
-        "values of λ that are tried, see `tepsipe/identification/parallel_cascade.py`"
+        "values of λ that are tried, see `tepsipe/identification/cascade/parallel_cascade.py`"
     )
     term_tolerance: NotNegative = setting(
         "relative difference of the cross-validated error below which a model with fewer terms is taken"
