@@ -12,7 +12,7 @@ from workflow.support.names import check_text
 from workflow.support.renames import PATHWAYS, VALUES, answer_for_key, moved_from, renamed
 
 # what a limit of the model expects, by pydantic's name of the fault
-LIMITS = {
+EXPECTED = {
     "greater_than": "a number above {gt}",
     "less_than": "a number below {lt}",
     "greater_than_equal": "a number of at least {ge}",
@@ -22,6 +22,7 @@ LIMITS = {
     "string_too_short": "a text",
     "string_pattern_mismatch": "a value of the pattern {pattern}",
     "multiple_of": "a multiple of {multiple_of}",
+    "different_items": "different items",
 }
 
 
@@ -74,13 +75,13 @@ def _sentence(fault: dict, model: type[Section], content: dict) -> str:
         names = names_of(allowed)
         hint = renamed(VALUES, fault["input"], names) or "correct it"
         return f"expected one of {', '.join(map(repr, names))} for {where!r}, {found}: {hint}"
-    if kind in LIMITS:
+    if kind in EXPECTED:
         limits = {"items": "items" if isinstance(fault["input"], list) else "entry"}
         for key, value in fault.get("ctx", {}).items():
             limits[key] = f"{value:g}" if isinstance(value, float) else value
         unit = unit_at(model, path) if isinstance(fault["input"], int | float) else ""
         advice = f"correct it; its unit is {unit}" if unit else "correct it"
-        return f"expected {LIMITS[kind].format(**limits)} for {quoted(where, 120)}, {found}: {advice}"
+        return f"expected {EXPECTED[kind].format(**limits)} for {quoted(where, 120)}, {found}: {advice}"
     return f"expected a value of type {described(allowed)} for {quoted(where, 120)}, {found}: correct it"
 
 

@@ -326,6 +326,6 @@ class Noise(Section):
     @model_validator(mode="after")
     def _table_among_all(self) -> Any:
         if self.table_snr_db not in self.snr_db:
-            expected = f"to be one of noise.snr_db ({self.snr_db})"
-            raise UnfitError(expected, "correct one of the two", "table_snr_db", f"{self.table_snr_db}")
+            expected = f"to be one of noise.snr_db ([{', '.join(f'{snr:g}' for snr in self.snr_db)}])"
+            raise UnfitError(expected, "correct one of the two", "table_snr_db", f"{self.table_snr_db:g}")
         return self

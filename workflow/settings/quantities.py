@@ -3,6 +3,7 @@
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
+from pydantic_core import PydanticCustomError
 
 from workflow.settings.section import UnfitError, number, whole
 
@@ -48,7 +49,7 @@ def _ordered(values: list[float]) -> list[float]:
 
 def _different(values: list) -> list:
     if len({repr(value) for value in values}) < len(values):
-        raise UnfitError("to have different items", "remove the second one")
+        raise PydanticCustomError("different_items", "two items are the same")
     return values
 
 
