@@ -11,7 +11,6 @@ Mass = number(above=0, most=500)  # kg
 Length = number(above=0, most=3)  # m
 Height = number(least=0, most=3)  # m
 Offset = number(least=-3, most=3)  # m
-Position = number(least=-20, most=20)  # m
 Stature = number(least=0.4, most=2.6)  # m
 Gravity = number(least=9.7, most=9.9)  # m/s²
 Inertia = number(least=0, most=20)  # kg·m² or N·m·s²/rad
@@ -20,7 +19,6 @@ Stiffness = number(above=0, most=20000)  # N·m/rad
 Angle = number(least=-3.2, most=3.2)  # rad
 Velocity = number(above=0, most=10)  # m/s
 Acceleration = number(above=0, most=1000)  # m/s²
-Force = number(above=0, most=10000)  # N
 Torque = number(above=0, most=5000)  # N·m
 Time = number(above=0, most=3600)  # s
 Pause = number(least=0, most=3600)  # s

@@ -39,9 +39,10 @@ def updated(text: str) -> str:
 # ---- rows of settings -----------------------------------------------------------------------------------
 
 
-def _rows(section: type[Section], values: Any, where: str = "", done: tuple = ()) -> Iterator[dict[str, str]]:
+def _rows(
+    section: type[Section], values: Any, where: str = "", done: frozenset = frozenset()
+) -> Iterator[dict[str, str]]:
     """A row per setting; entries of lists and mappings are listed where they first occur."""
-    done = set(done)
     for name, field in section.model_fields.items():
         key, kind = f"{where}{name}", field.annotation
         value = values.get(name, ABSENT) if isinstance(values, dict) else ABSENT
@@ -52,7 +53,7 @@ def _rows(section: type[Section], values: Any, where: str = "", done: tuple = ()
             yield from _rows(inner, value, f"{key}.", done)
         elif entry and entry.unfolded and entry not in done:
             yield from _rows(entry, ABSENT, f"{key}.*.", done)
-            done.add(entry)
+            done |= {entry}
 
 
 def _row(key: str, field: FieldInfo, value: Any) -> Iterator[dict[str, str]]:

@@ -1,7 +1,9 @@
 """Constants of the virtual laboratory: the truth."""
 
 from workflow.settings.quantities import (
+    Angle,
     Damping,
+    Fraction,
     Frequency,
     Gravity,
     Height,
@@ -23,8 +25,6 @@ from workflow.settings.quantities import (
 from workflow.settings.section import Section, optional, setting
 
 Point = fixed(Offset, 2)
-Angle = number(least=-3.2, most=3.2)  # rad
-Share = number(least=0, most=1)
 Scale = number(above=0, most=10)
 Lag = number(least=0, most=10)  # s
 InertiaAboveZero = number(above=0, most=20)  # kg·m²
@@ -206,7 +206,7 @@ class PersonLab(Section):
         "stiffness of heel pads and arches of both feet against tilting on the belt; 0 makes the feet rigid"
     )
     foot_damping_Nms_per_rad: number(least=0, most=20) = setting("its damping")
-    forefoot_share: Share = setting("tilt of the forefoot relative to that of the hindfoot")
+    forefoot_share: Fraction = setting("tilt of the forefoot relative to that of the hindfoot")
     marked_share: number(above=0, below=1) = setting(
         "part of both ankles' torque that the marked leg bears; 0.5 for equal legs"
     )
@@ -302,11 +302,11 @@ class Skin(Section):
 
     frequency_hz: Frequency = setting("natural frequency of the soft tissue of shank and thigh")
     damping: Positive = setting("its damping ratio")
-    shank_share: Share = setting(
+    shank_share: Fraction = setting(
         "part of the soft tissue's motion in which the markers of the shank take part; 0 for markers "
         "fixed to the bone"
     )
-    thigh_share: Share = setting("the same of the thigh")
+    thigh_share: Fraction = setting("the same of the thigh")
     slip_m_per_rad: float = setting("forward displacement of the ankle's marker per rotation of the ankle")
 
 
@@ -443,7 +443,7 @@ class PlateLab(Section):
     friction_coefficient: NotNegative = setting("additional friction per newton of load")
     friction_speed_m_per_s: number(above=0, most=10) = setting("speed of saturation")
     friction_Ns_per_m: NotNegative = setting("viscous part of the friction")
-    bristle_share: Share = setting(
+    bristle_share: Fraction = setting(
         "fraction of the friction, without its viscous part, that has a memory (0: none)"
     )
     bristle_m: Length = setting("displacement before it slides")
@@ -456,7 +456,9 @@ class PlateLab(Section):
     resonance_hz: Frequency = setting("fore-aft resonance of the unloaded frame")
     resonance_damping: Positive = setting("its damping ratio")
     resonance_mass_kg: number(above=0, most=10000) = setting("its moving mass")
-    second_share: fixed(Share, 2) = setting("second mode of the frame: its fraction of [F_y, M_x] (0: none)")
+    second_share: fixed(Fraction, 2) = setting(
+        "second mode of the frame: its fraction of [F_y, M_x] (0: none)"
+    )
     second_hz: Frequency = setting("its frequency")
     second_damping: Positive = setting("its damping ratio")
     second_mass_kg: number(above=0, most=10000) = setting("its moving mass")
