@@ -14,18 +14,8 @@ from workflow.support.reach import reached_by
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
-# what several scripts import: the start of every job, and options from the configuration
-SHARED = {
-    "job.py",
-    "dummy_choices.py",
-    "joint_choices.py",
-    "model_choices.py",
-    "plan_choices.py",
-    "typeset.py",
-    "walking_choices.py",
-    "recording_choices.py",
-    "standing_choices.py",
-}
+# what several scripts import: the start of every job, and the typesetting of reports
+SHARED = {"job.py", "typeset.py"}
 SCRIPTS = sorted((ROOT / "workflow/scripts").glob("*.py"))
 RULE_FILES = sorted((ROOT / "workflow/rules").glob("*.smk"))
 LABORATORY = "tepsipe.virtual_lab"
@@ -81,7 +71,7 @@ def test_analysis_imports_nothing_from_the_laboratory():
 def test_library_knows_neither_snakemake_nor_the_configuration():
     for path in MODULES:
         for name in imported(path):
-            for package in ("snakemake", "yaml", "workflow", "jsonschema"):
+            for package in ("snakemake", "yaml", "workflow", "pydantic"):
                 assert not within(name, package), f"{path} imports {name}"
         assert "config/" not in path.read_text(encoding="utf-8"), f"{path} names a configuration file"
 
