@@ -49,11 +49,11 @@ rule write_report:
         claims=outputs.claims(STUDY),
         cells=outputs.cells(STUDY),
         provenance="<results>/provenance.json",
-        library=library_of("write_report"),
+        library=library_of("write_report", *chapter_modules(outputs.chapters(STUDY))),
     output:
         pdf=report(
             f"<results>/report/{config['study']['name']}.pdf",
-            caption="../../report/captions/report.rst",
+            caption=caption("report"),
             category="Report",
             labels={"document": as_label(config["study"]["title"])},
         ),
@@ -63,11 +63,11 @@ rule write_report:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        chapters=outputs.chapters(STUDY),
         title=as_it_is(config["study"]["title"]),
         recordings_source=as_it_is(config["study"]["recordings_source"]),
         reported=reported_of("tables", "values", "slips"),
         experiments=STUDY.all_conditions(),
-        fitted=STUDY.all_conditions(fitted=True),
         step_s=SETTINGS["dummy"]["simulation"]["step_s"],
         engine=ENGINE,
         planned_joint=SETTINGS["noise"]["joint"],

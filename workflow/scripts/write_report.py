@@ -5,11 +5,11 @@ import job
 job.start(snakemake)
 
 import json
-from operator import methodcaller
 from pathlib import Path
+from urllib.parse import quote
 
 import pandas as pd
-from typeset import typeset
+from typeset import chapters, first_page, read_run, report_files, typeset, write_json
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.experiments.position_manipulator.time_varying import read_varying
@@ -39,17 +39,16 @@ from tepsipe.reporting.numbers import (
     thesis_dummy,
     time_varying,
     treadmill,
-    wristalyzer,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
 from tepsipe.reporting.planned import read_planned
+from tepsipe.reporting.run import raw, report_content
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import read_scores
 
 choices, experiments = snakemake.params.choices, snakemake.params.experiments
-fits, paths = {}, iter(snakemake.input.fits)
-for experiment, conditions in snakemake.params.fitted.items():
-    fits[experiment] = {condition: read_result(next(paths)) for condition in conditions}
+run = read_run(snakemake)
+fits = run.fits
 text_columns = {"condition": str}
 estimates = pd.read_csv(snakemake.input.estimates, dtype=text_columns)
 provenance = json.loads(Path(snakemake.input.provenance).read_text(encoding="utf-8"))
@@ -74,7 +73,6 @@ data = {
     "experiments": list(experiments),
     "made": sum(len(names) for names in snakemake.params.made.values()),
     "trials": sum(len(names) for names in experiments.values()),
-    "tables": {},
     "slips": {},
     "reported": None if reported is None else study.reported_data(reported, snakemake.params.start_stiffness),
     "claims": None if claims is None else study.claims_data(claims),
@@ -93,28 +91,11 @@ data = {
     ),
     "choices": choices,
 }
-flagged = study.flagged_cells(estimates)
 slips = [] if reported is None else reported["slips"]
 for path in snakemake.input.tables:
-    conditions, rows = read_table(path)
+    conditions, _ = read_table(path)
     names = [short_name(condition) for condition in conditions]
-    table = Path(path).stem
-    data["tables"][table] = study.table_data(rows, conditions, names, flagged)
-    data["slips"][table] = study.slips_data(slips, table, conditions, names)
-if "wristalyzer" in experiments:
-    data["wristalyzer"] = wristalyzer.wristalyzer_data(
-        fits["wristalyzer"], estimates, choices["wristalyzer"], snakemake.params.best
-    ) | {
-        "signals": shown_signals.manipulator_signals(
-            fits["wristalyzer"],
-            snakemake.params.best,
-            choices["wristalyzer"]["analysis"]["lowpass_cutoff_hz"],
-        )
-    }
-    if snakemake.input.pooled:
-        data["wristalyzer"]["pooled"] = wristalyzer.pooled_data(
-            read_result(snakemake.input.pooled[0]), estimates, recovery
-        )
+    data["slips"][Path(path).stem] = study.slips_data(slips, Path(path).stem, conditions, names)
 if "dummy" in experiments:
     data["dummy"] = dummy.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
     data["dummy"]["belt"] = shown_signals.belt_signals(fits["dummy"])
@@ -195,14 +176,9 @@ data["summary"] = summary.summary_of(data)
 data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
 data["warnings"] = abstract.warnings_of(data)
 data["figure_findings"] = figure_findings.figure_findings_of(data)
-Path(snakemake.output.data).write_text(
-    # a comparison of numbers from a table is numpy's truth value
-    json.dumps(data, indent=1, ensure_ascii=False, default=methodcaller("item")) + "\n",
-    encoding="utf-8",
-)
-
-folder = snakemake.params.source_folder
-files = {str(Path(source).relative_to(folder)): source for source in snakemake.input.source}
-files |= {f"figures/{Path(figure).name}": figure for figure in snakemake.input.figures}
-files["report.json"] = snakemake.output.data
+data = raw(data) | report_content(run, chapters(snakemake.params.chapters))
+write_json(snakemake.output.data, data)
+files = report_files(snakemake)
 typeset(files, "report.typ", snakemake.output.pdf)
+pdf = quote(Path(snakemake.output.pdf).name)
+write_json(snakemake.output.data, data | {"first_page": first_page(files, f"./{pdf}")})

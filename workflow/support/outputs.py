@@ -249,10 +249,13 @@ def figures_by_category(study: Study) -> dict[str, dict[str, str]]:
     return found
 
 
-def captions(study: Study) -> list[str]:
-    """Names of the captions of all figures and tables."""
-    figures = [caption for own in figures_by_category(study).values() for caption in own.values()]
-    return list(dict.fromkeys([*figures, *tables(study).values()]))
+# experiments and parts with a module of numbers and predicates, tepsipe/reporting/chapters/<name>.py
+CHAPTERS = ("wristalyzer",)
+
+
+def chapters(study: Study) -> list[str]:
+    """Chapters of the report that have numbers of their own."""
+    return [name for name in CHAPTERS if study.has(name)]
 
 
 def pages(study: Study) -> list[str]:

@@ -72,12 +72,11 @@ def source_of(data: dict) -> Paragraph:
     return found
 
 
-def abstract_of(data: dict) -> list[Paragraph]:
-    """Findings of the run, one paragraph per experiment (units in them), from the data of the report."""
-    paragraphs: list[Paragraph] = []
+def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
+    """Findings of the run by experiment or part (units in them), from the data of the report."""
+    parts: dict[str, list[Paragraph]] = {}
     for experiment, sentences in (
         ("dummy", _dummy),
-        ("wristalyzer", _wristalyzer),
         ("weight", _weight),
         ("belt", _belt),
         ("standing", _standing),
@@ -85,11 +84,11 @@ def abstract_of(data: dict) -> list[Paragraph]:
         ("platform", _platform),
     ):
         if experiment in data["experiments"]:
-            paragraphs += sentences(data)
+            parts[experiment] = sentences(data)
     if "participants" in data:
-        paragraphs += _participants(data)
+        parts["participants"] = _participants(data)
     if data["claims"] is not None:
-        paragraphs.append(
+        parts["claims"] = [
             pieces(
                 "Of the {total} claims of the thesis, {reproduced} are reproduced, {fitted} fitted (their "
                 "numbers were used to choose constants of the virtual laboratory), {predicted} predicted by "
@@ -100,17 +99,17 @@ def abstract_of(data: dict) -> list[Paragraph]:
                 else f"; {data['claims']['not_computed']} were not computed",
                 **data["claims"],
             )
-        )
+        ]
     if data["cells"] is not None:
-        paragraphs.append(
+        parts["cells"] = [
             pieces(
                 "Of the {total} printed cells of Tables 4-1 to 4-4, {within} lie within their tolerance or "
                 "are explained by a number: {reproduced} reproduced, {fitted} fitted, {predicted} predicted, "
                 "{explained} explained ([@cells]).",
                 **data["cells"],
             )
-        )
-    return paragraphs
+        ]
+    return parts
 
 
 def warnings_of(data: dict) -> list[Paragraph]:
@@ -137,31 +136,6 @@ def warnings_of(data: dict) -> list[Paragraph]:
     for kind in quoted["kinds"]:
         found += pieces(" _{where}_: {meaning}.", where=kind["where"], meaning=kind["meaning"])
     return [found]
-
-
-def _wristalyzer(data: dict) -> list[Paragraph]:
-    w = data["wristalyzer"]
-    found = [
-        pieces(
-            "In the torque-controlled manipulator (Wristalyzer, the reference method) a fit to the "
-            "admittance of the same joint yields $I$ = {inertia} N·m·s²/rad, $B$ = {damping} "
-            "N·m·s/rad and $K$ = {stiffness} N·m/rad over trials with multisine torques of different size. "
-            "The fitted model predicts the measured angle with a VAF "
-            "of {vaf} %.",
-            **w,
-        )
-    ]
-    if w["one_minimum"]:
-        found[0] += pieces(
-            " With the complex logarithm as residual, the fit converges to the same parameters from every "
-            "starting value."
-        )
-    if w["modulus_depends"]:
-        found[0] += pieces(
-            " With the modulus of the logarithm, as the criterion is printed, the result depends on the "
-            "starting value."
-        )
-    return found
 
 
 def _dummy(data: dict) -> list[Paragraph]:
