@@ -105,7 +105,7 @@ def first_page(files: Mapping[str, str | Path], pdf: str) -> dict[str, str]:
 
 def _body(page: bytes) -> str:
     found = re.search(r"<body>(.*)</body>", page.decode(), re.DOTALL)
-    return found[1].strip()
+    return found[1].strip().replace("</p><p>", "</p>\n<p>")
 
 
 @contextmanager

@@ -173,7 +173,7 @@ if snakemake.input.time_varying:
     data["time_varying"] = time_varying.time_varying_data(rows, list(fits["position_manipulator"]))
 data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
 data["summary"] = summary.summary_of(data)
-data["source"], data["abstract"] = abstract.source_of(data), abstract.abstract_of(data)
+data["abstract"] = abstract.abstract_of(data)
 data["warnings"] = abstract.warnings_of(data)
 data["figure_findings"] = figure_findings.figure_findings_of(data)
 data = raw(data) | report_content(run, chapters(snakemake.params.chapters))

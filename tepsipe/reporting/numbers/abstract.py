@@ -1,7 +1,7 @@
 """First page of the report: where the raw files come from, and the findings of the run, as sentences.
 
 The PDF and the index for a browser print the same sentences. A sentence is a list of pieces [kind, text]:
-text, emph, strong, math (as Typst writes it), cite and ref (a reference, and a section of the PDF).
+text, emph, strong, math (as Typst writes it) and ref (a section of the PDF).
 """
 
 import re
@@ -11,7 +11,7 @@ from tepsipe.reporting.numbers.format import number
 
 MARKUP = re.compile(
     r"\$(?P<math>[^$]+)\$|(?<!\w)_(?P<emph>[^_]+)_(?!\w)|\*(?P<strong>[^*]+)\*"
-    r"|\[@(?P<ref>[\w-]+)\]|\[cite (?P<cite>[\w-]+)\]"
+    r"|\[@(?P<ref>[\w-]+)\]"
 )
 
 Piece = list[str]
@@ -24,7 +24,7 @@ def pieces(template: str, **values: object) -> Paragraph:
     Parameters
     ----------
     template : str
-        Text with ``$math$``, ``_emphasis_``, ``*strong*``, ``[@section]``, ``[cite reference]`` and names of
+        Text with ``$math$``, ``_emphasis_``, ``*strong*``, ``[@section]`` and names of
         values in braces.
     **values : object
         Their texts, in which nothing is markup.
@@ -43,32 +43,6 @@ def pieces(template: str, **values: object) -> Paragraph:
         at = match.end()
     if at < len(template):
         found.append(["text", template[at:].format(**values)])
-    return found
-
-
-def source_of(data: dict) -> Paragraph:
-    """Where the raw files come from (no unit), from the data of the report."""
-    if data["made"] > 0:
-        return pieces(
-            "*Source of the raw files.* The recordings of the thesis [cite thesis] were never published. "
-            "{which} simulated by a _virtual laboratory_, "
-            "which integrates the full mechanics of the rigs with its own constants and writes the files "
-            "that the instruments would have written. The analysis does not use these constants. They "
-            "serve as the truth where a section says so, and in [@findings]. "
-            "This report therefore tests the _method_ of the "
-            "thesis, not its measurements.",
-            which=f"All {data['trials']} trials in this report were"
-            if data["made"] == data["trials"]
-            else f"Of the {data['trials']} trials in this report, {data['made']} were",
-        )
-    found = pieces(
-        "*Source of the raw files.* {trials} in the trial sheet. The report ends with checksums.",
-        trials="The trial in this report is a recording listed"
-        if data["trials"] == 1
-        else f"The {data['trials']} trials in this report are recordings listed",
-    )
-    if data["recordings_source"] is not None:
-        found += pieces(" Source: {source}", source=data["recordings_source"])
     return found
 
 
