@@ -13,7 +13,6 @@ from tepsipe.reporting.numbers.position_manipulator import _raises
 from tepsipe.reporting.numbers.shown_signals import belt_signals, muscle_signals, simulated_signals
 from tepsipe.reporting.numbers.simulations import _of_noise
 from tepsipe.reporting.numbers.treadmill import foot_data
-from tepsipe.reporting.numbers.wristalyzer import _leaks
 
 DASH = "\N{EN DASH}"
 
@@ -81,12 +80,6 @@ def test_vaf_depends_on_the_trial_only_if_parameters_matter_less(crossed, told):
     own = pd.DataFrame(rows, columns=["quantity", "value"]).assign(pathway="leg-thesis")
     assert _vaf_of_trial(own, "leg-thesis") is told
     assert _vaf_of_trial(own[own.quantity == "VAF_trial"], "leg-thesis") is False
-
-
-@pytest.mark.parametrize(("samples", "leaks"), [(12288, True), (10240, False)])
-def test_a_record_of_whole_periods_does_not_leak(samples, leaks):
-    fit = SimpleNamespace(facts={"kept_samples": [1536, 1536 + samples], "rate_hz": 256.0})
-    assert _leaks({"0.16": fit}, 10.0) is leaks
 
 
 @pytest.mark.parametrize(
@@ -213,10 +206,6 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
 
 @pytest.mark.parametrize("usual", [True, False])
 def test_captions_tell_the_usual_findings_only_where_they_hold(usual):
-    manipulator = {
-        "vaf": "90", "natural_frequency": "4.1", "cross_validated": "85", "one_minimum": usual,
-        "modulus_depends": True, "periodic": {"shift_damping": "3.0" if usual else "30.0"},
-    }  # fmt: skip
     dummy = {
         "printed_stiffness": "5", "printed_inertia": "0.06", "falls": usual, "signs_explain": usual,
         "recommended_mean_stiffness": "9", "printed_mean_stiffness": "6", "vaf_lower": usual,
@@ -226,12 +215,11 @@ def test_captions_tell_the_usual_findings_only_where_they_hold(usual):
         "figure_stiffness": "15", "level": "20", "iv_error": "0.2", "method_sound": usual,
         "shown": {"as-printed": "1.0 to 9.9", "recommended": "15.0"} if usual else None,
     }  # fmt: skip
-    found = figure_findings_of({"wristalyzer": manipulator, "dummy": dummy, "noise": noise, "weight": None})
-    for name in ("starting_values", "pathways", "torque", "noise"):
+    found = figure_findings_of({"dummy": dummy, "noise": noise, "weight": None})
+    for name in ("pathways", "torque", "noise"):
         assert (name in found) is usual, name
     assert ("more on the predicted trial" in found["dummy_cross_validation"]) is usual
     assert ("K falls" in found["4_4"]) is usual
-    assert ("the same admittance" in found["averaging"]) is usual
     assert ("4_12" in found) is usual
     if usual:
         assert "K = 1.0 to 9.9 N·m/rad for a simulated K of 15 N·m/rad" in found["4_12"]

@@ -12,8 +12,6 @@ RIGS = {
     "weight": "a weight on the belt",
     "standing": "a person on the belt",
 }
-# values that differ by less are called the same (%)
-ALIKE = 5.0
 
 
 def figure_findings_of(data: dict) -> dict[str, str]:
@@ -31,7 +29,6 @@ def figure_findings_of(data: dict) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     chapters = (
-        ("wristalyzer", _wristalyzer),
         ("dummy", _dummy),
         ("thesis_dummy", _thesis_dummy),
         ("simulation", _simulation),
@@ -68,44 +65,6 @@ def _schematics(data: dict) -> dict[str, str]:
         f"low-pass of {cutoff:g} Hz.",
         "free_bodies": f"The torque of the joint follows {ways}.",
     }
-
-
-def _wristalyzer(w: dict) -> dict[str, str]:
-    found = {"4_2": f"The fitted model predicts the angle with a VAF of {w['vaf']} % over the scale factors."}
-    signals = w.get("signals")
-    if signals is not None:
-        found["2_4"] = f"The torque has an RMS of {signals['rms']} mN·m over the scale factors."
-        if signals["unrelated"]:
-            found["3_1"] = (
-                f"Above the low-pass of {signals['cutoff']} Hz angle and torque are unrelated: the mean "
-                f"coherence of the tapered estimate is {signals['coherence']}."
-            )
-    if w["natural_frequency"] != DASH:
-        found["4_1"] = f"The fitted joint has a natural frequency of {w['natural_frequency']} Hz."
-    if w["cross_validated"] != DASH:
-        found["4_3"] = (
-            f"Parameters of the other scale factors predict the angle with a mean VAF of "
-            f"{w['cross_validated']} %."
-        )
-    if w["one_minimum"] and w["modulus_depends"]:
-        found["starting_values"] = (
-            "The fit to the complex residual does not depend on the starting value of K, the fit to its "
-            "modulus does."
-        )
-    if w["periodic"] is not None:
-        shift = w["periodic"]["shift_damping"]
-        alike = shift != DASH and float(shift) < ALIKE
-        found["averaging"] = (
-            f"{'Both averages give the same admittance' if alike else 'The two averages differ'}: B differs "
-            f"by at most {shift} %."
-        )
-    if w.get("pooled") is not None:
-        low, high = w["pooled"]["stiffness"]
-        found["wristalyzer_amplitudes"] = (
-            f"Without friction and hardening, K is {low} N·m/rad in the trial with the smallest motion and "
-            f"{high} N·m/rad in that with the largest."
-        )
-    return found
 
 
 def _dummy(d: dict) -> dict[str, str]:

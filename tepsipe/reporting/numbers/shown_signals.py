@@ -10,38 +10,8 @@ from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.numbers.format import number, percent, span
 from tepsipe.reporting.numbers.simulations import owner
 
-# a mean coherence below this is that of unrelated signals (-)
-UNRELATED = 0.2
 # time after the onset in which a muscle's response is looked for (s)
 RESPONSE_S = 0.4
-
-
-def manipulator_signals(fits: dict[str, Result], best: str, cutoff_hz: float) -> dict:
-    """Size of the torque, and coherence beyond the low-pass.
-
-    Parameters
-    ----------
-    fits : dict of str to Result
-        Scale factor -> fit.
-    best : str
-        Scale factor of the figures.
-    cutoff_hz : float
-        Of the low-pass (Hz).
-
-    Returns
-    -------
-    dict
-        ``rms`` (mN·m) and ``coherence`` as text, ``unrelated`` (bool).
-    """
-    arrays = fits[best].arrays
-    above = arrays["tapered/coherence"][arrays["tapered/frequency"] > 1.05 * cutoff_hz]
-    mean = float(np.mean(above)) if above.size else np.nan
-    return {
-        "rms": span([1e3 * float(fit.arrays["torque"].std()) for fit in fits.values()], 2),
-        "coherence": number(mean, 2),
-        "cutoff": f"{cutoff_hz:g}",
-        "unrelated": bool(mean < UNRELATED),
-    }
 
 
 def belt_signals(fits: dict[str, Result]) -> dict | None:
