@@ -6,6 +6,7 @@ those of ``TABLES``.
 
 import inspect
 import re
+import textwrap
 from collections.abc import Callable, Iterator
 from itertools import groupby
 from pathlib import Path
@@ -184,7 +185,8 @@ def _laboratory() -> str:
     for section, group in groupby(found, key=lambda pair: pair[0]):
         names = ", ".join(f"`{path}`" for _, path in group)
         text = " ".join(inspect.cleandoc(section.__doc__).split())
-        tables.append(f"**{names}.** {text}\n\n{_of(section)}")
+        text = textwrap.fill(f"**{names}.** {text}", 100, break_long_words=False, break_on_hyphens=False)
+        tables.append(f"{text}\n\n{_of(section)}")
     return "\n".join(tables)
 
 
