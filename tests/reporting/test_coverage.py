@@ -1,5 +1,6 @@
 """Coverage of intervals: shares of clusters, rows of the study, dropped sources, drawn laboratories."""
 
+import contextlib
 import json
 import math
 import os
@@ -34,6 +35,7 @@ from tepsipe.statistics.coverage import clopper_pearson, share_of
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
 from workflow.support.start import merged_settings
+from workflow.support.stopped import write_record
 
 SETS = {"nominal": {}, "shifted-means": {"shift": 1.0}, "heavy-tails": {"student_freedom": 3}}
 COVERAGE = {"laboratories": 6, "seed": 1, "also_evaluated": [], "sets": SETS}
@@ -381,8 +383,8 @@ def stopped(monkeypatch, tmp_path, words, **found):
     def ends(folder, log):
         log.write_text(words, encoding="utf-8")
         if found:
-            (folder / laboratories.STOPPED).parent.mkdir(parents=True)
-            (folder / laboratories.STOPPED).write_text(json.dumps(found), encoding="utf-8")
+            with contextlib.chdir(folder):
+                write_record(**found)
         return 1
 
     monkeypatch.setattr(laboratories, "_snakemake", ends)
@@ -391,7 +393,7 @@ def stopped(monkeypatch, tmp_path, words, **found):
 
 def test_what_stops_a_laboratory_for_good_is_told_apart_from_what_may_pass(monkeypatch, tmp_path):
     sentence = "tepsipe: fit_dummy/sine: expected 8 markers, found 7: export it again"
-    about = {"rule": "fit_dummy", "log": "x.log", "said": sentence}
+    about = {"about": "fit_dummy/sine", "log": "x.log", "said": sentence}
     said = stopped(monkeypatch, tmp_path / "a", "", **about, lasting=True)
     assert said == sentence.removeprefix("tepsipe: ")
     with pytest.raises(OSError, match="expected 8 markers"):
