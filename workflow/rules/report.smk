@@ -66,7 +66,7 @@ rule write_report:
         chapters=outputs.chapters(STUDY),
         title=as_it_is(config["study"]["title"]),
         recordings_source=as_it_is(config["study"]["recordings_source"]),
-        reported=reported_of("tables", "values", "slips"),
+        reported=reported_of("tables", "values", "slips") or None,
         experiments=STUDY.all_conditions(),
         step_s=SETTINGS["dummy"]["simulation"]["step_s"],
         engine=ENGINE,

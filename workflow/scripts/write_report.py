@@ -11,9 +11,7 @@ from urllib.parse import quote
 import pandas as pd
 from typeset import chapters, first_page, read_run, report_files, typeset, write_json
 
-from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.experiments.position_manipulator.time_varying import read_varying
-from tepsipe.experiments.thesis_dummy.tables import read_cells
 from tepsipe.io.budget_table import read_budgets
 from tepsipe.io.estimates import read_estimates
 from tepsipe.io.result import read_result
@@ -23,25 +21,20 @@ from tepsipe.reporting.ledger import read_ledger
 from tepsipe.reporting.numbers import (
     abstract,
     budget,
-    dummy,
     figure_findings,
     laboratory,
     operating_points,
     participants,
-    planned,
     platform,
     position_manipulator,
     shown_signals,
-    simulations,
     standing,
     study,
     summary,
-    thesis_dummy,
     time_varying,
     treadmill,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
-from tepsipe.reporting.planned import read_planned
 from tepsipe.reporting.run import raw, report_content
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import read_scores
@@ -96,36 +89,6 @@ for path in snakemake.input.tables:
     conditions, _ = read_table(path)
     names = [short_name(condition) for condition in conditions]
     data["slips"][Path(path).stem] = study.slips_data(slips, Path(path).stem, conditions, names)
-if "dummy" in experiments:
-    data["dummy"] = dummy.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
-    data["dummy"]["belt"] = shown_signals.belt_signals(fits["dummy"])
-    specifications = read_specification(snakemake.input.specification[0])
-    data["dummy"]["specification"] = dummy.specification_data(specifications)
-if snakemake.input.thesis_dummy:
-    found, cells = snakemake.input.thesis_dummy
-    data["thesis_dummy"] = thesis_dummy.thesis_dummy_data(read_result(found), read_cells(cells))
-if snakemake.input.planned:
-    data["planned"] = planned.planned_data(
-        read_planned(snakemake.input.planned[0]), snakemake.params.planned_joint
-    )
-if snakemake.input.forward:
-    forward = pd.read_csv(snakemake.input.forward[0], dtype=text_columns)
-    data["simulation"] = simulations.forward_data(
-        forward, snakemake.params.step_s, snakemake.params.engine
-    ) | {"signals": shown_signals.simulated_signals(forward, snakemake.params.simulated)}
-if snakemake.input.noise:
-    noise, table = snakemake.input.noise
-    columns, rows = read_table(table)
-    stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][0]
-    figure_stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][-1]
-    data["noise"] = simulations.noise_data(pd.read_csv(noise, dtype=text_columns), choices["noise"]) | {
-        "shown": simulations.noise_shown(rows, figure_stiffness),
-        "table": simulations.noise_table(
-            [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")],
-            columns,
-            stiffness,
-        ),
-    }
 if "weight" in experiments:
     plate, scores = snakemake.input.plate
     data["weight"] = treadmill.weight_data(

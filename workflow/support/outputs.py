@@ -250,7 +250,7 @@ def figures_by_category(study: Study) -> dict[str, dict[str, str]]:
 
 
 # experiments and parts with a module of numbers and predicates, tepsipe/reporting/chapters/<name>.py
-CHAPTERS = ("wristalyzer",)
+CHAPTERS = ("wristalyzer", "dummy", "thesis_dummy", "simulation", "noise")
 
 
 def chapters(study: Study) -> list[str]:
