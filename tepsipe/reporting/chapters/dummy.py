@@ -130,6 +130,8 @@ def recovered(run: Run) -> bool:
 
 def truth_at_work(run: Run) -> bool:
     """The truth of the recommended estimates of fast pulses is the linear joint in the fitted windows."""
+    if not recovered(run):
+        return False
     rows = run.rows("recovery", experiment="dummy", pathway=run.settings["dummy"]["recommended"])
     return bool((rows[rows.condition.isin(_clear(run))].truth_of == AT_WORK).all())
 

@@ -1,6 +1,6 @@
-"""Chapter on the noise study: largest errors at the noise level of the table, and conditions of its sentences."""
+"""Chapter on the noise study: largest errors at the level of the table, and conditions of its sentences."""
 
-import numpy as np
+import pandas as pd
 
 from tepsipe.reporting.run import Run
 
@@ -19,32 +19,39 @@ def numbers(run: Run) -> dict:
     }
 
 
-def _largest_error(
-    run: Run, estimator: str, noise_on: tuple[str, ...], quantity: str, apparent: bool
-) -> float:
-    """Largest error of the mean over the draws (%), relative to the apparent or to the simulated value."""
+def _largest_error(run: Run, estimator: str, noise_on: tuple[str, ...], quantity: str) -> float:
+    """Largest error of the mean over the draws (%), relative to the simulated value."""
+    joint = run.settings["noise"]["joint"]
+    simulated = {"B": joint["damping_Nms_per_rad"], "K": joint["stiffness_Nm_per_rad"][0]}[quantity]
+    return _largest(_rows(run, estimator, noise_on, quantity)["mean"] / simulated)
+
+
+def _rows(run: Run, estimator: str, noise_on: tuple[str, ...], quantity: str) -> pd.DataFrame:
+    """Rows of the simulated joint of Table 4-4, at its noise level."""
     settings = run.settings["noise"]
-    joint = settings["joint"]
-    stiffness = joint["stiffness_Nm_per_rad"][0]
-    rows = run.rows(
-        "noise", estimator=estimator, quantity=quantity, snr_db=settings["table_snr_db"],
-        stiffness_Nm_per_rad=stiffness,
-    )  # fmt: skip
-    rows = rows[rows.noise_on.isin(noise_on)]
-    simulated = {"I": joint["inertia_Nms2_per_rad"], "B": joint["damping_Nms_per_rad"], "K": stiffness}
-    return 100.0 * float(
-        np.abs(rows["mean"] / (rows.apparent if apparent else simulated[quantity]) - 1.0).max()
-    )
+    own = {
+        "estimator": estimator,
+        "quantity": quantity,
+        "snr_db": settings["table_snr_db"],
+        "stiffness_Nm_per_rad": settings["joint"]["stiffness_Nm_per_rad"][0],
+    }
+    rows = run.rows("noise", **own)
+    return rows[rows.noise_on.isin(noise_on)]
+
+
+def _largest(ratios: pd.Series) -> float:
+    return 100.0 * float((ratios - 1.0).abs().max())
 
 
 def _consistent(run: Run, estimator: str) -> float:
     """Largest error of B and K by a consistent torque, with noise on the angle (%)."""
-    return max(_largest_error(run, estimator, ("theta", "both"), q, apparent=False) for q in ("B", "K"))
+    return max(_largest_error(run, estimator, ("theta", "both"), q) for q in ("B", "K"))
 
 
 def _from_apparent(run: Run, *noise_on: str) -> float:
     """Largest distance of the printed K from the apparent one (%)."""
-    return _largest_error(run, "as-printed", noise_on, "K", apparent=True)
+    rows = _rows(run, "as-printed", noise_on, "K")
+    return _largest(rows["mean"] / rows.apparent)
 
 
 # ---- conditions of sentences
@@ -66,7 +73,7 @@ def least_squares_biased(run: Run) -> bool:
 
 def method_sound(run: Run) -> bool:
     """Errors of the recommended processing are below 5 %, and those of the printed K above."""
-    printed = _largest_error(run, "as-printed", ("tau", "theta", "both"), "K", apparent=False)
+    printed = _largest_error(run, "as-printed", ("tau", "theta", "both"), "K")
     return _consistent(run, "recommended") < 5.0 < printed
 
 
