@@ -21,6 +21,7 @@ SHARED = {
     "joint_choices.py",
     "model_choices.py",
     "plan_choices.py",
+    "report_texts.py",
     "typeset.py",
     "walking_choices.py",
     "recording_choices.py",
@@ -161,7 +162,12 @@ def test_every_public_name_has_a_docstring():
 
 
 def test_every_public_docstring_names_a_unit():
-    lacking = [name for name, _, text in public_definitions() if text and not names_unit(text)]
+    # a truth value has none
+    lacking = [
+        name
+        for name, node, text in public_definitions()
+        if text and getattr(getattr(node, "returns", None), "id", "") != "bool" and not names_unit(text)
+    ]
     assert lacking == []
 
 
@@ -357,7 +363,7 @@ def test_script_writes_exactly_the_outputs_that_its_rule_names(rule, path):
 
 @pytest.mark.parametrize(("rule", "path"), CASES)
 def test_rule_is_run_again_when_a_module_that_its_script_reaches_changes(rule, path):
-    assert f'library=library_of("{path.stem}"),' in RULES[rule]["input"]
+    assert re.search(rf'library=library_of\("{path.stem}"[),]', RULES[rule]["input"])
     assert path.is_file()
 
 

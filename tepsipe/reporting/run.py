@@ -1,4 +1,4 @@
-"""What a report is written from: tables, fits and settings of a run; and its raw content for report.json."""
+"""Run that a report is written from, with tables, fits and settings; and its raw content for report.json."""
 
 import math
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from tepsipe.reporting.figures.names import UNIT_SYMBOLS, short_name
 
 @dataclass(frozen=True)
 class Run:
-    """Results of a run, and what the report needs to know of the study.
+    """Results of a run, and facts about its study.
 
     Attributes
     ----------
@@ -58,6 +58,19 @@ class Run:
         return {group: {name: fit.facts for name, fit in fits.items()} for group, fits in self.fits.items()}
 
 
+def about_study(run: Run) -> dict:
+    """Title, numbers of trials and settings of a study (units in the keys), for all chapters."""
+    experiments = run.study["experiments"]
+    return {
+        "title": run.study["title"],
+        "recordings_source": run.study["recordings_source"],
+        "experiments": list(experiments),
+        "trials": sum(map(len, experiments.values())),
+        "made": sum(map(len, run.study["made"].values())),
+        "choices": run.settings,
+    }
+
+
 def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
     """Raw content of report.json: numbers and truth values, no text of the report.
 
@@ -71,13 +84,14 @@ def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
     Returns
     -------
     dict
-        ``study``, ``facts`` of all fits, ``tables_read``: names of the tables that Typst reads itself,
-        ``chapters``: name -> ``numbers`` (units in the keys) and ``holds``, predicate -> truth; names of
-        units and conditions as the report shows them.
+        Keys of `about_study`; ``study``; ``facts`` of all fits (units in the keys); ``tables_read``, names
+        of the tables that Typst reads itself; ``chapters``: name -> `chapter_content`; ``units`` and
+        ``short_names`` of conditions as the report shows them.
     """
     conditions = {name for rows in run.tables.values() if "condition" in rows for name in rows.condition}
     return raw(
         {
+            **about_study(run),
             "study": run.study,
             "tables_read": list(run.tables),
             "facts": run.facts,

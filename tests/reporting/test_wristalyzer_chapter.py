@@ -76,6 +76,7 @@ CONTRARY = USUAL | {
 def run_of(estimates, made=("a",), **changes):
     fits = {"wristalyzer": {condition: fit(**changes) for condition in "abc"}}
     study = {"best": "b", "made": {"wristalyzer": list(made)}, "reported": REPORTED}
+    study |= {"title": "t", "recordings_source": None, "experiments": {"wristalyzer": list("abc")}}
     return Run({"estimates": rows(**estimates)}, fits, SETTINGS, study)
 
 
@@ -143,7 +144,7 @@ def test_numbers_are_those_of_the_signals():
 
 def told(run):
     """First sentences of the captions, from the content that a run writes."""
-    content = report_content(run, {"wristalyzer": wristalyzer}) | {"choices": SETTINGS}
+    content = report_content(run, {"wristalyzer": wristalyzer})
     return findings_of(FIGURES, content, {"estimates": run.tables["estimates"].to_csv(index=False)})
 
 

@@ -17,29 +17,25 @@ from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.run import Run
 
 TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column"), str)
-# params of a report's rule that are no facts about the study
-OWN_PARAMS = ("choices", "chapters", "source_folder")
 
 
-def read_run(snakemake) -> Run:
-    """Tables and fits among the inputs of a report's rule, with the facts among its params."""
-    study = {name: value for name, value in snakemake.params.items() if name not in OWN_PARAMS}
-    tables = {name: pd.read_csv(path, dtype=TEXT) for name, path in table_files(snakemake.input).items()}
-    return Run(tables, _read_fits(snakemake.input), snakemake.params.choices, study)
+def read_run(tables: Mapping[str, str], fits: Iterable[str], settings: Mapping, study: Mapping) -> Run:
+    """Tables and fits of a run, with the settings that its report prints and facts about the study."""
+    rows = {name: pd.read_csv(path, dtype=TEXT) for name, path in tables.items()}
+    return Run(rows, _read_fits(fits), settings, study)
 
 
 def table_files(paths: Iterable[str]) -> dict[str, str]:
     """Name of a table -> its file."""
-    return {Path(path).stem: path for path in paths if path.endswith(".csv")}
+    return {Path(path).stem: path for path in paths}
 
 
 def _read_fits(paths: Iterable[str]) -> dict[str, dict[str, Result]]:
     """Results below ``fits/``: folder -> name -> result; one without a folder has its name twice."""
     fits: dict[str, dict[str, Result]] = {}
     for path in map(Path, paths):
-        if path.suffix == ".h5":
-            group = path.stem if path.parent.name == "fits" else path.parent.name
-            fits.setdefault(group, {})[path.stem] = read_result(path)
+        group = path.stem if path.parent.name == "fits" else path.parent.name
+        fits.setdefault(group, {})[path.stem] = read_result(path)
     return fits
 
 
@@ -48,18 +44,15 @@ def chapters(names: Iterable[str]) -> dict[str, ModuleType]:
     return {name: import_module(f"tepsipe.reporting.chapters.{name}") for name in names}
 
 
-def report_files(snakemake) -> dict[str, str]:
-    """What a report reads, as seen from its sources: they themselves, figures and tables among the inputs."""
-    files = source_files(snakemake)
-    files |= {f"figures/{Path(path).name}": path for path in snakemake.input if path.endswith(".svg")}
-    files |= {f"tables/{name}.csv": path for name, path in table_files(snakemake.input).items()}
-    return files | {"report.json": snakemake.output.data}
-
-
-def source_files(snakemake) -> dict[str, str]:
+def source_files(sources: Iterable[str], folder: str) -> dict[str, str]:
     """Sources of the reports, as seen from their folder."""
-    folder = snakemake.params.source_folder
-    return {str(Path(source).relative_to(folder)): source for source in snakemake.input.source}
+    return {str(Path(source).relative_to(folder)): source for source in sources}
+
+
+def report_files(data: str, tables: Mapping[str, str], figures: Iterable[str]) -> dict[str, str]:
+    """Data, tables and figures of a report, as its sources see them."""
+    files = {f"figures/{Path(path).name}": path for path in figures}
+    return files | {f"tables/{name}.csv": path for name, path in tables.items()} | {"report.json": data}
 
 
 def write_json(path: str, content: dict) -> None:

@@ -41,7 +41,7 @@ Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )
 
-files = source_files(snakemake) | {
+files = source_files(snakemake.input.source, snakemake.params.source_folder) | {
     "coverage.svg": snakemake.output.shares,
     "intervals.svg": snakemake.output.intervals,
     "report.json": snakemake.output.data,

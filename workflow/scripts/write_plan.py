@@ -55,7 +55,7 @@ Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )
 
-files = source_files(snakemake) | {
+files = source_files(snakemake.input.source, snakemake.params.source_folder) | {
     "needed.svg": snakemake.output.needed,
     "pulses.svg": snakemake.output.pulses,
     "filters.svg": snakemake.output.filters,

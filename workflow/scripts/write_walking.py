@@ -35,7 +35,7 @@ study = {
 data = walking_data(rows, needed, about, study, recovery)
 Path(snakemake.output.data).write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", "utf-8")
 
-files = source_files(snakemake) | {
+files = source_files(snakemake.input.source, snakemake.params.source_folder) | {
     "walking.svg": snakemake.output.figure,
     "report.json": snakemake.output.data,
 }

@@ -249,6 +249,24 @@ def figures_by_category(study: Study) -> dict[str, dict[str, str]]:
     return found
 
 
+def report_fits(study: Study) -> list[str]:
+    """Fits of which the report has facts or numbers."""
+    models = [path for name in ("weight", "belt") for path in model_files(study, name)[:1]]
+    return fits(study) + pooled_wristalyzer(study)[:1] + task_fits(study) + thesis_dummy(study)[:1] + models
+
+
+def report_tables(study: Study) -> list[str]:
+    """Tables that the report reads; of the treadmill models the ones that it shows."""
+    models = [path for name in ("weight", "belt") for path in model_files(study, name)[1:]]
+    names = [name for name in tables(study) if name != "treadmill_models"]
+    return [f"<results>/tables/{name}.csv" for name in names] + models
+
+
+def model_names(study: Study) -> dict[str, str]:
+    """Experiment -> name of its calibration of treadmill models, among the report's fits and tables."""
+    return {name: _stem(file) for name in ("weight", "belt") for file in model_files(study, name)[1:]}
+
+
 # experiments and parts with a module of numbers and predicates, tepsipe/reporting/chapters/<name>.py
 CHAPTERS = ("wristalyzer", "dummy", "thesis_dummy", "simulation", "noise")
 
