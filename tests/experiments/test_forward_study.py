@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing, trial_of
-from typst_builders import chapter_words
+from typst_builders import STUDY, chapter_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
@@ -272,7 +272,7 @@ def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
         )
         for quantity in ("theta", "tau", "tau_consistent")
     ]
-    study = {"step_s": 0.001, "engine": "mujoco", "simulated": {"4_7": "sine-0.1", "4_8": "sine-0.2"}}
+    study = STUDY | {"step_s": 0.001, "engine": "mujoco", "simulated": {"4_7": "sine-0.1", "4_8": "sine-0.2"}}
     run = Run({"forward": pd.DataFrame(map(vars, rows))}, study=study)
     tables = {"forward": run.tables["forward"].to_csv(index=False)}
     words = chapter_words("simulation", report_content(run, {"simulation": simulation}), tables, cells=" | ")

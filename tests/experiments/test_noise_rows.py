@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from builders import LEG, RATE_HZ, assert_one_sentence, belt_pulses, trial_of
-from typst_builders import chapter_words, evaluated
+from typst_builders import STUDY, chapter_words, evaluated
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
@@ -341,8 +341,8 @@ def test_report_tells_how_far_estimates_are_off(rows, config):
     choices = config["noise"] | {"table_snr_db": LEVELS_DB[1], "table_estimators": ESTIMATORS, "draws": 6}
     noisy = pd.DataFrame([vars(r) for r in rows if r.noise_on != "none"])
     table = pd.DataFrame(columns=["quantity", "estimator", "pathway", "tau", "theta", "both"])
-    run = Run({"noise": noisy, "table_4_4": table}, settings={"noise": choices})
-    data = report_content(run, {"noise": noise}) | {"choices": run.settings, "cells": None}
+    run = Run({"noise": noisy, "table_4_4": table}, settings={"noise": choices}, study=STUDY)
+    data = report_content(run, {"noise": noise}) | {"cells": None}
     tables = {name: own.to_csv(index=False) for name, own in run.tables.items()}
     words = chapter_words("noise", data, tables)
     assert "with 6 draws of the noise for each of 12 combinations" in words

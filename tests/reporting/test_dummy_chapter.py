@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from typst_builders import chapter_words, evaluated, findings_of
+from typst_builders import STUDY, chapter_words, evaluated, findings_of
 
 from tepsipe.reporting.chapters import dummy, thesis_dummy
 from tepsipe.reporting.run import Run, report_content
@@ -128,18 +128,12 @@ def run_of(estimates=None, recovery=None, reported=None, amplitudes=AMPLITUDES, 
     tables = {"estimates": rows() if estimates is None else estimates, "specification": curve}
     if recovery is not None:
         tables["recovery"] = recovery
-    study = {"amplitudes": amplitudes, "reported": reported, "start_stiffness": 10.0}
+    study = STUDY | {"amplitudes": amplitudes, "reported": reported, "start_stiffness": 10.0}
     return Run(tables, {"dummy": {name: fit(**changes) for name in AMPLITUDES}}, SETTINGS, study)
 
 
 def content(run, **further):
-    own = report_content(run, {"dummy": dummy}) | {
-        "choices": run.settings,
-        "budgets": {},
-        "slips": {},
-        "cells": None,
-    }
-    own |= {"experiments": ["dummy"], "trials": 3, **further}
+    own = report_content(run, {"dummy": dummy}) | {"budgets": {}, "slips": {}, "cells": None} | further
     return own, {name: table.to_csv(index=False) for name, table in run.tables.items()}
 
 

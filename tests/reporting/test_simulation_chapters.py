@@ -2,7 +2,7 @@
 
 import pandas as pd
 import pytest
-from typst_builders import chapter_words, evaluated, findings_of
+from typst_builders import STUDY, chapter_words, evaluated, findings_of
 
 from tepsipe.reporting.chapters import noise, simulation
 from tepsipe.reporting.run import Run, report_content
@@ -15,7 +15,7 @@ NOISE = {"table_snr_db": 20, "joint": JOINT, "draws": 6, "table_estimators": ["a
 
 def content(run, **chapters):
     short = {"sine-0.1": "S1", "sine-0.2": "S2", "sine-0.5-8s": "S52"}
-    own = report_content(run, chapters) | {"choices": run.settings, "short_names": short, "cells": None}
+    own = report_content(run, chapters) | {"short_names": short, "cells": None}
     return own, {name: table.to_csv(index=False) for name, table in run.tables.items()}
 
 
@@ -30,7 +30,7 @@ def simulated(scores, conditions=("sine-0.1", "sine-0.5-8s"), **study):
             for quantity, vaf in (("theta", angle), ("tau", torque), ("tau_consistent", angle)):
                 row = {"condition": condition, "parameter_set": name, "quantity": quantity, "state": state}
                 rows.append(row | {"vaf_trial": vaf, "vaf_perturbation": vaf})
-    study = {"simulated": SHOWN, "step_s": 0.001, "engine": "mujoco", **study}
+    study = STUDY | {"simulated": SHOWN, "step_s": 0.001, "engine": "mujoco", **study}
     return Run({"forward": pd.DataFrame(rows)}, study=study)
 
 
@@ -102,7 +102,7 @@ def noisy(level=20, **means):
             rows.append(own | {"quantity": "K", "mean": value, "apparent": 6.0})
             rows.append(own | {"quantity": "B", "mean": 0.1, "apparent": 0.1})
             rows.append(own | {"quantity": "I", "mean": 0.015, "apparent": 0.04})
-    return Run({"noise": pd.DataFrame(rows), "table_4_4": TABLE}, settings={"noise": NOISE})
+    return Run({"noise": pd.DataFrame(rows), "table_4_4": TABLE}, settings={"noise": NOISE}, study=STUDY)
 
 
 def table(*rows):
@@ -155,7 +155,9 @@ def test_an_estimator_that_was_not_computed_proves_nothing():
 def test_numbers_of_other_noise_levels_do_not_count():
     run = noisy(**TRUE_K)
     other = noisy(level=0, **FALSE_K).tables["noise"]
-    both = Run(run.tables | {"noise": pd.concat([run.tables["noise"], other])}, settings=run.settings)
+    both = Run(
+        run.tables | {"noise": pd.concat([run.tables["noise"], other])}, settings=run.settings, study=STUDY
+    )
     errors = [noise.numbers(r)["largest_error_percent"] for r in (run, both)]
     assert errors[0] == errors[1]
     assert [noise.numbers(r)["combinations"] for r in (run, both)] == [9, 18]
@@ -182,7 +184,7 @@ def test_caption_has_the_stiffness_of_the_figure_if_both_processings_were_comput
     assert findings_of(["figure_4_12"], *content(run, noise=noise)) == {}
     rows = [row for row in WITHOUT if row[:2] != ("as-printed", "K = 15 Nm/rad")]
     rows.append(("as-printed", "K = 15 Nm/rad", "K", "Nm/rad", 8.0, -2.19, 10.0, 2.963))
-    both = Run(run.tables | {"table_4_4": table(*rows)}, settings=run.settings)
+    both = Run(run.tables | {"table_4_4": table(*rows)}, settings=run.settings, study=STUDY)
     (told,) = findings_of(["figure_4_12"], *content(both, noise=noise)).values()
     assert f"K = {MINUS}2.2 N·m/rad for a simulated K of 15 N·m/rad, the recommended one 15.0 N·m/rad" in told
 
