@@ -7,7 +7,7 @@ from tepsipe.reporting.run import Run
 
 
 def numbers(run: Run) -> dict:
-    """Sets of parameters as figures name them, in their order."""
+    """Labels of the sets of parameters (N·m·s²/rad, N·m·s/rad, N·m/rad), in the order of the figures."""
     known = set(run.tables["forward"].parameter_set)
     return {"parameter_sets": {name: label for name, label in PARAMETER_SETS.items() if name in known}}
 
