@@ -19,7 +19,7 @@ import yaml
 from joint_likelihood import row
 from scipy.signal import lfilter
 
-from tepsipe.experiments.dummy.checked import check_dummy
+from tepsipe.experiments.dummy.checks import check_dummy
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
 from tepsipe.statistics.uncertainty import sources_of
 

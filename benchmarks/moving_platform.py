@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tepsipe.identification.multi_joint import MultiJointOptions, fit_row, spectra_of
-from tepsipe.identification.multi_joint_quantities import quantities_of, slow_mode
+from tepsipe.identification.several_joints.closed_loop import MultiJointOptions, fit_row, spectra_of
+from tepsipe.identification.several_joints.quantities import quantities_of, slow_mode
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
 OPTIONS = MultiJointOptions(

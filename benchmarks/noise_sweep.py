@@ -30,7 +30,7 @@ from tepsipe.experiments.noise.filtered_noise import (
 from tepsipe.experiments.noise.monte_carlo import sweep
 from tepsipe.experiments.noise.prediction import predict_angle
 from tepsipe.experiments.noise.trial import SimulatedTrial
-from tepsipe.identification.batched_regression import window_parameters
+from tepsipe.identification.regression.batched import window_parameters
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.signals.differentiation import derivative
 

@@ -27,15 +27,15 @@ import yaml  # noqa: E402
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tepsipe.experiments.standing.broadband import cut_broadband  # noqa: E402
 from tepsipe.experiments.standing.epochs import cut_standing_epochs  # noqa: E402
-from tepsipe.experiments.standing.free_results import fit_free, reflex_onset  # noqa: E402
-from tepsipe.experiments.standing.impedance import fit_standing  # noqa: E402
+from tepsipe.experiments.standing.free_reflex.broadband import cut_broadband  # noqa: E402
+from tepsipe.experiments.standing.free_reflex.results import fit_free, reflex_onset  # noqa: E402
 from tepsipe.experiments.standing.joint_torque import process_standing  # noqa: E402
-from tepsipe.experiments.standing.latency import muscle_latency  # noqa: E402
 from tepsipe.experiments.standing.options import (  # noqa: E402
     TorquePathway,
 )
+from tepsipe.experiments.standing.thesis.impedance import fit_standing  # noqa: E402
+from tepsipe.experiments.standing.thesis.latency import muscle_latency  # noqa: E402
 from tepsipe.ingest.plate_treadmill import TreadmillOptions  # noqa: E402
 from tepsipe.ingest.standing import ingest_standing_files  # noqa: E402
 from tepsipe.reporting.true_motion import linear_truth_standing, read_true_motion  # noqa: E402

@@ -56,7 +56,7 @@ _PUBLIC = {
     "simulate_joint": "tepsipe.mechanics.joint_simulation",
     "fit_impedance": "tepsipe.identification.fits",
     "fit_output_error": "tepsipe.identification.fits",
-    "fit_joint_likelihood": "tepsipe.identification.joint_fit",
+    "fit_joint_likelihood": "tepsipe.identification.likelihood_fit",
     "fit_admittance": "tepsipe.identification.fits",
     "fit_parallel_cascade": "tepsipe.identification.fits",
     "ImpedanceFit": "tepsipe.identification.result",

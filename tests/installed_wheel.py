@@ -65,7 +65,7 @@ def main() -> None:
         run(python, "-c", WHERE, **elsewhere)
         left = [
             path.relative_to(folder / "tests")
-            for path in sorted((folder / "tests" / "tests").glob("test_*.py"))
+            for path in sorted((folder / "tests" / "tests").rglob("test_*.py"))
             if path.name in OF_THE_CHECKOUT or OF_THE_WORKFLOW.search(path.read_text(encoding="utf-8"))
         ]
         print("left out, because they need the checkout:", *left, flush=True)

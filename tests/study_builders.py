@@ -56,7 +56,7 @@ def write_config(project, content, name="tiny"):
 
 
 def plain_laboratory(text):
-    """The laboratory's file for known answers: rigs without what tests/test_mechanisms.py looks at.
+    """The laboratory's file for known answers: rigs without the mechanisms of test_mechanisms.py.
 
     The weight's mass is drawn, so that the study has a drawn constant.
     """

@@ -7,7 +7,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from test_walls import FLOORS
+
+from tests.test_walls import FLOORS
 
 ROOT = Path(__file__).parents[1]
 PAGES = [

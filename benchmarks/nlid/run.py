@@ -21,12 +21,12 @@ import scipy
 import yaml
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.position_manipulator import (
+from tepsipe.experiments.position_manipulator.analysis import (
     PositionManipulatorOptions,
     analyse_parallel_cascade,
     analyse_position_manipulator,
 )
-from tepsipe.identification.cascade_fit import ParallelCascadeOptions
+from tepsipe.identification.cascade.fit import ParallelCascadeOptions
 from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.trial import Trial

@@ -1,10 +1,11 @@
 """A person on a moving platform: impedance of ankle and hip in closed loop, and what the trial cannot say.
 
 The torques of both joints are fitted with several models of increasing freedom, with the motion of the
-platform as instrument (`tepsipe.identification.multi_joint`). The first model that leaves no torque that is
-coherent with the platform is recommended. Its quantities are quoted as far as the perturbation identifies
-them (`tepsipe.identification.multi_joint_quantities`). Every model is also fitted to the first part of the
-trial and predicts the torque of the rest, beside ordinary regression, which the feedback biases.
+platform as instrument (`tepsipe.identification.several_joints.closed_loop`). The first model that leaves no
+torque that is coherent with the platform is recommended. Its quantities are quoted as far as the
+perturbation identifies them (`tepsipe.identification.several_joints.quantities`). Every model is also fitted
+to the first part of the trial and predicts the torque of the rest, beside ordinary regression, which the
+feedback biases.
 """
 
 from dataclasses import dataclass, replace
@@ -13,8 +14,14 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.identification.multi_joint import MultiJointOptions, RowFit, Spectra, fit_row, spectra_of
-from tepsipe.identification.multi_joint_quantities import (
+from tepsipe.identification.several_joints.closed_loop import (
+    MultiJointOptions,
+    RowFit,
+    Spectra,
+    fit_row,
+    spectra_of,
+)
+from tepsipe.identification.several_joints.quantities import (
     NAMES,
     UNITS,
     Quantity,

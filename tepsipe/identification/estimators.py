@@ -13,8 +13,8 @@ import numpy as np
 from tepsipe.errors import InputError, listed, quoted
 
 if TYPE_CHECKING:
-    from tepsipe.identification.joint_channels import DummyMarkers
-    from tepsipe.identification.window_regression import WindowedFits
+    from tepsipe.identification.likelihood.channels import DummyMarkers
+    from tepsipe.identification.regression.windows import WindowedFits
     from tepsipe.mechanics.inverse_dynamics import Leg
     from tepsipe.mechanics.segment_kinematics import JointMotion
     from tepsipe.signals.perturbations import Perturbation
@@ -87,7 +87,7 @@ class Estimator:
 # modules are imported when their estimator runs, to keep the start of other jobs short
 def _windowed(thesis: bool, own_zero: bool = False) -> Callable:
     def function(record: Record):
-        from tepsipe.identification.window_regression import regress_torque
+        from tepsipe.identification.regression.windows import regress_torque
 
         return regress_torque(
             record.motion,
@@ -102,7 +102,7 @@ def _windowed(thesis: bool, own_zero: bool = False) -> Callable:
 
 
 def _output_error(record: Record):
-    from tepsipe.identification.output_error import match_angle
+    from tepsipe.identification.regression.output_error import match_angle
 
     return match_angle(
         record.motion,
@@ -116,8 +116,8 @@ def _output_error(record: Record):
 
 def _joint_likelihood(softening: bool) -> Callable:
     def function(record: Record):
-        from tepsipe.identification.joint_likelihood import fit_joint
-        from tepsipe.identification.joint_result import joint_impedance
+        from tepsipe.identification.likelihood.likelihood import fit_joint
+        from tepsipe.identification.likelihood.result import joint_impedance
 
         found = fit_joint(
             record.motion.time,

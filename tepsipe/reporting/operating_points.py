@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from tepsipe.experiments.position_manipulator import REFLEX_ESTIMATOR
+from tepsipe.experiments.position_manipulator.analysis import REFLEX_ESTIMATOR
 from tepsipe.io.csv_table import write_rows
 from tepsipe.io.estimates import Estimate
 from tepsipe.statistics.least_squares import least_squares_line

@@ -15,8 +15,8 @@ from tepsipe.experiments.planning.several_joints import (
     SetPrediction,
     neglected_inertia,
 )
-from tepsipe.identification.determined_matrices import Limits
-from tepsipe.identification.joint_matrices import Setting
+from tepsipe.identification.several_joints.determined import Limits
+from tepsipe.identification.several_joints.matrices import Setting
 
 
 def named(chosen: Set) -> str:

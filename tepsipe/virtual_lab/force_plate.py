@@ -19,7 +19,7 @@ What the transducers feel is not the reaction on the load alone. In the order in
 
        F_friction = (F_0 + mu N) ((1 - b) tanh(v_r / v_0) + b z) + c v_r
 
-   A share b of it is that of bristles z with a memory (`tepsipe.virtual_lab.bristles`). The friction acts on
+   A share b of it is that of bristles z with a memory (below). The friction acts on
    deck and bearings, a lever below the surface of the belt, and has a moment M_x by it.
    At the load this friction leads the velocity and so resembles a mass, the more the slower the belt: the
    apparent mass c_eff T falls with amplitude as the friction saturates. The excess mass of the upper run
@@ -36,14 +36,48 @@ What the transducers feel is not the reaction on the load alone. In the order in
    rubber relaxes (a Maxwell element), so a static calibration cannot see it:
 
        F_transducer = F - s (T_m d/dt) / (1 + T_m d/dt) F
+
+Bristles bend before they slide (Dahl's model; LuGre without Stribeck effect). A displacement x of the belt
+over deck and bearings first bends bristles, which slide once they are bent by d:
+
+    z' = (x' - |x'| z) / d,    force = F z,    -1 <= z <= 1
+
+The force depends on where the belt has been, not on how fast: small movements are elastic, large ones meet
+full friction, and after a pulse a force stays behind. P. R. Dahl (1968), A solid friction model, Aerospace
+Corporation TOR-0158(3107-18)-1; C. Canudas de Wit et al. (1995), IEEE Transactions on Automatic Control 40,
+419-425.
 """
 
+from array import array
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
-from tepsipe.virtual_lab.bristles import bristle_deflection
+
+def bristle_deflection(displacement: np.ndarray, breakaway_m: float) -> np.ndarray:
+    """Deflection z of the bristles, from z = 0.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (n,)
+        Path of the belt over its support (m), monotonic between samples.
+    breakaway_m : float
+        Displacement d that the bristles take (m).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        z (-), exact for the path that joins the samples by straight lines.
+    """
+    steps = np.diff(displacement)
+    kept = np.exp(-np.abs(steps) / breakaway_m).tolist()
+    z, found = 0.0, array("d", [0.0])
+    for sign, part in zip(np.sign(steps).tolist(), kept, strict=True):
+        z = sign + (z - sign) * part if sign else z
+        found.append(z)
+    return np.array(found)
+
 
 BELTS = ("left", "right")
 TRANSDUCERS = ("z_front_left", "z_front_right", "z_rear_left", "z_rear_right", "x_front", "x_rear", "y")

@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.standing.free_results import task_difference
+from tepsipe.experiments.standing.free_reflex.results import task_difference
 from tepsipe.io.budget_table import write_budgets
 from tepsipe.io.estimates import recommended, write_estimates
 from tepsipe.io.result import read_result

@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.wristalyzer import cross_validate_wristalyzer, cross_validation_estimates
+from tepsipe.experiments.wristalyzer.analysis import cross_validate_wristalyzer, cross_validation_estimates
 from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import Result, read_result, write_result
 

@@ -6,7 +6,7 @@ job.start(snakemake)
 
 from dummy_choices import dummy_options, known_inertia
 
-from tepsipe.experiments.dummy.checked import check_dummy, check_facts, flag_rows, quoted_rows
+from tepsipe.experiments.dummy.checks import check_dummy, check_facts, flag_rows, quoted_rows
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
 from tepsipe.experiments.dummy.results import (
     bootstrap_pathways,

@@ -10,7 +10,7 @@ from tepsipe.experiments.platform import (
     platform_estimates,
     platform_result,
 )
-from tepsipe.identification.multi_joint import MultiJointOptions
+from tepsipe.identification.several_joints.closed_loop import MultiJointOptions
 from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial

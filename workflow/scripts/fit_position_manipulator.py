@@ -6,8 +6,7 @@ job.start(snakemake)
 
 import numpy as np
 
-from tepsipe.experiments.manipulator_diagnostics import diagnose
-from tepsipe.experiments.position_manipulator import (
+from tepsipe.experiments.position_manipulator.analysis import (
     PositionManipulatorOptions,
     analyse_parallel_cascade,
     analyse_position_manipulator,
@@ -15,7 +14,8 @@ from tepsipe.experiments.position_manipulator import (
     position_manipulator_estimates,
     position_manipulator_result,
 )
-from tepsipe.identification.cascade_fit import ParallelCascadeOptions
+from tepsipe.experiments.position_manipulator.diagnostics import diagnose
+from tepsipe.identification.cascade.fit import ParallelCascadeOptions
 from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import joined, write_result
 from tepsipe.io.trial import read_trial

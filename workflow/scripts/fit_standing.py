@@ -12,12 +12,16 @@ from standing_choices import (
     standing_options,
 )
 
-from tepsipe.experiments.standing.broadband import broadband_result, cut_broadband, with_treadmill_error
 from tepsipe.experiments.standing.epochs import cut_standing_epochs
-from tepsipe.experiments.standing.free_results import budget_rows, fit_free, with_budgets
+from tepsipe.experiments.standing.free_reflex.broadband import (
+    broadband_result,
+    cut_broadband,
+    with_treadmill_error,
+)
+from tepsipe.experiments.standing.free_reflex.results import budget_rows, fit_free, with_budgets
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.options import TorquePathway
-from tepsipe.experiments.standing.results import (
+from tepsipe.experiments.standing.thesis.results import (
     fit_all,
     fit_estimates,
     over_sway,

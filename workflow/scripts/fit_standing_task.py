@@ -6,9 +6,9 @@ job.start(snakemake)
 
 from standing_choices import active_options, estimators_of, free_reflex_choices, person_of
 
-from tepsipe.experiments.standing.broadband import broadband_of
 from tepsipe.experiments.standing.epochs import epochs_of
-from tepsipe.experiments.standing.free_results import (
+from tepsipe.experiments.standing.free_reflex.broadband import broadband_of
+from tepsipe.experiments.standing.free_reflex.results import (
     budget_rows,
     centre_facts,
     fit_free,
@@ -16,8 +16,8 @@ from tepsipe.experiments.standing.free_results import (
     to_quote,
     with_budgets,
 )
-from tepsipe.experiments.standing.latency import muscle_latency
-from tepsipe.experiments.standing.results import (
+from tepsipe.experiments.standing.thesis.latency import muscle_latency
+from tepsipe.experiments.standing.thesis.results import (
     fit_all,
     fit_estimates,
     generator,

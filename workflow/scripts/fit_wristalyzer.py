@@ -6,7 +6,7 @@ job.start(snakemake)
 
 import numpy as np
 
-from tepsipe.experiments.wristalyzer import (
+from tepsipe.experiments.wristalyzer.analysis import (
     WristalyzerOptions,
     analyse_wristalyzer,
     wristalyzer_contributions,

@@ -1,7 +1,7 @@
 """From the section plan.several_joints of the configuration to what several scripts need."""
 
 from tepsipe.experiments.planning.several_joints import SEGMENTS, Point
-from tepsipe.identification.determined_matrices import Limits
+from tepsipe.identification.several_joints.determined import Limits
 from tepsipe.mechanics.segment_chain import Chain
 
 

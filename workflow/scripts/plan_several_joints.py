@@ -7,8 +7,14 @@ job.start(snakemake)
 import numpy as np
 from joint_choices import chain_of, limits_of, points_of
 
-from tepsipe.experiments.planning.chain_trials import read_draws
-from tepsipe.experiments.planning.several_joints import MODELS, epochs_of, estimate, predict, sets_of
+from tepsipe.experiments.planning.several_joints import (
+    MODELS,
+    epochs_of,
+    estimate,
+    predict,
+    read_draws,
+    sets_of,
+)
 from tepsipe.reporting.plan_tables import write_rows
 from tepsipe.reporting.several_joints import element_rows, model_rows, set_rows
 

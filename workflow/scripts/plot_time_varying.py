@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.time_varying import read_varying
+from tepsipe.experiments.position_manipulator.time_varying import read_varying
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.figures.time_varying import plot_time_varying
 

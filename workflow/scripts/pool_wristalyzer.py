@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.wristalyzer_pooled import fit_wristalyzer_together, pooled_estimates, pooled_result
+from tepsipe.experiments.wristalyzer.pooled import fit_wristalyzer_together, pooled_estimates, pooled_result
 from tepsipe.io.budget_table import write_budgets
 from tepsipe.io.estimates import write_estimates
 from tepsipe.io.result import write_result

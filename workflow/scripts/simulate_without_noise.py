@@ -7,7 +7,7 @@ job.start(snakemake)
 from dummy_choices import dummy_options
 
 from tepsipe.experiments.noise.simulate import simulate_trial
-from tepsipe.experiments.noise.trial_files import simulated_result
+from tepsipe.experiments.noise.trial import simulated_result
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.mechanics.inverse_dynamics import Foot

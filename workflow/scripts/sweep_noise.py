@@ -8,7 +8,7 @@ from dummy_choices import dummy_options
 
 from tepsipe.experiments.noise.monte_carlo import sweep_trial
 from tepsipe.experiments.noise.rows import noise_rows, write_noise
-from tepsipe.experiments.noise.trial_files import simulated_trial
+from tepsipe.experiments.noise.trial import simulated_trial
 from tepsipe.io.result import read_result
 from tepsipe.mechanics.inverse_dynamics import Foot
 

@@ -6,7 +6,7 @@ job.start(snakemake)
 
 import numpy as np
 
-from tepsipe.experiments.time_varying import (
+from tepsipe.experiments.position_manipulator.time_varying import (
     TimeVaryingOptions,
     analyse_time_varying,
     varying_rows,

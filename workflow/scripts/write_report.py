@@ -12,8 +12,8 @@ import pandas as pd
 from typeset import typeset
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
+from tepsipe.experiments.position_manipulator.time_varying import read_varying
 from tepsipe.experiments.thesis_dummy.tables import read_cells
-from tepsipe.experiments.time_varying import read_varying
 from tepsipe.io.budget_table import read_budgets
 from tepsipe.io.estimates import read_estimates
 from tepsipe.io.result import read_result

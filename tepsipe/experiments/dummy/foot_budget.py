@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tepsipe.experiments.dummy.leg_budget import compliance_contributions
-from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative

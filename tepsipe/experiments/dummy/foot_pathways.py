@@ -11,7 +11,7 @@ from tepsipe.experiments.dummy.foot_budget import FootKnowledge, foot_budget
 from tepsipe.experiments.dummy.foot_treadmill import check_treadmill
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions
 from tepsipe.identification.estimators import LEAST_SQUARES_OWN_ZERO, Record, estimate
-from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
 from tepsipe.mechanics.segment_kinematics import SegmentMotion, segment_motion

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.statistics.uncertainty import root_of_draws
 from tepsipe.treadmill.compensation import compensated_draws
 from tepsipe.treadmill.held_out import HeldOut, PredictedError, Subject, model_flags, predicted_error

@@ -25,8 +25,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tepsipe.identification.joint_result import JointLikelihood
-from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.identification.likelihood.result import JointLikelihood
+from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, SegmentMotion

@@ -10,10 +10,10 @@ from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget, small_budget
 from tepsipe.experiments.dummy.likelihood_budget import LikelihoodData, marker_contributions
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
-from tepsipe.identification.joint_channels import DummyMarkers, dummy_markers
-from tepsipe.identification.joint_result import JointLikelihood
-from tepsipe.identification.output_error import OutputError
-from tepsipe.identification.window_regression import WindowedFits, damping_per_skew
+from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
+from tepsipe.identification.likelihood.result import JointLikelihood
+from tepsipe.identification.regression.output_error import OutputError
+from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.joint_torque import leg_pathway_torque

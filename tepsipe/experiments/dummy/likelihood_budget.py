@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tepsipe.identification.joint_channels import DummyMarkers, levelled, make_channels
-from tepsipe.identification.joint_result import JointLikelihood, changes_by
+from tepsipe.identification.likelihood.channels import DummyMarkers, levelled, make_channels
+from tepsipe.identification.likelihood.result import JointLikelihood, changes_by
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import Source
 

@@ -8,9 +8,9 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, with_budget
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
-from tepsipe.experiments.dummy.joint_rows import joint_estimates, joint_facts
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
-from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.identification.likelihood.result import JointLikelihood
+from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
@@ -18,6 +18,71 @@ from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, impedance_torqu
 from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.uncertainty import Budget
+
+# quantities of small movements: name in the rows -> that at the working amplitude
+SMALL = {f"{quantity}_small": quantity for quantity in PARAMETERS}
+
+
+def joint_estimates(
+    names: tuple[str, str, str, str], found: JointLikelihood, budget: Budget, count: int
+) -> list[Estimate]:
+    """I, B, K of small movements, delay (s) of the angle after the foot, and softening where there is some.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Experiment, condition, pathway and estimator.
+    found : JointLikelihood
+        The fit.
+    budget : Budget
+        Uncertainty of I, B, K of small movements (their units).
+    count : int
+        Number of perturbations (-).
+
+    Returns
+    -------
+    list of Estimate
+        Those of delay and softening have Wald intervals.
+    """
+    rows = with_budget(
+        [
+            Estimate(*names, name, UNITS[quantity], float(found.small[k]), n_perturbations=count)
+            for k, (name, quantity) in enumerate(SMALL.items())
+        ],
+        budget,
+        tuple(SMALL),
+    )
+    wanted = [("delay", "s", "delay")]
+    if found.fit.softens:
+        wanted += [("K_softened", "Nm/rad", "C"), ("B_softened", "Nms/rad", "B_s")]
+    for quantity, unit, name in wanted:
+        value, error = found.fit.value(name), found.fit.standard_error(name)
+        ends = (value - 1.96 * error, value + 1.96 * error)
+        rows.append(Estimate(*names, quantity, unit, value, error, *ends, n_perturbations=count))
+    return rows
+
+
+def joint_facts(found: JointLikelihood) -> dict:
+    """Noise levels, timing and softening of a fit, as plain numbers (units in the keys)."""
+    fit = found.fit
+    facts = {
+        "delay_s": fit.value("delay"),
+        "delay_standard_error_s": fit.standard_error("delay"),
+        "marker_noise_m": fit.channels.marker_noise_m,
+        "log_noise_m_per_s": fit.log_noise_m_per_s,
+    }
+    if fit.log_noise_m_per_s is not None:
+        facts |= {"log_lag_s": fit.value("lag"), "log_gain": fit.value("gain")}
+    if found.softening is not None:
+        softening, damping, half = found.softening
+        facts |= {
+            "softening_Nm_per_rad": softening,
+            "softened_damping_Nms_per_rad": damping,
+            "half_softening_rad": half,
+            "softening_chi_square": fit.softening_chi_square,
+        }
+    return facts
+
 
 LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 

@@ -28,7 +28,7 @@ from tepsipe.identification.estimators import (
     Record,
     estimate,
 )
-from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, foot_torque, foot_torque_as_printed

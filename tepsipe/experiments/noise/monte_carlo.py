@@ -49,7 +49,7 @@ from tepsipe.experiments.noise.prediction import (
     torque_vaf,
 )
 from tepsipe.experiments.noise.trial import TORQUES, SimulatedTrial, apparent_impedance
-from tepsipe.identification.batched_regression import instrumental_variables, regress_windows
+from tepsipe.identification.regression.batched import instrumental_variables, regress_windows
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 
 ROWS |= {name: slice(6 + k, 7 + k) for k, name in enumerate(TORQUES)}

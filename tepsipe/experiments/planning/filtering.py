@@ -20,7 +20,7 @@ import numpy as np
 
 from tepsipe.experiments.planning.design import Design, ExpectedMotion, exact_markers
 from tepsipe.experiments.planning.window_noise import lowpass_gain
-from tepsipe.identification.window_regression import regress_torque
+from tepsipe.identification.regression.windows import regress_torque
 from tepsipe.mechanics.segment_kinematics import (
     SegmentMarkers,
     SegmentMotion,

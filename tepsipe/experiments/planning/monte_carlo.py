@@ -11,8 +11,8 @@ from tepsipe.experiments.planning.design import (
     exact_markers,
 )
 from tepsipe.experiments.planning.filtering import filtered, filtered_motion, late
-from tepsipe.identification.joint_fit import fit_joint_likelihood
-from tepsipe.identification.window_regression import regress_torque
+from tepsipe.identification.likelihood_fit import fit_joint_likelihood
+from tepsipe.identification.regression.windows import regress_torque
 from tepsipe.mechanics.inverse_dynamics import foot_torque, leg_torque
 from tepsipe.signals.differentiation import derivative
 

@@ -29,7 +29,7 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.design import Design, Protocol
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Limits, Pulse, peaks_of
-from tepsipe.identification.joint_likelihood import ExpectedFit
+from tepsipe.identification.likelihood.likelihood import ExpectedFit
 
 OPTIMAL = "optimal"
 # distance of knots (s): frequencies above the likelihood's band are not shaped

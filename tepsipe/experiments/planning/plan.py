@@ -32,10 +32,10 @@ from tepsipe.experiments.planning.design import (
 )
 from tepsipe.experiments.planning.filtering import filtered, filtered_motion, late
 from tepsipe.experiments.planning.window_noise import window_noise
-from tepsipe.identification.joint_channels import dummy_markers
-from tepsipe.identification.joint_likelihood import ExpectedFit, expect_joint, fit_joint
-from tepsipe.identification.joint_result import working_covariance
-from tepsipe.identification.window_regression import WindowedFits, regress_torque
+from tepsipe.identification.likelihood.channels import dummy_markers
+from tepsipe.identification.likelihood.likelihood import ExpectedFit, expect_joint, fit_joint
+from tepsipe.identification.likelihood.result import working_covariance
+from tepsipe.identification.regression.windows import WindowedFits, regress_torque
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Leg, foot_torque, leg_torque
 from tepsipe.mechanics.segment_kinematics import SegmentMotion

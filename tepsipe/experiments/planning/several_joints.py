@@ -8,11 +8,13 @@ persons with sway and noise tell whether the estimator holds what it promises.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
 
+import h5py
 import numpy as np
 
-from tepsipe.identification.determined_matrices import Determined, Entry, Limits, determined, entries
-from tepsipe.identification.joint_matrices import (
+from tepsipe.identification.several_joints.determined import Determined, Entry, Limits, determined, entries
+from tepsipe.identification.several_joints.matrices import (
     MatrixFit,
     Perturbation,
     Setting,
@@ -284,3 +286,35 @@ def estimate(epochs: Epochs, chosen: Set, limits: Limits) -> Drawn:
     fit = fit_matrices(epochs.setting, [epochs.perturbations[name] for name in chosen])
     known = determined(fit.setting, fit.information, fit.scale, limits)
     return Drawn(fit, known, entries(fit, JOINTS, limits, known))
+
+
+def read_draws(path: str | Path) -> list[Recording]:
+    """Recordings of all simulated persons of a file (rad, N, m/s²).
+
+    Parameters
+    ----------
+    path : str or Path
+        HDF5 file: one group per person with the data set ``unperturbed`` and the groups ``angle`` and
+        ``drive`` with a data set per perturbation.
+
+    Returns
+    -------
+    list of Recording
+        In the order of their numbers.
+    """
+    with h5py.File(path) as file:
+        return [_recording(file[name]) for name in sorted(file, key=int)]
+
+
+def _recording(group) -> Recording:
+    def arrays(name: str) -> dict[str, np.ndarray]:
+        return {key: group[name][key][()] for key in group[name].attrs["names"]}
+
+    return Recording(
+        group["unperturbed"][()],
+        arrays("angle"),
+        arrays("drive"),
+        float(group.attrs["rate_hz"]),
+        float(group.attrs["drive_rate_hz"]),
+        int(group.attrs["before"]),
+    )

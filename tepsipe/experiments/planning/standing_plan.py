@@ -2,7 +2,7 @@
 
 The belt turns the shank about a point a distance L above the ankle, phi = -y / L, for the first tenth of a
 second, in which B and K are found beside a free reflex torque
-(`tepsipe.experiments.standing.free_reflex`). With the estimator's own weights A = N^-1 X' C^-1,
+(`tepsipe.experiments.standing.free_reflex.fit`). With the estimator's own weights A = N^-1 X' C^-1,
 N = X' C^-1 X, for n responses
 
     u_A^2 = A S A' / n,     C = S / n + C_model + C_reflex
@@ -25,14 +25,14 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.plan import COVERAGE, quantity_row
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
-from tepsipe.experiments.standing.broadband import BroadbandEpochs
-from tepsipe.experiments.standing.free_reflex import (
+from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.free_reflex.fit import (
     QUANTITIES,
     FreeReflexOptions,
     fit_free_reflex,
     inside_window,
 )
-from tepsipe.identification.generalised_least_squares import integrated_wiener, squared_exponential
+from tepsipe.identification.regression.generalised import integrated_wiener, squared_exponential
 from tepsipe.signals.filters import butterworth_lowpass
 
 RATE_HZ = 250.0

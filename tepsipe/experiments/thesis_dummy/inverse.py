@@ -13,7 +13,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.thesis_dummy.printed_path import BeltMotion, PrintedPath, printed_fits, swings
-from tepsipe.identification.window_regression import WindowedFits
+from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.rubber_joint import CONSTANTS, RubberJoint
 

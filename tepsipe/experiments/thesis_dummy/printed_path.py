@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from tepsipe.identification.window_regression import WindowedFits, regress_torque
+from tepsipe.identification.regression.windows import WindowedFits, regress_torque
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.joint_torque import leg_pathway_torque

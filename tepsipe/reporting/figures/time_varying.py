@@ -4,7 +4,7 @@ import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.experiments.time_varying import VaryingRow
+from tepsipe.experiments.position_manipulator.time_varying import VaryingRow
 from tepsipe.reporting.figures.style import CYCLE, in_style, new_figure
 
 PANELS = {

@@ -4,7 +4,12 @@ import math
 
 import pandas as pd
 
-from tepsipe.experiments.position_manipulator import ESTIMATOR, MUSCLE_ESTIMATOR, REFLEX_ESTIMATOR, TERMS
+from tepsipe.experiments.position_manipulator.analysis import (
+    ESTIMATOR,
+    MUSCLE_ESTIMATOR,
+    REFLEX_ESTIMATOR,
+    TERMS,
+)
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import unit_symbol
 from tepsipe.reporting.numbers.format import by_uncertainty, number, percent, span_of_decimals

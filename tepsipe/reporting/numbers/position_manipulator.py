@@ -4,7 +4,7 @@ import math
 
 import pandas as pd
 
-from tepsipe.experiments.position_manipulator import ESTIMATOR, REFLEX_ESTIMATOR
+from tepsipe.experiments.position_manipulator.analysis import ESTIMATOR, REFLEX_ESTIMATOR
 from tepsipe.io.result import Result
 from tepsipe.reporting.numbers.format import number, percent, span, span_of_decimals
 from tepsipe.reporting.numbers.manipulator_models import (

@@ -4,7 +4,7 @@ import statistics
 
 import numpy as np
 
-from tepsipe.experiments.time_varying import VaryingRow
+from tepsipe.experiments.position_manipulator.time_varying import VaryingRow
 from tepsipe.reporting.numbers.format import by_uncertainty, number, percent, span
 
 

@@ -1,0 +1,1 @@
+"""A human joint in a position-controlled manipulator."""

@@ -1,0 +1,453 @@
+"""Joint impedance in a position-controlled manipulator: angle imposed, torque measured.
+
+    tau(t) = I theta'' + B theta' + K theta + offset
+
+is fitted by linear regression to the first part of a trial and tested on the rest. The parallel-cascade
+model, intrinsic stiffness and stretch reflex, is fitted to the same filtered torque (`parallel_cascade`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
+from tepsipe.identification.cascade.parallel_cascade import MUSCLE_BOUNDS, identify_cascade
+from tepsipe.io.estimates import Estimate, flagged, recommended
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS, admittance
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.resampling import BAND_PER_RATE
+from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.spectra import frequency_averaged
+from tepsipe.statistics.bootstrap import bootstrap_blocks, expanded_tail
+from tepsipe.statistics.goodness_of_fit import HeldOutVaf, evaluate_held_out
+from tepsipe.statistics.least_squares import LinearFit, least_squares_line
+
+PATHWAY = "impedance"
+ESTIMATOR = "regression"
+REFLEX_ESTIMATOR = "parallel-cascade"
+MUSCLE_ESTIMATOR = "parallel-cascade-muscle"
+# terms of a structure, the columns of ``models_terms`` in a result
+TERMS = ("direction", "stops", "stiffening", "gain_slope", "unloading", "relaxing")
+# a constant of the muscle this close to a bound of its search lies at it (-)
+AT_BOUND = 1e-3
+MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
+
+
+@dataclass(frozen=True)
+class PositionManipulatorOptions:
+    """Choices of the analysis.
+
+    Attributes
+    ----------
+    lowpass_cutoff_hz, lowpass_order : float, int
+        Zero-lag Butterworth filter (Hz, -).
+    cut_s : float
+        Time cut at both ends (s).
+    training_fraction : float
+        First part of the record that is fitted (-).
+    averaged_bins : int
+        Raw frequencies averaged into one (-).
+    block_s : float
+        Length of the blocks that are bootstrapped (s).
+    bootstrap_draws : int
+        Bootstrap samples of an interval (-).
+    """
+
+    lowpass_cutoff_hz: float
+    lowpass_order: int
+    cut_s: float
+    training_fraction: float
+    averaged_bins: int
+    block_s: float
+    bootstrap_draws: int
+
+
+@dataclass(frozen=True)
+class PositionManipulatorAnalysis:
+    """Results of one trial.
+
+    Attributes
+    ----------
+    time, angle, torque, predicted : ndarray, shape (n,)
+        Filtered signals after both ends are cut (s, rad, N·m) and the torque predicted (N·m).
+    training : int
+        Number of samples that were fitted (samples).
+    fit : LinearFit
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), offset (N·m).
+    bootstrap : ndarray, shape (draws, 4)
+        The same for bootstrapped blocks.
+    blocks : int
+        Number of blocks from which the bootstrap draws (-).
+    spectrum : FrequencyResponse
+        Impedance tau/theta and coherence of the unfiltered record (Hz, N·m/rad).
+    vaf : HeldOutVaf
+        VAF of the prediction (%).
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    torque: np.ndarray
+    predicted: np.ndarray
+    training: int
+    fit: LinearFit
+    bootstrap: np.ndarray
+    blocks: int
+    spectrum: FrequencyResponse
+    vaf: HeldOutVaf
+
+
+def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, int, int]:
+    """Samples that are kept, number of them that are fitted, and length of a block (samples)."""
+    rate = trial.rate_hz
+    highest = BAND_PER_RATE * rate
+    if options.lowpass_cutoff_hz > highest:
+        raise InputError(
+            f"expected a low-pass of at most {highest:.3g} Hz at {rate:.4g} Hz, found "
+            f"{options.lowpass_cutoff_hz:g} Hz: record faster, or lower "
+            "position_manipulator.analysis.lowpass_cutoff_hz"
+        )
+    cut = round(options.cut_s * rate)
+    kept = slice(cut, trial.time.size - cut)
+    size = trial.time[kept].size
+    block = round(options.block_s * rate)
+    training = int(options.training_fraction * size)
+    if training < 4 * block or size - training < block:
+        raise InputError(
+            f"expected at least 4 blocks of {options.block_s:g} s to fit and one to test, found "
+            f"{size / rate:.3g} s of record after cutting: shorten the blocks, cut less, or "
+            "record longer"
+        )
+    return kept, training, block
+
+
+def analyse_position_manipulator(
+    trial: Trial, options: PositionManipulatorOptions, rng: np.random.Generator
+) -> PositionManipulatorAnalysis:
+    """Spectral estimate, coherence, and I, B, K by regression with held-out validation.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``angle`` (rad) and ``torque`` (N·m).
+    options : PositionManipulatorOptions
+        Choices (units in their names).
+    rng : numpy.random.Generator
+        Draws blocks.
+
+    Returns
+    -------
+    PositionManipulatorAnalysis
+        Spectrum, fit and tests (rad, N·m, s).
+
+    Raises
+    ------
+    InputError
+        If the record is too short or the joint does not move.
+    """
+    rate = trial.rate_hz
+    kept, training, block = _parts(trial, options)
+
+    def lowpass(x: np.ndarray) -> np.ndarray:
+        return butterworth_lowpass(x, rate, options.lowpass_cutoff_hz, options.lowpass_order)
+
+    angle, torque = lowpass(trial.values("angle")), lowpass(trial.values("torque"))
+    rate_of_angle = derivative(trial.time, angle)
+    regressors = np.column_stack(
+        [derivative(trial.time, rate_of_angle), rate_of_angle, angle, np.ones_like(angle)]
+    )[kept]
+    angle, torque = angle[kept], torque[kept]
+    try:
+        fit = least_squares_line(regressors[:training], torque[:training])
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"expected a moving joint, found one that does not determine I, B, K ({error}): check that the "
+            "perturbation was applied"
+        ) from error
+    predicted = regressors @ fit.parameters
+    raw_angle = trial.values("angle")[kept]
+    raw_torque = trial.values("torque")[kept]
+    return PositionManipulatorAnalysis(
+        time=trial.time[kept],
+        angle=angle,
+        torque=torque,
+        predicted=predicted,
+        training=training,
+        fit=fit,
+        bootstrap=bootstrap_blocks(
+            regressors[:training], torque[:training], block, options.bootstrap_draws, rng
+        ),
+        blocks=training // block,
+        spectrum=frequency_averaged(
+            raw_angle - raw_angle.mean(), raw_torque - raw_torque.mean(), rate, options.averaged_bins
+        ),
+        vaf=evaluate_held_out(torque, predicted, training),
+    )
+
+
+def analyse_parallel_cascade(
+    trial: Trial,
+    options: PositionManipulatorOptions,
+    reflex: ParallelCascadeOptions,
+    rng: np.random.Generator,
+) -> ParallelCascadeFit:
+    """Parallel-cascade model, fitted to and tested on the same torque as the regression.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``angle`` (rad) and ``torque`` (N·m).
+    options : PositionManipulatorOptions
+        Filter, fitted part and blocks, as for `analyse_position_manipulator`.
+    reflex : ParallelCascadeOptions
+        Choices of the fit (units in their names).
+    rng : numpy.random.Generator
+        Draws blocks.
+
+    Returns
+    -------
+    ParallelCascadeFit
+        Both pathways and the prediction (rad, N·m, s).
+
+    Raises
+    ------
+    InputError
+        If the record is too short or the joint does not move.
+    """
+    kept, training, block = _parts(trial, options)
+    return identify_cascade(
+        trial.values("angle"),
+        trial.values("torque"),
+        trial.rate_hz,
+        kept,
+        training,
+        lambda x: butterworth_lowpass(x, trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order),
+        reflex,
+        block,
+        options.bootstrap_draws,
+        rng,
+    )
+
+
+def position_manipulator_estimates(
+    experiment: str, condition: str, analysis: PositionManipulatorAnalysis
+) -> list[Estimate]:
+    """Tidy rows of one trial: I, B, K and VAF (%) of the fitted and the held-out part."""
+    names = (experiment, condition, PATHWAY, ESTIMATOR)
+    tail = expanded_tail(0.95, analysis.blocks)
+    low, high = np.percentile(analysis.bootstrap, [tail, 100.0 - tail], axis=0)
+    rows = [
+        Estimate(
+            *names,
+            quantity,
+            UNITS[quantity],
+            float(analysis.fit.parameters[k]),
+            float(analysis.bootstrap[:, k].std(ddof=1)),
+            float(low[k]),
+            float(high[k]),
+            float(analysis.fit.sem_as_printed[k]),
+        )
+        for k, quantity in enumerate(PARAMETERS)
+    ]
+    return rows + _vaf_rows(names, analysis.vaf)
+
+
+def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimate]:
+    return [
+        Estimate(*names, "VAF_training", "%", vaf.training),
+        Estimate(*names, "VAF_held_out", "%", vaf.held_out),
+        Estimate(*names, "VAF_held_out_any_offset", "%", vaf.held_out_any_offset),
+        Estimate(*names, "VAF_held_out_as_printed", "%", vaf.held_out_as_printed),
+    ]
+
+
+def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCascadeFit) -> list[Estimate]:
+    """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%), and those of the muscle model.
+
+    A structure without angle-dependent stiffness or reflex has no rows for their parameters, except for a
+    reflex gain of 0 N·m·s/rad.
+    """
+    names = (experiment, condition, PATHWAY, REFLEX_ESTIMATOR)
+
+    def drawn(quantity: str, unit: str, value: float, draws: np.ndarray) -> Estimate:
+        return _drawn(names, quantity, unit, value, draws, fit.blocks)
+
+    rows = [
+        drawn(quantity, UNITS[quantity], fit.impedance[k], fit.impedance_bootstrap[:, k])
+        for k, quantity in enumerate(PARAMETERS)
+    ]
+    short = fit.short_range
+    rows += [
+        drawn("K_working", "Nm/rad", fit.working_stiffness, fit.working_stiffness_bootstrap),
+        drawn("K_short_range", "Nm/rad", short.stiffness, short.stiffness_bootstrap),
+    ]
+    if np.isfinite(short.yield_angle_rad):
+        rows.append(drawn("yield_angle", "rad", short.yield_angle_rad, short.yield_angle_bootstrap))
+    relaxing = fit.relaxing
+    if np.isfinite(relaxing.time_s):
+        rows.append(drawn("K_relaxing", "Nm/rad", relaxing.stiffness, relaxing.stiffness_bootstrap))
+        rows.append(drawn("relaxation_time", "s", relaxing.time_s, relaxing.time_bootstrap))
+    if fit.structure.stiffening:
+        rows.append(drawn("K_growth", "Nm/rad2", fit.stiffening, fit.stiffening_bootstrap))
+    if fit.structure.relaxing:
+        depends = ("I", "B", "K_short_range", "K_relaxing", "relaxation_time")
+        rows = [flagged([r], *["relaxation-assumed"] * (r.quantity in depends))[0] for r in rows]
+    rows += _reflex_rows(names, fit)
+    rows.append(Estimate(*names, "reflex_share", "%", fit.reflex_share))
+    rows.append(Estimate(*names, "slow_torque_sd", "Nm", fit.slow.sd_Nm))
+    rows.append(Estimate(*names, "VAF_cross_validated", "%", fit.vaf_cross_validated))
+    rows += _vaf_rows(names, fit.vaf)
+    rows.append(Estimate(*names, "VAF_held_out_with_slow_torque", "%", fit.slow.vaf.held_out))
+    if fit.muscle is not None:
+        rows += _muscle_rows((experiment, condition, PATHWAY, MUSCLE_ESTIMATOR), fit)
+    return recommended(rows, PATHWAY, REFLEX_ESTIMATOR)
+
+
+def _drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray, blocks: int) -> Estimate:
+    """A row with the expanded interval of its bootstrap; draws without a value are left out."""
+    draws = draws[np.isfinite(draws)]
+    tail = expanded_tail(0.95, blocks)
+    low, high = np.percentile(draws, [tail, 100.0 - tail]) if draws.size else (np.nan, np.nan)
+    spread = float(draws.std(ddof=1)) if draws.size > 1 else np.nan
+    return Estimate(*names, quantity, unit, float(value), spread, float(low), float(high))
+
+
+def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
+    """Gain, terms and times of the reflex; a delay or threshold that the record does not tell is flagged."""
+    rows = [_drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap, fit.blocks)]
+    if fit.muscle is None:
+        return rows
+    if fit.structure.gain_slope:
+        rows.append(
+            _drawn(
+                names, "reflex_gain_slope", "Nms/rad2", fit.gain_slope, fit.gain_slope_bootstrap, fit.blocks
+            )
+        )
+    if fit.structure.unloading:
+        draws = fit.unloading_gain_bootstrap
+        rows.append(_drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, draws, fit.blocks))
+    for choice in fit.assumptions:
+        own = [
+            Estimate(*names, choice.quantity, choice.unit, choice.value),
+            Estimate(*names, f"{choice.quantity}_low", choice.unit, choice.low),
+            Estimate(*names, f"{choice.quantity}_high", choice.unit, choice.high),
+        ]
+        rows += flagged(own, *["assumed"] * (not choice.determined))
+    return [
+        *rows,
+        Estimate(*names, "reflex_peak", "s", fit.reflex_peak_s),
+        Estimate(*names, "reflex_duration", "s", fit.reflex_duration_s),
+    ]
+
+
+def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
+    """Gain, frequency, damping and VAFs of the muscle model."""
+    muscle = fit.muscle
+    at_bound = any(
+        np.isclose(muscle.constants[1 + k], bounds, rtol=AT_BOUND).any()
+        for k, bounds in enumerate(MUSCLE_BOUNDS)
+    )
+    own = [
+        _drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k], fit.blocks)
+        for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
+    ]
+    own.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+    return flagged(own + _vaf_rows(names, muscle.vaf), *["at-bound"] * at_bound)
+
+
+def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:
+    """Arrays and facts of one trial, with both pathways in the group ``reflex`` (units in the result)."""
+    spectrum = analysis.spectrum
+    model = 1.0 / admittance(analysis.fit.parameters[:3], spectrum.frequency_hz)
+    arrays = {
+        "time": analysis.time,
+        "angle": analysis.angle,
+        "torque": analysis.torque,
+        "predicted_torque": analysis.predicted,
+        "frequency": spectrum.frequency_hz,
+        "impedance": spectrum.response,
+        "impedance_model": model,
+        "coherence": spectrum.coherence,
+    }
+    units = {
+        "time": "s",
+        "angle": "rad",
+        "torque": "Nm",
+        "predicted_torque": "Nm",
+        "frequency": "Hz",
+        "impedance": "Nm/rad",
+        "impedance_model": "Nm/rad",
+        "coherence": "1",
+    }
+    facts = {
+        "training_s": float(analysis.time[analysis.training - 1] - analysis.time[0]),
+        "held_out_from_s": float(analysis.time[analysis.training]),
+        "vaf_held_out_percent": analysis.vaf.held_out,
+        "offset_Nm": float(analysis.fit.parameters[3]),
+    }
+    of_paths = _paths(fit)
+    arrays |= {f"reflex/{name}": values for name, (values, _) in of_paths.items()}
+    units |= {f"reflex/{name}": unit for name, (_, unit) in of_paths.items()}
+    facts["reflex"] = {
+        "vaf_held_out_percent": fit.vaf.held_out,
+        "direction": fit.structure.direction,
+        "stiffening": fit.structure.stiffening,
+        "delay_s": fit.structure.delay_s,
+        "delay_range_s": list(fit.delay_range_s),
+        "penalty": fit.structure.penalty,
+        "short_range": fit.structure.stops,
+        "gain_slope": fit.structure.gain_slope,
+        "unloading": fit.structure.unloading,
+        "relaxing": fit.structure.relaxing,
+        "threshold_rad_per_s": fit.structure.threshold_rad_per_s,
+        "pole_per_s": fit.structure.pole_per_s,
+        "peak_s": fit.reflex_peak_s,
+        "duration_s": fit.reflex_duration_s,
+        "slow_corner_hz": fit.slow.model.corner_hz,
+        "slow_crossover_hz": fit.slow.model.crossover_hz,
+        "slow_horizon_s": fit.slow.horizon_s,
+        "slow_vaf_held_out_percent": fit.slow.vaf.held_out,
+        "assumed": [choice.quantity for choice in fit.assumptions if not choice.determined],
+    }
+    return Result(arrays, units, facts)
+
+
+def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:
+    """Arrays of both pathways with their units."""
+    arrays = {
+        "predicted_torque": (fit.predicted, "Nm"),
+        "reflex_torque": (fit.reflex_torque, "Nm"),
+        "intrinsic_lag": (fit.intrinsic_time, "s"),
+        "intrinsic_response": (fit.intrinsic_response, "Nm/rad/s"),
+        "time": (fit.reflex_time, "s"),
+        "response": (fit.reflex_response, "Nm/rad"),
+        "response_low": (fit.reflex_low, "Nm/rad"),
+        "response_high": (fit.reflex_high, "Nm/rad"),
+        "delay": (fit.delays, "s"),
+        "delay_vaf": (fit.delay_vaf, "%"),
+        "stop_torque": (fit.stop_torque, "Nm"),
+        "stop_radius": (fit.short_range.radii_rad, "rad"),
+        "stop_stiffness": (fit.short_range.weights, "Nm/rad"),
+        "slow_torque": (fit.slow.predicted, "Nm"),
+        "slow_horizon": (fit.slow.horizons_s, "s"),
+        "slow_vaf": (fit.slow.held_out_vaf, "%"),
+        "models_terms": (_terms(fit), "1"),
+        "models_error": (np.array([score.error for score in fit.models]), "%"),
+        "models_error_se": (np.array([score.error_se for score in fit.models]), "%"),
+        "models_vaf_cross_validated": (np.array([s.vaf_cross_validated for s in fit.models]), "%"),
+        "models_vaf_held_out": (np.array([s.vaf_held_out for s in fit.models]), "%"),
+        "models_coefficients": (np.array([s.coefficients for s in fit.models], dtype=float), "1"),
+    }
+    if fit.muscle is not None:
+        arrays["muscle_response"] = (fit.muscle.response, "Nm/rad")
+        arrays["muscle_predicted_torque"] = (fit.muscle.predicted, "Nm")
+    return arrays
+
+
+def _terms(fit: ParallelCascadeFit) -> np.ndarray:
+    """Terms of the models that were compared, shape (models, 6): whether each of ``TERMS`` is present."""
+    found = [[bool(getattr(s.structure, name)) for name in TERMS] for s in fit.models]
+    return np.array(found, dtype=float)

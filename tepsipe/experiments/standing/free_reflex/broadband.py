@@ -1,0 +1,349 @@
+"""Epochs for the estimator with a free reflex torque, and how they change with each source of uncertainty.
+
+The mean responses change in proportion to what is not known exactly, so one slope per source and trial is
+kept, and the trials of a task can be fitted again for any deviation without their recordings.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from tepsipe.experiments.standing.epochs import EpochOptions, StandingEpochs, quiet_onsets
+from tepsipe.experiments.standing.free_reflex.free_body import (
+    SOURCES,
+    FreeBody,
+    free_body,
+    tissue_frequencies,
+    tissue_motion,
+)
+from tepsipe.experiments.standing.free_reflex.joint_centre import (
+    JointCentre,
+    centre_from_pulses,
+    centre_from_sway,
+    relative_motion,
+    tissue_from_pulses,
+)
+from tepsipe.experiments.standing.joint_torque import StandingTrial
+from tepsipe.experiments.standing.options import StandingOptions
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.signals.epochs import cut_epochs
+from tepsipe.signals.filters import Lowpass
+from tepsipe.treadmill.held_out import HeldOut, Subject, predicted_error
+from tepsipe.treadmill.registry import FittedModel
+
+# length of an epoch after its onset (s), beyond which no window of the estimator reaches
+AFTER_S = 0.2
+# responses within which the apparent centre of the joint is sought (s)
+PULSE_S = (-0.02, 0.1)
+# step of the sources for their slopes (their units)
+STEP = 1e-3
+# of a usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
+FOOT_SHARE, CENTRE_ERROR_M = 0.3, 0.002
+# largest distance of a usable centre from the palpated one (m)
+FAR_M = 0.03
+
+
+@dataclass(frozen=True)
+class BroadbandEpochs:
+    """Responses of one trial.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Time from the onset (s).
+    perturbed : ndarray, shape (responses, n, 3)
+        Torque (N·m), ankle angle (rad) and its rate (rad/s), relative to their mean in the baseline.
+    quiet_time : ndarray, shape (m,)
+        Time in an unperturbed epoch (s).
+    quiet : ndarray, shape (epochs, m, 3)
+        The same signals in quiet standing.
+    slopes : dict of str to ndarray, shape (n, 3)
+        Source -> change of the mean responses per unit of the source, relative to the baseline.
+    draws : ndarray, shape (draws, n)
+        Torque of the mean response by every draw of the treadmill model, relative to the best (N·m).
+    peak_m_per_s : float
+        Largest speed of the belt, median over responses (m/s).
+    carried_kg : float
+        Mass on the belt (kg).
+    calibrated_kg : float or None
+        Largest mass with which the treadmill model was calibrated (kg); None if it says none.
+    centre : JointCentre or None
+        Centre of the joint from quiet sway (m).
+    centre_used : bool
+        Whether the torque refers to that centre, not to the assumed one.
+    apparent : JointCentre or None
+        Apparent centre from the responses (m).
+    skin_m : float
+        Motion of the soft tissue over the bone at a pulse of 0.5 m/s, which quiet sway has not (m); 0 where
+        it is not known.
+    treadmill_error : tuple of 2 float, or None
+        Error of K that held-out trials of the treadmill predict, and its standard error (N·m/rad).
+    """
+
+    time: np.ndarray
+    perturbed: np.ndarray
+    quiet_time: np.ndarray
+    quiet: np.ndarray
+    slopes: dict[str, np.ndarray]
+    draws: np.ndarray
+    peak_m_per_s: float
+    carried_kg: float
+    calibrated_kg: float | None
+    centre: JointCentre | None
+    centre_used: bool
+    apparent: JointCentre | None
+    skin_m: float
+    treadmill_error: tuple[float, float] | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of responses (-)."""
+        return self.perturbed.shape[0]
+
+    @cached_property
+    def _stretches(self) -> dict[tuple[int, int], np.ndarray]:
+        return {}
+
+    def quiet_stretches(self, first: int, last: int, step: int) -> np.ndarray:
+        """Stretches of quiet standing, shape (m, last + 1 - first, 3), every ``step`` samples.
+
+        Each is as long as samples ``first`` to ``last`` of an epoch, and relative to a baseline as long as
+        that of the responses. It is cut once for a window: many onsets of reflexes are tried with it.
+        """
+        if (first, last) not in self._stretches:
+            zero = self.time <= self.time[0] + 0.1  # of the epoch: as long before the onset as the baseline
+            pieces = np.lib.stride_tricks.sliding_window_view(self.quiet, last + 1, axis=1)
+            # pieces that start at the same time stand together: start, epoch, time, signal
+            pieces = np.moveaxis(pieces[:, ::step], (1, 3), (0, 2))
+            still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
+            found = (pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3)
+            self._stretches[first, last] = found
+        return self._stretches[first, last]
+
+
+def cut_broadband(
+    trial: Trial,
+    name: str,
+    standing: StandingTrial,
+    epochs: StandingEpochs,
+    options: StandingOptions,
+    cutting: EpochOptions,
+    lowpass: Lowpass,
+    models: dict[str, FittedModel],
+) -> BroadbandEpochs | None:
+    """Epochs of the same perturbations as ``epochs``, with their own filter.
+
+    Parameters
+    ----------
+    trial : Trial
+        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
+    name : str
+        Names the trial in messages.
+    standing : StandingTrial
+        The trial with the filter of all signals.
+    epochs : StandingEpochs
+        Its epochs: their onsets are used (s).
+    options, cutting : StandingOptions, EpochOptions
+        Choices (units in their names).
+    lowpass : Lowpass
+        Filter of all signals here (Hz).
+    models : dict of str to FittedModel
+        Component, Fy or Mx -> treadmill model; empty for the loads as measured.
+
+    Returns
+    -------
+    BroadbandEpochs or None
+        None if no perturbation of the trial is usable.
+
+    Raises
+    ------
+    InputError
+        As `free_body`.
+    """
+    if not epochs.count:
+        return None
+    centre = centre_from_sway(trial, options.person, standing.unperturbed, standing.hidden)
+    used = centre is not None and _usable(centre)
+    offset = centre.offset_m if centre is not None and used else np.zeros(2)
+    body = free_body(trial, name, standing, options, lowpass, models, offset)
+    start, rate = float(standing.time[0]), trial.rate_hz
+    before = -cutting.baseline_s[0] + 0.02
+
+    def cut(x: np.ndarray, at: np.ndarray, after: float):
+        found = cut_epochs(x, rate, at, before, after, start)
+        zero = (found.time >= cutting.baseline_s[0] - 1e-9) & (found.time <= cutting.baseline_s[1] + 1e-9)
+        return found.time, found.values - found.values[:, zero].mean(axis=1, keepdims=True)
+
+    apparent, skins_m = _pulses(trial, standing, epochs.onsets_s, options, lowpass, body.belt_dd, centre)
+    body = replace(body, skins_m=skins_m)
+    best = body.signals()
+    quiet_time, quiet = cut(best, quiet_onsets(trial, standing, name, cutting), cutting.after_s)
+    time, perturbed = cut(best, epochs.onsets_s, AFTER_S)
+    moved = {
+        source: (body.signals({source: STEP}) - body.signals({source: -STEP})) / (2.0 * STEP)
+        for source in SOURCES
+    }
+    slopes = cut(np.column_stack(list(moved.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
+    masses = [getattr(model.model, "heaviest_kg", None) for model in models.values()]
+    heaviest = [mass for mass in masses if mass is not None]
+    return BroadbandEpochs(
+        time=time,
+        perturbed=perturbed,
+        quiet_time=quiet_time,
+        quiet=quiet,
+        slopes={source: slopes[:, 3 * k : 3 * k + 3] for k, source in enumerate(SOURCES)},
+        draws=_mean_draws(body, epochs.onsets_s, time, cutting.baseline_s),
+        peak_m_per_s=float(np.median(np.abs(epochs.perturbed["belt_velocity"]).max(axis=1))),
+        carried_kg=float(body.load.f_z[standing.unperturbed].mean()) / options.person.body.gravity_m_per_s2,
+        calibrated_kg=max(heaviest) if heaviest else None,
+        centre=centre,
+        centre_used=used,
+        apparent=apparent,
+        skin_m=skins_m[0],
+    )
+
+
+def with_treadmill_error(
+    broadband: BroadbandEpochs,
+    epochs: StandingEpochs,
+    held_out: HeldOut,
+    ankle_height_m: float,
+    window_s: float,
+) -> BroadbandEpochs:
+    """Epochs with the error of K that held-out trials of the treadmill predict (N·m/rad).
+
+    Parameters
+    ----------
+    broadband, epochs : BroadbandEpochs, StandingEpochs
+        The same responses with both filters (rad, m/s).
+    held_out : HeldOut
+        Residuals of trials that the treadmill model has not seen (N, N·m).
+    ankle_height_m, window_s : float
+        Height of the ankle above the belt (m), and length of the fitted window (s).
+
+    Returns
+    -------
+    BroadbandEpochs
+        With ``treadmill_error`` (N·m/rad).
+
+    Raises
+    ------
+    InputError
+        If the rate is not that of the treadmill's calibration.
+    """
+    rate = 1.0 / float(np.diff(broadband.time).mean())
+    fitted = (broadband.time > -0.5 / rate) & (broadband.time <= window_s + 0.5 / rate)
+    motion = broadband.perturbed.mean(axis=0)[fitted]
+    velocity = epochs.perturbed["belt_velocity"].mean(axis=0)[epochs.time > -0.5 / rate]
+    regressors = motion[:, [2, 1]]
+    subject = Subject(broadband.carried_kg, ankle_height_m, velocity, regressors, rate, False)
+    error = predicted_error(held_out, subject)
+    return replace(broadband, treadmill_error=(float(error.parameters[-1]), float(error.standard_error[-1])))
+
+
+def _usable(centre: JointCentre) -> bool:
+    """Whether the centre of a joint is found well enough, and near enough to where it was felt."""
+    steady = centre.foot_rad < FOOT_SHARE * centre.sway_rad
+    return bool(
+        steady and centre.standard_error_m.max() < CENTRE_ERROR_M and np.hypot(*centre.offset_m) < FAR_M
+    )
+
+
+def _mean_draws(
+    body: FreeBody, onsets_s: np.ndarray, time: np.ndarray, baseline_s: tuple[float, float]
+) -> np.ndarray:
+    """Mean response of every draw, shape (draws, n), between samples by straight lines."""
+    if not body.draws.shape[0]:
+        return np.empty((0, time.size))
+    at = (onsets_s[:, None] + time - body.time[0]) / (body.time[1] - body.time[0])
+    low = np.clip(np.floor(at).astype(int), 0, body.time.size - 2)
+    part = at - low
+    mean = ((1.0 - part) * body.draws[:, low] + part * body.draws[:, low + 1]).mean(axis=1)
+    zero = (time >= baseline_s[0] - 1e-9) & (time <= baseline_s[1] + 1e-9)
+    return mean - mean[:, zero].mean(axis=1, keepdims=True)
+
+
+def _pulses(
+    trial: Trial,
+    standing: StandingTrial,
+    onsets_s: np.ndarray,
+    options: StandingOptions,
+    lowpass: Lowpass,
+    belt_dd: np.ndarray,
+    centre: JointCentre | None,
+) -> tuple[JointCentre | None, tuple[float, float, float]]:
+    """Apparent centre of the joint while the belt moves, and motion of the soft tissue at 0.5 m/s (m).
+
+    The latter if the tissue has each of `tissue_frequencies`.
+    """
+    if onsets_s.size < 2:
+        return None, (0.0, 0.0, 0.0)
+    person, labels = options.person, trial.axes["marker"].tolist()
+    positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), trial.rate_hz)
+    peak = float(np.abs(standing.belt_velocity).max())
+
+    def cut(x: np.ndarray) -> np.ndarray:
+        at = onsets_s + standing.delay_s
+        return cut_epochs(x, trial.rate_hz, at, -PULSE_S[0], PULSE_S[1], float(standing.time[0])).values
+
+    motion = relative_motion(positions, labels, person)
+    at_rest = float(motion[standing.unperturbed, 0].mean())
+    apparent = centre_from_pulses(cut(motion), at_rest)
+    if centre is None:
+        return apparent, (0.0, 0.0, 0.0)
+    own = relative_motion(positions, labels, person, own=True)
+    responses = cut(own)
+    first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * trial.rate_hz))].mean(axis=1, keepdims=True)
+
+    def skin_m(tissue_hz: float) -> float:
+        wobbling = positions.copy()
+        motion = tissue_motion(positions, labels, person, belt_dd, peak, trial.rate_hz, tissue_hz)
+        wobbling[..., 0] += STEP * motion
+        pattern = cut((relative_motion(wobbling, labels, person, own=True) - own) / STEP)
+        return tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)
+
+    usual, lower, higher = map(skin_m, tissue_frequencies())
+    return apparent, (usual, lower, higher)
+
+
+# ---- to and from a result's file -------------------------------------------------------------------
+
+UNITS = {"time": "s", "perturbed": "Nm, rad, rad/s", "quiet_time": "s", "quiet": "Nm, rad, rad/s"}
+PLAIN = ("peak_m_per_s", "carried_kg", "calibrated_kg", "centre_used", "skin_m", "treadmill_error")
+
+
+def broadband_result(epochs: BroadbandEpochs) -> Result:
+    """Epochs as arrays below ``broadband/`` with their units, and facts."""
+    arrays = {f"broadband/{key}": getattr(epochs, key).astype(np.float32) for key in UNITS}
+    units = {f"broadband/{key}": unit for key, unit in UNITS.items()}
+    for source, slope in epochs.slopes.items():
+        arrays[f"broadband/slopes/{source}"] = slope
+        units[f"broadband/slopes/{source}"] = ", ".join(f"{unit} per unit" for unit in ("Nm", "rad", "rad/s"))
+    arrays["broadband/draws"], units["broadband/draws"] = epochs.draws.astype(np.float32), "Nm"
+    facts = {key: getattr(epochs, key) for key in PLAIN}
+    for key in ("centre", "apparent"):
+        found = getattr(epochs, key)
+        facts[key] = (
+            None
+            if found is None
+            else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(found).items()}
+        )
+    return Result(arrays, units, {"broadband": facts})
+
+
+def broadband_of(result: Result) -> BroadbandEpochs | None:
+    """The epochs in a result that holds those of `broadband_result` (units as there); None without them."""
+    if "broadband" not in result.facts:
+        return None
+    facts = dict(result.facts["broadband"])
+    for key in ("centre", "apparent"):
+        if facts[key] is not None:
+            arrays = {
+                k: np.array(facts[key][k]) for k in ("offset_m", "moving_m", "own_m", "standard_error_m")
+            }
+            facts[key] = JointCentre(**{**facts[key], **arrays})
+    arrays = {key: result.arrays[f"broadband/{key}"].astype(float) for key in (*UNITS, "draws")}
+    slopes = {source: result.arrays[f"broadband/slopes/{source}"] for source in SOURCES}
+    return BroadbandEpochs(**arrays, slopes=slopes, **facts)

@@ -1,0 +1,151 @@
+"""Checks of the standing person's K and B: what the responses themselves say about broken assumptions.
+
+Each check compares two estimates of one thing, or a setting with what was seen. A difference fails it only if
+it exceeds what is expected of a healthy trial by more than chance, of which each check takes 1 in 100.
+
+`difference_from_window` compares the fit with a free reflex torque with least squares in a short window. Both
+estimates come from the same signals: centre of the joint, soft tissue, feet and treadmill model are the same
+in both, and so are their errors. Only what the errors do to one estimate and not to the other counts. A
+difference beyond that has causes that no source describes: a reflex before its assumed onset, a torque in the
+first milliseconds that is not that of the joint.
+"""
+
+import numpy as np
+
+from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.free_reflex.fit import (
+    DISCREPANCY,
+    FreeReflexFit,
+    FreeReflexOptions,
+    inside_window,
+)
+from tepsipe.experiments.standing.free_reflex.fit_errors import ANKLE, ANKLE_D, TORQUE, fit_errors
+from tepsipe.identification.regression.generalised import Record, generalised_least_squares
+from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor
+from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
+
+# each check alone warns of 1 healthy trial in 100
+CONFIDENCE = 0.99
+# what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one (-)
+DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
+# motion of the soft tissue that is too large to be corrected (m)
+SKIN_M = 0.003
+# predicted error of K from which it is not to be quoted, relative to K (-)
+GROSS = 0.5
+# share of the perturbations that must be usable (-)
+USABLE = 0.7
+
+
+def failed_checks(
+    fit: FreeReflexFit,
+    trials: list[BroadbandEpochs],
+    perturbations: int,
+    pre_reflex: tuple[np.ndarray, Budget] | None,
+) -> tuple[str, ...]:
+    """Names of the checks, in `tepsipe.io.estimates.FLAGS`, that K and B fail.
+
+    Parameters
+    ----------
+    fit : FreeReflexFit
+        K and B of these trials.
+    trials : list of BroadbandEpochs
+        The trials.
+    perturbations : int
+        Number of perturbations in them, usable or not (-).
+    pre_reflex : tuple of ndarray of shape (2,) and Budget, or None
+        B and K of the pre-reflex window less those of ``fit`` (N·m·s/rad, N·m/rad), and the budget of the
+        difference; None without such an estimate.
+
+    Returns
+    -------
+    tuple of str
+        Names (no unit).
+    """
+    stiffness = float(fit.parameters[0, 1])
+    failed = []
+    if pre_reflex is not None:
+        difference, budget = pre_reflex
+        chance = float(coverage_factor(budget.effective_freedom, CONFIDENCE)[1] * budget.combined[1])
+        if abs(difference[1]) > DIFFERENCE * abs(stiffness) + chance:
+            failed.append("pre-reflex-differs")
+    if np.ptp(fit.windows[:, 2]) > WINDOW_RANGE * abs(stiffness):
+        failed.append("window-sensitive")
+    if np.sqrt(np.mean([trial.skin_m**2 for trial in trials])) > SKIN_M:
+        failed.append("skin-motion")
+    if any(t.calibrated_kg is not None and t.carried_kg > BEYOND * t.calibrated_kg for t in trials):
+        failed.append("beyond-calibrated-mass")
+    error = _treadmill_error(trials)
+    if error is not None and clearly_wrong(*error, stiffness):
+        failed.append("treadmill-model")
+    if sum(trial.count for trial in trials) < USABLE * perturbations:
+        failed.append("few-perturbations")
+    return tuple(failed)
+
+
+def quotable(trials: list[BroadbandEpochs], stiffness: float) -> bool:
+    """Whether no gross error of K (N·m/rad) is predicted: not clearly beyond half of it."""
+    error = _treadmill_error(trials)
+    return error is None or error[1] >= UNKNOWN or not clearly_wrong(*error, stiffness, GROSS)
+
+
+def _treadmill_error(trials: list[BroadbandEpochs]) -> tuple[float, float] | None:
+    """Predicted error of K by the treadmill model, mean over trials, and its standard error (N·m/rad).
+
+    All trials are compared with the same recordings of the treadmill: more of them do not reduce the latter.
+    """
+    errors = np.array([trial.treadmill_error for trial in trials if trial.treadmill_error is not None])
+    if not errors.size:
+        return None
+    known = errors[:, 1].max() < UNKNOWN
+    return float(errors[:, 0].mean()), float(errors[:, 1].mean()) if known else UNKNOWN
+
+
+# what the model of the rig leaves in one trial alone, and not in the others
+OWN_DISCREPANCY = "model_discrepancy_of_trial"
+
+
+def difference_from_window(
+    trials: list[BroadbandEpochs],
+    fit: FreeReflexFit,
+    window_s: float,
+    options: FreeReflexOptions,
+    sources: list[Source],
+) -> tuple[np.ndarray, Budget]:
+    """B and K by least squares in a short window less those of a fit, with the budget of the difference.
+
+    Parameters
+    ----------
+    trials : list of BroadbandEpochs
+        The trials of both.
+    fit : FreeReflexFit
+        The fit.
+    window_s : float
+        Length of the short window (s).
+    options : FreeReflexOptions
+        Choices (units in their names).
+    sources : list of Source
+        What is not known exactly (units in their names); of both estimates alike.
+
+    Returns
+    -------
+    difference : ndarray, shape (2,)
+        Of B and K (N·m·s/rad, N·m/rad).
+    budget : Budget
+        Of the difference. Its Type A is the scatter of the difference between responses. Sources of the
+        signals and draws of the treadmill model are subtracted one by one; the onset of the reflex counts as
+        in the fit, which alone has it. The spread over windows does not count: such a difference shows it.
+    """
+    inside = inside_window(trials[0].time, window_s)
+    records = [
+        Record(mean[:, TORQUE], mean[:, [ANKLE_D, ANKLE]], np.eye(int(inside.sum())))
+        for mean in (trial.perturbed[:, inside].mean(axis=0) for trial in trials)
+    ]
+    short = generalised_least_squares(records)
+    by_source = {source.name: source.standard_uncertainty for source in sources}
+    apart = fit_errors(trials, short, records, inside, sources, options.discrepancy_s).minus(fit.errors)
+    contributions = dict(apart.contributions)
+    contributions[OWN_DISCREPANCY] = options.discrepancy * apart.discrepancy.reshape(-1, 2)
+    if DISCREPANCY in by_source:
+        contributions[DISCREPANCY] = by_source[DISCREPANCY] * apart.discrepancy.sum(axis=0)
+    type_a = np.sqrt((apart.scatter**2).sum(axis=0))
+    return apart.parameters, Budget(type_a, apart.freedom, contributions, fit.budget.freedom)

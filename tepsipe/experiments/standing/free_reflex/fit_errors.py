@@ -1,0 +1,175 @@
+"""What each source of uncertainty does to B and K of a fit of mean responses, and to differences of fits.
+
+To first order, with the weights of the fit kept. Signs, draws and single responses are kept, too, so that of
+two fits of the same trials only what is not common to both remains in their difference.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
+from tepsipe.identification.regression.generalised import (
+    GeneralisedFit,
+    Record,
+    sensitivity,
+    squared_exponential,
+)
+from tepsipe.statistics.uncertainty import Source, root_of_draws
+
+TORQUE, ANKLE, ANKLE_D = range(3)
+TREADMILL = "treadmill_model"
+
+
+@dataclass(frozen=True)
+class FitErrors:
+    """Errors of B and K by source.
+
+    Attributes
+    ----------
+    parameters : ndarray, shape (2,)
+        B (N·m·s/rad) and K (N·m/rad).
+    scatter : ndarray, shape (responses, 2)
+        Share of every response in the error, scaled so that the sum of squares is the variance (their units).
+    freedom : float
+        Its degrees of freedom (-).
+    contributions : dict of str to ndarray, shape (k, 2)
+        Source -> root of its covariance (their units).
+    discrepancy : ndarray, shape (trials, n, 2)
+        For each trial, root of the covariance by a misfit of the rig's model of the size of its largest
+        torque (their units).
+    """
+
+    parameters: np.ndarray
+    scatter: np.ndarray
+    freedom: float
+    contributions: dict[str, np.ndarray]
+    discrepancy: np.ndarray
+
+    def minus(self, other: "FitErrors") -> "FitErrors":
+        """Errors of the difference from another fit of the same trials and sources (their units)."""
+        n = max(self.discrepancy.shape[1], other.discrepancy.shape[1])
+        nothing = np.zeros((1, 2))
+        return FitErrors(
+            self.parameters - other.parameters,
+            self.scatter - other.scatter,
+            self.freedom,
+            {
+                name: self.contributions.get(name, nothing) - other.contributions.get(name, nothing)
+                for name in dict.fromkeys([*self.contributions, *other.contributions])
+            },
+            _padded(self.discrepancy, n) - _padded(other.discrepancy, n),
+        )
+
+    def variance(self, discrepancy: float) -> np.ndarray:
+        """Variance by scatter, sources, and a share (-) of misfit that is common to all trials, shape (2,).
+
+        Squares of the units of B and K.
+        """
+        rows = [self.scatter, *self.contributions.values(), discrepancy * self.discrepancy.sum(axis=0)]
+        return sum((x**2).sum(axis=0) for x in rows)
+
+
+def _padded(rows: np.ndarray, most: int) -> np.ndarray:
+    """Root of a covariance for every trial, shape (trials, n, 2), with rows of 0 up to so many.
+
+    Roots of a process in windows that begin together are Cholesky factors: row k is of the same deviate.
+    """
+    return np.pad(rows, ((0, 0), (0, most - rows.shape[1]), (0, 0)))
+
+
+def fit_errors(
+    trials: list[BroadbandEpochs],
+    fit: GeneralisedFit,
+    records: list[Record],
+    inside: np.ndarray,
+    sources: list[Source],
+    discrepancy_s: float,
+) -> FitErrors:
+    """Errors of a fit.
+
+    Parameters
+    ----------
+    trials : list of BroadbandEpochs
+        Responses (rad, N·m).
+    fit, records : GeneralisedFit, list of Record
+        The fit of their means, and what it was fitted to (N·m·s/rad, N·m/rad).
+    inside : ndarray of bool, shape (n,)
+        Samples of the window (-).
+    sources : list of Source
+        What is not known exactly (units in their names); those that move no signal are ignored.
+    discrepancy_s : float
+        Length of the misfit (s).
+
+    Returns
+    -------
+    FitErrors
+        By source.
+    """
+    responses = sum(trial.count for trial in trials)
+    freedom = max(1.0, float(responses - len(trials)))
+    return FitErrors(
+        fit.parameters,
+        np.sqrt(responses / freedom) * _of_responses(trials, fit, records, inside),
+        freedom,
+        _of_signals(trials, fit, records, inside, sources) | _of_treadmill(trials, fit, records, inside),
+        _of_discrepancy(fit, records, trials[0].time[inside], discrepancy_s),
+    )
+
+
+def _of_responses(
+    trials: list[BroadbandEpochs], fit: GeneralisedFit, records: list[Record], inside: np.ndarray
+) -> np.ndarray:
+    """Change of B and K by every response's deviation from the mean of its trial, shape (responses, 2)."""
+    found = []
+    for k, trial in enumerate(trials):
+        around = (trial.perturbed[:, inside] - trial.perturbed[:, inside].mean(axis=0)) / trial.count
+        regressors = [np.zeros((trial.count, *record.regressors.shape)) for record in records]
+        target = [x[..., 0] for x in regressors]
+        regressors[k], target[k] = around[..., [ANKLE_D, ANKLE]], around[..., TORQUE]
+        found.append(sensitivity(fit, records, target, regressors))
+    return np.concatenate(found)
+
+
+def _of_signals(
+    trials: list[BroadbandEpochs],
+    fit: GeneralisedFit,
+    records: list[Record],
+    inside: np.ndarray,
+    sources: list[Source],
+) -> dict[str, np.ndarray]:
+    """Signed contributions to B and K of the sources that move the signals, each of shape (1, 2)."""
+    found = {}
+    for source in sources:
+        if source.name in trials[0].slopes:
+            moved = [source.standard_uncertainty * trial.slopes[source.name][inside] for trial in trials]
+            changes = sensitivity(
+                fit, records, [m[:, TORQUE] for m in moved], [m[:, [ANKLE_D, ANKLE]] for m in moved]
+            )
+            found[source.name] = changes[None]
+    return found
+
+
+def _of_treadmill(
+    trials: list[BroadbandEpochs], fit: GeneralisedFit, records: list[Record], inside: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Root of the covariance of B and K by the calibration of the treadmill model, if it has draws."""
+    shared = min((len(trial.draws) for trial in trials), default=0)
+    if shared < 2:
+        return {}
+    moved = sensitivity(fit, records, [trial.draws[:shared, inside] for trial in trials])
+    return {TREADMILL: root_of_draws(moved)}
+
+
+def _of_discrepancy(
+    fit: GeneralisedFit, records: list[Record], time: np.ndarray, length_s: float
+) -> np.ndarray:
+    """Root of the covariance of B and K by a smooth misfit of the largest torque of each trial."""
+    smooth = squared_exponential(time, length_s) + 1e-6 * np.eye(time.size)
+    shapes = np.linalg.cholesky(smooth).T
+    found = []
+    for k, record in enumerate(records):
+        peak = record.target[np.abs(record.target).argmax()]
+        alone = [(peak if j == k else 0.0) * shapes for j in range(len(records))]
+        found.append(sensitivity(fit, records, alone))
+    return np.stack(found)

@@ -1,0 +1,287 @@
+"""The feet as a free body up to 60 Hz, and how its torque follows from what is not known exactly.
+
+The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
+friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of
+the torque are computed in another way than at 20 Hz: the acceleration of the feet is that of the belt by its
+encoder, because noise grows with frequency, and the friction of the belt follows the vertical force at each
+instant instead of the weight.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from tepsipe.experiments.standing.free_reflex.joint_centre import hindfoot
+from tepsipe.experiments.standing.joint_torque import StandingTrial, segment_poses
+from tepsipe.experiments.standing.options import Person, StandingOptions
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.anthropometry import Feet
+from tepsipe.mechanics.inverse_dynamics import PlateLoad, standing_torque
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.time_alignment import advanced
+from tepsipe.treadmill.compensation import added_per_kg, compensated_draws, compensated_loads
+from tepsipe.treadmill.registry import FittedModel
+from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
+
+SIGNALS = ("torque", "ankle", "ankle_d")
+# soft tissue on the shank: natural frequency (Hz) and damping ratio (-) of the one that is propagated
+# (Wakeling & Nigg 2001: 10 to 20 Hz while the muscles are relaxed)
+TISSUE_HZ, TISSUE_DAMPING = 12.0, 0.3
+# belt speed at which the size of the tissue's motion is stated (m/s)
+TISSUE_SPEED = 0.5
+STEP_M = 1e-4
+# other frequencies, lower and higher by this, show what the frequency does (Hz)
+TISSUE_STEP_HZ = 1.0
+# sources of Type B that move the signals, with the unit in which they deviate
+SOURCES = (
+    "joint_centre_anterior_m",
+    "joint_centre_height_m",
+    "foot_mass",
+    "force_marker_delay_s",
+    "skin_m",
+    "tissue_hz",
+    "marked_rotation",
+    "foot_rotation",
+    "force_scale",
+    "moment_scale",
+    "origin_height_m",
+    "vertical_leak",
+)
+
+
+@dataclass(frozen=True)
+class FreeBody:
+    """Feet, plate and joint of one trial, low-pass filtered alike.
+
+    Attributes
+    ----------
+    person : Person
+        Masses and lengths (kg, m).
+    time : ndarray, shape (n,)
+        Instants (s).
+    load : PlateLoad
+        Compensated load of the plate (N, N·m).
+    load_d : PlateLoad
+        Its rate (N/s, N·m/s).
+    shank, foot, centre, foot_com : ndarray
+        Angles, shape (n,) (rad), and positions, shape (n, 2) (m).
+    belt_dd : ndarray, shape (n,)
+        Acceleration of the belt (m/s²).
+    tissue : ndarray, shape (n, 3)
+        Change of the shank's angle (rad/m) and of the centre (-) per metre of motion of the soft tissue.
+    near : tuple of 2 ndarray, shape (n, 3)
+        The same of soft tissue with a lower and a higher frequency, see `TISSUE_STEP_HZ`.
+    skins_m : tuple of 3 float
+        Motion of the soft tissue that is subtracted if it has the assumed, lower or higher frequency (m).
+    draws : ndarray, shape (draws, n)
+        Torque for every draw of the treadmill model's constants, relative to the best one (N·m).
+    """
+
+    person: Person
+    time: np.ndarray
+    load: PlateLoad
+    load_d: PlateLoad
+    shank: np.ndarray
+    foot: np.ndarray
+    centre: np.ndarray
+    foot_com: np.ndarray
+    belt_dd: np.ndarray
+    tissue: np.ndarray
+    near: tuple[np.ndarray, np.ndarray]
+    draws: np.ndarray
+    skins_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def signals(self, deviations: Mapping[str, float] | None = None) -> np.ndarray:
+        """Torque of both ankles (N·m), ankle angle (rad) and its rate (rad/s), shape (n, 3).
+
+        The motion of the soft tissue is subtracted.
+
+        Parameters
+        ----------
+        deviations : mapping of str to float, optional
+            Source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint in the
+            shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m) and of its
+            frequency (Hz), of the height of the plate's axes (m); relative for mass, scales and rotations;
+            part of the vertical force in the fore-aft one (-).
+        """
+        off = dict.fromkeys(SOURCES, 0.0) | dict(deviations or {})
+        skin_m, lower_m, higher_m = self.skins_m
+        lower, higher = self.near
+        per_hz = (lower_m * lower - higher_m * higher) / (2.0 * TISSUE_STEP_HZ)
+        wobble = (off["skin_m"] - skin_m) * self.tissue + off["tissue_hz"] * per_hz
+        late = off["force_marker_delay_s"]
+        f_y, f_z, m_x = (
+            getattr(self.load, key) + late * getattr(self.load_d, key) for key in ("f_y", "f_z", "m_x")
+        )
+        m_x = (1.0 + off["moment_scale"]) * m_x + off["origin_height_m"] * f_y
+        f_y = (1.0 + off["force_scale"]) * f_y + off["vertical_leak"] * f_z
+        plate = PlateLoad(f_y, (1.0 + off["force_scale"]) * f_z, m_x)
+        shank = self.shank + wobble[:, 0]
+        sine, cosine = np.sin(self.shank), np.cos(self.shank)
+        across, along = off["joint_centre_anterior_m"], off["joint_centre_height_m"]
+        shift = np.column_stack([across * cosine + along * sine, along * cosine - across * sine])
+        feet = self.person.feet
+        scale = 1.0 + off["foot_mass"]
+        # the feet move with the belt: their other accelerations are noise at this cutoff
+        moved = np.column_stack([self.belt_dd, np.zeros_like(self.belt_dd)])
+        torque = standing_torque(
+            Feet(scale * feet.mass_kg, scale * feet.inertia_kgm2),
+            self.person.body.gravity_m_per_s2,
+            plate,
+            self.centre + shift + wobble[:, 1:],
+            self.foot_com,
+            moved,
+            np.zeros_like(self.belt_dd),
+        )
+        # a foot is not rigid: its markers see a part of the rotation below the ankle
+        foot = (1.0 + off["foot_rotation"]) * self.foot
+        ankle = (1.0 + off["marked_rotation"]) * (shank - foot)
+        return np.column_stack([torque, ankle, derivative(self.time, ankle)])
+
+
+def free_body(
+    trial: Trial,
+    name: str,
+    standing: StandingTrial,
+    options: StandingOptions,
+    lowpass: Lowpass,
+    models: dict[str, FittedModel],
+    offset_m: np.ndarray,
+) -> FreeBody:
+    """The feet of a standing person as a free body.
+
+    Parameters
+    ----------
+    trial : Trial
+        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
+    name : str
+        Names the trial in messages.
+    standing : StandingTrial
+        The same trial with the filter of all signals (s).
+    options : StandingOptions
+        Choices (units in their names).
+    lowpass : Lowpass
+        Filter of all signals here (Hz).
+    models : dict of str to FittedModel
+        Component, Fy or Mx -> treadmill model; empty for the loads as measured.
+    offset_m : ndarray, shape (2,)
+        Of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
+
+    Returns
+    -------
+    FreeBody
+        Signals (N, N·m, rad, m, s).
+
+    Raises
+    ------
+    InputError
+        If the belt or a marker is not in the trial, or the rate is not that of the calibration.
+    """
+    time, rate, person = trial.time, trial.rate_hz, options.person
+    loads = filtered_load(trial, name, options.belt, lowpass)
+    labels = trial.axes["marker"].tolist()
+    positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), rate)
+    origin = np.asarray(offset_m, dtype=float)
+    poses = segment_poses(positions, labels, person, origin) | {
+        "foot": hindfoot(positions, labels, person)[0]
+    }
+    rest = standing.unperturbed
+    carried_kg = float(loads["Fz"][rest].mean()) / person.body.gravity_m_per_s2
+    recordings = recordings_of_loads(
+        trial,
+        name,
+        name,
+        lowpass,
+        rest,
+        {key: loads[key] - loads[key][rest].mean() for key in COMPONENTS},
+        dict.fromkeys(COMPONENTS, np.zeros(time.size)),
+        carried_kg,
+        np.ones(time.size, dtype=bool),
+        tuple(np.searchsorted(time, standing.onsets_s).tolist()),
+    )
+    belt_dd = recordings["Fy"].acceleration
+    peak = float(np.abs(standing.belt_velocity).max())
+    tissues = []
+    for hz in tissue_frequencies():
+        moved = positions.copy()
+        moved[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate, hz)
+        other = segment_poses(moved, labels, person, origin)
+        changed = [other[key] - poses[key] for key in ("shank", "ankle_point")]
+        tissues.append(advanced(time, np.column_stack(changed) / STEP_M, standing.delay_s))
+    poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
+    used = {c: loads[c] for c in COMPONENTS}
+    draws = np.empty((0, time.size))
+    if models:
+        # the constants are those of a frame and of friction, not of a filter
+        models = {c: replace(m, lowpass=lowpass) for c, m in models.items()}
+        found = compensated_loads(models, recordings)
+        by_draw = compensated_draws(models, recordings)
+        height = poses["ankle_point"][:, 1]
+        draws = (by_draw["Mx"] - found["Mx"]) + height * (by_draw["Fy"] - found["Fy"])
+        pressed = loads["Fz"] / person.body.gravity_m_per_s2 - carried_kg
+        per_kg = added_per_kg(models, recordings)
+        used = {c: found[c] - pressed * per_kg[c] + loads[c][rest].mean() for c in COMPONENTS}
+    table = np.column_stack([used["Fy"], loads["Fz"], used["Mx"]])
+    return FreeBody(
+        person=person,
+        time=time,
+        load=PlateLoad(*table.T),
+        load_d=PlateLoad(*derivative(time, table).T),
+        shank=poses["shank"],
+        foot=poses["foot"],
+        centre=poses["ankle_point"],
+        foot_com=poses["foot_com"],
+        belt_dd=belt_dd,
+        tissue=tissues[0],
+        near=(tissues[1], tissues[2]),
+        draws=draws,
+    )
+
+
+def tissue_frequencies() -> tuple[float, float, float]:
+    """Frequency that the soft tissue is taken to have, a lower and a higher one (Hz)."""
+    return TISSUE_HZ, TISSUE_HZ - TISSUE_STEP_HZ, TISSUE_HZ + TISSUE_STEP_HZ
+
+
+def tissue_motion(
+    positions: np.ndarray,
+    labels: list[str],
+    person: Person,
+    belt_dd: np.ndarray,
+    peak_m_per_s: float,
+    rate_hz: float,
+    tissue_hz: float = TISSUE_HZ,
+) -> np.ndarray:
+    """Motion along the belt of the soft tissue below the shank's own markers, shape (n, markers) (-).
+
+    A mass on a spring over the bone, which accelerates as the marker does: near the knee less than near the
+    ankle. Tissue that accelerates as the belt does moves by 1 at `TISSUE_SPEED`. Other markers do not move.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (n, markers, 2)
+        y, z, low-pass filtered (m).
+    labels : list of str
+        Names of the markers.
+    person : Person
+        Which markers are on the shank.
+    belt_dd : ndarray, shape (n,)
+        Acceleration of the belt (m/s²).
+    peak_m_per_s, rate_hz, tissue_hz : float
+        Largest speed of the belt (m/s), sampling rate, and frequency of the soft tissue (Hz).
+    """
+    width = 2.0 * np.pi * tissue_hz
+    numerator, denominator, _ = scipy.signal.cont2discrete(
+        ([-1.0], [1.0, 2.0 * TISSUE_DAMPING * width, width**2]), 1.0 / rate_hz, method="bilinear"
+    )
+    own = [labels.index(x) for x in person.shank.labels if x not in person.foot.labels]
+    time = np.arange(len(belt_dd)) / rate_hz
+    driven = np.column_stack([belt_dd, derivative(time, derivative(time, positions[:, own, 0]))])
+    motion = scipy.signal.lfilter(np.ravel(numerator), denominator, driven, axis=0)
+    motion *= peak_m_per_s / TISSUE_SPEED / max(float(np.abs(motion[:, 0]).max()), 1e-300)
+    found = np.zeros(positions.shape[:2])
+    found[:, own] = motion[:, 1:]
+    return found

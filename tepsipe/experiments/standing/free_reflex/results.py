@@ -1,0 +1,318 @@
+"""Fits with a free reflex torque among the other fits of a person, their budgets, and differences."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.budgets import contributions_of
+from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
+from tepsipe.experiments.standing.free_reflex.fit import (
+    QUANTITIES,
+    FreeReflexFit,
+    FreeReflexOptions,
+    fit_free_reflex,
+)
+from tepsipe.experiments.standing.thesis.impedance import FREE, UNITS, StandingEstimator, StandingFit
+from tepsipe.experiments.standing.thesis.latency import MuscleLatency
+from tepsipe.experiments.standing.thesis.results import Fits, generator
+from tepsipe.io.budget_table import Contribution
+from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.io.result import Result
+from tepsipe.statistics.uncertainty import Budget, Source
+
+PALPATED = "palpated_centre_m"
+CENTRE = ("joint_centre_anterior_m", "joint_centre_height_m")
+
+
+@dataclass(frozen=True)
+class FreeReflexChoices:
+    """What all fits with a free reflex torque share.
+
+    Attributes
+    ----------
+    pathway : str
+        Torque that is fitted.
+    options : FreeReflexOptions
+        Choices (units in their names).
+    sources : dict of str to Source
+        What is not known exactly (units in their names).
+    draws, seed : int
+        Number of resampled sets of responses, and seed of the study (-).
+    """
+
+    pathway: str
+    options: FreeReflexOptions
+    sources: dict[str, Source]
+    draws: int
+    seed: int
+
+
+def fit_free(
+    trials: list[BroadbandEpochs],
+    name: str,
+    estimators: dict[str, StandingEstimator],
+    choices: FreeReflexChoices,
+    perturbations: int,
+    reflex_onset_s: float | None = None,
+) -> Fits:
+    """Fit every estimator with a free reflex torque, and check it against the pre-reflex window.
+
+    Parameters
+    ----------
+    trials : list of BroadbandEpochs
+        Trials that share their parameters.
+    name : str
+        Name of the trial or task: seed of the resampling, and name in messages.
+    estimators : dict of str to StandingEstimator
+        Name -> estimator (s); those with another active torque are passed over.
+    choices : FreeReflexChoices
+        Pathway, options and sources (units in their names).
+    perturbations : int
+        Number of perturbations in the trials, usable or not (-).
+    reflex_onset_s : float, optional
+        Earliest instant of a reflex torque (s); that of the options if left out.
+
+    Returns
+    -------
+    dict of (str, str) to StandingFit
+        (pathway, estimator) -> fit.
+
+    Raises
+    ------
+    InputError
+        If an estimator asks for an inertia, or as `fit_free_reflex`.
+    """
+    found: Fits = {}
+    sources = _sources(trials, choices.sources)
+    for key, estimator in estimators.items() if trials else ():
+        if estimator.active != FREE:
+            continue
+        if estimator.inertia:
+            raise InputError(
+                f"{name}: expected no inertia with a free reflex torque, found inertia: true for {key}: set "
+                "it to false in standing.estimators"
+            )
+        rng = generator(choices.seed, name, choices.pathway, key)
+        fit = fit_free_reflex(
+            trials, estimator.window_s, choices.options, sources, choices.draws, rng, reflex_onset_s
+        )
+        check = _pre_reflex(trials, fit, estimators, choices.options, sources)
+        flags = failed_checks(fit, trials, perturbations, check)
+        found[choices.pathway, key] = _as_fit(fit, trials, flags)
+    return found
+
+
+def _sources(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> list[Source]:
+    """Sources of these trials: the centre of the joint is the palpated one where sway did not show it."""
+    if PALPATED in sources and not all(trial.centre_used for trial in trials):
+        felt = sources[PALPATED]
+        swapped = [Source(n, felt.standard_uncertainty, felt.distribution, felt.freedom) for n in CENTRE]
+        return [s for s in sources.values() if s.name not in (PALPATED, *CENTRE)] + swapped
+    return [source for source in sources.values() if source.name != PALPATED]
+
+
+def _pre_reflex(
+    trials: list[BroadbandEpochs],
+    fit: FreeReflexFit,
+    estimators: dict[str, StandingEstimator],
+    options: FreeReflexOptions,
+    sources: list[Source],
+) -> tuple[np.ndarray, Budget] | None:
+    """B and K in the first window without active torque less those of a fit, and the budget of this."""
+    for estimator in estimators.values():
+        plain = estimator.active == "none" and not estimator.inertia
+        if plain and estimator.window_s <= options.windows_s[1]:
+            return difference_from_window(trials, fit, estimator.window_s, options, sources)
+    return None
+
+
+def _as_fit(fit: FreeReflexFit, trials: list[BroadbandEpochs], flags: tuple[str, ...]) -> StandingFit:
+    peaks = [float(np.abs(c["active"]).max() / np.abs(c["intrinsic"]).max()) for c in fit.curves]
+    return StandingFit(
+        names=QUANTITIES,
+        parameters=fit.parameters,
+        delays={},
+        vaf=fit.vaf,
+        rotation_rad=float(np.mean([np.ptp(curve["ankle"]) for curve in fit.curves])),
+        active_peak=max(peaks),
+        curves=fit.curves,
+        responses=sum(trial.count for trial in trials),
+        budget=fit.budget,
+        flags=flags,
+        windows=fit.windows,
+    )
+
+
+def reflex_onset(
+    latencies: list[MuscleLatency], action: dict[str, float], detector: str, options: FreeReflexOptions
+) -> float | None:
+    """Earliest instant of a reflex torque (s): the first latency of an ankle muscle, and the time to force.
+
+    Parameters
+    ----------
+    latencies : list of MuscleLatency
+        Of the muscles with a response (s).
+    action : dict of str to float
+        Muscles that act at the ankle (-).
+    detector : str
+        Detector whose onset counts.
+    options : FreeReflexOptions
+        Electromechanical delay (s).
+
+    Returns
+    -------
+    float or None
+        None if no latency is known.
+    """
+    onsets = [
+        x.onsets[detector].latency_s for x in latencies if action.get(x.muscle) and detector in x.onsets
+    ]
+    known = [onset for onset in onsets if onset is not None]
+    return min(known) + options.electromechanical_delay_s if known else None
+
+
+def centre_facts(trials: list[BroadbandEpochs]) -> dict:
+    """Facts on the joint's centre for the report: mean offset (m), whether it was used, soft tissue (m)."""
+    found = [trial.centre.offset_m for trial in trials if trial.centre is not None]
+    return {
+        "joint_centre_m": np.mean(found, axis=0).tolist() if found else None,
+        "centre_used": bool(trials) and all(trial.centre_used for trial in trials),
+        "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
+    }
+
+
+def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) -> bool:
+    """Whether the model of the treadmill is good enough for the recommended fit to be quoted.
+
+    ``chosen`` has its ``pathway`` and ``estimator`` (no unit). Fits with another torque
+    of reflexes are always quoted.
+    """
+    fit = fits.get((chosen["pathway"], chosen["estimator"]))
+    if fit is None or fit.budget is None:
+        return True
+    return quotable(trials, float(fit.parameters[0, fit.names.index("K")]))
+
+
+def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
+    """Rows of the table of budgets for the estimates of a trial or task (units in them)."""
+    found = []
+    for (pathway, estimator), fit in fits.items():
+        if fit.budget is not None:
+            own = [r for r in rows if (r.pathway, r.estimator) == (pathway, estimator)]
+            found += contributions_of(own, fit.budget, list(fit.names))
+    return found
+
+
+def budget_arrays(fits: Fits) -> tuple[dict[str, np.ndarray], dict]:
+    """Budgets as arrays below ``budget/<estimator>/`` (units of B and K), and their degrees of freedom."""
+    arrays, facts = {}, {}
+    for (pathway, estimator), fit in fits.items():
+        if fit.budget is None:
+            continue
+        b = fit.budget
+        arrays[f"budget/{estimator}/values"] = fit.parameters[0]
+        arrays[f"budget/{estimator}/type_a"] = b.type_a
+        for source, rows in b.contributions.items():
+            arrays[f"budget/{estimator}/sources/{source}"] = rows
+        if fit.windows is not None:
+            arrays[f"budget/{estimator}/windows"] = fit.windows
+        finite = {name: x for name, x in b.freedom.items() if math.isfinite(x)}
+        facts[estimator] = {
+            "pathway": pathway,
+            "freedom_a": b.freedom_a,
+            "freedom": finite,
+            "responses": fit.responses,
+            "flags": list(fit.flags),
+        }
+    return arrays, facts
+
+
+def with_budgets(result: Result, fits: Fits) -> Result:
+    """The result of a trial or task with the budgets of its fits (units of B and K)."""
+    arrays, facts = budget_arrays(fits)
+    units = dict.fromkeys(arrays, "Nms/rad, Nm/rad")
+    return Result(result.arrays | arrays, result.units | units, {**result.facts, "budgets": facts})
+
+
+def _budget_of(result: Result, estimator: str) -> Budget:
+    facts, start = result.facts["budgets"][estimator], f"budget/{estimator}/sources/"
+    contributions = {
+        key.removeprefix(start): rows for key, rows in result.arrays.items() if key.startswith(start)
+    }
+    type_a = result.arrays[f"budget/{estimator}/type_a"]
+    return Budget(type_a, facts["freedom_a"], contributions, facts["freedom"])
+
+
+def task_difference(
+    name: str, more: Result, less: Result, critical_stiffness: float
+) -> tuple[list[Estimate], list[Contribution]]:
+    """B and K of one task less those of another of the same person.
+
+    What both tasks share, the joint's centre, the feet's mass, the plate, is subtracted source by source, so
+    the interval is sharper than the two of its parts suggest.
+
+    Parameters
+    ----------
+    name : str
+        Condition of the rows, for example stiff-relax.
+    more, less : Result
+        Results of the two tasks, with their budgets.
+    critical_stiffness : float
+        m g h (N·m/rad).
+
+    Returns
+    -------
+    rows : list of Estimate
+        B, K and K over m g h (units in them), by every estimator with budgets in both tasks.
+    contributions : list of Contribution
+        Their budgets.
+    """
+    rows, contributions = [], []
+    own, other = (result.facts.get("budgets", {}) for result in (more, less))
+    for estimator in own:
+        if estimator not in other:
+            continue
+        values = more.arrays[f"budget/{estimator}/values"] - less.arrays[f"budget/{estimator}/values"]
+        budget = _shared(_budget_of(more, estimator), _budget_of(less, estimator))
+        low, high = budget.interval(values)
+        flags = dict.fromkeys([*own[estimator]["flags"], *other[estimator]["flags"]])
+        found = [
+            Estimate(
+                *("standing", name, own[estimator]["pathway"], estimator, quantity, UNITS[quantity]),
+                *(float(x[k]) for x in (values, budget.combined, low, high)),
+                n_perturbations=own[estimator]["responses"] + other[estimator]["responses"],
+                u_type_a=float(budget.type_a[k]),
+                u_type_b=float(budget.type_b[k]),
+            )
+            for k, quantity in enumerate(QUANTITIES)
+        ]
+        contributions += contributions_of(found, budget, list(QUANTITIES))
+        found.append(_over_critical(found[QUANTITIES.index("K")], critical_stiffness))
+        rows += flagged(found, *flags)
+    return rows, contributions
+
+
+def _shared(more: Budget, less: Budget) -> Budget:
+    """Budget of a difference; a source with another number of draws in each counts as two."""
+    mine, theirs = dict(more.contributions), dict(less.contributions)
+    for name in [n for n in mine if n in theirs and mine[n].shape != theirs[n].shape]:
+        mine[name] = np.vstack([mine[name], theirs.pop(name)])
+    return Budget(more.type_a, more.freedom_a, mine, more.freedom).minus(
+        Budget(less.type_a, less.freedom_a, theirs, less.freedom)
+    )
+
+
+def _over_critical(row: Estimate, critical_stiffness: float) -> Estimate:
+    """K in units of m g h."""
+    scaled = {
+        key: None if (x := getattr(row, key)) is None else x / critical_stiffness
+        for key in ("value", "standard_error", "ci_low", "ci_high", "u_type_a", "u_type_b")
+    }
+    return Estimate(
+        *(row.experiment, row.condition, row.pathway, row.estimator, "K_over_mgh", "1"),
+        **scaled,
+        n_perturbations=row.n_perturbations,
+    )

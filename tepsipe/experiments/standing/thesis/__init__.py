@@ -1,0 +1,1 @@
+"""The standing person by the thesis's method: epochs, parametric muscle torque, reflex latencies."""

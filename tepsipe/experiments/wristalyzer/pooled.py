@@ -1,0 +1,99 @@
+"""All trials of the torque-controlled manipulator together: a joint that is not linear, and friction."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from tepsipe.experiments.budgets import contributions_of, with_budget
+from tepsipe.experiments.wristalyzer.analysis import PATHWAY
+from tepsipe.experiments.wristalyzer.budget import pooled_budget
+from tepsipe.identification.regression.pooled import UNITS, PerturbedRecord, PooledFit, fit_pooled
+from tepsipe.io.budget_table import Contribution
+from tepsipe.io.estimates import Estimate, recommended
+from tepsipe.io.result import Result
+from tepsipe.io.trial import Trial
+from tepsipe.statistics.uncertainty import Source
+
+CONDITION = "pooled"
+ESTIMATOR = "time-domain-pooled"
+# the delay of the torque absorbs the hold of the command and is no property of the joint
+NUISANCE = ("delay",)
+
+
+def fit_wristalyzer_together(
+    trials: list[Trial], period_s: float, lowpass_cutoff_hz: float, lowpass_order: int, cut_s: float
+) -> PooledFit:
+    """Constants of the joint and of the manipulator from the trials of all scale factors.
+
+    Parameters
+    ----------
+    trials : list of Trial
+        ``torque`` (N·m) and ``angle`` (rad), all at one rate.
+    period_s : float
+        Period of the multisine (s).
+    lowpass_cutoff_hz, lowpass_order : float, int
+        Zero-lag Butterworth filter (Hz, -).
+    cut_s : float
+        Time cut at both ends (s).
+
+    Returns
+    -------
+    PooledFit
+        Constants with their intervals.
+
+    Raises
+    ------
+    InputError
+        If the trials hold too few periods, or no motion.
+    """
+    rate = trials[0].rate_hz
+    cut = round(cut_s * rate)
+    records = [
+        PerturbedRecord(t.values("torque"), t.values("angle"), slice(cut, t.time.size - cut)) for t in trials
+    ]
+    return fit_pooled(records, rate, period_s, lowpass_cutoff_hz, lowpass_order)
+
+
+def pooled_estimates(
+    fit: PooledFit, sources: Mapping[str, Source]
+) -> tuple[list[Estimate], list[Contribution]]:
+    """Tidy rows of the condition ``pooled`` (units in them): K and B are those of small movements.
+
+    Parameters
+    ----------
+    fit : PooledFit
+        The fit (units there).
+    sources : mapping of str to Source
+        What is not known exactly: torque_scale, angle_scale (-).
+
+    Returns
+    -------
+    estimates : list of Estimate
+        I, B, K are recommended.
+    contributions : list of Contribution
+        Their budgets, source by source.
+    """
+    budget, quantities = pooled_budget(fit, sources), list(fit.values)
+    rows = [
+        Estimate("wristalyzer", CONDITION, PATHWAY, ESTIMATOR, quantity, UNITS[quantity], value)
+        for quantity, value in fit.values.items()
+        if quantity not in NUISANCE
+    ]
+    rows = recommended(with_budget(rows, budget, quantities), PATHWAY, ESTIMATOR)
+    return rows, contributions_of(rows, budget, quantities)
+
+
+def pooled_result(conditions: list[str], fit: PooledFit) -> Result:
+    """What each group of terms adds to I, B, K in each trial, for the figure (units in the result)."""
+    arrays: dict[str, np.ndarray] = {"rms_angle": fit.rms_angle}
+    units = {"rms_angle": "rad"}
+    for name, share in fit.shares.items():
+        arrays[f"shares/{name}"] = share
+        units[f"shares/{name}"] = "Nms2/rad, Nms/rad, Nm/rad"
+    facts = {
+        "conditions": conditions,
+        "systematic_torque_Nm": fit.systematic_Nm,
+        "without_softening_Nm": fit.without_softening_Nm,
+        "delay_s": fit.values["delay"],
+    }
+    return Result(arrays, units, facts)

@@ -1,0 +1,1 @@
+"""Parallel-cascade models of a human joint: intrinsic stiffness, stretch reflex, short-range stiffness."""

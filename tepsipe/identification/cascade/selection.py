@@ -1,0 +1,455 @@
+"""Structure of a parallel-cascade model by cross-validation over blocks of the fitted part.
+
+Direction, kernel and threshold of the reflex, in this order, are those of the smallest cross-validated error
+with all terms present. Then the terms are chosen: the simplest set whose error is within a tolerance of the
+smallest. A reflex, and knots in place of Laguerre functions, must lower the error by more than ``SEPARATED``
+standard errors of the difference over blocks. At last the delay: among those that the record does not
+separate, the one closest to the expected delay. All errors are those of the weighted signals.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise, product
+
+import numpy as np
+
+from tepsipe.identification.cascade.fit import Assumption, ModelScore, ParallelCascadeOptions, Structure
+from tepsipe.identification.cascade.normal_equations import (
+    BlockSums,
+    block_sums,
+    solve_bounded,
+    solve_drawn,
+    solve_without_each,
+)
+from tepsipe.identification.cascade.record import CascadeRecord, Design, make_design
+from tepsipe.identification.cascade.slow_torque import SlowModel, estimate_slow_model
+from tepsipe.statistics.goodness_of_fit import evaluate_held_out
+
+# standard errors by which a reflex must lower the cross-validated error (-)
+SEPARATED = 2.0
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What cross-validation selects.
+
+    Attributes
+    ----------
+    record : CascadeRecord
+        The record, weighted against its slow torque (units there).
+    structure : Structure
+        Selected structure (units there).
+    full : Structure
+        All terms that were tried (units there).
+    errors : dict of Structure to ndarray of shape (folds,)
+        Error of every block (N²·m²) for the models that were compared, the simplest first.
+    variants : dict of Structure to ndarray of shape (folds,)
+        The same for other kernels and thresholds of the reflex with all terms; empty without a reflex.
+    delays : dict of float to ndarray of shape (folds,)
+        The same for every profiled delay (s) of the selected structure; empty without a reflex.
+    thresholds : dict of float to ndarray of shape (folds,)
+        The same for every velocity threshold (rad/s).
+    """
+
+    record: CascadeRecord
+    structure: Structure
+    full: Structure
+    errors: dict[Structure, np.ndarray]
+    variants: dict[Structure, np.ndarray]
+    delays: dict[float, np.ndarray]
+    thresholds: dict[float, np.ndarray]
+
+
+def select_structure(record: CascadeRecord) -> Selection:
+    """Select terms, kernel, threshold, delay and penalty; weight the record against its slow torque.
+
+    Parameters
+    ----------
+    record : CascadeRecord
+        The record, not weighted (units there).
+
+    Returns
+    -------
+    Selection
+        Structure and errors (units there).
+    """
+    options = record.options
+    full = Structure(1, True, options.expected_delay_s, 0.0, stops=bool(record.radii), gain_slope=True)
+    full = replace(full, pole_per_s=_middle(options.reflex_poles_per_s))
+    first = replace(full, direction=0, gain_slope=False, delay_s=0.0, pole_per_s=0.0)
+    starts = [replace(full, direction=sign) for sign in (1, -1) if _stretched(record, sign)] or [first]
+    start, _ = _best(record, starts)
+    record = record.weighted(_slow_model(record, start))
+    variants = {}
+    if start.direction:
+        # without a threshold, both directions are interchangeable once unloading is a term
+        start = replace(_best(record, starts)[0], unloading=True)
+        kernels = dict(_errors(record, replace(start, pole_per_s=p)) for p in _poles(options))
+        start = _kernel(kernels)
+        thresholds = [replace(start, threshold_rad_per_s=v) for v in options.reflex_thresholds_rad_per_s]
+        variants = dict(_errors(record, structure) for structure in thresholds)
+        start = min(variants, key=lambda s: variants[s].mean())
+        if start.pole_per_s:
+            # relative errors of the other kernels as at the first threshold
+            ratio = variants[start] / kernels[_at_kernel(kernels, start)]
+            variants |= {
+                replace(s, threshold_rad_per_s=start.threshold_rad_per_s): error * ratio
+                for s, error in kernels.items()
+                if s.pole_per_s not in (0.0, start.pole_per_s)
+            }
+    start = replace(start, relaxing=bool(options.relaxation_times_s))
+    errors = _errors_of_terms(record, start)
+    structure = choose(errors, options.term_tolerance)
+    if not structure.direction:
+        return Selection(record, structure, start, errors, {}, {}, {})
+    delays = _profile(record, structure, "delay_s", _delays(record))
+    structure = replace(structure, delay_s=_delay(delays, options))
+    structure, _ = _best(record, [structure])
+    thresholds = _profile(record, structure, "threshold_rad_per_s", options.reflex_thresholds_rad_per_s)
+    return Selection(record, structure, start, errors, variants, delays, thresholds)
+
+
+def alike(profile: dict[float, np.ndarray], tolerance: float) -> list[float]:
+    """Values whose mean error exceeds the smallest by no more than a relative tolerance (-).
+
+    Parameters
+    ----------
+    profile : dict of float to ndarray of shape (folds,)
+        Errors (N²·m²) of every value (its unit).
+    tolerance : float
+        Relative difference (-).
+
+    Returns
+    -------
+    list of float
+        The values (their unit).
+    """
+    smallest = min(error.mean() for error in profile.values())
+    return [value for value, error in profile.items() if error.mean() <= (1.0 + tolerance) * smallest]
+
+
+def choose(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
+    """The structure that `choose_rows` selects.
+
+    Parameters
+    ----------
+    errors : dict of Structure to ndarray of shape (folds,)
+        Errors (N²·m²) of every structure, the simplest first.
+    tolerance : float
+        Relative difference of the error below which a simpler structure is taken (-).
+
+    Returns
+    -------
+    Structure
+        The one that is chosen (units there).
+    """
+    table = np.array(list(errors.values()))
+    reflex = np.array([s.direction != 0 for s in errors])
+    return list(errors)[int(choose_rows(table[None], reflex, tolerance)[0])]
+
+
+def choose_rows(tables: np.ndarray, reflex: np.ndarray, tolerance: float) -> np.ndarray:
+    """Rows of tables of errors that are chosen.
+
+    With and without a reflex, the simplest structure whose mean error exceeds the smallest by at most the
+    tolerance; of the two, the one with a reflex if its mean error is smaller by more than ``SEPARATED``
+    standard errors of the difference over blocks.
+
+    Parameters
+    ----------
+    tables : ndarray, shape (k, structures, folds)
+        Errors, the simplest structure first (N²·m²).
+    reflex : ndarray of bool, shape (structures,)
+        Whether a structure has a reflex (unitless).
+    tolerance : float
+        Relative tolerance (-).
+
+    Returns
+    -------
+    ndarray of int, shape (k,)
+        Chosen rows (unitless).
+    """
+    at = np.arange(tables.shape[0])
+    found = []
+    for kind in (~reflex, reflex):
+        rows = np.flatnonzero(kind)
+        if rows.size:
+            mean = tables[:, rows].mean(axis=2)
+            within = mean <= (1.0 + tolerance) * mean.min(axis=1, keepdims=True)
+            found.append(rows[np.argmax(within, axis=1)])
+    if len(found) == 1:
+        return found[0]
+    gain = tables[at, found[0]] - tables[at, found[1]]
+    return np.where(_separated(gain), found[1], found[0])
+
+
+def cross_validated(record: CascadeRecord, structure: Structure) -> float:
+    """VAF (%) of the blocks of the fitted part, each predicted from the others with their offset.
+
+    Parameters
+    ----------
+    record : CascadeRecord
+        Weighted record (units there).
+    structure : Structure
+        Structure with its penalty (units there).
+
+    Returns
+    -------
+    float
+        VAF (%).
+    """
+    design = make_design(record, structure)
+    folds = fold_slices(record)
+    sums = block_sums(design.white, record.white_torque, folds)
+    solutions = solve_without_each(sums, structure.penalty * design.penalty, design.bounded)
+    return _vaf_of_folds(record, design.columns[: record.training], solutions, folds)
+
+
+def _vaf_of_folds(
+    record: CascadeRecord, columns: np.ndarray, solutions: np.ndarray, folds: list[slice]
+) -> float:
+    """VAF (%) of every block by the solution without it, with the offset of the other blocks."""
+    y = record.used[: record.training]
+    left = y[:, None] - columns @ solutions.T
+    totals = left.sum(axis=0)
+    squares = 0.0
+    for k, fold in enumerate(folds):
+        own = left[fold, k]
+        level = (totals[k] - own.sum()) / (y.size - own.size)
+        squares += np.sum((own - level) ** 2)
+    return float(100.0 * (1.0 - squares / np.sum((y - y.mean()) ** 2)))
+
+
+def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> np.ndarray:
+    """Coefficients of the scaled columns (N·m); the offset is the mean of what the others leave.
+
+    Parameters
+    ----------
+    record : CascadeRecord
+        Weighted record (units there).
+    design : Design
+        Regressors of the structure (unitless).
+    structure : Structure
+        With its penalty (units there).
+
+    Returns
+    -------
+    ndarray, shape (p,)
+        Coefficients (N·m).
+    """
+    sums = block_sums(design.white, record.white_torque, [slice(0, record.training)])
+    weight = structure.penalty * record.training * design.penalty
+    solution = solve_bounded(sums.normal + weight, sums.right, design.bounded)[0]
+    at = design.groups["offset"]
+    left = (record.used - design.columns @ solution)[: record.training]
+    solution[at] += left.mean() * design.scale[at]
+    return solution
+
+
+def assumptions(selection: Selection) -> tuple[Assumption, ...]:
+    """Delay and threshold of the reflex, with the ranges that the record does not separate.
+
+    Parameters
+    ----------
+    selection : Selection
+        Profiles (units there).
+
+    Returns
+    -------
+    tuple of Assumption
+        Ranges (s, rad/s); empty without a reflex.
+    """
+    if not selection.delays:
+        return ()
+    found = []
+    for quantity, unit, field, profile in (
+        ("reflex_delay", "s", "delay_s", selection.delays),
+        ("reflex_threshold", "rad/s", "threshold_rad_per_s", selection.thresholds),
+    ):
+        within = alike(profile, selection.record.options.delay_tolerance)
+        low, high = min(within), max(within)
+        ends = [
+            cross_validated(selection.record, replace(selection.structure, **{field: value}))
+            for value in {low, high, getattr(selection.structure, field)}
+        ]
+        # the range is at most the value and its two neighbours
+        found.append(
+            Assumption(
+                quantity,
+                unit,
+                float(getattr(selection.structure, field)),
+                float(low),
+                float(high),
+                min(ends),
+                max(ends),
+                len(within) <= 3 and getattr(selection.structure, field) in within,
+            )
+        )
+    return tuple(found)
+
+
+def scores(selection: Selection) -> tuple[ModelScore, ...]:
+    """Errors and VAFs of the models that were compared, the simplest first.
+
+    Parameters
+    ----------
+    selection : Selection
+        Errors (units there).
+
+    Returns
+    -------
+    tuple of ModelScore
+        Relative errors and VAFs (%).
+    """
+    record, folds = selection.record, fold_slices(selection.record)
+    best = min(selection.errors.values(), key=np.mean)
+    design = make_design(record, selection.full)
+    sums = block_sums(design.white, record.white_torque, folds)
+    found = []
+    for structure, error in selection.errors.items():
+        columns = design.of(structure)
+        own, bounded = sums.of(columns), design.bounded[columns]
+        penalty = structure.penalty * design.penalty[np.ix_(columns, columns)]
+        x = design.columns[:, columns]
+        without = solve_without_each(own, penalty, bounded)
+        every = solve_drawn(own, np.ones((1, len(folds))), penalty, bounded)[0]
+        predicted = x @ every
+        predicted += (record.used - predicted)[: record.training].mean()
+        more = 100.0 * (error - best) / best.mean()
+        found.append(
+            ModelScore(
+                structure,
+                float(more.mean()),
+                float(more.std(ddof=1) / np.sqrt(more.size)),
+                _vaf_of_folds(record, x[: record.training], without, folds),
+                evaluate_held_out(record.used, predicted, record.training).held_out,
+                len(columns),
+            )
+        )
+    return tuple(found)
+
+
+def fold_slices(record: CascadeRecord) -> list[slice]:
+    """Blocks of the fitted part (samples): at least two, otherwise none shorter than the reflex."""
+    options = record.options
+    memory = (options.reflex_length_s + options.reflex_delays_s[1]) * record.rate_hz
+    count = max(2, min(options.folds, int(record.training / memory)))
+    ends = np.linspace(0, record.training, count + 1).round().astype(int)
+    return [slice(int(a), int(b)) for a, b in pairwise(ends)]
+
+
+# ---- parts ---------------------------------------------------------------------------------------
+
+
+def _stretched(record: CascadeRecord, direction: int) -> bool:
+    """Whether the angle moves in a direction within the fitted part."""
+    return bool(np.any(record.reflex_input("reflex", Structure(direction, False, 0.0, 0.0))[record.fitted]))
+
+
+def _middle(values: tuple[float, ...]) -> float:
+    return sorted(values)[len(values) // 2] if values else 0.0
+
+
+def _separated(gain: np.ndarray) -> np.ndarray:
+    """Whether a difference of errors over blocks, the last axis, is clearly positive."""
+    return gain.mean(axis=-1) > SEPARATED * gain.std(axis=-1, ddof=1) / np.sqrt(gain.shape[-1])
+
+
+def _poles(options: ParallelCascadeOptions) -> list[float]:
+    """Poles that are tried (rad/s), 0 for knots."""
+    return [0.0, *options.reflex_poles_per_s]
+
+
+def _kernel(errors: dict[Structure, np.ndarray]) -> Structure:
+    """Kernel of the reflex: knots only if their error is clearly smaller."""
+    knots = next(s for s in errors if not s.pole_per_s)
+    smooth = [s for s in errors if s.pole_per_s]
+    if not smooth:
+        return knots
+    best = min(smooth, key=lambda s: errors[s].mean())
+    return knots if _separated(errors[best] - errors[knots]) else best
+
+
+def _at_kernel(errors: dict[Structure, np.ndarray], structure: Structure) -> Structure:
+    """Of several kernels, that of a structure."""
+    return next(s for s in errors if s.pole_per_s == structure.pole_per_s)
+
+
+def _slow_model(record: CascadeRecord, structure: Structure) -> SlowModel:
+    """Slow torque in the residual of ordinary least squares with all terms."""
+    design = make_design(record, structure)
+    left = record.used - design.columns @ fit_once(record, design, structure)
+    return estimate_slow_model(left[: record.training], record.rate_hz)
+
+
+def _fold_errors(
+    sums: BlockSums, design: Design, columns: np.ndarray, penalties: tuple[float, ...]
+) -> np.ndarray:
+    """Error of every block, fitted to the others, for every penalty, shape (penalties, folds) (N²·m²)."""
+    own = sums.of(columns)
+    penalty, bounded = design.penalty[np.ix_(columns, columns)], design.bounded[columns]
+    return np.array([own.errors(solve_without_each(own, lam * penalty, bounded)) for lam in penalties])
+
+
+def _errors(record: CascadeRecord, structure: Structure) -> tuple[Structure, np.ndarray]:
+    """The structure with its best penalty, and the errors of the blocks."""
+    design = make_design(record, structure, fitted_only=True)
+    sums = block_sums(design.white, record.white_torque, fold_slices(record))
+    return _with_penalty(
+        record, structure, _fold_errors(sums, design, design.of(structure), record.options.penalties)
+    )
+
+
+def _with_penalty(record, structure: Structure, errors: np.ndarray) -> tuple[Structure, np.ndarray]:
+    at = int(np.argmin(errors.mean(axis=1)))
+    return replace(structure, penalty=record.options.penalties[at]), errors[at]
+
+
+def _best(record: CascadeRecord, structures: list[Structure]) -> tuple[Structure, np.ndarray]:
+    """The structure of the smallest error with its penalty, and the errors of its blocks."""
+    return min((_errors(record, structure) for structure in structures), key=lambda x: x[1].mean())
+
+
+def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, np.ndarray]:
+    """Errors of all sets of terms within a full structure, the simplest first."""
+    design = make_design(record, full, fitted_only=True)
+    sums = block_sums(design.white, record.white_torque, fold_slices(record))
+    found = []
+    of_joint, of_reflex = ("stops", "relaxing", "stiffening"), ("gain_slope", "unloading")
+    for reflex, *present in product((False, True), repeat=1 + len(of_joint + of_reflex)):
+        terms = dict(zip(of_joint + of_reflex, present, strict=True))
+        if any(terms[name] and not getattr(full, name) for name in of_joint):
+            continue
+        if (reflex and not full.direction) or (not reflex and any(terms[name] for name in of_reflex)):
+            continue
+        structure = replace(full, **terms)
+        if not reflex:
+            structure = replace(structure, direction=0, delay_s=0.0, threshold_rad_per_s=0.0, pole_per_s=0.0)
+        errors = _fold_errors(sums, design, design.of(structure), record.options.penalties)
+        found.append(_with_penalty(record, structure, errors))
+    # a reflex is the largest step, terms of the reflex are smaller ones than those of the joint
+    found.sort(key=lambda x: (abs(x[0].direction), x[0].terms, x[1].mean()))
+    return dict(found)
+
+
+def _delays(record: CascadeRecord) -> list[float]:
+    """Delays that are profiled (s), whole samples."""
+    options, rate = record.options, record.rate_hz
+    shortest = min(options.profiled_delays_s[0], options.reflex_delays_s[0])
+    longest = max(options.profiled_delays_s[1], options.reflex_delays_s[1])
+    first, last = int(np.ceil(shortest * rate - 1e-6)), int(np.floor(longest * rate + 1e-6))
+    at = range(first, max(first, last) + 1)
+    tried = [options.reflex_delays_s[0] * rate - 1e-6, options.reflex_delays_s[1] * rate + 1e-6]
+    # every sample where a delay can be chosen, every second one beyond
+    return [float(k) / rate for k in at if tried[0] <= k <= tried[1] or (k - first) % 2 == 0]
+
+
+def _delay(profile: dict[float, np.ndarray], options: ParallelCascadeOptions) -> float:
+    """Of the delays that are allowed and alike (s), the one closest to the expectation."""
+    shortest, longest = options.reflex_delays_s
+    tried = {d: e for d, e in profile.items() if shortest - 1e-9 <= d <= longest + 1e-9} or profile
+    return min(alike(tried, options.delay_tolerance), key=lambda d: abs(d - options.expected_delay_s))
+
+
+def _profile(record: CascadeRecord, structure: Structure, field: str, values) -> dict[float, np.ndarray]:
+    """Errors of the blocks with other values of one field."""
+    return {float(value): _errors(record, replace(structure, **{field: float(value)}))[1] for value in values}

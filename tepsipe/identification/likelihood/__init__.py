@@ -1,0 +1,1 @@
+"""Likelihood of all motion channels of a trial on the treadmill: markers of leg and foot, belt velocity."""

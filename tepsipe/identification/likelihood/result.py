@@ -1,0 +1,296 @@
+"""Results of the joint likelihood: I, B, K at the working amplitude and for small movements, residuals.
+
+Estimates are those of the linear joint nearest to the fitted law over the windows of the perturbations,
+mean over the windows (`joint_likelihood`). Intervals are Wald's. Contributions of the intervals from onset
+to onset, whose mean is the estimate, are for figures: with the residuals r(t) and columns u(t) of the
+likelihood in the time domain, n F^-1 sum of u r over the interval.
+
+Residuals of a correct model are white, with unit variance, in the band of the fit. At each frequency two
+directions are left when the foot's motion is estimated from three channels: that of the angle, and that of
+the foot's markers against the log. Both are given in the time domain (`innovations`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.identification.likelihood.channels import Channels
+from tepsipe.identification.likelihood.likelihood import JointFit, step_to
+from tepsipe.identification.likelihood.model import SOFTENING, softening_forces
+from tepsipe.identification.regression.output_error import intervals_as_windows, sums_by_interval
+from tepsipe.identification.regression.windows import WindowedFits
+from tepsipe.mechanics.impedance_model import PARAMETERS
+from tepsipe.mechanics.segment_kinematics import SegmentMotion
+from tepsipe.signals.perturbations import Perturbation
+from tepsipe.statistics.bootstrap import Interval
+from tepsipe.statistics.goodness_of_fit import vaf
+
+# parameters of the law that make up I, B, K
+_LAW = ("J", "B", "K", *SOFTENING)
+
+
+@dataclass(frozen=True)
+class JointLikelihood(WindowedFits):
+    """I, B, K of the joint likelihood at the amplitude of the perturbations.
+
+    Torque (N·m) and VAF (%) are those of pathway ``leg``, for comparison only.
+
+    Attributes
+    ----------
+    angle, simulated : ndarray, shape (n,)
+        Measured and estimated theta (rad).
+    theta_0_rad : float
+        Angle at rest (rad).
+    fit : JointFit
+        The likelihood's maximum, with delay, lag and noise levels.
+    covariance : ndarray, shape (3, 3)
+        Of I, B, K (units of the parameters).
+    small : ndarray, shape (3,)
+        I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    small_covariance : ndarray, shape (3, 3)
+        Their covariance.
+    """
+
+    angle: np.ndarray
+    simulated: np.ndarray
+    theta_0_rad: float
+    fit: JointFit
+    covariance: np.ndarray
+    small: np.ndarray
+    small_covariance: np.ndarray
+
+    @property
+    def vaf_angle(self) -> float:
+        """VAF (%) of theta - theta_0 over the whole trial."""
+        return vaf(self.angle - self.theta_0_rad, self.simulated - self.theta_0_rad)
+
+    @property
+    def delay_s(self) -> float:
+        """Delay of the angle after the foot (s)."""
+        return self.fit.value("delay")
+
+    @property
+    def softening(self) -> tuple[float, float, float] | None:
+        """C (N·m/rad), B_s (N·m·s/rad) and phi_h (rad) of a joint that softens; None of a linear one."""
+        if not self.fit.softens:
+            return None
+        return self.fit.value("C"), self.fit.value("B_s"), float(np.exp(self.fit.value("log_phi_h")))
+
+    def interval(self, confidence: float = 0.95) -> Interval:
+        """Standard errors and Wald interval of I, B, K, shape (3,) (units of the parameters)."""
+        return _wald(self.mean, self.covariance, confidence)
+
+    def small_interval(self, confidence: float = 0.95) -> Interval:
+        """The same of ``small`` (N·m·s²/rad, N·m·s/rad, N·m/rad)."""
+        return _wald(self.small, self.small_covariance, confidence)
+
+
+def _wald(values: np.ndarray, covariance: np.ndarray, confidence: float) -> Interval:
+    error = np.sqrt(np.diag(covariance))
+    half = scipy.stats.norm.ppf(0.5 + 0.5 * confidence) * error
+    return Interval(error, values - half, values + half)
+
+
+def joint_impedance(
+    found: JointFit, motion: SegmentMotion, perturbations: list[Perturbation], at_rest: np.ndarray
+) -> JointLikelihood:
+    """I, B, K of a fit, over the windows of the perturbations.
+
+    Parameters
+    ----------
+    found : JointFit
+        From `fit_joint`.
+    motion : SegmentMotion
+        Filtered motion of the leg (s, rad, m), for the torque of ``leg``.
+    perturbations : list of Perturbation
+        Windows (samples).
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest (-).
+
+    Returns
+    -------
+    JointLikelihood
+        Estimates with their covariance (units in it).
+
+    Raises
+    ------
+    InputError
+        If a window does not determine the parameters.
+    """
+    names, own = _law_of(found)
+    covariance = found.covariance[np.ix_(own, own)]
+    change = _working_amplitude(found, names, perturbations)
+    small = np.array([found.value("J") - found.model.own_inertia, found.value("B"), found.value("K")])
+    linear = np.array([*small, *([found.value("C"), found.value("B_s")] if found.softens else [])])
+    working = change[:, : linear.size] @ linear
+    each = _contributions(found, change, own, perturbations)
+    of_leg = intervals_as_windows(
+        working + each - each.mean(axis=0),
+        float(np.linalg.cond(covariance / np.sqrt(np.outer(*[np.diag(covariance)] * 2)))),
+        motion,
+        found.model.leg,
+        perturbations,
+        at_rest,
+    )
+    return JointLikelihood(
+        **vars(of_leg),
+        angle=found.channels.angle + found.channels.theta_0_rad,
+        simulated=estimated_angle(found) + found.channels.theta_0_rad,
+        theta_0_rad=found.channels.theta_0_rad,
+        fit=found,
+        covariance=change @ covariance @ change.T,
+        small=small,
+        small_covariance=covariance[:3, :3],
+    )
+
+
+def changes_by(
+    found: JointLikelihood, channels: Channels, perturbations: list[Perturbation]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What slightly other channels would change, to first order.
+
+    Parameters
+    ----------
+    found : JointLikelihood
+        The estimates.
+    channels : Channels
+        The same trial with other markers (m, rad, m/s).
+    perturbations : list of Perturbation
+        Windows (samples).
+
+    Returns
+    -------
+    working, small : ndarray, shape (3,)
+        Changes of I, B, K at the working amplitude and of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    """
+    names, own = _law_of(found.fit)
+    law = step_to(found.fit, channels)[own]
+    return _working_amplitude(found.fit, names, perturbations) @ law, law[:3]
+
+
+def _law_of(found: JointFit) -> tuple[list[str], list[int]]:
+    """Names and places of the fitted parameters that make up I, B, K."""
+    names = [name for name in _LAW if name in found.point.names]
+    return names, [found.point.names.index(name) for name in names]
+
+
+def working_covariance(
+    found: JointFit, perturbations: list[Perturbation], of_parameters: np.ndarray
+) -> np.ndarray:
+    """Covariance of I, B, K over the windows of the perturbations.
+
+    Parameters
+    ----------
+    found : JointFit
+        The fit.
+    perturbations : list of Perturbation
+        Windows (samples).
+    of_parameters : ndarray, shape (p, p)
+        Covariance of the fitted parameters (their units).
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        Units of I, B, K.
+    """
+    names, own = _law_of(found)
+    change = _working_amplitude(found, names, perturbations)
+    return change @ of_parameters[np.ix_(own, own)] @ change.T
+
+
+def _law_forces(found: JointFit) -> dict[str, np.ndarray]:
+    """Torque of the law per unit of C and B_s, and its derivatives by log(phi_h) and b_0, shape (n,)."""
+    motion = found.model.motion
+    rest, half = found.value("b_0"), float(np.exp(found.value("log_phi_h")))
+    forces = softening_forces(motion.phi, motion.phi_d, rest, half)
+    slopes = {
+        name: -found.value("C") * forces[f"C_{key}"] - found.value("B_s") * forces[f"B_s_{key}"]
+        for name, key in (("log_phi_h", "half"), ("b_0", "rest"))
+    }
+    return {"C": -forces["C"], "B_s": -forces["B_s"], **slopes}
+
+
+def _working_amplitude(found: JointFit, names: list[str], perturbations: list[Perturbation]) -> np.ndarray:
+    """Derivatives of I, B, K over the windows with respect to the law's parameters, shape (3, p)."""
+    change = np.zeros((len(PARAMETERS), len(names)))
+    change[:, :3] = np.eye(3)
+    if not found.softens:
+        return change
+    forces, motion = _law_forces(found), found.model.motion
+    regressors = np.column_stack([motion.phi_dd, motion.phi_d, motion.phi])
+    aims = np.column_stack([forces[name] for name in names[3:]])
+    slopes = []
+    for p in perturbations:
+        # trapezoids: the fit is that over a stretch of time, whatever the sampling rate
+        weight = np.ones((p.stop - p.start, 1))
+        weight[[0, -1]] = np.sqrt(0.5)
+        own = slice(p.start, p.stop)
+        slopes.append(np.linalg.lstsq(weight * regressors[own], weight * aims[own], rcond=None)[0])
+    change[:, 3:] = np.mean(slopes, axis=0)
+    return change
+
+
+def estimated_angle(found: JointFit) -> np.ndarray:
+    """Estimated theta - theta_0 (rad), shape (n,), with the measured frequencies outside the band."""
+    spectra = found.model.spectra(found.point)
+    return _in_band(found, found.channels.angle, spectra.response[1] * found.residuals.foot + spectra.own[1])
+
+
+def estimated_foot(found: JointFit) -> np.ndarray:
+    """Estimated position of the foot (m), shape (n,), with the measured frequencies outside the band.
+
+    Without the ramp of its net displacement.
+    """
+    return _in_band(found, found.channels.foot, found.residuals.foot)
+
+
+def _in_band(found: JointFit, signal: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
+    """A signal (n,) with another spectrum in the band (m,) (units of both)."""
+    whole = scipy.fft.rfft(signal)
+    whole[found.model.bins] = spectrum
+    return scipy.fft.irfft(whole, signal.size)
+
+
+def _contributions(
+    found: JointFit, change: np.ndarray, own: list[int], perturbations: list[Perturbation]
+) -> np.ndarray:
+    """Contributions of the intervals to I, B, K, shape (intervals, 3); their mean is about 0."""
+    information = found.residuals.information - found.residuals.excess
+    mixed = change @ np.linalg.pinv(information)[own]
+    columns = np.einsum("qp,pcm->qcm", mixed, found.residuals.columns)
+    n = found.channels.angle.size
+    whole = np.zeros((len(mixed) + 1, columns.shape[1], n // 2 + 1), dtype=complex)
+    whole[:-1, :, found.model.bins] = columns
+    whole[-1][:, found.model.bins] = found.residuals.left
+    signals = scipy.fft.irfft(whole, n)
+    products = n * np.einsum("qcn,cn->nq", signals[:-1], signals[-1])
+    return len(perturbations) * sums_by_interval(products, perturbations)
+
+
+def innovations(found: JointFit) -> np.ndarray:
+    """White residuals in the time domain, with unit variance if the model holds.
+
+    Parameters
+    ----------
+    found : JointFit
+        From `fit_joint`.
+
+    Returns
+    -------
+    ndarray, shape (1, n) or (2, n)
+        Of the angle, and of the foot's markers against the log where there is one (-).
+    """
+    along, left = found.residuals.direction, found.residuals.left
+    channels, bins = len(left), found.model.bins
+    first = -along * along[1].conj()
+    first[1] += 1.0
+    first = first / np.sqrt(np.sum(np.abs(first) ** 2, axis=0))
+    directions = [first]
+    if channels == 3:
+        directions.append(np.cross(along, first, axis=0).conj())
+    n = found.channels.angle.size
+    whole = np.zeros((len(directions), n // 2 + 1), dtype=complex)
+    for k, direction in enumerate(directions):
+        whole[k, bins] = np.sum(direction.conj() * left, axis=0)
+    return scipy.fft.irfft(whole, n) * n / np.sqrt(2.0 * bins.size)

@@ -1,0 +1,110 @@
+"""Public function of the joint likelihood: markers and belt velocity in, I, B, K with intervals out."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tepsipe.errors import refuse_other_kind
+from tepsipe.identification.arguments import check_probability, rest_of, shaded, windows_of
+from tepsipe.identification.result import PARAMETERS, UNITS, Curve, ImpedanceFit, Quantity
+from tepsipe.mechanics.inverse_dynamics import Leg
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
+from tepsipe.signals.units import regular_rate, same_length, samples
+
+
+def fit_joint_likelihood(
+    time: np.ndarray,
+    positions: np.ndarray,
+    markers: SegmentMarkers,
+    leg: Leg,
+    *,
+    labels: Sequence[str],
+    belt_fixed: Sequence[str],
+    perturbations: Sequence,
+    belt_velocity: np.ndarray | None = None,
+    rest: np.ndarray | tuple[float, float] | None = None,
+    softening: bool = True,
+    confidence: float = 0.95,
+) -> ImpedanceFit:
+    """I, B, K of the joint under a leg on a moving belt, by the joint likelihood of all markers and the log.
+
+    Nothing is filtered. See `tepsipe.identification.likelihood.likelihood`.
+
+    Parameters
+    ----------
+    time : array_like or Signal, shape (n,)
+        Instants (s), on a regular clock.
+    positions : array_like or Signal, shape (n, all markers, 3) or (n, all markers, 2)
+        Marker positions x, y, z or y, z (m) at these instants: y along the belt, z up.
+    markers : SegmentMarkers
+        Which of the markers are on the leg, and where (m).
+    leg : Leg
+        The leg (kg, m, kg·m²).
+    labels, belt_fixed : sequence of str
+        Names of all markers, in the order of ``positions``, and of those that move with the foot.
+    perturbations : sequence of Perturbation or of (start, stop)
+        Windows (samples), from `find_perturbations`.
+    belt_velocity : array_like or Signal, shape (n,), optional
+        Logged velocity of the belt (m/s), not derived from markers.
+    rest : ndarray of bool, shape (n,), or (float, float), optional
+        Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
+        first perturbation.
+    softening : bool
+        Whether the joint may soften with bending (-).
+    confidence : float
+        Probability of the intervals (-).
+
+    Returns
+    -------
+    ImpedanceFit
+        I (N·m·s²/rad, without the leg's own), B (N·m·s/rad), K (N·m/rad) at the amplitude of the
+        perturbations, and I_small, B_small, K_small for small movements; delay of the angle after the foot
+        (s); VAF of the angle (%).
+
+    Raises
+    ------
+    InputError
+        If the signals cannot be used, or the angle does not determine the parameters.
+    """
+    from tepsipe.identification.estimators import JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, Record, estimate
+    from tepsipe.identification.likelihood.channels import dummy_markers
+
+    refuse_other_kind(leg, Leg, "fit_joint_likelihood", "Leg")
+    refuse_other_kind(markers, SegmentMarkers, "fit_joint_likelihood", "SegmentMarkers")
+    check_probability(confidence)
+    time, _ = regular_rate(time)
+    motion = segment_motion(time, positions, markers, leg.com_m, labels=labels)
+    axes = np.shape(getattr(positions, "values", positions))[-1]
+    measured = samples(positions, "m", "positions", shape=(None, None, axes))
+    log = None if belt_velocity is None else samples(belt_velocity, "m/s", "belt_velocity")
+    if log is not None:
+        same_length(time, belt_velocity=log)
+    windows = windows_of(perturbations, time.size)
+    name = JOINT_LIKELIHOOD if softening else JOINT_LIKELIHOOD_LINEAR
+    record = Record(
+        motion=motion,
+        leg=leg,
+        perturbations=windows,
+        at_rest=rest_of(time, windows, rest),
+        markers=dummy_markers(measured, list(labels), markers, tuple(belt_fixed)),
+        belt_log=log,
+    )
+    found = estimate(name, record)
+    own, small = found.interval(confidence), found.small_interval(confidence)
+    quantities = {}
+    for suffix, values, interval in (("", found.mean, own), ("_small", found.small, small)):
+        for k, parameter in enumerate(PARAMETERS):
+            ends = (interval.standard_error[k], interval.low[k], interval.high[k])
+            quantities[parameter + suffix] = Quantity(float(values[k]), UNITS[parameter], *map(float, ends))
+    error = found.fit.standard_error("delay")
+    quantities["delay"] = Quantity(found.delay_s, "s", error)
+    return ImpedanceFit(
+        estimator=name,
+        quantities=quantities,
+        vaf=found.vaf_angle,
+        vaf_of="the angle over the trial, from rest",
+        confidence=confidence,
+        curve=Curve(time, found.angle, found.simulated, "Angle (rad)", shaded(time, windows)),
+        details=found,
+        windows=found.parameters,
+    )

@@ -1,0 +1,1 @@
+"""Impedance of several joints at once: matrices of stiffness and damping."""

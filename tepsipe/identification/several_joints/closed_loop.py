@@ -1,0 +1,477 @@
+"""Impedance of several joints that stand in a closed loop, with the perturbation as instrument.
+
+With the torque tau_i of joint i that resists the angles theta_j of all joints,
+
+    tau_i = sum_j [ K_ij + B_ij s + (D_ij + E_ij s) exp(-s d_i) ] theta_j + n_i                       (1)
+
+K, B are stiffness and damping that act at once, D, E those of a reflex with delay d_i. n_i is the torque
+that the person makes for reasons of their own. It moves the body, so theta is correlated with n_i and least
+squares of (1) are biased. The perturbation u is independent of n_i: at the right parameters the residual of
+(1) is not coherent with it. Let A_l and C_l be the parts of the cross products of [tau_i, theta_j ...] in
+band l (b frequencies) that are and are not linear in u (m perturbations), v = [1, -p]. The estimate minimises
+
+    chi2(p) = 2 (b - (m + 1)/2) sum_l log(1 + v'A_l v / v'C_l v)                                       (2)
+
+that is the coherence of the residual with the perturbation, in every band over its own noise. This is limited
+information maximum likelihood (Anderson and Rubin 1949) with noise of any spectrum; unlike two-stage least
+squares it stays unbiased if coherence is low. With the right model chi2 has a chi-squared distribution with
+2 m L - q degrees of freedom, which tests the model. Standard errors are those of the jackknife over bands.
+
+What the data cannot say is refused (`tepsipe.identification.several_joints.identifiability`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.errors import InputError
+from tepsipe.identification.several_joints.identifiability import CONCEDED, Directions, directions_of
+
+MODELS = ("intrinsic", "own-reflex", "all-reflex")
+# largest slope of (2) per standard error of a parameter at its minimum (-)
+GRADIENT = 1e-3
+# (2) rises by this for a parameter one standard error along a direction that is not determined (-)
+RIDGE = 0.1
+
+
+@dataclass(frozen=True)
+class MultiJointOptions:
+    """Choices of the estimate.
+
+    Attributes
+    ----------
+    band_hz : (float, float)
+        Lowest and highest frequency (Hz).
+    averaged_bins : int
+        Raw frequencies per band (-).
+    taper_fraction : float
+        Part of the record over which each end fades (-).
+    delays_s : (float, float)
+        Shortest and longest delay of a reflex that is tried (s).
+    delay_step_s : float
+        Distance of the delays that are tried (s).
+    strength : float
+        Least power of a direction of the parameters in a band with the perturbation over that of noise alone,
+        below which it is not determined (-).
+    """
+
+    band_hz: tuple[float, float]
+    averaged_bins: int
+    taper_fraction: float
+    delays_s: tuple[float, float]
+    delay_step_s: float
+    strength: float = 2.0
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Discrete Fourier transforms of a record in bands.
+
+    Attributes
+    ----------
+    frequency_hz : ndarray, shape (L, b)
+        Raw frequencies of each band (Hz).
+    perturbation : ndarray of complex, shape (L, b, m)
+        Orthonormal columns that span the perturbations in each band (unitless).
+    angle, torque : ndarray of complex, shape (L, b, joints)
+        Transforms (rad, N·m).
+    response : ndarray of complex, shape (L, m, 2 joints)
+        Frequency response from the perturbations to angles and torques (rad, N·m per unit of u).
+    coherence : ndarray, shape (L, 2 joints)
+        Squared multiple coherence of angles and torques with the perturbations (-).
+    """
+
+    frequency_hz: np.ndarray
+    perturbation: np.ndarray
+    angle: np.ndarray
+    torque: np.ndarray
+    response: np.ndarray
+    coherence: np.ndarray
+
+    def coherence_threshold(self, confidence: float = 0.95) -> float:
+        """Coherence (-) that unrelated signals exceed with the probability 1 - ``confidence`` (-)."""
+        _, b, m = self.perturbation.shape
+        return float(scipy.special.betaincinv(m, b - m, confidence))
+
+
+@dataclass(frozen=True)
+class RowFit:
+    """Parameters of one joint's torque.
+
+    Attributes
+    ----------
+    model : str
+        One of `MODELS` (no unit).
+    terms : tuple of (str, int)
+        Kind (K, B, D, E) of each parameter and joint whose angle it multiplies.
+    parameters : ndarray, shape (q,)
+        In the order of ``terms`` (N·m/rad, N·m·s/rad); along undetermined directions they are arbitrary.
+    delay_s : float or None
+        d_i; None without a reflex (s).
+    delays_s, delay_chi2 : ndarray, shape (t,)
+        Delays that were tried (s) and chi2 (2) at each (-).
+    chi2 : float
+        At the estimate (-).
+    freedom : int
+        Degrees of freedom of chi2 if the model is right (-).
+    directions : Directions
+        What the record determines; last column the delay, if there is one (units of the parameters).
+    direct : ndarray, shape (q,)
+        Ordinary least squares of (1) at the same delay, which feedback biases (units of the parameters).
+    converged : bool
+        Whether the fixed point was reached (-).
+    """
+
+    model: str
+    terms: tuple[tuple[str, int], ...]
+    parameters: np.ndarray
+    delay_s: float | None
+    delays_s: np.ndarray
+    delay_chi2: np.ndarray
+    chi2: float
+    freedom: int
+    directions: Directions
+    direct: np.ndarray
+    converged: bool
+
+    @property
+    def p_value(self) -> float:
+        """Probability of a larger chi2 if the model is right (-)."""
+        return float(scipy.special.chdtrc(self.freedom, self.chi2))
+
+    def impedance(self, frequency_hz: np.ndarray) -> np.ndarray:
+        """Torque per angle of each joint at some frequencies (Hz), shape (n, joints) (N·m/rad)."""
+        s = 2j * np.pi * np.asarray(frequency_hz)
+        joints = 1 + max(joint for _, joint in self.terms)
+        found = np.zeros((s.size, joints), complex)
+        for (kind, joint), value in zip(self.terms, self.parameters, strict=True):
+            found[:, joint] += value * _factor(kind, s, self.delay_s)
+        return found
+
+
+def spectra_of(
+    perturbation: np.ndarray,
+    angle: np.ndarray,
+    torque: np.ndarray,
+    rate_hz: float,
+    options: MultiJointOptions,
+) -> Spectra:
+    """Transforms of a record, without means, in bands of neighbouring frequencies.
+
+    Parameters
+    ----------
+    perturbation : ndarray, shape (n,) or (n, m)
+        External perturbations (any units), independent of the person.
+    angle, torque : ndarray, shape (n, joints)
+        Joint angles (rad) and torques that resist them (N·m).
+    rate_hz : float
+        Sampling rate (Hz).
+    options : MultiJointOptions
+        Band, averaging and taper (units in the names).
+
+    Returns
+    -------
+    Spectra
+        Transforms, responses and coherence (Hz, rad, N·m).
+
+    Raises
+    ------
+    InputError
+        If the record has too few frequencies in the band, or a signal does not vary.
+    """
+    u = perturbation.reshape(angle.shape[0], -1)
+    n, b = u.shape[0], options.averaged_bins
+    frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
+    low, high = options.band_hz
+    inside = np.flatnonzero((frequency >= low) & (frequency <= min(high, 0.499 * rate_hz)))
+    bands = inside.size // b
+    if bands < 8:
+        raise InputError(
+            f"expected at least 8 bands of {b} frequencies from {low:g} to {high:g} Hz, found {bands} in "
+            f"{n / rate_hz:.4g} s: record longer, widen the band, or average over fewer bins"
+        )
+    for name, x in (("perturbation", u), ("angle", angle), ("torque", torque)):
+        if not np.ptp(x, axis=0).all():
+            raise InputError(
+                f"expected every {name} to vary, found one that is constant: check its column, and "
+                "whether the platform moved"
+            )
+    chosen = inside[: bands * b].reshape(bands, b)
+    window = scipy.signal.windows.tukey(n, 2.0 * options.taper_fraction)[:, None]
+
+    def transformed(x: np.ndarray) -> np.ndarray:
+        return np.fft.rfft(window * (x - x.mean(axis=0)), axis=0)[chosen] / np.sqrt((window**2).sum())
+
+    of_u, of_angle, of_torque = transformed(u), transformed(angle), transformed(torque)
+    orthonormal, triangle = np.linalg.qr(of_u)
+    both = np.concatenate([of_angle, of_torque], axis=2)
+    projected = np.conj(np.swapaxes(orthonormal, 1, 2)) @ both
+    power = (np.abs(both) ** 2).sum(axis=1)
+    return Spectra(
+        frequency[chosen],
+        orthonormal,
+        of_angle,
+        of_torque,
+        np.linalg.solve(triangle, projected),
+        (np.abs(projected) ** 2).sum(axis=1) / power,
+    )
+
+
+def _factor(kind: str, s: np.ndarray, delay_s: float | None) -> np.ndarray:
+    """What multiplies an angle in (1), without the parameter, at s (rad/s)."""
+    if kind in "KB":
+        return np.ones_like(s) if kind == "K" else s
+    late = np.exp(-s * delay_s)
+    return late if kind == "D" else s * late
+
+
+def terms_of(model: str, joint: int, joints: int) -> tuple[tuple[str, int], ...]:
+    """Parameters of one joint's torque in a model: kind and joint whose angle it multiplies (no unit).
+
+    ``intrinsic`` has K and B of all angles, ``own-reflex`` adds a reflex to the joint's own angle,
+    ``all-reflex`` to all angles.
+
+    Raises
+    ------
+    InputError
+        If the model is unknown.
+    """
+    terms = [(kind, j) for kind in "KB" for j in range(joints)]
+    if model == "own-reflex":
+        terms += [("D", joint), ("E", joint)]
+    elif model == "all-reflex":
+        terms += [(kind, j) for kind in "DE" for j in range(joints)]
+    elif model != "intrinsic":
+        raise InputError(f"expected a model out of {', '.join(MODELS)}, found {model!r}: correct its name")
+    return tuple(terms)
+
+
+def _columns(spectra: Spectra, joint: int, terms, delay_s: float | None) -> np.ndarray:
+    """Torque of a joint and regressors of (1), shape (L, b, 1 + q) (N·m, rad, rad/s)."""
+    s = 2j * np.pi * spectra.frequency_hz
+    regressors = [_factor(kind, s, delay_s) * spectra.angle[:, :, j] for kind, j in terms]
+    return np.stack([spectra.torque[:, :, joint], *regressors], axis=2)
+
+
+def cross_products(perturbation: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A and C of (2): cross products of columns that are, and are not, linear in the perturbation.
+
+    Parameters
+    ----------
+    perturbation : ndarray of complex, shape (L, b, m)
+        Orthonormal in each band (unitless).
+    columns : ndarray of complex, shape (L, b, q)
+        Transforms (any units).
+
+    Returns
+    -------
+    a, c : ndarray, shape (L, q, q)
+        Real parts (squared units of the columns).
+    """
+    adjoint = np.conj(np.swapaxes(columns, 1, 2))
+    projected = np.conj(np.swapaxes(perturbation, 1, 2)) @ columns
+    a = (np.conj(np.swapaxes(projected, 1, 2)) @ projected).real
+    return a, (adjoint @ columns).real - a
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Minimum of (2).
+
+    Attributes
+    ----------
+    p : ndarray, shape (q,)
+        Parameters (unitless, of scaled columns).
+    chi2 : float
+        (2) there (-).
+    weak : int
+        Number of directions that are not determined (-).
+    converged : bool
+        Whether (2) is flat there (-).
+    """
+
+    p: np.ndarray
+    chi2: float
+    weak: int
+    converged: bool
+
+
+def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: float, starts=()) -> Solution:
+    """Minimise (2) from the solution for k = m/(b - m) and from others, small along weak directions.
+
+    Parameters
+    ----------
+    a, c : ndarray, shape (L, 1 + q, 1 + q)
+        Cross products of torque and regressors (unitless).
+    shape : (int, int)
+        Frequencies per band b and perturbations m (-).
+    strength : float
+        Of a direction that is determined (-).
+    starts : sequence of ndarray, shape (q,)
+        Further parameters to start from (unitless).
+
+    Returns
+    -------
+    Solution
+        The lowest minimum found (unitless).
+    """
+    b, m = shape
+    chance = m / (b - m)
+    noise = c[:, 0, 0] / (b - m)
+    for _ in range(3):
+        g = np.einsum("l,lij->ij", 1.0 / noise, a - chance * c)
+        first = np.linalg.lstsq(g[1:, 1:], g[1:, 0], rcond=None)[0]
+        v = np.r_[1.0, -first]
+        noise = ((c @ v) @ v) / (b - m)
+    directions = directions_of(a, c, v, noise, chance, strength)
+    weak = directions.strength < strength
+    # unit steps along each direction change (2) about equally
+    basis = directions.vectors / np.sqrt(np.maximum(directions.strength - 1.0, CONCEDED))
+    inverse = np.linalg.inv(basis)
+    factor = 2.0 * (b - 0.5 * (m + 1))
+
+    def chi2_of(p: np.ndarray) -> tuple[float, np.ndarray]:
+        v = np.r_[1.0, -p]
+        av, cv = a @ v, c @ v
+        coherent, rest = av @ v, cv @ v
+        slope = ((av + cv) / (coherent + rest)[:, None] - cv / rest[:, None]).sum(axis=0)
+        return factor * np.log1p(coherent / rest).sum(), -2.0 * factor * slope[1:]
+
+    def cost(z: np.ndarray) -> tuple[float, np.ndarray]:
+        value, slope = chi2_of(basis @ z)
+        return value + RIDGE * (z[weak] ** 2).sum(), basis.T @ slope + 2.0 * RIDGE * np.where(weak, z, 0.0)
+
+    found = [
+        scipy.optimize.minimize(cost, inverse @ start, jac=True, method="BFGS", options={"gtol": GRADIENT})
+        for start in (first, *starts)
+    ]
+    best = min(found, key=lambda one: one.fun)
+    p = basis @ best.x
+    flat = bool(np.abs(best.jac).max() < 1e3 * GRADIENT)
+    return Solution(p, chi2_of(p)[0], int(weak.sum()), flat)
+
+
+def _scaled(a: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cross products of columns of unit power, and the roots of their power (units of the columns)."""
+    scale = np.sqrt(np.einsum("lii->i", a + c))
+    return a / np.outer(scale, scale), c / np.outer(scale, scale), scale
+
+
+def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
+    """Cross products of (2) for columns of unit power.
+
+    Parameters
+    ----------
+    spectra : Spectra
+        Of the record (rad, N·m).
+    joint : int
+        Whose torque (-).
+    terms : sequence of (str, int)
+        Kinds of the parameters, and joints whose angle they multiply.
+    delay_s : float or None
+        Delay of a reflex (s).
+
+    Returns
+    -------
+    a, c : ndarray, shape (L, 1 + q, 1 + q)
+        Parts that are, and are not, linear in the perturbations (unitless).
+    scale : ndarray, shape (1 + q,)
+        Roots of the columns' power (N·m, rad, rad/s).
+    """
+    return _scaled(*cross_products(spectra.perturbation, _columns(spectra, joint, terms, delay_s)))
+
+
+def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions) -> RowFit:
+    """Parameters of one joint's torque by the perturbation as instrument.
+
+    Parameters
+    ----------
+    spectra : Spectra
+        Of the record (rad, N·m).
+    joint : int
+        Whose torque (-).
+    model : {"intrinsic", "own-reflex", "all-reflex"}
+        Terms of (1).
+    options : MultiJointOptions
+        Delays and strength (units in the names).
+
+    Returns
+    -------
+    RowFit
+        Parameters (N·m/rad, N·m·s/rad), test of the model, and what the record determines.
+
+    Raises
+    ------
+    InputError
+        If the model is unknown.
+    """
+    _, b, m = spectra.perturbation.shape
+    terms = terms_of(model, joint, spectra.angle.shape[2])
+
+    delays, tried, delay, starts = np.empty(0), np.empty(0), None, ()
+    if model != "intrinsic":
+        count = 1 + round((options.delays_s[1] - options.delays_s[0]) / options.delay_step_s)
+        delays = np.linspace(*options.delays_s, max(count, 3))
+        products = [scaled_products(spectra, joint, terms, d)[:2] for d in delays]
+        tried, starts = _profile(products, (b, m), options.strength)
+        delay = _vertex(delays, tried)
+    a, c, scale = scaled_products(spectra, joint, terms, delay)
+    solution = minimise(a, c, (b, m), options.strength, starts)
+    parameters = solution.p * scale[0] / scale[1:]
+    normal = (a + c).sum(axis=0)
+    direct = np.linalg.lstsq(normal[1:, 1:], normal[1:, 0], rcond=None)[0] * scale[0] / scale[1:]
+    return RowFit(
+        model=model,
+        terms=terms,
+        parameters=parameters,
+        delay_s=delay,
+        delays_s=delays,
+        delay_chi2=tried,
+        chi2=solution.chi2,
+        freedom=2 * m * spectra.frequency_hz.shape[0] - (len(terms) - solution.weak) - (delay is not None),
+        directions=_determined(spectra, joint, terms, parameters, delay, options),
+        direct=direct,
+        converged=solution.converged,
+    )
+
+
+def _profile(products: list, shape: tuple[int, int], strength: float):
+    """Least chi2 of every delay, searches started at its neighbours' solutions, too; best solution."""
+    found = []
+    for a, c in products:
+        found.append(minimise(a, c, shape, strength, [one.p for one in found[-1:]]))
+    for k in range(len(found) - 2, -1, -1):
+        again = minimise(*products[k], shape, strength, [found[k + 1].p])
+        found[k] = min(found[k], again, key=lambda one: one.chi2)
+    chi2 = np.array([one.chi2 for one in found])
+    return chi2, (found[int(chi2.argmin())].p,)
+
+
+def _vertex(delays: np.ndarray, chi2: np.ndarray) -> float:
+    """Delay of the least chi2: vertex of the parabola through the best one tried and its neighbours (s)."""
+    k = int(chi2.argmin())
+    if not 0 < k < delays.size - 1:
+        return float(delays[k])
+    left, middle, right = chi2[k - 1 : k + 2]
+    bend = left - 2.0 * middle + right
+    step = delays[1] - delays[0]
+    return float(delays[k] + (0.5 * step * (left - right) / bend if bend > 0.0 else 0.0))
+
+
+def _determined(spectra, joint, terms, parameters, delay_s, options) -> Directions:
+    """What the record says about the parameters, and about the delay as one more of them."""
+    _, b, m = spectra.perturbation.shape
+    columns = _columns(spectra, joint, terms, delay_s)
+    v = np.r_[1.0, -parameters]
+    if delay_s is not None:
+        late = [k for k, (kind, _) in enumerate(terms) if kind in "DE"]
+        slope = -2j * np.pi * spectra.frequency_hz * (columns[:, :, 1:][:, :, late] @ parameters[late])
+        columns, v = np.concatenate([columns, slope[:, :, None]], axis=2), np.r_[v, 0.0]
+    a, c = cross_products(spectra.perturbation, columns)
+    noise = ((c @ v) @ v) / (b - m)
+    a, c, scale = _scaled(a, c)
+    v = v * scale / scale[0]
+    return directions_of(a, c, v, noise / scale[0] ** 2, m / (b - m), options.strength).in_units(
+        scale[0] / scale[1:]
+    )

@@ -1,0 +1,186 @@
+"""What perturbations determine of stiffness and damping matrices, and refusal of the rest.
+
+The Fisher information F of `tepsipe.identification.several_joints.matrices`, with every parameter in parts
+of its natural size sqrt(K_ii K_jj), sqrt(B_ii B_jj), is examined three ways: directions of all parameters
+whose standard error is below a limit (rank), standard errors of single elements, and movements v of the
+joints for which the torques K v are known although the elements of K are not. With m perturbations the
+joints are moved along about m movements only, and others are known from the shape of the responses in time
+alone, if at all.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.identification.several_joints.matrices import MatrixFit, Setting
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Largest error of what counts as determined.
+
+    Attributes
+    ----------
+    stiffness, damping : float
+        Of K_ij in parts of sqrt(K_ii K_jj), and of B_ij likewise (-); the constants of inertia as B.
+    """
+
+    stiffness: float = 0.15
+    damping: float = 0.5
+
+    def of(self, setting: Setting, q: int) -> np.ndarray:
+        """Of every parameter, shape (q,) (-)."""
+        pairs = len(setting.pairs)
+        return np.r_[np.full(pairs, self.stiffness), np.full(q - pairs, self.damping)]
+
+
+@dataclass(frozen=True)
+class Determined:
+    """What a Fisher information determines.
+
+    Attributes
+    ----------
+    rank : int
+        Directions of the parameters, in parts of their limits, with a standard error below 1 (-).
+    unknowns : int
+        Number of parameters (-).
+    condition : float
+        Of the information of the parameters in parts of their scale: largest over smallest eigenvalue (-).
+    errors : ndarray, shape (q,)
+        Standard errors in parts of the scale (-).
+    entries : ndarray of bool, shape (q,)
+        Whether the 95 % interval of a parameter is within its limit.
+    directions : ndarray, shape (n, n)
+        Rows: movements of the joints, in parts of 1/sqrt(K_ii), from the best to the least determined (-).
+    direction_errors : ndarray, shape (n,)
+        Largest standard error of the torque of a joint against each movement, in parts of the scale (-).
+    """
+
+    rank: int
+    unknowns: int
+    condition: float
+    errors: np.ndarray
+    entries: np.ndarray
+    directions: np.ndarray
+    direction_errors: np.ndarray
+
+    @property
+    def all(self) -> bool:
+        """Whether every direction and every parameter is determined (no unit)."""
+        return self.rank == self.unknowns and bool(self.entries.all())
+
+
+def determined(setting: Setting, information_: np.ndarray, scale: np.ndarray, limits: Limits) -> Determined:
+    """What a Fisher information determines, within limits.
+
+    Parameters
+    ----------
+    setting : Setting
+        Model (units there).
+    information_ : ndarray, shape (q, q)
+        F of (2) (1 over the units of the parameters).
+    scale : ndarray, shape (q,)
+        Natural size of the parameters (units of the parameters).
+    limits : Limits
+        In parts of the scale (-).
+
+    Returns
+    -------
+    Determined
+        Rank, condition, errors and movements (-).
+    """
+    q, limit = scale.size, limits.of(setting, scale.size)
+    natural = information_ * np.outer(scale, scale)
+    values, vectors = scipy.linalg.eigh(natural)
+    # rounding is all there is below
+    values = np.maximum(values, 1e-15 * values[-1])
+    covariance = (vectors / values) @ vectors.T
+    errors = np.sqrt(np.diag(covariance))
+    strengths = scipy.linalg.eigvalsh(natural * np.outer(limit, limit))
+    n = setting.joints
+    where = np.zeros((n, n), int)
+    for k, (i, j) in enumerate(setting.pairs):
+        where[i, j] = k
+        if setting.symmetric:
+            where[j, i] = k
+    blocks = np.array([covariance[np.ix_(row, row)] for row in where])
+    spread, movements = scipy.linalg.eigh(blocks.sum(axis=0))
+    movements = movements.T[np.argsort(spread)]
+    largest = np.array([max(np.sqrt(v @ block @ v) for block in blocks) for v in movements])
+    return Determined(
+        int((strengths > 1.0).sum()),
+        q,
+        float(values[-1] / values[0]),
+        errors,
+        1.96 * errors <= limit,
+        movements * np.sign(movements[np.arange(n), np.abs(movements).argmax(axis=1)])[:, None],
+        largest,
+    )
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One element of a matrix, or the reason why it has no value.
+
+    Attributes
+    ----------
+    name : str
+        For example K_ankle_knee.
+    value, half_width : float
+        Estimate and half width of its 95 % interval; NaN if refused (N·m/rad, N·m·s/rad).
+    refusal : str
+        One sentence; empty if there is a value.
+    """
+
+    name: str
+    value: float
+    half_width: float
+    refusal: str = ""
+
+
+def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determined) -> list[Entry]:
+    """Elements of K and B with their 95 % intervals (N·m/rad, N·m·s/rad), or refused.
+
+    Where a direction of the parameters is not determined, the estimate along it is arbitrary, and intervals
+    of elements that seem free of it would rest on slopes at an arbitrary point: all elements are refused.
+
+    Parameters
+    ----------
+    fit : MatrixFit
+        Estimate (units there).
+    names : sequence of str
+        Of the joints.
+    limits : Limits
+        Largest half width of an interval in parts of sqrt(K_ii K_jj), sqrt(B_ii B_jj) (-).
+    known : Determined
+        What the information at the estimate determines (-).
+
+    Returns
+    -------
+    list of Entry
+        Of K, then of B, by rows.
+    """
+    setting, q, found = fit.setting, fit.parameters.size, []
+    limit, nan = limits.of(setting, q), float("nan")
+    for first, kind in ((0, "K"), (len(setting.pairs), "B")):
+        where = {pair: first + k for k, pair in enumerate(setting.pairs)}
+        for i, row in enumerate(names):
+            for j, column in enumerate(names):
+                k = where[(i, j) if (i, j) in where else (j, i)]
+                value, half = fit.interval(np.eye(q)[k])
+                share = max(half / fit.scale[k], 1.96 * known.errors[k])
+                name, said = f"{kind}_{row}_{column}", ""
+                if known.rank < known.unknowns:
+                    said = (
+                        f"{name} is not determined: the perturbations determine {known.rank} of "
+                        f"{known.unknowns} directions of the unknowns"
+                    )
+                elif share > limit[k]:
+                    said = (
+                        f"{name} is not determined: its 95 % interval is ±{100.0 * share:.2g} % of "
+                        f"sqrt({kind}_ii {kind}_jj), more than {100.0 * limit[k]:g} %"
+                    )
+                found.append(Entry(name, nan, nan, said) if said else Entry(name, value, half))
+    return found

@@ -1,0 +1,294 @@
+"""Stiffness and damping of several joints with intervals, or a sentence that refuses them.
+
+A quantity c'p is quoted if the record determines it: its standard error u, times the angle (or rate) that the
+perturbation drives, may be at most a stated share of the torque that the perturbation drives,
+
+    u rms(x) <= share rms(tau)                                                                       (1)
+
+and the record must exclude values that are twice this away (below).
+Otherwise it is refused by name, and no number is given. Combinations stay: the static stiffness K + D of an
+angle, and the static stiffness along the mode in which the perturbation moves the joints slowly,
+sum_j (K_ij + D_ij) phi_j, which is known even if the joints move in proportion.
+
+Profile of the criterion: standard errors trust the model near its estimate, at its delay. Where directions
+of the parameters are hardly determined, other values may fit as well far away, with another delay. A
+quantity c'p is therefore held at a value v, and the criterion chi2 of
+`tepsipe.identification.several_joints.closed_loop` is minimised over all other parameters and over the
+delays. Its rise over the least chi2 has a chi-squared distribution with one degree of freedom if v is true
+and the delay is identified: below 3.84 the record does not exclude v. If the delay is not, or directions
+beside it, the rise can be larger, but chi2 itself has at most its own distribution (Anderson and Rubin
+1949): v is excluded only if the model with v is rejected.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.identification.several_joints.closed_loop import (
+    RowFit,
+    Spectra,
+    cross_products,
+    minimise,
+    scaled_products,
+)
+
+# rise of chi2 that excludes a value at 95 % (-)
+EXCLUDED = 3.84
+
+
+class Profile:
+    """Least chi2 (-) of one joint's torque with a quantity held at a value (its unit)."""
+
+    def __init__(self, fit: RowFit, spectra: Spectra, joint: int, weakly: bool):
+        _, b, m = spectra.perturbation.shape
+        self._shape, self._fit = (b, m), fit
+        # torque that no model of this kind explains makes every value less certain
+        self._excluded = EXCLUDED * max(1.0, fit.chi2 / fit.freedom)
+        delays = [None]
+        if fit.delay_s is not None:
+            near = np.full(fit.delays_s.size, True)
+            if not weakly:
+                near = fit.delay_chi2 <= fit.delay_chi2.min() + self._excluded
+            delays = sorted({*fit.delays_s[near].tolist(), fit.delay_s})
+        self._products = [scaled_products(spectra, joint, fit.terms, delay) for delay in delays]
+        scale = [fit.parameters * scale[1:] / scale[0] for _, _, scale in self._products]
+        # without what keeps parameters small along weak directions: a strength that none falls below
+        self._best = [
+            minimise(a, c, self._shape, 0.0, [start])
+            for (a, c, _), start in zip(self._products, scale, strict=True)
+        ]
+        self.least = min([fit.chi2, *(one.chi2 for one in self._best)])
+        if weakly:
+            self._excluded = float(scipy.special.chdtri(fit.freedom + 1, 0.05)) - self.least
+
+    def excludes(self, combination: np.ndarray, value: float) -> bool:
+        """Whether the record excludes a value of a combination of the parameters (its unit).
+
+        Parameters
+        ----------
+        combination : ndarray, shape (q,)
+            Weights of the parameters (unitless).
+        value : float
+            The value (unit of the combination).
+        """
+        for (a, c, scale), best in zip(self._products, self._best, strict=True):
+            weights = combination * scale[0] / scale[1:]
+            at = value * weights / (weights @ weights)
+            free = np.linalg.svd(weights[None, :])[2][1:].T
+            # torque less the part of the held value, and regressors of the free parameters
+            change = np.zeros((1 + weights.size, 1 + free.shape[1]))
+            change[0, 0], change[1:, 0], change[1:, 1:] = 1.0, -at, free
+            held = [np.einsum("ki,lkm,mj->lij", change, x, change, optimize=True) for x in (a, c)]
+            if minimise(*held, self._shape, 0.0, [free.T @ (best.p - at)]).chi2 - self.least < self._excluded:
+                return False
+        return True
+
+
+NAMES = {"K": "K", "B": "B", "D": "K_reflex", "E": "B_reflex"}
+UNITS = {"K": "Nm/rad", "D": "Nm/rad", "B": "Nms/rad", "E": "Nms/rad"}
+# an undetermined direction involves a parameter with this part of its largest effect on the torque (-)
+INVOLVED = 0.3
+# chi2 above its least within which 95 % of the delays lie (-)
+DELAY_CHI2 = 3.84
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A stiffness, damping or delay, or the reason why it is not identified.
+
+    Attributes
+    ----------
+    name, unit : str
+        For example K_ankle_hip (torque of the ankle per angle of the hip) in Nm/rad.
+    value, standard_error, low, high : float
+        Estimate and 95 % interval (``unit``); NaN if it is refused.
+    refusal : str
+        Empty, or one sentence (no unit).
+    """
+
+    name: str
+    unit: str
+    value: float
+    standard_error: float
+    low: float
+    high: float
+    refusal: str = ""
+
+    @property
+    def identified(self) -> bool:
+        """Whether there is a number (-)."""
+        return not self.refusal
+
+
+def driven_products(spectra: Spectra, columns: np.ndarray) -> np.ndarray:
+    """Cross products of the parts of some columns that the perturbations drive, without chance.
+
+    Parameters
+    ----------
+    spectra : Spectra
+        Of the record.
+    columns : ndarray of complex, shape (L, b, q)
+        Transforms (any units).
+
+    Returns
+    -------
+    ndarray, shape (L, q, q)
+        Per band (squared units of the columns).
+    """
+    _, b, m = spectra.perturbation.shape
+    a, c = cross_products(spectra.perturbation, columns)
+    return a - m / (b - m) * c
+
+
+def slow_mode(spectra: Spectra, below_hz: float) -> np.ndarray:
+    """How the perturbations move the joints at low frequencies, shape (joints,) (unitless).
+
+    Principal direction of the driven angles below a frequency (Hz), or in the lowest band; its largest
+    component is 1.
+    """
+    low = spectra.frequency_hz.mean(axis=1) <= below_hz
+    low[0] = True
+    power = driven_products(spectra, spectra.angle)[low].sum(axis=0)
+    mode = np.linalg.eigh(power)[1][:, -1]
+    return mode / mode[np.abs(mode).argmax()]
+
+
+def quantities_of(
+    fit: RowFit,
+    spectra: Spectra,
+    joint: int,
+    names: Sequence[str],
+    largest_share: float,
+    mode_below_hz: float,
+) -> list[Quantity]:
+    """All quantities of one joint's torque.
+
+    Parameters
+    ----------
+    fit : RowFit
+        Parameters and what the record determines (N·m/rad, N·m·s/rad, s).
+    spectra : Spectra
+        Of the record (rad, N·m).
+    joint : int
+        Whose torque (-).
+    names : sequence of str
+        Of the joints (no unit).
+    largest_share : float
+        Of (1) (-).
+    mode_below_hz : float
+        Below this frequency motion is slow (Hz).
+
+    Returns
+    -------
+    list of Quantity
+        Parameters, static stiffness per angle if there is a reflex, along the slow mode, delay.
+    """
+    s = 2j * np.pi * spectra.frequency_hz[:, :, None]
+    drive = [driven_products(spectra, x) for x in (spectra.angle, s * spectra.angle, spectra.torque)]
+    angle, rate, torque = (np.sqrt(np.clip(np.einsum("lii->i", x), 0.0, None)) for x in drive)
+    driven = max(float(torque[joint]), 1e-12)
+    amplitude = np.array([(angle if kind in "KD" else rate)[j] for kind, j in fit.terms]) / driven
+    labels = [f"{NAMES[kind]}_{names[joint]}_{names[j]}" for kind, j in fit.terms]
+    weak = bool((fit.directions.strength < fit.directions.limit).any())
+    weakly = _open_delay(fit) or (weak and fit.delay_s is not None)
+    judge = _Judge(fit, labels, amplitude, largest_share, Profile(fit, spectra, joint, weakly))
+    found = [
+        judge(label, UNITS[kind], np.eye(len(fit.terms))[k], amplitude[k])
+        for k, (label, (kind, _)) in enumerate(zip(labels, fit.terms, strict=True))
+    ]
+    for j, name in enumerate(names):
+        if ("D", j) in fit.terms:
+            static = np.array([float(kind in "KD" and i == j) for kind, i in fit.terms])
+            label = f"K_static_{names[joint]}_{name}"
+            found.append(judge(label, "Nm/rad", static, angle[j] / driven))
+    mode = slow_mode(spectra, mode_below_hz)
+    along = np.array([mode[j] if kind in "KD" else 0.0 for kind, j in fit.terms])
+    moved = np.sqrt(max(float(mode @ drive[0].sum(axis=0) @ mode), 0.0)) / (mode @ mode)
+    found.append(judge(f"K_mode_{names[joint]}", "Nm/rad", along, moved / driven))
+    if fit.delay_s is not None:
+        reflex = any(one.identified for one, (kind, _) in zip(found, fit.terms, strict=False) if kind in "DE")
+        found.append(_delay(fit, names[joint], reflex))
+    return found
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """Quotes or refuses a combination of the parameters."""
+
+    fit: RowFit
+    labels: list[str]
+    amplitude: np.ndarray
+    largest_share: float
+    profile: Profile
+
+    def __call__(self, name: str, unit: str, combination: np.ndarray, amplitude: float) -> Quantity:
+        fit = self.fit
+        padded = np.zeros(fit.directions.strength.size)
+        padded[: combination.size] = combination
+        u = fit.directions.standard_error(padded)
+        if not np.isfinite(amplitude) or u * amplitude > self.largest_share:
+            return refused(name, unit, self._refusal(name, padded, combination, u * amplitude))
+        far = 2.0 * self.largest_share / max(amplitude, 1e-12)
+        said = f"{name} is not identified: values far from the best explain the record as well"
+        value, half = float(combination @ fit.parameters), u * _quantile(fit.freedom)
+        if not all(self.profile.excludes(combination, value + step) for step in (-far, far)):
+            return refused(name, unit, said)
+        return Quantity(name, unit, value, u, value - half, value + half)
+
+    def _refusal(self, name: str, padded: np.ndarray, combination: np.ndarray, share: float) -> str:
+        partners = self.fit.directions.weak_partners(padded)[: len(self.labels)] * self.amplitude
+        involved = [
+            label
+            for label, effect, own in zip(self.labels, partners, combination, strict=True)
+            if 0.0 < effect >= INVOLVED * partners.max() and not own
+        ]
+        if involved:
+            return (
+                f"{name} is not identified: the perturbation does not separate it from {', '.join(involved)}"
+            )
+        if share > 1e3:
+            return f"{name} is not identified: the perturbation drives no torque of this joint"
+        return (
+            f"{name} is not identified: its standard error amounts to {100.0 * share:.2g} % of the torque "
+            f"that the perturbation drives, more than {100.0 * self.largest_share:g} %"
+        )
+
+
+def refused(name: str, unit: str, refusal: str) -> Quantity:
+    """A quantity without a number (unit as given)."""
+    nan = float("nan")
+    return Quantity(name, unit, nan, nan, nan, nan, refusal)
+
+
+def _delay(fit: RowFit, joint: str, reflex: bool) -> Quantity:
+    """Delay of the reflex (s), if there is an identified reflex and the delay lies within those tried."""
+    name = f"delay_{joint}"
+    inside = np.flatnonzero(fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2)
+    if _open_delay(fit):
+        ends = f"{fit.delays_s[inside[0]]:g} to {fit.delays_s[inside[-1]]:g} s"
+        return refused(
+            name,
+            "s",
+            f"{name} is not identified: the record does not exclude {ends}, at an end of those tried",
+        )
+    if not reflex:
+        return refused(
+            name, "s", f"{name} is not identified: neither is any stiffness or damping of the reflex"
+        )
+    u = fit.directions.standard_error(np.eye(fit.directions.strength.size)[-1])
+    half = u * _quantile(fit.freedom)
+    return Quantity(name, "s", fit.delay_s, u, fit.delay_s - half, fit.delay_s + half)
+
+
+def _open_delay(fit: RowFit) -> bool:
+    """Whether the delays that the record does not exclude reach an end of those tried."""
+    if fit.delay_s is None:
+        return False
+    inside = fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2
+    return bool(inside[0] or inside[-1])
+
+
+def _quantile(freedom: int) -> float:
+    return float(scipy.special.stdtrit(max(freedom, 1), 0.975))

@@ -1,0 +1,216 @@
+"""Checks of a dummy trial stay silent on a clean one, and name what is broken."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from builders import LEG, RATE_HZ, belt_pulses
+
+from tepsipe.experiments.dummy.checks import (
+    FALSE_ALARMS,
+    Check,
+    check_dummy,
+    expected_of_leg,
+    failed,
+    flag_rows,
+    noise_bias,
+    quoted_rows,
+)
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
+from tepsipe.experiments.dummy.results import bootstrap_pathways, dummy_estimates
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.mechanics.rubber_joint import RubberJoint, swing
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.signals.perturbations import WindowOptions, rest_samples
+
+ONSETS_S = tuple(np.arange(2.0, 30.0, 3.0))
+DURATION_S = 34.0
+LABELS = ["foot1", "foot2", "foot3", "ankle", "a", "b", "c", "d"]
+LAYOUT = [[0.0, 0.0], [-0.012, 0.87], [0.012, 0.63], [-0.012, 0.39], [0.012, 0.15]]
+OPTIONS = DummyOptions(
+    leg=LEG,
+    leg_markers=SegmentMarkers(tuple(LABELS[3:]), LAYOUT),
+    lowpass_cutoff_hz=20.0,
+    lowpass_order=4,
+    window=WindowOptions(2.0, 1.0, 0.1, 0.05, 5.0, 0.06),
+    belt_fixed_labels=tuple(LABELS[:4]),
+)
+PATHWAYS = {
+    "leg-thesis": Pathway("leg-thesis", "aligned", "windowed-least-squares-thesis"),
+    "leg": Pathway("leg", "aligned", "windowed-least-squares"),
+    "leg-joint-likelihood": Pathway("leg", "aligned", "joint-likelihood"),
+}
+QUOTED = ("leg-joint-likelihood", "leg")
+RUBBER = RubberJoint(
+    stiffness_Nm_per_rad=10.0,
+    half_softening_rad=0.025,
+    damping_Nms_per_rad=0.1,
+    softened_damping_Nms_per_rad=0.1,
+    inertia_Nms2_per_rad=0.007,
+)
+
+
+@cache
+def motion(peak_m_per_s):
+    """Instants (s), angle (rad), position (m), velocity (m/s) and acceleration (m/s²) of the belt."""
+    halves = np.arange(2 * round(DURATION_S * RATE_HZ) - 1) / (2.0 * RATE_HZ)
+    position, velocity, acceleration = belt_pulses(halves, ONSETS_S, peak_m_per_s)
+    theta = swing(LEG, [RUBBER], acceleration[None], 1.0 / RATE_HZ)[0, 0]
+    return halves[::2], theta, position[::2], velocity[::2], acceleration[::2]
+
+
+def trial(rng, peak_m_per_s=0.3, noise_m=1e-5, broken=None):
+    """Markers and log, with ``broken(positions, acceleration)`` before noise."""
+    time, theta, foot, velocity, acceleration = motion(peak_m_per_s)
+    across, along = np.vstack([np.zeros((3, 2)), LAYOUT]).T
+    positions = np.zeros((time.size, len(LABELS), 3))
+    positions[:, :, 1] = foot[:, None] + np.outer(np.cos(theta), across) + np.outer(np.sin(theta), along)
+    positions[:, :, 2] = np.outer(np.cos(theta), along) - np.outer(np.sin(theta), across)
+    if broken is not None:
+        broken(positions, acceleration)
+    positions += noise_m * rng.standard_normal(positions.shape)
+    log = velocity + 5e-4 * rng.standard_normal(time.size)
+    axes = ("time", "marker", "axis")
+    return Trial(
+        rate_hz=RATE_HZ,
+        axes={"time": time, "marker": np.array(LABELS), "axis": np.array(["x", "y", "z"])},
+        signals={
+            "belt_velocity": Signal(log, "m/s", ("time",), "velocity"),
+            "marker_position": Signal(positions, "m", axes, "markers"),
+            "marker_position_as_sampled": Signal(positions, "m", axes, "markers"),
+        },
+        attributes={},
+    )
+
+
+def checked(recording, options=OPTIONS, joint_inertia=(0.007, 0.0005)):
+    analysis = analyse_dummy(recording, options, PATHWAYS)
+    return analysis, check_dummy(recording, options, analysis, QUOTED, joint_inertia)
+
+
+def test_clean_trials_raise_hardly_any_alarm_and_quote_the_joint_likelihood(rng):
+    alarms = 0
+    for _ in range(4):
+        analysis, verdict = checked(trial(rng))
+        assert len(verdict.checks) == 7
+        assert verdict.quoted == "leg-joint-likelihood"
+        alarms += any(verdict.flags.values())
+    assert alarms <= 1
+    rows = dummy_estimates("c", analysis, bootstrap_pathways(analysis, 100, 1))
+    quoted = [row for row in quoted_rows(rows, verdict) if row.recommended]
+    assert [(row.pathway, row.quantity) for row in quoted] == [
+        ("leg-joint-likelihood", quantity) for quantity in "IBK"
+    ]
+
+
+def slips(marker):
+    def broken(positions, acceleration):
+        for k, onset in enumerate(ONSETS_S):
+            positions[round((onset + 0.1) * RATE_HZ) :, marker, 1] += 2e-4 * (-1) ** k
+
+    return broken
+
+
+def shakes(markers, size_m=5e-4):
+    def broken(positions, acceleration):
+        lag = np.convolve(acceleration, np.exp(-np.arange(25) / 5.0))[: acceleration.size]
+        positions[:, markers, 1] += size_m * (lag / np.abs(lag).max())[:, None]
+
+    return broken
+
+
+def tilts(positions, acceleration):
+    angle = 5e-3 * acceleration / np.abs(acceleration).max()
+    positions[:, :3, 2] += np.outer(angle, [0.04, -0.04, 0.0])
+
+
+def late(positions, acceleration):
+    positions[:, 4:] = np.roll(positions[:, 4:], 1, axis=0)
+
+
+@pytest.mark.parametrize(
+    ("broken", "flag", "of_leg"),
+    [
+        (slips(0), "foot-markers-apart", False),
+        (slips(3), "markers-slip", True),
+        (shakes(slice(4, 8)), "markers-pulse-locked", True),
+        (tilts, "foot-markers-apart", False),
+        (late, "foot-leg-delay", True),
+    ],
+)
+def test_what_is_broken_has_a_name_on_the_pathways_that_use_it(rng, broken, flag, of_leg):
+    analysis, verdict = checked(trial(rng, broken=broken))
+    assert flag in verdict.flags["leg-joint-likelihood"]
+    assert (flag in verdict.flags["leg"]) == of_leg
+    rows = flag_rows(dummy_estimates("c", analysis, bootstrap_pathways(analysis, 100, 1)), verdict)
+    flagged = {(row.pathway, row.quantity) for row in rows if flag in row.flags.split(";")}
+    assert {("leg-joint-likelihood", q) for q in ("I", "B", "K", "K_small")} <= flagged
+    assert not any(pathway == "leg-thesis" for pathway, _ in flagged)
+
+
+def test_a_wobble_that_all_markers_of_the_leg_share_sets_the_two_k_apart(rng):
+    _, verdict = checked(trial(rng, broken=shakes(slice(3, 8), 1e-3)))
+    assert {"leg-disagrees", "foot-leg-delay", "lack-of-fit"} & set(verdict.flags["leg-joint-likelihood"])
+
+
+def test_a_leg_believed_too_heavy_shows_in_the_inertia_where_that_is_known(rng):
+    heavy = replace(OPTIONS, leg=replace(LEG, mass_kg=1.06 * LEG.mass_kg))
+    recording = trial(rng)
+    assert "joint-inertia" in checked(recording, heavy)[1].flags["leg"]
+    assert not any(checked(recording, heavy, None)[1].flags.values())
+
+
+def test_noise_that_biases_the_windowed_fit_is_predicted_and_flagged(rng):
+    bias, found = [], []
+    lowpass = (OPTIONS.lowpass_cutoff_hz, OPTIONS.lowpass_order)
+    for _ in range(4):
+        recording = trial(rng, 0.1, 1e-4)
+        analysis, verdict = checked(recording)
+        of_leg, joint = analysis.regressions["leg"], analysis.regressions["leg-joint-likelihood"]
+        at_rest = rest_samples(recording.time, OPTIONS.window)
+        exact = expected_of_leg(of_leg, joint, OPTIONS.leg_markers, lowpass, at_rest)
+        bias.append(noise_bias(of_leg, exact, joint.fit, OPTIONS.leg_markers, lowpass)[2])
+        found.append(of_leg.mean[2] - exact[2])
+        assert "noise-biased" in verdict.flags["leg"]
+        assert "noise-biased" not in verdict.flags["leg-joint-likelihood"]
+    error = np.std(found, ddof=1) / np.sqrt(len(found))
+    assert np.mean(bias) < -0.3
+    assert np.mean(found) == pytest.approx(np.mean(bias), abs=3.5 * error)
+    assert "noise-biased" not in checked(trial(rng, 0.3, 1e-5))[1].flags["leg"]
+
+
+def test_the_windowed_fit_is_quoted_where_the_model_does_not_fit(rng, monkeypatch):
+    recording = trial(rng)
+    analysis, _ = checked(recording)
+    module = "tepsipe.experiments.dummy.checks"
+    monkeypatch.setattr(f"{module}.fit_check", lambda *_: Check("lack-of-fit", 1.0, 0.0))
+    verdict = check_dummy(recording, OPTIONS, analysis, QUOTED)
+    assert verdict.flags["leg-joint-likelihood"] == ["lack-of-fit"]
+    assert verdict.flags["leg"] == []
+    assert verdict.quoted == "leg"
+
+
+def test_a_check_fails_by_size_and_by_chance_together():
+    share = FALSE_ALARMS / 2
+    sure, likely = Check("markers-slip", 1e-3, 0.5 * share), Check("foot-leg-delay", 1e-3, 2.0 * share)
+    assert failed([sure, likely]) == ["markers-slip"]
+    assert failed([replace(sure, size=1e-6), likely]) == []
+
+
+def test_without_a_joint_likelihood_there_are_no_checks(rng):
+    recording = trial(rng)
+    analysis = analyse_dummy(recording, OPTIONS, {"leg": PATHWAYS["leg"]})
+    verdict = check_dummy(recording, OPTIONS, analysis, ("leg", "leg"))
+    assert verdict.checks == []
+    assert verdict.quoted == "leg"
+
+
+def test_two_perturbations_and_markers_without_noise_can_be_checked(rng):
+    whole = trial(rng, noise_m=0.0)
+    kept = slice(0, round((ONSETS_S[2] - 0.3) * RATE_HZ))
+    signals = {name: replace(s, values=s.values[kept]) for name, s in whole.signals.items()}
+    short = replace(whole, axes=whole.axes | {"time": whole.axes["time"][kept]}, signals=signals)
+    for recording in (whole, short):
+        _, verdict = checked(recording)
+        assert all(np.isfinite([c.size, c.probability]).all() for c in verdict.checks)

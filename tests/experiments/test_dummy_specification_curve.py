@@ -1,0 +1,121 @@
+"""Every combination of choices, by the functions of the study's own pathways."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import Joint
+
+from tepsipe.experiments.dummy.foot_pathways import FootOptions
+from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.specification_curve import (
+    FILTERED,
+    REFERENCES,
+    WINDOWS,
+    SpecificationOptions,
+    filters,
+    read_specification,
+    specify_dummy,
+    write_specification,
+)
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.mechanics.inverse_dynamics import Foot
+from tepsipe.reporting.figures.names import words
+from tepsipe.reporting.figures.specification_curve import plot_specification
+from tepsipe.reporting.numbers.dummy import specification_data
+from tests.experiments.test_dummy_leg_pathways import OPTIONS, trial_of_swing
+
+PRINTED = Pathway("leg-thesis", "aligned", "windowed-least-squares-thesis")
+RECOMMENDED = Pathway("leg", "aligned", "windowed-least-squares")
+SIMULATED = Pathway("leg", "aligned", "output-error")
+DUMMY = replace(OPTIONS, belt_fixed_labels=("ankle",))
+FOOT = FootOptions(Foot(2.1, 0.055), "ankle", ("ankle",), "right")
+CHOSEN = SpecificationOptions(other_cutoff_hz=10.0, command_s=0.1, longer_s=0.4, before_segment_s=0.1)
+
+
+@pytest.fixture(scope="module")
+def trial():
+    """A leg that swings, on a plate whose loads hold its joint's torque and some noise."""
+    plain = trial_of_swing(Joint(rest=0.005), noise_m=5e-5)
+    loads = np.random.default_rng(3).standard_normal((2, plain.time.size, 1, 3))
+    loads[0, :, 0, 2] += 24.5
+    axes = plain.axes | {"belt": np.array(["right"])}
+    signals = plain.signals | {
+        "force": Signal(loads[0], "N", ("time", "belt", "axis"), "force"),
+        "moment": Signal(loads[1], "Nm", ("time", "belt", "axis"), "moment"),
+    }
+    return Trial(plain.rate_hz, axes, signals)
+
+
+@pytest.fixture(scope="module")
+def rows(trial):
+    return specify_dummy(trial, "sine-0.3", DUMMY, FOOT, CHOSEN, PRINTED, RECOMMENDED)
+
+
+def test_every_combination_is_there_once_sorted_by_stiffness(rows):
+    # torque, filters and what they filter or none at all, rest, window, estimator; output error by filter
+    assert len(rows) == 4 * (3 * 3 + 1) * 2 * 3 * 2 + 4
+    assert len({row.choices for row in rows}) == len(rows)
+    stiffness = [row.K_Nm_per_rad for row in rows]
+    assert stiffness == sorted(stiffness)
+    assert np.isfinite([[row.I_Nms2_per_rad, row.B_Nms_per_rad, row.VAF_percent] for row in rows]).all()
+
+
+def test_marked_columns_and_output_error_are_the_studys_own_estimates(trial, rows):
+    own = {"as printed": PRINTED, "recommended": RECOMMENDED, "simulated": SIMULATED}
+    analysis = analyse_dummy(trial, DUMMY, own)
+    standard = next(iter(filters(DUMMY, CHOSEN)))
+    for name, regression in analysis.regressions.items():
+        if name == "simulated":
+            chosen = [r for r in rows if r.estimator == "output-error" and r.filter == standard]
+        else:
+            chosen = [r for r in rows if r.role == name]
+        assert len(chosen) == 1
+        row = chosen[0]
+        found = [row.I_Nms2_per_rad, row.B_Nms_per_rad, row.K_Nm_per_rad]
+        assert found == regression.mean.tolist()
+        assert row.VAF_percent == regression.vaf_per_perturbation.mean()
+
+
+def test_one_filter_for_all_keeps_the_joint_and_a_filter_for_one_moves_its_damping(rows):
+    def damping(filtered, filter_name):
+        wanted = ("leg", filter_name, filtered, REFERENCES[0], WINDOWS[1], "windowed-least-squares")
+        return next(row.B_Nms_per_rad for row in rows if row.choices == wanted)
+
+    names = list(filters(DUMMY, CHOSEN))
+    assert damping(FILTERED[0], names[0]) == pytest.approx(0.1, abs=0.01)
+    # forwards only, a filter delays what passes it
+    for filtered in FILTERED[1:]:
+        assert abs(damping(filtered, names[1]) - 0.1) > 0.05
+
+
+def test_pathway_with_other_instants_has_no_column(trial):
+    strobed = replace(PRINTED, marker_instants="as-sampled")
+    found = specify_dummy(trial, "x", DUMMY, FOOT, CHOSEN, strobed, RECOMMENDED)
+    assert {row.role for row in found} == {"", "recommended"}
+
+
+def test_table_is_read_as_it_was_written(rows, tmp_path):
+    write_specification(tmp_path / "specification.csv", rows)
+    back = read_specification(tmp_path / "specification.csv")
+    assert [row.choices for row in back] == [row.choices for row in rows]
+    assert [row.role for row in back] == [row.role for row in rows]
+    assert [row.K_Nm_per_rad for row in back] == pytest.approx([row.K_Nm_per_rad for row in rows], rel=1e-9)
+
+
+def test_numbers_of_the_report_are_those_of_the_rows(rows):
+    data = specification_data(rows)
+    assert data["count"] == "484"
+    recommended = next(row.K_Nm_per_rad for row in rows if row.role == "recommended")
+    near = [abs(row.K_Nm_per_rad / recommended - 1.0) < 0.05 for row in rows]
+    assert data["recommended"]["near"] == f"{100.0 * np.mean(near):.0f}"
+    assert int(data["recommended"]["high_vaf_far"]) <= int(data["recommended"]["high_vaf"])
+    assert specification_data([row for row in rows if not row.role])["recommended"] is None
+
+
+def test_figure_has_a_row_for_every_value_of_every_choice(rows):
+    figure = plot_specification(rows)
+    labels = [label.get_text() for label in figure.axes[2].get_yticklabels()]
+    for row in rows:
+        assert {words(choice) for choice in row.choices if choice != "none"} <= set(labels)
+    assert len(labels) == 4 + 4 + 3 + 2 + 4 + 3

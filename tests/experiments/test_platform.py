@@ -1,0 +1,212 @@
+"""The experiment platform: from a table to rows, result, figures, page and numbers of the report."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from page_builders import page_data
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.platform import (
+    PlatformOptions,
+    analyse_platform,
+    platform_estimates,
+    platform_result,
+)
+from tepsipe.identification.several_joints.closed_loop import MultiJointOptions
+from tepsipe.ingest.limits import Limits, Rig
+from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
+from tepsipe.ingest.plausibility import plausible_trial
+from tepsipe.io.estimates import read_estimates, write_estimates
+from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.io.result import read_result, write_result
+from tepsipe.reporting.figures import platform as figures
+from tepsipe.reporting.numbers.abstract import abstract_of
+from tepsipe.reporting.numbers.platform import platform_data
+from tepsipe.reporting.pages.platform import platform_page
+from tepsipe.reporting.pages.trial_page import render
+from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
+
+ESTIMATE = MultiJointOptions((0.05, 5.0), 20, 0.02, (0.04, 0.24), 0.05)
+OPTIONS = PlatformOptions(ESTIMATE, ("intrinsic", "own-reflex"), 0.01, 0.1, 0.5, 0.5)
+TABLE = PlatformTableOptions(50.0, 0.05, "rad", 1, "m")
+DURATION_S = 150.0
+
+
+def table_of(record):
+    names = ("ankle", "hip")
+    table = {"time": record.time, "platform": record.platform}
+    table |= {f"{name}_angle": record.angle[:, k] for k, name in enumerate(names)}
+    return table | {f"{name}_torque": record.torque[:, k] for k, name in enumerate(names)}
+
+
+@pytest.fixture(scope="module")
+def table():
+    quiet = replace(PlatformPerson(), own_torque_Nm=(4.0, 2.0))
+    return table_of(record_platform(quiet, PlatformProtocol(DURATION_S), np.random.default_rng(2)))
+
+
+@pytest.fixture(scope="module")
+def trial(table):
+    return ingest_platform(table, TABLE, DURATION_S - 0.1, "person.csv")
+
+
+@pytest.fixture(scope="module")
+def analysis(trial):
+    return analyse_platform(trial, OPTIONS)
+
+
+@pytest.fixture(scope="module")
+def rows(analysis, tmp_path_factory):
+    path = tmp_path_factory.mktemp("platform") / "estimates.csv"
+    write_estimates(path, platform_estimates("platform", "a", analysis, OPTIONS))
+    return path
+
+
+@pytest.fixture(scope="module")
+def result(analysis, tmp_path_factory):
+    path = tmp_path_factory.mktemp("platform") / "fit.h5"
+    write_result(path, platform_result(analysis, OPTIONS, "m"))
+    return read_result(path)
+
+
+def test_known_person_is_found_and_predicted(analysis, rows):
+    assert analysis.chosen == "intrinsic"
+    found = {(row.estimator, row.quantity): row for row in read_estimates(rows)}
+    for quantity, true in (("K_ankle_ankle", 1000.0), ("K_hip_hip", 420.0), ("B_ankle_ankle", 120.0)):
+        row = found["iv-intrinsic", quantity]
+        assert row.value == pytest.approx(true, rel=0.1)
+        assert row.ci_low < true < row.ci_high
+        assert row.recommended
+        assert not row.flags
+    for joint in ("ankle", "hip"):
+        assert found["iv-intrinsic", f"VAF_driven_held_out_{joint}"].value > 98.0
+        assert found["iv-intrinsic", f"VAF_held_out_{joint}"].value > 80.0
+        assert not found["direct-intrinsic", f"K_{joint}_hip"].recommended
+
+
+def test_what_is_not_identified_has_a_row_without_a_value(rows):
+    refused = [row for row in read_estimates(rows) if "not-identified" in row.flags]
+    # this person has no reflex whose delay could be found
+    assert {"delay_ankle", "delay_hip"} <= {row.quantity for row in refused}
+    for row in refused:
+        assert np.isnan(row.value)
+        assert row.flags == "not-identified"
+        assert row.standard_error is row.ci_low is row.ci_high is None
+
+
+def test_torque_of_the_other_sign_is_refused(table):
+    turned = ingest_platform(table, replace(TABLE, torque_sign=-1), DURATION_S - 0.1, "person.csv")
+    with pytest.raises(InputError, match=r"ankle torque that resists a slow lean, found -1.* torque_sign"):
+        analyse_platform(turned, OPTIONS)
+
+
+def test_platform_that_does_not_move_the_joints_is_refused(table, rng):
+    other = table | {"platform": rng.standard_normal(table["time"].size)}
+    unmoved = ingest_platform(other, TABLE, DURATION_S - 0.1, "person.csv")
+    with pytest.raises(InputError, match="angles that follow the platform"):
+        analyse_platform(unmoved, OPTIONS)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda t: {"ankle_angle": 100.0 * t["ankle_angle"]}, "half a revolution.*angle_unit"),
+        (
+            lambda t: {"hip_torque": np.where(t["time"] > 9.0, 3.0, t["hip_torque"])},
+            "torque of the hip to change",
+        ),
+        (
+            lambda t: {"hip_torque": 1e-6 * t["hip_torque"]},
+            "torque of at least 0.1 N·m per rad of the angle of the hip",
+        ),
+        (lambda t: {"ankle_torque": 100.0 * t["ankle_torque"]}, "joint torque of -500 to 500 Nm.* in ankle"),
+    ],
+)
+def test_impossible_signals_are_refused(table, spoil, said, shipped_config):
+    limits = Limits(**{k: shipped_config["plausible"][k] for k in Limits.__dataclass_fields__})
+    with pytest.raises(InputError, match=said):
+        plausible_trial(
+            ingest_platform(table | spoil(table), TABLE, DURATION_S - 0.1, "person.csv"),
+            limits,
+            Rig(),
+            {"log": "person.csv"},
+        )
+
+
+def test_degrees_and_a_second_perturbation_are_ingested(table):
+    in_degrees = {name: np.degrees(table[name]) for name in ("ankle_angle", "hip_angle")}
+    other = table | in_degrees | {"second_perturbation": 2.0 * table["platform"]}
+    found = ingest_platform(other, replace(TABLE, angle_unit="deg"), DURATION_S - 0.1, "person.csv")
+    expected = np.column_stack([table["ankle_angle"], table["hip_angle"]])
+    assert found.values("joint_angle") == pytest.approx(expected, abs=1e-9)
+    assert found.values("second_perturbation") == pytest.approx(2.0 * found.values("platform"))
+    with pytest.raises(InputError, match=r"found 50 Hz: lower platform\.ingest\.resample_rate_hz"):
+        ingest_platform(table, replace(TABLE, resample_rate_hz=100.0), DURATION_S - 0.1, "person.csv")
+
+
+def test_figures_show_every_joint(result, rows):
+    results = {"a": result}
+    assert len(figures.plot_responses(results).axes) == 6
+    shown = figures.plot_quantities(results, {"a": read_estimates(rows)})
+    ticks = [label.get_text() for label in shown.axes[0].get_yticklabels()]
+    assert {"at once, ankle", "at once, hip", "slow mode"} <= set(ticks)
+    assert [axis.get_title() for axis in figures.plot_prediction(results).axes] == ["a, ankle", "a, hip"]
+
+
+def test_page_and_report_say_what_is_identified(trial, result, rows):
+    choices = {"study": "A study", "condition": "a", "made": False}
+    html = render(platform_page(trial, result, read_estimates(rows), choices))
+    panels = [panel["title"] for panel in page_data(html)["panels"]]
+    assert panels == [
+        "Platform",
+        "Angle of the ankle",
+        "Angle of the hip",
+        "Torque of the ankle",
+        "Torque of the hip",
+    ]
+    data = platform_data({"a": result}, pd.read_csv(rows, dtype={"condition": str}))
+    (own,) = data["trials"]
+    assert [model["name"] for model in own["models"]] == ["intrinsic", "own-reflex"]
+    assert own["identified"] == own["quantities"] == 10
+    assert own["refused"] == [{"joint": j, "together": [], "others": []} for j in ("ankle", "hip")]
+    text = str(abstract_of({"experiments": ["platform"], "platform": data, "claims": None, "cells": None}))
+    assert "simplest" in text
+    assert "intrinsic" in text
+
+
+def test_refused_quantities_are_named_with_their_joint(result, rows):
+    facts = result.facts | {"chosen": "own-reflex"}
+    data = platform_data({"a": replace(result, facts=facts)}, pd.read_csv(rows))
+    (own,) = data["trials"]
+    assert own["identified"] < own["quantities"]
+    named = [q for of in own["refused"] for q in (*of["together"], *of["others"])]
+    assert len(named) == own["quantities"] - own["identified"]
+    assert {"kind": "delay", "joints": "ankle"} in [{k: q[k] for k in ("kind", "joints")} for q in named]
+
+
+@pytest.mark.slow
+def test_public_recording_rejects_simple_models():
+    """Of H. Wang and A. J. van den Bogert, as docs/recordings/platform.md makes a table of it."""
+    folder = os.environ.get("TEPSIPE_PLATFORM_DATA")
+    if not folder or not (Path(folder) / "subject5.csv").is_file():
+        pytest.skip(
+            "TEPSIPE_PLATFORM_DATA names no folder with subject5.csv: see docs/recordings/platform.md"
+        )
+    names = ("time_s", "platform_m", "ankle_angle_rad", "hip_angle_rad", "ankle_torque_Nm", "hip_torque_Nm")
+    columns = {name.rpartition("_")[0]: name for name in names}
+    recorded = read_text_table(Path(folder) / "subject5.csv", columns, ",")
+    trial = ingest_platform(recorded, TABLE, 309.0, "subject5.csv")
+    estimate = replace(ESTIMATE, band_hz=(0.1, 3.0), delays_s=(0.04, 0.3), delay_step_s=0.02)
+    found = analyse_platform(
+        trial, replace(OPTIONS, estimate=estimate, models=("intrinsic", "own-reflex", "all-reflex"))
+    )
+    assert found.chosen == "all-reflex"
+    assert not found.models["all-reflex"].rejected(0.01)
+    quantities = [one for of in found.models["all-reflex"].quantities for one in of]
+    assert sum(one.identified for one in quantities) < 6
+    # ordinary regression predicts as well as the first tries on this recording
+    assert min(vaf.held_out for vaf in found.models["all-reflex"].direct_vaf) > 90.0

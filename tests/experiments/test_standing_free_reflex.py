@@ -1,0 +1,298 @@
+"""Generalised least squares with a free reflex torque: responses whose K, B and reflex are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
+from tepsipe.experiments.standing.free_reflex.fit import (
+    DISCREPANCY,
+    REFLEX_ONSET,
+    WINDOW,
+    FreeReflexOptions,
+    fit_free_reflex,
+)
+from tepsipe.experiments.standing.free_reflex.fit_errors import TREADMILL
+from tepsipe.experiments.standing.free_reflex.free_body import SOURCES
+from tepsipe.experiments.standing.free_reflex.results import (
+    FreeReflexChoices,
+    fit_free,
+    task_difference,
+    with_budgets,
+)
+from tepsipe.experiments.standing.thesis.impedance import StandingEstimator
+from tepsipe.identification.regression.generalised import (
+    Record,
+    generalised_least_squares,
+    integrated_wiener,
+    sensitivity,
+    squared_exponential,
+)
+from tepsipe.io.result import Result
+from tepsipe.statistics.uncertainty import Budget, Source
+from tepsipe.treadmill.held_out import UNKNOWN
+
+K, B = 370.0, 8.0
+RATE_HZ = 250.0
+OPTIONS = FreeReflexOptions(60.0, 0.02, 0.008, 1.6, 0.02, 0.5, 0.045, 0.004, (0.04, 0.08))
+FREE = {"free": StandingEstimator(0.08, False, "free")}
+
+
+def responses(seed=1, stiffness=K, damping=B, reflex=0.0, noise=0.05, peak=0.4, sign=1.0, **changes):
+    """One trial: a sine of velocity, the torque of K and B (N·m), a reflex that grows from 45 ms on."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(round(-0.12 * RATE_HZ), round(0.2 * RATE_HZ) + 1) / RATE_HZ
+    size = sign * peak * 0.04
+    moved = np.clip(time, 0.0, 0.1)
+    angle = 0.5 * size * (1.0 - np.cos(20.0 * np.pi * moved))
+    rate = np.where((time >= 0.0) & (time <= 0.1), size * 10.0 * np.pi * np.sin(20.0 * np.pi * moved), 0.0)
+    reflex = reflex * peak / 0.5 * np.maximum(time - 0.045, 0.0) ** 1.5 / 0.02**1.5
+
+    def sway(epochs, n):
+        steps = rng.standard_normal((epochs, n)) * noise
+        return np.cumsum(steps, axis=1) * 0.2 + steps
+
+    torque = stiffness * angle + damping * rate + reflex
+    pulled = torque + sway(10, time.size)
+    perturbed = np.stack([pulled, np.tile(angle, (10, 1)), np.tile(rate, (10, 1))], axis=-1)
+    zero = (time >= -0.1) & (time <= -0.02)
+    perturbed -= perturbed[:, zero].mean(axis=1, keepdims=True)
+    quiet = np.zeros((12, 281, 3))
+    quiet[..., 0] = sway(12, 281)
+    slopes = {source: np.zeros((time.size, 3)) for source in SOURCES}
+    slopes["force_scale"][:, 0] = torque
+    slopes["marked_rotation"][:, 1:] = np.column_stack([angle, rate])
+    trial = BroadbandEpochs(
+        time=time,
+        perturbed=perturbed,
+        quiet_time=np.arange(281) / RATE_HZ - 0.12,
+        quiet=quiet,
+        slopes=slopes,
+        draws=np.outer([0.01, -0.01, 0.0], torque),
+        peak_m_per_s=peak,
+        carried_kg=64.0,
+        calibrated_kg=60.0,
+        centre=None,
+        centre_used=True,
+        apparent=None,
+        skin_m=0.0,
+    )
+    return replace(trial, **changes)
+
+
+def group(seed=1, **changes):
+    """Eight trials of a task, four in each direction."""
+    sizes = (0.2, 0.3, 0.4, 0.5)
+    return [
+        responses(seed + 100 * k, peak=peak, sign=sign, **changes)
+        for k, (peak, sign) in enumerate((p, s) for p in sizes for s in (1.0, -1.0))
+    ]
+
+
+def fitted(trials, window_s=0.08, sources=(), **changes):
+    return fit_free_reflex(trials, window_s, OPTIONS, list(sources), 50, np.random.default_rng(3), **changes)
+
+
+@pytest.mark.parametrize("window_s", [0.05, 0.06, 0.08, 0.1])
+def test_stiffness_does_not_depend_on_the_window_where_a_reflex_begins(window_s):
+    fit = fitted(group(reflex=1.0), window_s)
+    assert fit.parameters[0] == pytest.approx([B, K], rel=0.025)
+
+
+def test_least_squares_in_the_same_window_takes_the_reflex_for_stiffness():
+    trials = group(reflex=1.0)
+    inside = (trials[0].time >= 0.0) & (trials[0].time <= 0.1)
+    means = [t.perturbed[:, inside].mean(axis=0) for t in trials]
+    plain = generalised_least_squares([Record(m[:, 0], m[:, [2, 1]], np.eye(inside.sum())) for m in means])
+    free = fitted(trials, 0.1).parameters[0]
+    # the reflex pushes one way whatever the direction of the belt: it spoils B or K of any one direction
+    one_way = generalised_least_squares(
+        [Record(m[:, 0], m[:, [2, 1]], np.eye(inside.sum())) for m in means[::2]]
+    )
+    assert abs(one_way.parameters[1] / K - 1.0) > 0.05 > 5.0 * abs(free[1] / K - 1.0)
+    assert fitted(trials[::2], 0.1).parameters[0, 1] == pytest.approx(K, rel=0.02)
+    assert plain.parameters.shape == (2,)
+
+
+def test_without_noise_and_reflex_the_truth_comes_back():
+    fit = fitted(group(noise=1e-6))
+    assert fit.parameters[0] == pytest.approx([B, K], rel=1e-3)
+    assert fit.vaf == pytest.approx(100.0, abs=1e-3)
+    assert np.ptp(fit.windows[:, 2]) < 1e-3 * K
+
+
+def test_contributions_are_those_of_the_sources():
+    sources = [
+        Source("force_scale", 0.01),
+        Source("marked_rotation", 0.02),
+        Source(REFLEX_ONSET, 0.004),
+        Source(DISCREPANCY, 0.01),
+    ]
+    fit = fitted(group(noise=1e-6), sources=sources)
+    values, budget = fit.parameters[0], fit.budget
+    assert budget.contributions["force_scale"][0] == pytest.approx(0.01 * values, rel=1e-3)
+    assert budget.contributions["marked_rotation"][0] == pytest.approx(-0.02 * values, rel=1e-3)
+    # three draws of 1, -1 and 0 % of the torque: a standard deviation of 1 %
+    assert budget.of_source(TREADMILL) == pytest.approx(0.01 * values, rel=1e-3)
+    assert (budget.of_source(DISCREPANCY) > 0.0).all() and (budget.of_source(WINDOW) < 0.01 * values).all()
+    assert {REFLEX_ONSET, WINDOW} < set(budget.contributions)
+
+
+def test_windows_count_only_as_far_as_nothing_else_explains_their_spread():
+    known = [Source(DISCREPANCY, 0.01), Source("force_scale", 0.05)]
+    chance, wrong = group(5), group(5)
+    late = np.clip(chance[0].time - 0.055, 0.0, None) / 0.02
+    for trial in wrong:  # late torque that is not of a reflex: against the rotation in both directions
+        angle = trial.perturbed[..., 1].mean(axis=0)
+        trial.perturbed[..., 0] -= 12.0 * np.sign(angle[np.abs(angle).argmax()]) * late
+    own, other = fitted(chance, sources=known), fitted(wrong, 0.06, known, reflex_onset_s=0.12)
+    spread = [
+        fit.budget.of_source(WINDOW)[1] / np.sqrt(np.mean((fit.windows[:, 2] - fit.parameters[0, 1]) ** 2))
+        for fit in (own, other)
+    ]
+    assert spread[0] < 0.8 and 0.95 < spread[1] <= 1.0
+
+
+def test_type_a_is_the_scatter_between_trials():
+    spread = [fitted(group(seed)).parameters[0] for seed in range(1, 13)]
+    stated = np.mean([fitted(group(seed)).budget.type_a for seed in range(1, 5)], axis=0)
+    assert stated == pytest.approx(np.std(spread, axis=0, ddof=1), rel=0.7)
+    alone = fitted(group()[:1])
+    assert alone.budget.freedom_a == 9.0 and alone.budget.type_a[1] > stated[1]
+
+
+def test_window_beyond_the_epochs_is_refused():
+    with pytest.raises(InputError, match=r"at most 0\.2 s .* found 0\.3 s: shorten it"):
+        fitted(group(), 0.3)
+
+
+# ---- among the other fits, and between tasks ---------------------------------------------------------
+
+
+def choices(**sources):
+    found = {name: Source(name, u) for name, u in sources.items()}
+    return FreeReflexChoices("ankle", OPTIONS, found, 50, 1)
+
+
+def task(trials, **sources):
+    fits = fit_free(trials, "standing/x", FREE, choices(**sources), 10 * len(trials))
+    return fits["ankle", "free"], with_budgets(Result({}, {}, {}), fits)
+
+
+def test_difference_of_two_tasks_is_sharper_than_either():
+    relaxed, less = task(group(1), force_scale=0.05)
+    stiff, more = task(group(7, stiffness=600.0, damping=12.0), force_scale=0.05)
+    rows, contributions = task_difference("stiff-relax", more, less, 555.0)
+    found = {row.quantity: row for row in rows}
+    assert found["K"].value == pytest.approx(230.0, rel=0.05)
+    assert found["K"].u_type_b < 0.75 * min(stiff.budget.type_b[1], 2.0 * relaxed.budget.type_b[1])
+    assert found["K"].standard_error < stiff.budget.combined[1]
+    scale = [c for c in contributions if (c.source, c.quantity) == ("force_scale", "K")]
+    assert scale[0].u == pytest.approx(0.05 * found["K"].value, rel=0.02)
+    assert found["K_over_mgh"].value == pytest.approx(found["K"].value / 555.0)
+
+
+def test_palpated_centre_counts_where_sway_shows_none():
+    known = {"joint_centre_anterior_m": 0.002, "joint_centre_height_m": 0.002, "palpated_centre_m": 0.01}
+    trials = group()
+    for trial in trials:
+        trial.slopes["joint_centre_anterior_m"][:, 0] = 50.0 * trial.perturbed[..., 1].mean(axis=0)
+    seen, felt = (
+        task([replace(t, centre_used=used) for t in trials], **known)[0].budget.of_source(
+            "joint_centre_anterior_m"
+        )
+        for used in (True, False)
+    )
+    assert felt == pytest.approx(5.0 * seen)
+
+
+def test_inertia_is_refused():
+    with pytest.raises(InputError, match="inertia: true for free"):
+        fit_free(group(), "x", {"free": StandingEstimator(0.08, True, "free")}, choices(), 80)
+
+
+@pytest.mark.parametrize(
+    ("changes", "flag"),
+    [
+        ({}, None),
+        ({"skin_m": 0.004}, "skin-motion"),
+        ({"skin_m": 0.0015}, None),
+        # the interval has the uncertainty of the palpated centre
+        ({"centre_used": False}, None),
+        ({"calibrated_kg": 20.0}, "beyond-calibrated-mass"),
+        ({"calibrated_kg": None}, None),
+        ({"treadmill_error": (0.2 * K, 0.03 * K)}, "treadmill-model"),
+        # perhaps, not clearly, beyond a tenth of K
+        ({"treadmill_error": (0.12 * K, 0.03 * K)}, None),
+        # a model below its limit: the error is not known
+        ({"treadmill_error": (0.0, UNKNOWN)}, "treadmill-model"),
+    ],
+)
+def test_what_the_trials_show_is_flagged(changes, flag):
+    trials = [replace(trial, **changes) for trial in group()]
+    assert failed_checks(fitted(trials), trials, 80, None) == ((flag,) if flag else ())
+
+
+def test_estimate_is_not_to_be_quoted_where_the_treadmill_certainly_makes_half_of_it():
+    for error, quoted in ((0.4, True), (0.52, True), (0.7, False), (-0.7, False)):
+        assert quotable([replace(group()[0], treadmill_error=(300.0 * error, 30.0))], 300.0) == quoted
+    assert quotable(group(), 300.0)
+
+
+def test_few_perturbations_windows_and_another_stiffness_are_flagged():
+    trials = group()
+    fit = fitted(trials)
+    certain = Budget(np.zeros(2), np.inf)
+    assert failed_checks(fit, trials, 130, None) == ("few-perturbations",)
+    assert failed_checks(fit, trials, 80, (np.array([0.0, 0.04 * K]), certain)) == ()
+    assert failed_checks(fit, trials, 80, (np.array([0.0, -0.1 * K]), certain)) == ("pre-reflex-differs",)
+    spread = replace(fit, windows=fit.windows * [1.0, 1.0, 1.0] + [[0.0, 0.0, 30.0 * k] for k in range(5)])
+    assert failed_checks(spread, trials, 80, None) == ("window-sensitive",)
+
+
+def test_difference_from_a_short_window_counts_common_sources_once():
+    sources = [Source("force_scale", 0.05), Source("marked_rotation", 0.05)]
+    trials = group()
+    fit = fitted(trials, sources=sources)
+    _, budget = difference_from_window(trials, fit, 0.06, OPTIONS, sources)
+    assert budget.of_source("force_scale")[1] < 0.1 * fit.budget.of_source("force_scale")[1]
+
+
+# ---- generalised least squares ----------------------------------------------------------------------
+
+
+def test_covariance_of_an_integrated_wiener_process(rng):
+    time = np.linspace(0.0, 0.1, 101)
+    steps = rng.standard_normal((4000, 100)) * np.sqrt(0.001)
+    rate = np.cumsum(steps, axis=1)
+    drawn = np.cumsum(rate, axis=1) * 0.001
+    expected = integrated_wiener(time, 0.0)[1:, 1:]
+    assert np.cov(drawn.T)[[99, 49], [99, 99]] == pytest.approx(expected[[99, 49], [99, 99]], rel=0.1)
+    assert not integrated_wiener(time, 0.05)[:51].any()
+
+
+def test_generalised_least_squares_is_aitkens(rng):
+    x, y = rng.standard_normal((20, 2)), rng.standard_normal(20)
+    c = squared_exponential(np.arange(20.0), 1.0) + 0.1 * np.eye(20)
+    fit = generalised_least_squares(
+        [Record(y[:12], x[:12], c[:12, :12]), Record(y[12:], x[12:], c[12:, 12:])]
+    )
+    block = np.zeros((20, 20))
+    block[:12, :12], block[12:, 12:] = c[:12, :12], c[12:, 12:]
+    root = np.linalg.inv(np.linalg.cholesky(block))
+    assert fit.parameters == pytest.approx(np.linalg.lstsq(root @ x, root @ y, rcond=None)[0])
+    alone = generalised_least_squares([Record(y[12:], x[12:], c[12:, 12:])])
+    assert fit.without_each()[0] == pytest.approx(alone.parameters)
+
+
+def test_sensitivity_is_the_derivative(rng):
+    x, y, dx, dy = (rng.standard_normal(shape) for shape in ((20, 2), 20, (20, 2), 20))
+    record = Record(y, x, np.eye(20))
+    fit = generalised_least_squares([record])
+    h = 1e-6
+    moved = [generalised_least_squares([Record(y + s * h * dy, x + s * h * dx, np.eye(20))]) for s in (1, -1)]
+    slope = (moved[0].parameters - moved[1].parameters) / (2.0 * h)
+    assert sensitivity(fit, [record], [dy], [dx]) == pytest.approx(slope, rel=1e-5)

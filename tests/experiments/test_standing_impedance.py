@@ -1,0 +1,438 @@
+"""Impedance of ankles of known impedance comes back; what reflexes add to it is told apart or told."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from builders import assert_one_sentence
+from emg_builders import ramp_burst
+from standing_builders import RESPONSE_TIME, SIZES, bent, responses_with, twitched
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.standing.thesis.impedance import (
+    ActiveOptions,
+    StandingEstimator,
+    StandingFit,
+    fit_standing,
+    standing_estimates,
+    twitch,
+)
+from tepsipe.experiments.standing.thesis.results import fit_all
+
+K, B, INERTIA = 370.0, 6.0, 0.05
+ANGLE, RATE, ACCELERATION = bent(RESPONSE_TIME)
+INTRINSIC = K * ANGLE + B * RATE
+OPTIONS = ActiveOptions(
+    twitch_s=(0.02, 0.032, 0.04, 0.048),
+    reflex_delay_s=(0.036, 0.044, 0.052),
+    balance_delay_s=(0.092, 0.112, 0.132),
+    action={"TA": -1.0, "SOL": 1.0, "GAS": 1.0},
+)
+SHORT = StandingEstimator(window_s=0.06, inertia=False, active="none")
+WITH_INERTIA = StandingEstimator(window_s=0.15, inertia=True, active="none")
+LONG = StandingEstimator(window_s=0.3, inertia=False, active="none")
+VELOCITY = StandingEstimator(window_s=0.3, inertia=False, active="velocity")
+EMG = StandingEstimator(window_s=0.5, inertia=False, active="emg")
+DELAYS = {"T": 0.04, "L": 0.044, "D": 0.112}
+GAINS = {"G_plus": 30.0, "G_minus": 10.0, "P": 80.0, "Q": 20.0}
+FORCE = {"TA": 0.3, "SOL": 0.4, "GAS": 0.2}  # Nm/uV
+BURSTS = {
+    "TA": lambda t: 20.0 * ramp_burst(t, 0.044),
+    "SOL": lambda t: 40.0 * ramp_burst(t, 0.09),
+    "GAS": lambda t: 30.0 * ramp_burst(t, 0.13, 0.02, 0.08),
+}
+DRIVE = {muscle: burst(RESPONSE_TIME) for muscle, burst in BURSTS.items()}
+
+
+def fit(trials, estimator=SHORT, options=OPTIONS, draws=50, seed=1):
+    trials = trials if isinstance(trials, list) else [trials]
+    return fit_standing(trials, "ankle", estimator, options, draws, np.random.default_rng(seed))
+
+
+def found(result):
+    """Name -> value of a fit."""
+    return dict(zip(result.names, result.parameters[0].tolist(), strict=True))
+
+
+def within(window_s):
+    """True for the samples of a window (s), and of the filter's width before the onset."""
+    time = RESPONSE_TIME
+    return (time >= -0.03) & (time <= window_s)
+
+
+@cache
+def by_reflexes():
+    """Torque (Nm) of reflexes and balance, as the estimator's head describes it."""
+
+    def drive(t):
+        stretch, (angle, rate, _) = bent(t - DELAYS["L"])[1], bent(t - DELAYS["D"])
+        reflex = GAINS["G_plus"] * np.maximum(stretch, 0.0) - GAINS["G_minus"] * np.maximum(-stretch, 0.0)
+        return reflex + GAINS["P"] * angle + GAINS["Q"] * rate
+
+    return twitched(drive, DELAYS["T"])
+
+
+@cache
+def by_muscles():
+    """Torque (Nm) of the muscles' bursts."""
+    return sum(OPTIONS.action[m] * FORCE[m] * twitched(BURSTS[m], DELAYS["T"]) for m in FORCE)
+
+
+# ---- intrinsic impedance -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("estimator", [SHORT, LONG])
+def test_stiffness_and_damping_come_back_exactly(estimator):
+    result = fit(responses_with(INTRINSIC), estimator)
+    assert result.names == ("B", "K")
+    assert result.parameters[0] == pytest.approx([B, K], rel=1e-9)
+    assert result.vaf == pytest.approx(100.0)
+    assert result.active_peak == 0.0
+    assert result.responses == len(SIZES)
+    for name, value in (("B", B), ("K", K)):
+        assert result.interval(name) == pytest.approx((value, 0.0, value, value), rel=1e-9, abs=1e-9)
+
+
+def test_inertia_comes_back_where_it_is_asked_for():
+    responses = responses_with(INTRINSIC + INERTIA * ACCELERATION)
+    result = fit(responses, WITH_INERTIA)
+    assert found(result) == pytest.approx({"I": INERTIA, "B": B, "K": K}, rel=1e-9)
+    assert abs(found(fit(responses, replace(WITH_INERTIA, inertia=False)))["K"] - K) > 50.0
+
+
+def test_what_unperturbed_standing_shows_too_is_no_response():
+    beside = 3.0 * np.sin(2.0 * np.pi * 2.0 * RESPONSE_TIME)
+    result = fit(responses_with(INTRINSIC, beside=beside), LONG)
+    assert result.parameters[0] == pytest.approx([B, K], rel=1e-9)
+    kept = responses_with(INTRINSIC, beside=beside)
+    kept.unperturbed["torque/ankle"][:] = 0.0
+    assert abs(found(fit(kept, LONG))["K"] - K) > 10.0
+
+
+@pytest.mark.parametrize("estimator", [SHORT, WITH_INERTIA, VELOCITY])
+def test_torque_three_times_as_large_has_three_times_the_parameters(estimator):
+    torque = INTRINSIC + by_reflexes()
+    once, thrice = fit(responses_with(torque), estimator), fit(responses_with(3.0 * torque), estimator)
+    assert thrice.delays == once.delays
+    assert thrice.parameters == pytest.approx(3.0 * once.parameters, rel=1e-6)
+    assert thrice.vaf == pytest.approx(once.vaf)
+
+
+def test_delay_that_all_signals_share_changes_nothing():
+    angle, rate, _ = bent(RESPONSE_TIME, 0.012)
+    late = fit(responses_with(K * angle + B * rate, start_s=0.012))
+    assert late.parameters[0] == pytest.approx([B, K], rel=1e-9)
+    # a delay of the torque alone does change something
+    skewed = found(fit(responses_with(K * angle + B * rate)))
+    assert abs(skewed["K"] - K) > 30.0
+
+
+def test_instant_of_the_perturbations_does_not_matter():
+    responses = responses_with(INTRINSIC + by_reflexes())
+    later = replace(responses, onsets_s=responses.onsets_s + 100.0)
+    assert (fit(later).parameters == fit(responses).parameters).all()
+
+
+def test_rotation_is_that_of_the_mean_response_in_the_window():
+    inside = within(0.06)
+    result = fit(responses_with(INTRINSIC))
+    assert result.rotation_rad == pytest.approx(np.mean(SIZES) * np.ptp(ANGLE[inside]))
+    (curve,) = result.curves
+    assert curve["time"][[0, -1]] == pytest.approx([-0.028, 0.06])
+    assert curve["torque"] == pytest.approx(np.mean(SIZES) * INTRINSIC[inside])
+    assert curve["intrinsic"] == pytest.approx(curve["torque"])
+    assert curve["ankle"] == pytest.approx(np.mean(SIZES) * ANGLE[inside])
+
+
+# ---- active torque -----------------------------------------------------------------------------
+
+
+def test_twitch_is_critically_damped_and_of_second_order():
+    step, time = 0.001, np.arange(400) * 0.001
+    # of a step of drive: 1 - (1 + t / T) exp(-t / T)
+    force = twitch(np.ones(400), step, 0.04)
+    assert force == pytest.approx(1.0 - (1.0 + time / 0.04) * np.exp(-time / 0.04), abs=0.013)
+    assert np.abs(force - (1.0 - np.exp(-time / 0.04))).max() > 0.2
+    both = twitch(np.array([np.ones(400), np.zeros(400)]), step, 0.04)
+    assert (both[0] == force).all()
+    assert not both[1].any()
+    # at the analysis's own rate it follows the drive of the reflexes
+    drive = np.maximum(bent(RESPONSE_TIME - 0.044)[1], 0.0)
+    dense = twitched(lambda t: np.maximum(bent(t - 0.044)[1], 0.0), 0.04)
+    assert twitch(drive, 0.004, 0.04) == pytest.approx(dense, abs=0.005 * dense.max())
+
+
+def test_window_before_the_reflex_is_blind_to_it_and_a_longer_one_is_not():
+    late = twitched(lambda t: 30.0 * np.maximum(bent(t - 0.062)[1], 0.0), 0.04)
+    assert np.abs(late).max() > 3.0
+    assert not late[RESPONSE_TIME <= 0.06].any()
+    responses = responses_with(INTRINSIC + late)
+    assert fit(responses).parameters[0] == pytest.approx([B, K], rel=1e-9)
+    assert abs(found(fit(responses, LONG))["K"] - K) > 0.15 * K
+
+
+def test_reflex_of_44_ms_changes_the_short_window_by_little():
+    result = found(fit(responses_with(INTRINSIC + by_reflexes())))
+    assert result["K"] == pytest.approx(K, rel=0.015)
+    assert result["B"] == pytest.approx(B, rel=0.02)
+
+
+@pytest.mark.parametrize("window_s", [0.2, 0.3, 0.5])
+def test_reflexes_and_balance_are_told_from_intrinsic_impedance(window_s):
+    result = fit(responses_with(INTRINSIC + by_reflexes()), replace(VELOCITY, window_s=window_s))
+    assert result.delays == DELAYS
+    parameters = found(result)
+    assert parameters["K"] == pytest.approx(K, rel=2e-3)
+    assert parameters["B"] == pytest.approx(B, rel=2e-3)
+    # samples of 4 ms and a model in steps of them: a few per cent of what is left for the gains
+    assert [parameters[name] for name in GAINS] == pytest.approx(list(GAINS.values()), rel=0.05)
+    assert result.vaf > 99.999
+    inside = within(window_s)
+    share = np.abs(by_reflexes()[inside]).max() / np.abs(INTRINSIC[inside]).max()
+    assert result.active_peak == pytest.approx(share, rel=0.01)
+    assert result.curves[0]["active"] == pytest.approx(np.mean(SIZES) * by_reflexes()[inside], abs=0.05)
+
+
+def test_muscles_forces_are_told_from_intrinsic_impedance():
+    result = fit(responses_with(INTRINSIC + by_muscles(), DRIVE), EMG)
+    assert result.delays == {"T": 0.04}
+    parameters = found(result)
+    assert parameters["K"] == pytest.approx(K, rel=2e-3)
+    assert parameters["B"] == pytest.approx(B, rel=5e-3)
+    assert [parameters[f"F_{m}"] for m in FORCE] == pytest.approx(list(FORCE.values()), rel=0.01)
+    assert abs(found(fit(responses_with(INTRINSIC + by_muscles()), LONG))["K"] - K) > 0.05 * K
+
+
+@pytest.mark.parametrize("estimator", [VELOCITY, EMG])
+def test_delays_that_are_not_tried_cannot_be_found_but_the_nearest_is(estimator):
+    options = replace(OPTIONS, twitch_s=(0.01, 0.036, 0.09), reflex_delay_s=(0.02, 0.04, 0.07))
+    torque = by_reflexes() if estimator is VELOCITY else by_muscles()
+    result = fit(responses_with(INTRINSIC + torque, DRIVE), estimator, options)
+    nearest = {"T": 0.036} if estimator is EMG else {"T": 0.036, "L": 0.04, "D": 0.112}
+    assert result.delays == nearest
+    # 4 ms too early cost 5 %
+    assert found(result)["K"] == pytest.approx(K, rel=0.06)
+
+
+def test_profile_holds_the_delays_and_says_which_the_responses_determine(rng):
+    clean = fit(responses_with(INTRINSIC + by_reflexes()), VELOCITY)
+    assert clean.delay_ranges == {key: (s, s) for key, s in clean.delays.items()}
+    assert clean.delays_at_bound == ()
+    # outside of what is tried: the nearest value, and all others rejected
+    early = replace(OPTIONS, twitch_s=(0.01, 0.02, 0.036))
+    assert fit(responses_with(INTRINSIC + by_muscles(), DRIVE), EMG, early).delays_at_bound == ("T",)
+    # without a reflex nothing is said of its delays, wherever the best of them lies
+    undetermined = fit(responses_with(INTRINSIC + 0.05 * rng.standard_normal(INTRINSIC.size)), VELOCITY)
+    tried = {"T": OPTIONS.twitch_s, "L": OPTIONS.reflex_delay_s, "D": OPTIONS.balance_delay_s}
+    assert undetermined.delay_ranges == {key: (min(s), max(s)) for key, s in tried.items()}
+    assert undetermined.delays_at_bound == ()
+
+
+def test_muscles_cannot_push():
+    # torque that only a pushing soleus could explain, beside a pulling tibialis
+    pushed = INTRINSIC - 0.3 * twitched(BURSTS["TA"], 0.04) - 0.4 * twitched(BURSTS["SOL"], 0.04)
+    result = fit(responses_with(pushed, DRIVE), EMG)
+    assert "F_SOL" not in result.names
+    assert all(value > 0.0 for name, value in found(result).items() if name.startswith("F_"))
+    # with the action that it has the other way round, it pulls
+    turned = replace(OPTIONS, action={"TA": -1.0, "SOL": -1.0})
+    assert found(fit(responses_with(pushed, DRIVE), EMG, turned))["F_SOL"] == pytest.approx(0.4, rel=0.01)
+
+
+def test_muscle_that_does_not_act_at_the_ankle_is_not_fitted():
+    names = fit(responses_with(INTRINSIC + by_muscles(), DRIVE | {"RF": DRIVE["SOL"]}), EMG).names
+    assert names == ("B", "K", "F_TA", "F_SOL", "F_GAS")
+
+
+def test_fit_without_a_usable_muscle_is_a_sentence():
+    without = responses_with(INTRINSIC)
+    said = fit(without, EMG)
+    assert said.startswith("expected a muscle that acts at the ankle and has a usable channel in every trial")
+    assert fit([responses_with(INTRINSIC, DRIVE), without], EMG) == said
+    only_thigh = responses_with(INTRINSIC, {"RF": DRIVE["TA"]})
+    assert fit(only_thigh, EMG) == said
+    fits, notes = fit_all([without], "standing/relax", ["ankle"], {"emg-driven": EMG}, OPTIONS, 10, 1)
+    assert fits == {}
+    assert notes == [f"standing/relax: estimator emg-driven left out: {said}"]
+
+
+def test_muscle_that_one_trial_lacks_is_fitted_in_none():
+    trials = [responses_with(INTRINSIC, DRIVE), responses_with(INTRINSIC, {"TA": DRIVE["TA"]})]
+    assert set(fit(trials, EMG).names) <= {"B", "K", "F_TA"}
+
+
+@pytest.mark.parametrize("group", ["drive", "unperturbed_drive"])
+def test_clipped_electromyogram_is_not_averaged_in(group):
+    good = responses_with(INTRINSIC + by_muscles(), DRIVE)
+    usable = {"drive": "usable", "unperturbed_drive": "unperturbed_usable"}[group]
+    marks, spoilt = getattr(good, usable).copy(), getattr(good, group).copy()
+    marks[2, 1] = False
+    spoilt[2, :, 1] = 1e6
+    marked = fit(replace(good, **{usable: marks}), EMG)
+    other = fit(replace(good, **{usable: marks, group: spoilt}), EMG)
+    assert other.parameters == pytest.approx(marked.parameters, rel=1e-9)  # numpy before 2.3 rounds otherwise
+    # the mean of the other five is 0.98 of that of all six, so that as much torque needs more per uV
+    force = found(fit(good, EMG))["F_SOL"] / (0.98 if group == "drive" else 1.0)
+    assert found(marked)["F_SOL"] == pytest.approx(force, rel=1e-6)
+    unmarked = fit(replace(good, **{group: spoilt}), EMG)
+    assert abs(found(unmarked).get("F_SOL", 0.0) - 0.4) > 0.1
+
+
+# ---- several trials, and their uncertainty -------------------------------------------------------
+
+
+def swaying(rng):
+    """Torque (Nm) of a person who sways by 0.5 to 5.5 Hz, from its baseline, by the row."""
+    frequency = np.arange(1, 12)[:, None] * 0.5
+    zero = (RESPONSE_TIME >= -0.1) & (RESPONSE_TIME <= -0.02)
+
+    def noise(rows):
+        phase = rng.uniform(0.0, 2.0 * np.pi, (rows, len(frequency), 1))
+        height = 2.0 * rng.standard_normal((rows, len(frequency), 1)) / frequency
+        torque = (height * np.sin(2.0 * np.pi * frequency * RESPONSE_TIME + phase)).sum(axis=1)
+        return torque - torque[:, zero].mean(axis=1, keepdims=True)
+
+    return noise
+
+
+def noisy_trials(rng, trials, responses):
+    sizes = 1.0 + 0.1 * rng.standard_normal((trials, responses))
+    return [responses_with(INTRINSIC, sizes=row, noise=swaying(rng), quiet=10) for row in sizes]
+
+
+def test_trials_share_their_parameters(rng):
+    # a stretch and its mirror image, and one of another size
+    trials = [
+        responses_with(INTRINSIC),
+        responses_with(INTRINSIC, sizes=-0.5 * np.array(SIZES)),
+        responses_with(INTRINSIC, sizes=[2.0, 1.8]),
+    ]
+    result = fit(trials, LONG)
+    assert result.parameters[0] == pytest.approx([B, K], rel=1e-9)
+    assert result.responses == 14
+    assert len(result.curves) == 3
+    peaks = [np.abs(curve["torque"]).max() for curve in result.curves]
+    assert peaks == pytest.approx(np.array([1.0, 0.5, 1.9]) * np.abs(INTRINSIC).max())
+    assert result.rotation_rad == pytest.approx(np.ptp(ANGLE) * (1.0 + 0.5 + 1.9) / 3.0)
+    many = noisy_trials(rng, 6, 6)
+    apart = [fit(trial).interval("K")[1] for trial in many]
+    assert fit(many).interval("K")[1] == pytest.approx(np.mean(apart) / np.sqrt(6.0), rel=0.4)
+
+
+@pytest.mark.parametrize(
+    ("trials", "responses", "wider", "quantile"),
+    # sqrt(n / (n - k)) of n responses in k trials, and Student's t of n - k degrees of freedom
+    [(1, 8, 1.069045, 2.364624), (3, 15, 1.118034, 2.178813)],
+)
+def test_interval_is_widened_for_few_responses(trials, responses, wider, quantile):
+    made = fit(responses_with(INTRINSIC))
+    draws = np.tile([9.0, 11.0], 50)
+    result = replace(
+        made,
+        names=("K",),
+        parameters=np.concatenate([[10.0], draws])[:, None],
+        curves=trials * made.curves,
+        responses=responses,
+    )
+    value, error, low, high = result.interval("K")
+    assert value == 10.0
+    assert error == pytest.approx(wider, rel=1e-6)
+    half = wider * quantile / 1.959964
+    assert (low, high) == pytest.approx((10.0 - half, 10.0 + half), rel=1e-6)
+
+
+@pytest.mark.slow
+# of 60 intervals 57 should cover; fewer than 51 would, once in 1300 such tests
+@pytest.mark.parametrize(("trials", "responses"), [(1, 8), (6, 5)])
+def test_intervals_cover_the_stiffness(trials, responses):
+    covered, values, errors = 0, [], []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        result = fit(noisy_trials(rng, trials, responses), draws=200, seed=seed)
+        value, error, low, high = result.interval("K")
+        covered += low <= K <= high
+        values.append(value)
+        errors.append(error)
+    assert covered >= 51
+    assert np.mean(values) == pytest.approx(K, abs=3.0 * np.std(values) / np.sqrt(60.0))
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(np.std(values), rel=0.25)
+
+
+def test_same_seed_gives_the_same_numbers_and_other_fits_change_none(rng):
+    trials = noisy_trials(rng, 2, 6)
+    for responses in trials:
+        for group in (responses.perturbed, responses.unperturbed):
+            group["torque/other"] = 1.1 * group["torque/ankle"]
+
+    def fits(pathways, estimators, seed=7):
+        return fit_all(trials, "standing/relax", pathways, estimators, OPTIONS, 100, seed)[0]
+
+    alone = fits(["ankle"], {"pre-reflex-window": SHORT})
+    beside = fits(["other", "ankle"], {"long": LONG, "pre-reflex-window": SHORT})
+    assert set(beside) == {(p, e) for p in ("other", "ankle") for e in ("long", "pre-reflex-window")}
+    key = ("ankle", "pre-reflex-window")
+    assert (beside[key].parameters == alone[key].parameters).all()
+    other_seed = fits(["ankle"], {"pre-reflex-window": SHORT}, seed=8)[key]
+    assert (other_seed.parameters[0] == alone[key].parameters[0]).all()
+    assert (other_seed.parameters[1:] != alone[key].parameters[1:]).all()
+    # torque 1.1 times as large, redrawn on its own
+    scaled = beside["other", "pre-reflex-window"]
+    assert scaled.parameters[0] == pytest.approx(1.1 * alone[key].parameters[0])
+    assert (scaled.parameters[1:] != 1.1 * alone[key].parameters[1:]).any()
+
+
+def test_trials_without_responses_do_not_count():
+    empty = responses_with(INTRINSIC, sizes=[])
+    with_empty = fit_all([empty, responses_with(INTRINSIC)], "x", ["ankle"], {"s": SHORT}, OPTIONS, 20, 1)
+    assert with_empty[0]["ankle", "s"].responses == len(SIZES)
+    fits, notes = fit_all([empty], "standing/stiff", ["ankle"], {"s": SHORT}, OPTIONS, 20, 1)
+    assert fits == {}
+    assert notes == ["standing/stiff: expected a trial with usable responses, found none: repeat the trials"]
+
+
+# ---- rows, and what is refused -------------------------------------------------------------------
+
+
+def test_rows_hold_parameters_their_share_of_toppling_and_delays():
+    result = fit(responses_with(INTRINSIC + by_reflexes()), VELOCITY)
+    rows = {row.quantity: row for row in standing_estimates("relax", "ankle", "delayed", result, 555.0)}
+    assert set(rows) == {
+        "B",
+        "K",
+        "K_over_mgh",
+        "rotation",
+        "VAF_response",
+        "active_torque_share",
+        "twitch_time",
+        "reflex_delay",
+        "balance_delay",
+    }
+    assert rows["K"].unit == "Nm/rad"
+    assert rows["K_over_mgh"].value == pytest.approx(rows["K"].value / 555.0)
+    assert rows["K_over_mgh"].ci_high == pytest.approx(rows["K"].ci_high / 555.0)
+    assert (rows["twitch_time"].value, rows["reflex_delay"].value) == (0.04, 0.044)
+    assert (rows["twitch_time"].ci_low, rows["twitch_time"].ci_high) == (0.04, 0.04)
+    assert not any(row.flags for row in rows.values())
+    (late,) = (
+        row
+        for row in standing_estimates("relax", "ankle", "d", replace(result, delays_at_bound=("L",)), 555.0)
+        if row.flags
+    )
+    assert (late.quantity, late.flags) == ("reflex_delay", "at-bound")
+    assert {row.n_perturbations for row in rows.values()} == {len(SIZES)}
+    plain = {
+        row.quantity for row in standing_estimates("relax", "ankle", "s", fit(responses_with(INTRINSIC)), 555)
+    }
+    assert plain == {"B", "K", "K_over_mgh", "rotation", "VAF_response"}
+    assert isinstance(result, StandingFit)
+
+
+@pytest.mark.parametrize(
+    ("changes", "names"),
+    [({"active": "reflex"}, ["'reflex'", "none, velocity, emg"]), ({"window_s": 1.2}, ["1.2 s", "1 s"])],
+)
+def test_estimator_that_cannot_be_used_is_refused(changes, names):
+    with pytest.raises(InputError) as caught:
+        fit(responses_with(INTRINSIC), replace(SHORT, **changes))
+    assert_one_sentence(caught.value, *names)

@@ -1,0 +1,222 @@
+"""Centre of the ankle from quiet sway, and the feet as a free body up to 60 Hz: an ideal laboratory."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from standing_builders import (
+    CUTTING,
+    DAMPING,
+    LABELS,
+    LAYOUT,
+    OPTIONS,
+    PERSON,
+    STIFFNESS,
+    USUAL,
+    Stance,
+    standing_trial,
+)
+
+from tepsipe.experiments.standing.epochs import cut_standing_epochs
+from tepsipe.experiments.standing.free_reflex.broadband import broadband_of, broadband_result, cut_broadband
+from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions, fit_free_reflex
+from tepsipe.experiments.standing.free_reflex.free_body import SOURCES, tissue_motion
+from tepsipe.experiments.standing.free_reflex.joint_centre import (
+    FOREFOOT_SHARE,
+    centre_from_sway,
+    hindfoot,
+    relative_motion,
+    tissue_from_pulses,
+)
+from tepsipe.experiments.standing.joint_torque import process_standing
+from tepsipe.experiments.standing.options import TorquePathway
+from tepsipe.io.result import joined, read_result, write_result
+from tepsipe.io.trial import Signal, Trial
+from tepsipe.signals.filters import Lowpass
+from tepsipe.statistics.uncertainty import Source
+
+RATE_HZ = 250.0
+WIDE = Lowpass(60.0, 4, True)
+FREE = FreeReflexOptions(60.0, 0.02, 0.008, 1.6, 0.02, 0.5, 0.045, 0.004, (0.04, 0.08))
+
+
+def swaying(centre=(0.006, -0.004), slip_m_per_rad=0.0, foot_share=0.0, seconds=20.0):
+    """Markers of a shank that sways about a centre that lies beside the assumed one, on a foot."""
+    time = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
+    rng = np.random.default_rng(1)
+    angle = 0.05 + 0.004 * np.sin(2.0 * np.pi * 0.31 * time) + 0.003 * np.sin(2.0 * np.pi * 0.83 * time)
+    foot = foot_share * (angle - 0.05)
+    a, up = np.array(centre), np.array([0.3, 0.08])
+    positions = np.zeros((time.size, len(LABELS), 3))
+    for segment in ("foot", "shank"):
+        turn = foot if segment == "foot" else angle
+        # the shank turns about its centre, which the foot carries; the foot about the centre, too
+        about = a if segment == "shank" else np.zeros(2)
+        for label, (across, along) in LAYOUT[segment].items():
+            dy, dz = across - about[0], along - about[1]
+            k = LABELS.index(label)
+            positions[:, k, 1] = up[0] + dy * np.cos(turn) + dz * np.sin(turn)
+            positions[:, k, 2] = up[1] - dy * np.sin(turn) + dz * np.cos(turn)
+    positions[:, LABELS.index("ankle"), 1] += slip_m_per_rad * (angle - 0.05)
+    positions[..., 1:] += 6e-6 * rng.standard_normal(positions[..., 1:].shape)
+    return Trial(
+        rate_hz=RATE_HZ,
+        axes={"time": time, "marker": np.array(LABELS)},
+        signals={"marker_position": Signal(positions, "m", ("time", "marker", "axis"))},
+    )
+
+
+def found(trial, gaps=4):
+    quiet = np.ones(trial.time.size, dtype=bool)
+    quiet[:: trial.time.size // gaps] = False
+    return centre_from_sway(trial, PERSON, quiet, np.zeros((trial.time.size, len(LABELS)), dtype=bool))
+
+
+@pytest.mark.parametrize("centre", [(0.0, 0.0), (0.006, -0.004), (-0.01, 0.01)])
+def test_centre_is_where_the_shank_turns(centre):
+    # the markers are placed about the true centre: it lies there in the shank
+    seen = found(swaying(centre))
+    assert seen.offset_m == pytest.approx(centre, abs=2e-4)
+    assert (seen.standard_error_m < 2e-4).all() and seen.foot_rad < 0.01 * seen.sway_rad
+
+
+def test_slip_of_the_malleolus_marker_moves_the_centre_by_little():
+    seen = found(swaying(slip_m_per_rad=0.004))
+    assert seen.offset_m == pytest.approx((0.006, -0.004), abs=3e-4)
+    assert np.abs(seen.moving_m - (0.006, -0.004)).max() > 1e-3
+
+
+def test_too_few_stretches_show_no_centre():
+    assert found(swaying(seconds=2.0), gaps=2) is None
+
+
+def test_foot_that_turns_is_seen():
+    assert found(swaying(foot_share=0.5)).foot_rad > 0.8 * found(swaying(foot_share=0.5)).sway_rad
+
+
+def test_hindfoot_turns_more_than_its_markers_where_the_forefoot_turns_half_as_much():
+    tilt = np.linspace(0.0, 0.002, 5)
+    positions = np.zeros((tilt.size, len(LABELS), 2))
+    for label, (across, along) in LAYOUT["foot"].items():
+        turned = (FOREFOOT_SHARE if across > 0.0 else 1.0) * tilt
+        positions[:, LABELS.index(label)] = np.column_stack(
+            [across + along * turned + 0.3, along - across * turned + 0.08]
+        )
+    angle, carried = hindfoot(positions, list(LABELS), PERSON)
+    assert angle == pytest.approx(tilt, abs=1e-9)
+    assert carried == pytest.approx(np.tile([0.3, 0.08], (tilt.size, 1)), abs=1e-9)
+
+
+def pulsed(seconds=2.0):
+    """Markers that ride on the belt through a pulse (m), and its acceleration (m/s²)."""
+    positions = swaying((0.0, 0.0), seconds=seconds).values("marker_position")[:, :, 1:]
+    time = np.arange(len(positions)) / RATE_HZ
+    inside = (time >= 0.4) & (time < 0.5)
+    belt_dd = np.where(inside, np.pi / 0.1 * 0.5 * np.cos(np.pi / 0.1 * (time - 0.4)), 0.0)
+    speed = np.cumsum(belt_dd) / RATE_HZ
+    return positions * 0.0 + positions[:1] + (np.cumsum(speed) / RATE_HZ)[:, None, None] * [1.0, 0.0], belt_dd
+
+
+def test_soft_tissue_lags_behind_the_bone_below_its_marker():
+    positions, belt_dd = pulsed()
+    motion = tissue_motion(positions, list(LABELS), PERSON, belt_dd, 0.5, RATE_HZ)
+    own = [LABELS.index(label) for label in PERSON.shank.labels if label not in PERSON.foot.labels]
+    others = [k for k in range(len(LABELS)) if k not in own]
+    # of markers that ride on the belt, as large as that of the belt
+    assert np.abs(motion[:, own]).max() == pytest.approx(1.0, rel=0.02) and not motion[:, others].any()
+    assert motion[100:110, own].min() < -0.1
+    half = tissue_motion(positions, list(LABELS), PERSON, belt_dd, 0.25, RATE_HZ)
+    assert half == pytest.approx(0.5 * motion)
+    still = tissue_motion(np.tile(positions[:1], (500, 1, 1)), list(LABELS), PERSON, belt_dd, 0.5, RATE_HZ)
+    assert not still.any()
+
+
+def test_size_of_the_soft_tissue_is_found_from_the_markers():
+    positions, belt_dd = pulsed()
+    labels = list(LABELS)
+    tissue = tissue_motion(positions, labels, PERSON, belt_dd, 0.5, RATE_HZ)[..., None] * [1.0, 0.0]
+    still, unit = (relative_motion(positions + x * tissue, labels, PERSON, own=True) for x in (0.0, 1e-3))
+    pattern, moved = (
+        (unit - still) / 1e-3,
+        relative_motion(positions + 8e-4 * tissue, labels, PERSON, own=True),
+    )
+    size = tissue_from_pulses((moved - still)[None], pattern[None], np.zeros(2), 0.05)
+    assert size == pytest.approx(8e-4, rel=1e-2)
+
+
+# ---- the whole way, in an ideal laboratory -----------------------------------------------------------
+
+
+@lru_cache(maxsize=1)
+def ideal(stance=USUAL):
+    trial = standing_trial(stance)
+    standing = process_standing(trial, "ideal", OPTIONS, {"ankle": TorquePathway("ankle", None)}, {})
+    epochs = cut_standing_epochs(trial, standing, "ideal", CUTTING)
+    return (
+        trial,
+        standing,
+        epochs,
+        cut_broadband(trial, "ideal", standing, epochs, OPTIONS, CUTTING, WIDE, {}),
+    )
+
+
+@lru_cache(maxsize=1)
+def smooth():
+    return ideal.__wrapped__(Smooth())[3]
+
+
+def fitted(broadband, window_s=0.08, sources=()):
+    return fit_free_reflex([broadband], window_s, FREE, list(sources), 20, np.random.default_rng(1))
+
+
+@pytest.mark.parametrize("window_s", [0.05, 0.08])
+def test_ideal_laboratory_returns_its_truth(window_s):
+    fit = fitted(ideal()[3], window_s)
+    assert fit.parameters[0] == pytest.approx([DAMPING, STIFFNESS], rel=4e-3)
+
+
+@dataclass(frozen=True)
+class Smooth(Stance):
+    """Pulses whose acceleration begins at 0: what is sampled at 250 Hz holds all of it."""
+
+    def belt(self, time):
+        omega, scale = 2.0 * np.pi / self.pulse_s, self.peak_m_per_s / 1.299
+        phases = np.clip(omega * (np.ravel(time) - np.array(self.onsets_s)[:, None]), 0.0, 2.0 * np.pi)
+        c, s = np.cos(phases), np.sin(phases)
+        parts = (1.0 - c) ** 2 / (2.0 * omega), s * (1.0 - c), omega * (c - np.cos(2.0 * phases))
+        return [scale * part.sum(axis=0).reshape(np.shape(time)) for part in parts]
+
+
+@pytest.mark.parametrize("window_s", [0.04, 0.06, 0.08])
+def test_smooth_pulses_return_the_truth_to_a_thousandth(window_s):
+    fit = fitted(smooth(), window_s)
+    assert fit.parameters[0] == pytest.approx([DAMPING, STIFFNESS], rel=1e-3)
+
+
+def test_slopes_are_those_of_the_torque():
+    trial, standing, epochs, broadband = ideal()
+    assert set(broadband.slopes) == set(SOURCES) and broadband.draws.shape == (0, broadband.time.size)
+    # an ankle 5 mm further forward: the same by moving all markers of the analysis back
+    moved = {
+        name: replace(getattr(PERSON, name), layout_m=getattr(PERSON, name).layout_m - [0.005, 0.0])
+        for name in ("foot", "shank")
+    }
+    options = replace(OPTIONS, person=replace(PERSON, **moved, foot_com_m=PERSON.foot_com_m - 0.005))
+    other = cut_broadband(replace(trial), "ideal", standing, epochs, options, CUTTING, WIDE, {})
+    # there the centre of quiet sway corrects what is wrong
+    assert other.centre.offset_m == pytest.approx((-0.005, 0.0), abs=1e-4) and other.centre_used
+    assert fitted(other).parameters[0] == pytest.approx(fitted(broadband).parameters[0], rel=2e-3)
+    u = 0.01
+    contribution = fitted(broadband, sources=[Source("force_scale", u), Source("moment_scale", u)]).budget
+    assert 0.0 < contribution.of_source("force_scale")[1] < 0.1 * STIFFNESS
+
+
+def test_epochs_come_back_from_their_file(tmp_path):
+    broadband = ideal()[3]
+    write_result(tmp_path / "epochs.h5", joined(broadband_result(broadband)))
+    read = broadband_of(read_result(tmp_path / "epochs.h5"))
+    assert read.perturbed == pytest.approx(broadband.perturbed, abs=1e-4)
+    assert read.centre.offset_m == pytest.approx(broadband.centre.offset_m)
+    assert (read.skin_m, read.carried_kg) == (broadband.skin_m, broadband.carried_kg)
+    assert broadband_of(replace(read_result(tmp_path / "epochs.h5"), facts={})) is None

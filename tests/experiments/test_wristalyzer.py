@@ -1,0 +1,230 @@
+"""The Wristalyzer's analysis from a trial to rows: known joints, honest intervals, fair prediction."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import assert_one_sentence, multisine_record, trial_of
+from scipy import stats
+
+from tepsipe.errors import InputError
+from tepsipe.experiments.wristalyzer.analysis import (
+    WristalyzerOptions,
+    analyse_wristalyzer,
+    cross_validate_wristalyzer,
+    cross_validation_estimates,
+    prepare,
+    wristalyzer_contributions,
+    wristalyzer_estimates,
+    wristalyzer_result,
+)
+from tepsipe.identification.admittance_fit import Bounds
+from tepsipe.statistics.uncertainty import Source
+
+JOINT = np.array([0.015, 0.1, 8.0])
+START = np.array([0.001, 0.1, 5.0])
+OPTIONS = WristalyzerOptions(
+    lowpass_cutoff_hz=20.0,
+    lowpass_order=4,
+    cut_s=4.0,
+    averaged_bins=8,
+    fit_band_hz=(1.0, 9.0),
+    perturbation_period_s=10.0,
+    excited_band_hz=(1.0, 20.0),
+    bounds=Bounds(
+        start=np.array([0.001, 0.1, 10.0]),
+        lower=np.array([-10.0, 0.01, -20.0]),
+        upper=np.array([10.0, 10.0, 20.0]),
+    ),
+    random_starts=2,
+    tried_stiffness_Nm_per_rad=(5.0, 15.0),
+    profile_Nm_per_rad=(6.0, 10.0, 21),
+)
+
+
+def trial_with(joint=JOINT, noise_rad=0.0, periods=3.3, seed=3):
+    torque, angle = multisine_record(joint, periods, seed=seed)
+    angle = angle + noise_rad * np.random.default_rng(seed).standard_normal(angle.size)
+    return trial_of(256.0, torque=(torque, "Nm"), angle=(angle, "rad"))
+
+
+def analyse(trial, options=OPTIONS):
+    return analyse_wristalyzer(trial, options, np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    return analyse(trial_with(noise_rad=0.003))
+
+
+def rows_of(analysis, estimator):
+    rows = wristalyzer_estimates("0.16", analysis)
+    return {row.quantity: row for row in rows if row.estimator == estimator}
+
+
+def test_whole_periods_recover_the_joint_through_the_filter():
+    found = analyse(trial_with()).fits["spectral-fit-periods"]
+    assert found.parameters == pytest.approx(JOINT, rel=1e-3)
+
+
+def test_averaged_bins_recover_inertia_and_stiffness_and_bias_damping():
+    averaged, whole = (
+        analyse(trial_with()).fits[name].parameters for name in ("spectral-fit", "spectral-fit-periods")
+    )
+    assert averaged[[0, 2]] == pytest.approx(JOINT[[0, 2]], rel=0.03)
+    assert abs(averaged[1] / JOINT[1] - 1.0) > 10.0 * abs(whole[1] / JOINT[1] - 1.0)
+
+
+def test_rows_hold_every_quantity_of_every_estimator(noisy):
+    rows = wristalyzer_estimates("0.16", noisy)
+    estimators = ["spectral-fit", "spectral-fit-modulus", "spectral-fit-periods"]
+    names = [name for name in estimators for _ in range(5)] + ["period-regression"] * 4
+    assert [row.estimator for row in rows] == names
+    assert [row.quantity for row in rows[:5]] == ["I", "B", "K", "error", "VAF_trial"]
+    assert {row.condition for row in rows} == {"0.16"}
+
+
+@pytest.mark.parametrize("estimator", ["spectral-fit", "spectral-fit-periods"])
+def test_intervals_have_the_freedom_of_the_frequencies_that_were_fitted(estimator, noisy):
+    fitted = noisy.spectra[estimator].band(*OPTIONS.fit_band_hz).frequency_hz.size
+    assert noisy.budgets[estimator].freedom_a == 2 * fitted - 3
+    quantile = stats.t.ppf(0.975, noisy.budgets[estimator].effective_freedom[1])
+    row = rows_of(noisy, estimator)["B"]
+    assert (row.ci_high - row.ci_low) / 2.0 == pytest.approx(quantile * row.standard_error, rel=1e-6)
+
+
+def test_interval_of_stiffness_over_periods_holds_the_joint_and_the_modulus_has_none(noisy):
+    row = rows_of(noisy, "spectral-fit-periods")["K"]
+    assert row.standard_error == pytest.approx(np.hypot(row.u_type_a, row.u_type_b))
+    assert row.ci_low < JOINT[2] < row.ci_high
+    for quantity in ("I", "B", "K"):
+        none = rows_of(noisy, "spectral-fit-modulus")[quantity]
+        assert none.sem_as_printed is not None
+        assert (none.standard_error, none.ci_low, none.ci_high) == (None, None, None)
+
+
+def test_error_is_the_sum_of_squares_that_the_fit_left(noisy):
+    assert rows_of(noisy, "spectral-fit")["error"].value == noisy.fits["spectral-fit"].cost
+    assert rows_of(noisy, "spectral-fit")["error"].unit == "1"
+
+
+def test_angle_is_predicted_from_the_torque_alone():
+    prepared = prepare(trial_with(), OPTIONS)
+    assert prepared.prediction_vaf(JOINT) > 99.9
+    assert prepared.prediction_vaf(JOINT * [1.0, 1.0, 0.5]) < 50.0
+    assert prepared.kept == slice(1024, 8448 - 1024)
+
+
+def test_trial_without_a_period_is_fitted_from_averaged_bins_only():
+    found = analyse(trial_with(), replace(OPTIONS, perturbation_period_s=None))
+    assert set(found.fits) == {"spectral-fit", "spectral-fit-modulus"}
+    assert found.profile.interval[0] < found.fits["spectral-fit"].parameters[2]
+
+
+def test_record_that_nothing_is_left_of_is_refused():
+    with pytest.raises(InputError) as caught:
+        analyse(trial_with(periods=0.85))
+    assert_one_sentence(caught.value, "9 s")
+
+
+@pytest.mark.parametrize("still", ["torque", "angle"])
+def test_trial_without_perturbation_or_motion_is_refused(still, rng):
+    signals = {"torque": rng.standard_normal(5000), "angle": rng.standard_normal(5000)}
+    signals[still] = np.zeros(5000)
+    trial = trial_of(256.0, torque=(signals["torque"], "Nm"), angle=(signals["angle"], "rad"))
+    with pytest.raises(InputError) as caught:
+        analyse(trial)
+    assert_one_sentence(caught.value, "constant")
+
+
+def test_cross_validation_predicts_every_trial_with_every_trials_parameters():
+    stiff, soft = (analyse(trial_with(JOINT * [1.0, 1.0, k], seed=5)) for k in (1.3, 1.0))
+    results = {"stiff": wristalyzer_result(stiff), "soft": wristalyzer_result(soft)}
+    matrix = cross_validate_wristalyzer(results)
+    own = [rows_of(a, "spectral-fit")["VAF_trial"].value for a in (stiff, soft)]
+    assert np.diag(matrix) == pytest.approx(own)
+    assert (matrix[~np.eye(2, dtype=bool)] < 80.0).all()
+    crossed = soft.prepared.prediction_vaf(stiff.fits["spectral-fit"].parameters)
+    assert matrix[0, 1] == pytest.approx(crossed)
+
+
+def test_cross_validated_vaf_leaves_a_trials_own_data_out():
+    matrix = np.array([[99.0, 80.0, 70.0], [60.0, 98.0, 50.0], [40.0, 30.0, 97.0]])
+    rows = cross_validation_estimates(["a", "b", "c"], matrix)
+    assert [(row.condition, row.value) for row in rows] == [("a", 75.0), ("b", 55.0), ("c", 35.0)]
+    assert cross_validation_estimates(["a"], matrix[:1, :1]) == []
+
+
+def test_fit_at_a_bound_flags_its_rows_and_no_others():
+    narrow = replace(OPTIONS, bounds=replace(OPTIONS.bounds, upper=np.array([10.0, 10.0, 6.5]), start=START))
+    found = analyse(trial_with(), replace(narrow, tried_stiffness_Nm_per_rad=(5.0,)))
+    flags = {row.flags for row in wristalyzer_estimates("0.16", found) if row.estimator == "spectral-fit"}
+    assert flags == {"at-bound"}
+    free = [
+        row for row in wristalyzer_estimates("0.16", analyse(trial_with())) if "modulus" not in row.estimator
+    ]
+    assert {row.flags for row in free} == {""}
+
+
+SOURCES = {
+    "torque_scale": Source("torque_scale", 0.02),
+    "angle_scale": Source("angle_scale", 0.01),
+    "torque_delay_s": Source("torque_delay_s", 5e-4),
+}
+
+
+def shifted(trial, delay_s=0.0, torque_scale=1.0, angle_scale=1.0):
+    """The trial as a rig records it whose torque, angle and delay are off."""
+    torque, angle = trial.values("torque"), trial.values("angle")
+    frequency = np.fft.rfftfreq(torque.size, 1.0 / trial.rate_hz)
+    early = np.fft.irfft(np.fft.rfft(torque) * np.exp(2j * np.pi * frequency * delay_s), torque.size)
+    return trial_of(trial.rate_hz, torque=(early / torque_scale, "Nm"), angle=(angle * angle_scale, "rad"))
+
+
+QUICK = replace(
+    OPTIONS, random_starts=0, tried_stiffness_Nm_per_rad=(10.0,), profile_Nm_per_rad=(7.0, 9.0, 3)
+)
+
+
+def of_estimator(analysis, estimator):
+    if estimator == "period-regression":
+        return analysis.regression.parameters
+    return analysis.fits[estimator].parameters
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_contribution_of_a_source_is_what_the_whole_analysis_returns_with_it(name):
+    trial, u = trial_with(noise_rad=1e-4), SOURCES[name].standard_uncertainty
+    budgets = analyse_wristalyzer(trial, QUICK, np.random.default_rng(1), SOURCES).budgets
+    key, nominal = ("delay_s", 0.0) if name == "torque_delay_s" else (name, 1.0)
+    above, below = (analyse(shifted(trial, **{key: nominal + sign * u}), QUICK) for sign in (1.0, -1.0))
+    for estimator in ("spectral-fit", "spectral-fit-periods", "period-regression"):
+        found = 0.5 * (of_estimator(above, estimator) - of_estimator(below, estimator))
+        if estimator == "period-regression" and name == "torque_delay_s":
+            assert name not in budgets[estimator].contributions
+            assert np.abs(found / JOINT).max() < 2e-3
+        else:
+            stated = budgets[estimator].contributions[name][0]
+            assert (np.abs(stated - found) < 1e-4 * JOINT + 0.03 * np.abs(found)).all()
+
+
+def test_regression_over_periods_is_recommended_and_the_spectral_fit_without_a_period(noisy):
+    told = {(r.estimator, r.quantity) for r in wristalyzer_estimates("0.16", noisy) if r.recommended}
+    assert told == {("period-regression", q) for q in "IBK"}
+    alone = analyse(trial_with(), replace(QUICK, perturbation_period_s=None))
+    told = {(r.estimator, r.quantity) for r in wristalyzer_estimates("0.16", alone) if r.recommended}
+    assert told == {("spectral-fit", q) for q in "IBK"}
+
+
+def test_budget_rows_hold_scatter_and_every_source_of_every_estimator():
+    found = analyse_wristalyzer(trial_with(noise_rad=0.003), QUICK, np.random.default_rng(1), SOURCES)
+    rows = wristalyzer_estimates("0.16", found)
+    table = wristalyzer_contributions(rows, found.budgets)
+    of = {e: {c.source for c in table if c.estimator == e} for e in found.budgets}
+    assert of["spectral-fit"] == {"scatter", *SOURCES}
+    assert of["spectral-fit-periods"] == {"scatter", "fit_criterion", *SOURCES}
+    assert of["period-regression"] == {"scatter", "fitted_band", "torque_scale", "angle_scale"}
+    for row in rows:
+        own = [c.u for c in table if (c.estimator, c.quantity) == (row.estimator, row.quantity)]
+        if own:
+            assert row.standard_error == pytest.approx(np.sqrt(np.sum(np.square(own))))

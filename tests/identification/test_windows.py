@@ -1,0 +1,258 @@
+"""TEP-SIPE gives the joint's parameters back, and the printed way gives what its signs predict."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import LEG, RATE_HZ, Joint, assert_one_sentence, scaled_leg, swing
+from scipy.interpolate import CubicSpline
+
+from tepsipe.errors import InputError
+from tepsipe.identification.regression.windows import damping_per_skew, regress_perturbations
+from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
+from tepsipe.signals.differentiation import derivative
+from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
+from tepsipe.statistics.bootstrap import bootstrap_mean
+from tepsipe.statistics.least_squares import least_squares_line
+
+WINDOW = WindowOptions(
+    rest_before_s=2.0,
+    rest_after_s=1.0,
+    rest_margin_s=0.1,
+    threshold_fraction=0.05,
+    signal_to_noise=5.0,
+    merge_s=0.06,
+)
+RECOMMENDED = ("leg", False)
+PRINTED = ("leg-thesis", True)
+WEIGHT = 0.4 * 9.81 * 0.4485  # m g r (Nm/rad)
+
+
+def regress(moved, torque_pathway, thesis=False, leg=LEG, motion=None):
+    """Regression over the perturbations that the belt shows; at rest before the first of them."""
+    found = perturbations_of(moved.belt_velocity, RATE_HZ, WINDOW, "belt")
+    motion = moved.motion if motion is None else motion
+    at_rest = motion.time < 1.9
+    return regress_perturbations(motion, leg, found, at_rest, torque_pathway, thesis=thesis)
+
+
+@pytest.fixture(scope="module")
+def upright():
+    return swing(Joint())
+
+
+@pytest.fixture(scope="module")
+def leaning():
+    return swing(Joint(rest=0.02))
+
+
+@pytest.mark.parametrize(
+    ("inertia", "damping", "stiffness", "rest"),
+    [(0.0, 0.1, 10.0, 0.0), (0.0, 0.03, 15.0, 0.02), (0.015, 0.2, 8.0, -0.01)],
+)
+def test_leg_pathway_returns_the_joint_of_a_swinging_leg(inertia, damping, stiffness, rest):
+    moved = swing(Joint(inertia, damping, stiffness, rest))
+    found = regress(moved, *RECOMMENDED)
+    assert len(found.fits) == 3
+    truth = np.tile([inertia, damping, stiffness], (3, 1))
+    assert found.parameters == pytest.approx(truth, rel=1e-5, abs=1e-8)
+    assert found.vaf_trial == pytest.approx(100.0, abs=1e-6)
+
+
+def test_printed_pathway_adds_twice_the_legs_inertia_and_takes_twice_its_weight(upright):
+    found = regress(upright, *PRINTED)
+    inertia, damping, stiffness = found.mean
+    assert inertia == pytest.approx(2.0 * 0.027, rel=0.01)
+    assert damping == pytest.approx(0.1, rel=0.01)
+    assert stiffness == pytest.approx(10.0 - 2.0 * WEIGHT, rel=0.01)
+    assert (found.vaf_per_perturbation > 99.999).all()
+
+
+def test_printed_pathway_keeps_the_joints_own_inertia():
+    found = regress(swing(Joint(inertia=0.015)), *PRINTED)
+    assert found.mean[0] == pytest.approx(0.015 + 2.0 * 0.027, rel=0.01)
+
+
+def test_torque_left_at_rest_biases_the_printed_regression_of_a_leaning_leg(leaning):
+    left_in = regress(leaning, "leg", thesis=True)
+    taken_out = regress(leaning, "leg")
+    assert left_in.torque_rest_Nm == pytest.approx(WEIGHT * np.sin(0.02), rel=1e-6)
+    assert left_in.theta_rest_rad == pytest.approx(0.02, rel=1e-6)
+    assert abs(left_in.mean[2] / 10.0 - 1.0) > 0.2
+    assert taken_out.mean[2] == pytest.approx(10.0, rel=1e-5)
+
+
+def test_torque_left_at_rest_does_not_matter_for_an_upright_leg(upright):
+    left_in = regress(upright, "leg", thesis=True)
+    assert left_in.mean == pytest.approx([0.0, 0.1, 10.0], rel=1e-5, abs=1e-8)
+
+
+@pytest.mark.parametrize("pathway", [RECOMMENDED, PRINTED])
+def test_a_leg_taken_twice_as_heavy_doubles_every_parameter(upright, pathway):
+    found = regress(upright, *pathway)
+    doubled = regress(upright, *pathway, leg=scaled_leg(LEG, 2.0))
+    assert doubled.parameters == pytest.approx(2.0 * found.parameters, rel=1e-9, abs=1e-12)
+    assert doubled.vaf_per_perturbation == pytest.approx(found.vaf_per_perturbation)
+
+
+def test_perturbations_that_start_later_give_the_same_parameters(leaning):
+    shifted = swing(Joint(rest=0.02), onsets_s=(2.4, 4.4, 6.4))
+    first, second = regress(leaning, *RECOMMENDED), regress(shifted, *RECOMMENDED)
+    starts = [[p.start for p in found.perturbations] for found in (first, second)]
+    assert np.subtract(starts[1], starts[0]).tolist() == [100, 100, 100]
+    printed, shifted_printed = regress(leaning, *PRINTED), regress(shifted, *PRINTED)
+    assert shifted_printed.mean == pytest.approx(printed.mean, rel=1e-6)
+    assert second.mean == pytest.approx(first.mean, rel=1e-6, abs=1e-8)
+
+
+def test_amplitude_of_the_perturbation_does_not_change_a_linear_joint():
+    small = regress(swing(Joint(rest=0.01), peak_m_per_s=0.1), *RECOMMENDED)
+    large = regress(swing(Joint(rest=0.01), peak_m_per_s=0.5), *RECOMMENDED)
+    assert small.mean == pytest.approx(large.mean, rel=1e-4, abs=1e-7)
+
+
+def test_skew_between_angle_and_position_moves_damping_and_hardly_anything_else(upright):
+    found = regress(upright, *RECOMMENDED)
+    motion = upright.motion
+    late = CubicSpline(motion.time, motion.y_dd)(np.minimum(motion.time + 0.001, motion.time[-1]))
+    skewed = regress(upright, *RECOMMENDED, motion=replace(motion, y_dd=late))
+    change = (skewed.mean - found.mean) / [0.107, 0.1, 10.0]
+    assert abs(change[1]) > 0.3
+    assert abs(change[0]) < 0.01
+    assert abs(change[2]) < 0.01
+
+
+def test_damping_per_skew_is_the_projection_of_the_jerk_on_the_angular_rate(upright):
+    motion = upright.motion
+    found = regress(upright, *RECOMMENDED)
+    slope = damping_per_skew(motion, LEG, found.perturbations, motion.time < 1.9, "leg")
+    # -m r y''' of the leg is the rate of I_l th'' + B th' + (K - m g r) th
+    theta_ddd = derivative(motion.time, motion.theta_dd)
+    rate = 0.027 * theta_ddd + 0.1 * motion.theta_dd + (10.0 - WEIGHT) * motion.theta_d
+    expected = [
+        least_squares_line(found.regressors[p.start : p.stop], rate[p.start : p.stop]).parameters[1]
+        for p in found.perturbations
+    ]
+    assert slope == pytest.approx(np.mean(expected), rel=0.02)
+    assert slope < -40.0
+
+
+def with_markers(moved, layout):
+    """Positions of markers that ride on the leg, one of them on the belt."""
+    theta, ankle = moved.motion.theta, moved.belt_position
+    positions = np.zeros((theta.size, len(layout) + 1, 3))
+    positions[:, 0, 1] = ankle
+    for k, (across, along) in enumerate(layout, start=1):
+        positions[:, k, 1] = ankle + across * np.cos(theta) + along * np.sin(theta)
+        positions[:, k, 2] = 0.055 - across * np.sin(theta) + along * np.cos(theta)
+    return positions
+
+
+LAYOUT = np.array([[0.0, 0.0], [-0.012, 0.87], [0.012, 0.63], [-0.012, 0.15]])
+LABELS = ["foot", "ankle", "top", "middle", "low"]
+ON_LEG = SegmentMarkers(("ankle", "top", "middle", "low"), LAYOUT)
+
+
+def motion_from(positions, labels=LABELS, cutoff_hz=40.0):
+    time = np.arange(positions.shape[0]) / RATE_HZ
+    return segment_motion(time, positions, ON_LEG, 0.4485, labels=labels, cutoff_hz=cutoff_hz)
+
+
+def test_markers_on_the_leg_give_its_motion_back(upright):
+    motion, truth = motion_from(with_markers(upright, LAYOUT), cutoff_hz=120.0), upright.motion
+    assert motion.marker_residual_rms_m < 1e-5
+    for name in ("theta", "theta_d", "theta_dd", "y_dd"):
+        expected = getattr(truth, name)[100:-100]
+        error = getattr(motion, name)[100:-100] - expected
+        assert np.std(error) < 0.005 * np.std(expected), name
+
+
+def test_parameters_survive_the_filter_because_all_signals_go_through_it(upright):
+    motion = motion_from(with_markers(upright, LAYOUT), cutoff_hz=20.0)
+    found = regress(upright, *RECOMMENDED, motion=motion)
+    assert found.mean == pytest.approx([0.0, 0.1, 10.0], rel=0.01, abs=2e-4)
+
+
+def test_markers_in_another_order_in_the_file_give_the_same_motion(upright):
+    positions = with_markers(upright, LAYOUT)
+    turned = motion_from(positions[:, ::-1], LABELS[::-1])
+    assert turned.theta == pytest.approx(motion_from(positions).theta, abs=1e-15)
+
+
+def test_marker_that_is_not_recorded_is_named(upright):
+    positions = with_markers(upright, LAYOUT)[:, :4]
+    with pytest.raises(InputError) as caught:
+        motion_from(positions, LABELS[:4])
+    assert_one_sentence(caught.value, "'low'", "foot, ankle, top, middle")
+
+
+def test_markers_that_do_not_ride_on_one_body_are_refused(upright):
+    positions = with_markers(upright, LAYOUT)
+    positions[:, [2, 4]] = positions[:, [4, 2]]
+    with pytest.raises(InputError) as caught:
+        motion_from(positions)
+    assert_one_sentence(caught.value, "rigid body")
+
+
+def test_rest_is_the_time_before_and_after_the_perturbations_without_their_margins():
+    time = np.arange(0.0, 10.0, 0.01)
+    at_rest = time[rest_samples(time, WINDOW)]
+    first, last = at_rest[at_rest < 5.0], at_rest[at_rest > 5.0]
+    assert (first[0], first[-1]) == pytest.approx((0.1, 1.9), abs=0.011)
+    assert (last[0], last[-1]) == pytest.approx((9.09, 9.89), abs=0.011)
+
+
+def test_trial_without_rest_is_refused():
+    with pytest.raises(InputError) as caught:
+        rest_samples(np.arange(0.0, 10.0, 0.01), replace(WINDOW, rest_after_s=0.1))
+    assert_one_sentence(caught.value, "rest")
+
+
+def test_leg_that_does_not_move_does_not_determine_the_parameters(upright):
+    still = np.zeros_like(upright.motion.theta)
+    motion = replace(upright.motion, theta=still, theta_d=still, theta_dd=still)
+    with pytest.raises(InputError) as caught:
+        regress(upright, *RECOMMENDED, motion=motion)
+    assert_one_sentence(caught.value, "I, B, K")
+
+
+def test_unknown_torque_is_refused(upright):
+    with pytest.raises(InputError) as caught:
+        regress(upright, "legg")
+    assert_one_sentence(caught.value, "'leg', 'leg-thesis'", "'legg'")
+
+
+def test_bootstrapped_interval_covers_a_known_mean_in_about_95_percent_of_draws(rng):
+    mean, covered = np.array([10.0, -0.2]), np.zeros(2)
+    repeats = 400
+    for _ in range(repeats):
+        values = mean + [1.0, 0.05] * rng.standard_normal((14, 2))
+        interval = bootstrap_mean(values, 400, rng)
+        covered += (interval.low <= mean) & (mean <= interval.high)
+    assert (0.90 * repeats <= covered).all()
+    assert (covered <= 0.99 * repeats).all()
+
+
+def test_bootstrapped_standard_error_is_that_of_a_mean(rng):
+    values = rng.standard_normal((14, 1))
+    interval = bootstrap_mean(values, 20000, rng)
+    assert interval.standard_error == pytest.approx(values.std(ddof=1) / np.sqrt(14.0), rel=0.03)
+
+
+def test_a_single_perturbation_says_nothing_about_its_spread(rng):
+    interval = bootstrap_mean(np.array([[0.1, 10.0]]), 100, rng)
+    assert np.isposinf(interval.standard_error).all()
+    assert np.isneginf(interval.low).all()
+    assert np.isposinf(interval.high).all()
+
+
+def test_interval_over_noisy_perturbations_covers_the_joint(rng):
+    moved = swing(Joint(rest=0.01), onsets_s=tuple(np.arange(2.0, 14.0)), duration_s=16.0)
+    truth, covered, repeats = np.array([0.0, 0.1, 10.0]), np.zeros(3), 60
+    for _ in range(repeats):
+        noisy = moved.motion.y_dd + 0.05 * rng.standard_normal(moved.motion.time.size)
+        found = regress(moved, *RECOMMENDED, motion=replace(moved.motion, y_dd=noisy))
+        assert found.parameters[:, 2].std() > 0.01
+        interval = bootstrap_mean(found.parameters, 400, rng)
+        covered += (interval.low <= truth) & (truth <= interval.high)
+    assert (covered >= 0.85 * repeats).all()

@@ -1,0 +1,303 @@
+"""What a study holds, shows and makes: look-ups on its trials, without Snakemake."""
+
+import re
+
+import pytest
+import yaml
+
+from tepsipe.experiments.dummy import foot_pathways, leg_pathways
+from tepsipe.experiments.noise import filtered_noise
+from tepsipe.experiments.standing import joint_torque
+from tepsipe.experiments.standing.thesis import impedance
+from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
+from tepsipe.signals import onsets
+from tepsipe.treadmill import registry
+from workflow.support import outputs
+from workflow.support.experiments import APPENDIX, EXPERIMENTS, PARTS
+from workflow.support.settings import pick
+from workflow.support.study import Study, any_of, table_experiment
+from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, TrialRow, read_trial_sheet
+
+
+@pytest.fixture
+def shipped(config, root):
+    return Study(config, read_trial_sheet(root / config["study"]["trial_sheet"], "."))
+
+
+def row(experiment, condition, source="recorded", profile="-", amplitude=None, role=None, task=None):
+    files = {} if source == "virtual_lab" else {"log": f"{condition}.mat"}
+    return TrialRow(experiment, condition, source, profile, amplitude, 4.0, 8.0, 60.0, files, role, task, {})
+
+
+@pytest.fixture
+def study_of(config):
+    def build(*rows):
+        return Study(config, {(r.experiment, r.condition): r for r in rows})
+
+    return build
+
+
+# ---- the table of experiments --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_experiment_has_columns_settings_and_captions_for_its_facts(name, config, root):
+    experiment = EXPERIMENTS[name]
+    assert name in config
+    assert set(experiment.raw_files) <= set(COLUMNS + OPTIONAL_COLUMNS)
+    assert set(experiment.optional_files) <= set(experiment.raw_files)
+    assert set(experiment.named) <= set(experiment.names) <= set(OPTIONAL_COLUMNS)
+    assert bool(experiment.figures) == bool(experiment.category)
+    for figure in experiment.figures:
+        assert (root / f"report/captions/{figure}.rst").is_file()
+
+
+def test_every_figure_is_drawn_by_the_script_of_its_experiment_or_part(shipped, root):
+    for name in [*EXPERIMENTS, *PARTS]:
+        figures = outputs.figures_of(shipped, name)
+        text = (root / f"workflow/scripts/plot_{name}.py").read_text() if figures else ""
+        drawn = set(re.findall(r'"(figure_\w+)":', text))
+        assert drawn == set(figures) - set(APPENDIX), name
+
+
+def test_every_caption_is_used_and_there(shipped, root):
+    used = {
+        caption for name in [*EXPERIMENTS, *PARTS] for caption in outputs.figures_of(shipped, name).values()
+    }
+    there = {path.stem for path in (root / "report/captions").glob("figure_*.rst")}
+    assert used == there
+    for name in outputs.captions(shipped):
+        caption = (root / f"report/captions/{name}.rst").read_text(encoding="utf-8")
+        # the index shows captions as plain text with literals
+        assert not re.search(r"[`*{}|]|_\b|\.\. ", re.sub(r"``[^`]+``", "", caption)), name
+
+
+def test_constants_that_are_compared_are_in_the_laboratory(shipped, shipped_truth):
+    paths = shipped.true()
+    assert len(paths) == len(set(paths)) > 4
+    joint = {key: shipped_truth["dummy"]["subject"][key] for key in ("joint_inertia_kgm2",)}
+    assert pick(shipped_truth, *paths)["dummy"] == {
+        "rubber": shipped_truth["dummy"]["rubber"],
+        "subject": joint,
+    }
+
+
+# ---- the study as shipped --------------------------------------------------------------------------
+
+
+def test_shipped_study_has_all_that_the_laboratory_can_make(shipped):
+    assert shipped.experiments == ["wristalyzer", "dummy", "weight", "empty", "standing"]
+    of_recordings = {"participants", "operating_points", "time_varying"}
+    assert all(shipped.has(name) for name in {*shipped.experiments, *PARTS} - of_recordings)
+    assert not any(map(shipped.has, of_recordings))
+    assert not shipped.has("belt")
+    for name in shipped.experiments:
+        assert shipped.made(name) == shipped.conditions(name)
+    assert list(shipped.all_conditions(fitted=True)) == shipped.experiments
+
+
+def test_outputs_of_the_shipped_study(shipped):
+    everything = outputs.everything(shipped)
+    assert len(everything) == len(set(everything))
+    figures = outputs.figures(shipped)
+    assert len(figures) == 4 + 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 5
+    assert outputs.budget_names(shipped) == ["wristalyzer", "dummy", "foot", "weight", "standing"]
+    assert shipped.budgeted_foot() == "foot-compensated"
+    # trials of the manipulator and all of them together, of the dummy, its foot, the weight, and the
+    # person, her tasks and their difference
+    assert len(outputs.budgets(shipped)) == 5 + 1 + 12 + 12 + 13 + 16 + 2 + 1
+    assert "<results>/figures/figure_b_12.svg" in figures
+    assert len(outputs.standing_figures(shipped)) == 32
+    assert len(outputs.pages(shipped)) == 56
+    assert "<results>/report/trials/dummy/sine-0.3.html" in outputs.pages(shipped)
+    shown = [name for own in outputs.figures_by_category(shipped).values() for name in own]
+    assert sorted(f"<results>/figures/{name}.svg" for name in shown) == sorted(figures)
+    tables = [name.removesuffix(".csv").rpartition("/")[2] for name in everything if name.endswith(".csv")]
+    assert set(outputs.tables(shipped)) == set(tables)
+    assert len(outputs.fits(shipped)) == len(outputs.trials(shipped)) == 56
+    # every trial, the foot's side, two tasks and their difference, the manipulator's trials together, two
+    # cross-validations
+    assert len(outputs.estimates(shipped)) == 56 + 12 + 3 + 1 + 2
+    assert outputs.thesis_tables(shipped) == [f"<results>/tables/table_4_{n}.csv" for n in (1, 2, 3)]
+    assert outputs.model_scores(shipped) == ["<results>/treadmill_models/plate.csv"]
+    assert outputs.model_files(shipped, "belt") == []
+
+
+def test_a_table_is_laid_out_from_its_own_experiment(shipped):
+    assert [table_experiment(f"table_4_{n}") for n in (1, 2, 3)] == ["wristalyzer", "dummy", "dummy"]
+    assert shipped.table_conditions("table_4_1") == ["0.08", "0.12", "0.16", "0.20", "0.24"]
+    assert {name.partition("-")[0] for name in shipped.table_conditions("table_4_3")} == {"minjerk"}
+    files = outputs.estimates_of(shipped, "wristalyzer")
+    assert files[-1] == "<results>/cross_validation/wristalyzer.csv"
+    assert all("/wristalyzer" in path for path in files)
+    assert len(files) == 6
+    assert len(outputs.estimates_of(shipped, "standing")) == 16
+    assert outputs.estimates_of(shipped, "belt") == []
+
+
+def test_pairs_of_tasks_are_those_of_one_person_whatever_their_names(study_of, shipped):
+    assert shipped.task_pairs() == {"stiff-relax": ("stiff", "relax")}
+    own = [row("standing", name, task=name) for name in ("push", "calm", "relax")]
+    assert set(study_of(*own).task_pairs()) == {"push-calm", "push-relax", "calm-relax"}
+    assert study_of(own[0]).task_pairs() == {}
+
+
+def test_tasks_of_the_shipped_person(shipped):
+    assert shipped.tasks() == ["relax", "stiff"]
+    assert list(shipped.task_groups()) == [
+        "relax, sine",
+        "relax, negative-sine",
+        "stiff, sine",
+        "stiff, negative-sine",
+    ]
+    made = shipped.made_tasks()
+    assert (made["relax-pos-0.4"], made["relax"], made["stiff"]) == ("relax", "relax", "stiff")
+    assert len(shipped.of_task("<results>/{condition}.h5", "stiff")) == 8
+
+
+def test_noise_study_has_one_trial_of_every_profile_and_amplitude(shipped):
+    names = shipped.noise_conditions()
+    assert len(names) == 10
+    assert "sine-0.5-8s" not in names
+    assert shipped.averaged_noise_conditions() == [name for name in names if name.startswith("sine")]
+    assert shipped.same_profile("minjerk-0.3") == [name for name in names if name.startswith("minjerk")]
+
+
+def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shipped, study_of):
+    printed = shipped.printed()
+    assert list(printed) == [*shipped.experiments, "noise"]
+    assert printed["weight"] == {
+        "weight": {"mass_kg": 20.0},
+        "analysis": {"cutoffs_hz": [20.0, 10.0], "segment_s": 0.3},
+    }
+    assert printed["empty"] == {}
+    assert list(study_of(row("belt", "a", role="calibrate")).printed()) == ["belt"]
+
+
+# ---- other studies ---------------------------------------------------------------------------------
+
+
+def test_study_without_weight_and_wristalyzer_has_neither_foot_nor_simulation(study_of):
+    study = study_of(row("dummy", "a"), row("dummy", "b"), row("dummy", "sine-1"))
+    assert [name for name in PARTS if study.has(name)] == ["rigs", "budgets"]
+    assert outputs.budget_names(study) == ["dummy"] and study.budgeted_foot() is None
+    names = [outputs.forward, outputs.noise, outputs.model_scores, outputs.task_fits]
+    assert [files(study) for files in names] == [[]] * 4
+    assert outputs.plate_models(study, "dummy", "a") == []
+    assert outputs.specification(study) == ["<results>/tables/specification.csv"]
+    assert study.thesis_tables() == {"table_4_2": "dummy"}
+    assert [name for name in outputs.figures_of(study, "simulation") if name in APPENDIX] == list(
+        APPENDIX[:3]
+    )
+    assert not [path for path in outputs.figures(study) if "figure_b_" in path]
+
+
+def test_appendix_has_no_more_than_twelve_figures_of_trials(study_of):
+    study = study_of(row("wristalyzer", "1"), *[row("dummy", f"d{k}") for k in range(14)])
+    figures = outputs.figures_of(study, "simulation")
+    assert [name for name in figures if figures[name] == "figure_b_trial"] == list(APPENDIX)
+    assert figures["figure_b_13"] == "figure_b_13"
+
+
+def test_study_of_a_treadmill_has_models_and_no_fits(study_of):
+    study = study_of(row("belt", "a", role="calibrate"), row("belt", "b", role="validate"))
+    assert outputs.fits(study) == outputs.estimates(study) == []
+    assert outputs.model_files(study, "belt") == [
+        "<results>/fits/belt.h5",
+        "<results>/treadmill_models/belt.csv",
+    ]
+    assert outputs.models(study) == ["<results>/tables/treadmill_models.csv"]
+    assert study.roles("belt") == {"a": "calibrate", "b": "validate"}
+
+
+def test_fits_are_in_the_order_in_which_they_are_read_where_a_sheet_mixes_experiments(study_of):
+    study = study_of(row("dummy", "a"), row("wristalyzer", "1"), row("dummy", "b"))
+    paths = iter(outputs.fits(study))
+    for experiment, conditions in study.all_conditions(fitted=True).items():
+        for condition in conditions:
+            assert next(paths) == f"<results>/fits/{experiment}/{condition}.h5"
+    assert next(paths, None) is None
+
+
+def test_truth_is_wanted_of_what_was_made_alone(study_of):
+    study = study_of(row("dummy", "own"), row("weight", "w", "virtual_lab"))
+    assert study.all_made() == {"dummy": [], "weight": ["w"]}
+    assert study.true() == ["weight.mass_kg", "heavy_weight.mass_kg"]
+
+
+def test_task_counts_as_made_only_if_all_of_its_trials_are(study_of):
+    study = study_of(
+        row("standing", "a", "virtual_lab", "sine", task="relax"),
+        row("standing", "b", task="relax"),
+        row("standing", "c", "virtual_lab", "sine", task="stiff"),
+    )
+    assert study.made_tasks() == {"a": "relax", "c": "stiff", "stiff": "stiff"}
+    assert list(study.task_groups()) == ["relax, sine", "relax", "stiff, sine"]
+
+
+def test_condition_that_is_not_there_gives_way_to_the_last_of_the_sheet(study_of):
+    study = study_of(
+        row("weight", "a", role="calibrate"),
+        row("weight", "b", role="validate"),
+        row("weight", "c", role="calibrate"),
+    )
+    assert study.shown("weight", "a") == "a"
+    assert study.shown("weight", "x") == "c"
+    assert study.shown("weight", "a", role="validate") == "b"
+    assert study.shown("dummy", "x") == "x"
+    assert study.shown_several("weight", ["c", "a", "x"]) == ["a", "c"]
+    assert study.shown_several("weight", ["x"]) == ["a", "b", "c"]
+
+
+def test_raw_files_of_made_trials_are_below_the_results_and_missing_recordings_are_no_inputs(
+    study_of, tmp_path
+):
+    study = study_of(row("empty", "m", "virtual_lab"), row("dummy", "own"))
+    made = {"log": "out/raw/empty/m/log.mat", "calibration": "out/raw/empty/m/calibration.csv"}
+    assert study.raw_files("empty", "m", "out") == made
+    assert study.raw_inputs("empty", "m", "out") == list(made.values())
+    assert study.raw_files("dummy", "own", "out") == {"log": "own.mat"}
+    assert study.raw_inputs("dummy", "own", "out") == []
+
+
+def test_protocol_has_one_interval_or_a_range(study_of):
+    study = study_of(
+        row("dummy", "d", "virtual_lab", "sine", 0.3),
+        row("standing", "s", "virtual_lab", "negative-sine", 0.2, task="relax"),
+    )
+    assert study.protocol("dummy", "d") == {
+        "profile": "sine",
+        "amplitude_m_per_s": 0.3,
+        "interval_s": 4.0,
+        "duration_s": 60.0,
+    }
+    assert study.protocol("standing", "s")["interval_s"] == (4.0, 8.0)
+
+
+def test_expression_for_names_finds_these_and_no_others():
+    pattern = re.compile(any_of(["0.1", "0.12", "a-b"]))
+    assert all(pattern.fullmatch(name) for name in ("0.1", "0.12", "a-b"))
+    assert not any(pattern.fullmatch(name) for name in ("0x1", "0.1.2", "a", ""))
+    assert not re.compile(any_of([])).fullmatch("")
+
+
+# ---- the library's names in the schema ---------------------------------------------------------------
+
+
+def test_schema_knows_the_names_that_the_library_knows(root):
+    schema = yaml.safe_load((root / "workflow/schemas/config.schema.yaml").read_text(encoding="utf-8"))
+    dummy, standing = (schema["properties"][name]["properties"] for name in ("dummy", "standing"))
+    leg = dummy["pathways"]["additionalProperties"]["properties"]
+    foot = dummy["foot"]["properties"]["pathways"]["additionalProperties"]["properties"]
+    person = standing["pathways"]["additionalProperties"]["properties"]
+    for rule, names in (
+        (leg["torque"], TORQUE_PATHWAYS),
+        (leg["marker_instants"], leg_pathways.MARKER_SIGNALS),
+        (foot["torque"], foot_pathways.FOOT_TORQUES),
+        (person["torque"], joint_torque.TORQUES),
+        (standing["estimators"]["additionalProperties"]["properties"]["active"], impedance.ACTIVE),
+        (standing["latency"]["properties"]["detector"], onsets.DETECTORS),
+        (schema["$defs"]["noise_estimators"]["items"], filtered_noise.PROCESSINGS),
+        (schema["$defs"]["family"]["items"], registry.FAMILY),
+    ):
+        assert set(rule["enum"]) == set(names)

@@ -1,0 +1,82 @@
+"""Pages on recordings: the example at the head of each is complete, and fits the configuration."""
+
+import copy
+import re
+import textwrap
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tepsipe.cli import _parser
+from workflow.support.check import check_against_schema
+from workflow.support.experiments import EXPERIMENTS
+from workflow.support.start import merged_settings
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "docs/recordings").glob("*.md"))
+WITH_EXAMPLE = [p for p in PAGES if "## Example\n" in p.read_text(encoding="utf-8")]
+
+
+def example(page):
+    """Commands of a page's example."""
+    return re.search(
+        r"```\n(.*?)```", page.read_text(encoding="utf-8").partition("## Example\n")[2], re.DOTALL
+    )[1]
+
+
+def test_every_instrument_has_an_example():
+    assert {p.stem for p in WITH_EXAMPLE} >= {
+        "belt",
+        "plate-treadmill",
+        "position-manipulator",
+        "standing",
+        "weight-and-empty",
+        "wristalyzer",
+    }
+
+
+@pytest.mark.parametrize("page", WITH_EXAMPLE, ids=lambda p: p.stem)
+def test_commands_of_an_example_fit_together(page):
+    """Folders that are named later are written before, raw files are those of the laboratory."""
+    text = example(page)
+    commands = [line.split() for line in text.splitlines() if line.startswith("tepsipe ")]
+    chosen = [_parser().parse_args(words[1:]) for words in commands]
+    (study,) = [c for c in chosen if c.command.__name__ == "_new_study"]
+    written = str(study.output or study.name)
+    assert f"--configfile {written}/config.yaml" in text
+    for name in re.findall(r"results/raw/(\w+)/", text):
+        assert name in EXPERIMENTS
+    if "measured.yaml" in text:
+        assert f"{written}/config.yaml {written}/measured.yaml" in text
+
+
+@pytest.mark.parametrize("page", [p for p in WITH_EXAMPLE if "<<'END'\n" in example(p)], ids=lambda p: p.stem)
+def test_settings_of_an_example_are_accepted(page, tmp_path):
+    body = example(page).partition("<<'END'\n")[2].partition("\nEND")[0]
+    if "import numpy" in body:
+        compile(body, page.name, "exec")
+        return
+    (tmp_path / "measured.yaml").write_text(body + "\n")
+    config = merged_settings([ROOT / "config/config.yaml", tmp_path / "measured.yaml"])
+    check_against_schema(config, ROOT / "workflow/schemas/config.schema.yaml", page.name)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_every_block_of_settings_is_accepted(page):
+    shipped = merged_settings([ROOT / "config/config.yaml"])
+    for block in re.findall(
+        r"^( *)```yaml\n(.*?)^ *```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    ):
+        content = yaml.safe_load(textwrap.dedent(block[1]))
+        config = copy.deepcopy(shipped)
+        override(config, content)
+        check_against_schema(config, ROOT / "workflow/schemas/config.schema.yaml", page.name)
+
+
+def override(config, changes):
+    for key, value in changes.items():
+        if isinstance(value, dict) and isinstance(config.get(key), dict):
+            override(config[key], value)
+        else:
+            config[key] = value
