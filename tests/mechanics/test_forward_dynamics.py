@@ -233,6 +233,14 @@ def test_free_swing_has_its_natural_frequency_and_keeps_its_energy(joint, engine
     assert np.ptp(energy) < 1e-4 * 0.5 * joint.stiffness_Nm_per_rad * 0.001**2
 
 
+def test_rate_is_that_of_the_angle_even_with_long_steps(engine):
+    joint = Joint(0.0, 0.0, 60.0)
+    found = run(*still(4.0), joint, start_angle_rad=0.001, engine=engine, step_s=0.004)
+    natural = math.sqrt((60.0 - K_G) / about_ankle(joint))
+    size = np.hypot(found.theta, found.theta_d / natural)
+    assert size == pytest.approx(0.001, rel=1e-3)
+
+
 @pytest.mark.parametrize(("damping", "state"), [(0.1, "settles"), (-0.05, "grows"), (3.0, "settles")])
 def test_swing_grows_at_the_rate_that_is_reported(damping, state, engine):
     joint = Joint(0.02, damping, 10.0)
