@@ -10,7 +10,7 @@ def test_standard_error_by_hand_and_infinite_without_degrees_of_freedom():
     residuals, inverse = np.array([1.0, -2.0, 2.0]), np.array([0.25])
     # R'R = 9, two degrees of freedom
     assert standard_error(residuals, inverse) == pytest.approx(np.sqrt(9.0 / 2.0 * 0.25))
-    assert np.isposinf(standard_error(residuals[:1], inverse)).all()
+    assert np.isposinf(standard_error(np.zeros(1), inverse)).all()
     assert np.isposinf(standard_error(residuals[:1], np.array([0.25, 1.0]))).all()
     assert sem_as_printed(residuals, inverse) == pytest.approx(np.sqrt(3.0 * 0.25))
 
