@@ -34,7 +34,7 @@ from benchmarks.mutants.sites import OPERATORS, Site, mutated, sites
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("signals", "mechanics", "identification", "statistics", "treadmill", "ingest", "io")
 NOT_COPIED = (".venv", ".git", ".snakemake", "__pycache__", "results", "recordings", "*.egg-info")
-MARKS = "not slow and not study"
+MARKS = "not study"
 IDENTITY = ("package", "function", "operator", "ordinal", "fingerprint", "before", "after")
 RESULT = (*IDENTITY, "file", "line", "outcome", "test", "seconds")
 
