@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from syntax import imports, nodes, syntax
 
 import tepsipe
 from workflow.support.experiments import EXPERIMENTS
@@ -28,18 +29,13 @@ def module_name(path):
 
 
 @cache
-def syntax(path):
-    return ast.parse(path.read_text(encoding="utf-8"), str(path))
-
-
-@cache
 def imported(path):
     """Full names of what a module imports, anywhere in it."""
     names = set()
-    for node in ast.walk(syntax(path)):
+    for node in imports(path):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
+        else:
             assert not node.level, f"{path} imports relatively"
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
     return names
@@ -261,6 +257,7 @@ def scripted():
             yield name, ROOT / "workflow/scripts" / path
 
 
+@cache
 def used(path, kind):
     """Names that a script takes from snakemake.<kind>, and whether it takes others by subscript.
 
@@ -277,14 +274,14 @@ def used(path, kind):
         )
 
     own_names = set()
-    for node in ast.walk(syntax(path)):
+    for node in nodes(path):
         if isinstance(node, ast.Assign):
             target, value = node.targets[0], node.value
             several = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
             pairs = zip(target.elts, value.elts, strict=True) if several else [(target, value)]
             own_names |= {t.id for t, v in pairs if of_snakemake(v) and isinstance(t, ast.Name)}
     names, computed = set(), False
-    for node in ast.walk(syntax(path)):
+    for node in nodes(path):
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "getattr":
             if of_snakemake(node.args[0]):
                 names.add(f"{node.args[1].value}?")
