@@ -17,6 +17,7 @@ from workflow.settings.config import Config
 from workflow.settings.dummy import ESTIMATOR_TEXTS
 from workflow.settings.structure import kind_at, names_of
 from workflow.support import outputs
+from workflow.support.captions import read_captions
 from workflow.support.experiments import APPENDIX, EXPERIMENTS, PARTS
 from workflow.support.settings import pick
 from workflow.support.study import Study, any_of, table_experiment
@@ -53,7 +54,7 @@ def test_experiment_has_columns_settings_and_captions_for_its_facts(name, config
     assert set(experiment.named) <= set(experiment.names) <= set(OPTIONAL_COLUMNS)
     assert bool(experiment.figures) == bool(experiment.category)
     for figure in experiment.figures:
-        assert (root / f"report/captions/{figure}.rst").is_file()
+        assert figure in read_captions(root / "report/captions.yaml")
 
 
 def test_every_figure_is_drawn_by_the_script_of_its_experiment_or_part(shipped, root):
@@ -68,10 +69,10 @@ def test_every_caption_is_used_and_there(shipped, root):
     used = {
         caption for name in [*EXPERIMENTS, *PARTS] for caption in outputs.figures_of(shipped, name).values()
     }
-    there = {path.stem for path in (root / "report/captions").glob("figure_*.rst")}
-    assert used == there
-    for name in outputs.captions(shipped):
-        caption = (root / f"report/captions/{name}.rst").read_text(encoding="utf-8")
+    captions = read_captions(root / "report/captions.yaml")
+    assert used == {name for name in captions if name.startswith("figure_")}
+    assert used.union(outputs.tables(shipped).values()) <= set(captions)
+    for name, caption in captions.items():
         # the index shows captions as plain text with literals
         assert not re.search(r"[`*{}|]|_\b|\.\. ", re.sub(r"``[^`]+``", "", caption)), name
 
