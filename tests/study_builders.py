@@ -69,7 +69,8 @@ def plain_laboratory(text):
 
 
 def copy_project(target):
-    compileall.compile_dir(ROOT / "tepsipe", quiet=2)
+    for package in ("tepsipe", "workflow"):
+        compileall.compile_dir(ROOT / package, quiet=2)
     for name in ("Snakefile", "config", "workflow", "tepsipe", "report", "profiles", "requirements.txt"):
         source = ROOT / name
         if source.is_dir():

@@ -37,15 +37,16 @@ HEIGHT_M, LEVER_M = 0.1, 0.04
 NOISE = {"Fy": 0.05, "Mx": 0.005}
 
 
-def stops(travelled, share):
+def stops(travelled):
     """Force of elastic stops along a path, in parts of the friction in motion."""
-    x = np.zeros(3)
-    limit, weight = 1e-3 * np.array([0.2, 0.5, 1.0]), np.array([0.3, 0.4, 0.3])
-    force = np.empty(travelled.size)
-    for k, step in enumerate(np.diff(travelled, prepend=travelled[0])):
-        x = np.clip(x + step, -limit, limit)
-        force[k] = weight @ (x / limit)
-    return share * force
+    force, steps = np.zeros(travelled.size), np.diff(travelled, prepend=travelled[0]).tolist()
+    for limit, weight in ((2e-4, 0.3), (5e-4, 0.4), (1e-3, 0.3)):
+        bent, bends = 0.0, []
+        for step in steps:
+            bent = min(max(bent + step, -limit), limit)
+            bends.append(bent)
+        force += weight / limit * np.array(bends)
+    return force
 
 
 def treadmill(kg, peak, rng, *, memory, lever_m=0.0, extra=None, zeroed=True):
@@ -55,7 +56,7 @@ def treadmill(kg, peak, rng, *, memory, lever_m=0.0, extra=None, zeroed=True):
     v = peak * (np.sin(2.0 * np.pi * phase) * np.sin(np.pi * phase)).sum(axis=1)
     a = np.gradient(v, time)
     y = np.cumsum(v) / (RATE_HZ * DENSE)
-    friction = (15.0 + 0.8 * kg) * (stops(y, 1.0) if memory else np.tanh(v / 0.1)) + 20.0 * v
+    friction = (15.0 + 0.8 * kg) * (stops(y) if memory else np.tanh(v / 0.1)) + 20.0 * v
     true = kg * a + (0.0 if extra is None else extra(time))
     loads = {
         "Fy": (true + 0.5 * a + friction, kg * a, "N"),
