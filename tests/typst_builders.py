@@ -114,3 +114,10 @@ def tables_of(results: Path) -> dict[str, Path]:
     found = {path.stem: path for path in (results / "treadmill_models").glob("*.csv")}
     found |= {path.stem: path for path in (results / "tables").glob("*.csv")}
     return {name: found[name] for name in data["tables_read"]}
+
+
+def chapter_words(
+    name: str, data: Mapping, tables: Mapping[str, str | Path] | None = None, cells: str = ""
+) -> str:
+    """Words of a chapter of the report by itself, without references to others; ``cells`` as above."""
+    return typeset_words(f'#show ref: none\n#include "chapters/{name}.typ"', data, tables, cells)

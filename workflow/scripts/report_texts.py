@@ -3,7 +3,6 @@
 import pandas as pd
 
 from tepsipe.experiments.dummy.specification_curve import read_specification
-from tepsipe.experiments.position_manipulator.time_varying import read_varying
 from tepsipe.experiments.thesis_dummy.tables import read_cells
 from tepsipe.io.budget_table import read_budgets
 from tepsipe.io.estimates import read_estimates
@@ -16,7 +15,6 @@ from tepsipe.reporting.numbers import (
     dummy,
     figure_findings,
     laboratory,
-    operating_points,
     participants,
     planned,
     platform,
@@ -27,7 +25,6 @@ from tepsipe.reporting.numbers import (
     study,
     summary,
     thesis_dummy,
-    time_varying,
     treadmill,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
@@ -148,15 +145,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
         )
     if "platform" in experiments:
         data["platform"] = platform.platform_data(fits["platform"], estimates)
-    if "operating_points" in files:
-        text = {"participant": str, "condition": str}
-        points, lines = (
-            pd.read_csv(files[name], dtype=text) for name in ("operating_points", "operating_relations")
-        )
-        data["operating_points"] = operating_points.operating_points_data(points, lines)
-    if "time_varying" in files:
-        rows = read_varying(files["time_varying"])
-        data["time_varying"] = time_varying.time_varying_data(rows, list(fits["position_manipulator"]))
     data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
     data["summary"] = summary.summary_of(data)
     data["abstract"] = abstract.abstract_of(data)
