@@ -17,7 +17,6 @@ from tepsipe.reporting.numbers import (
     laboratory,
     participants,
     planned,
-    platform,
     position_manipulator,
     shown_signals,
     simulations,
@@ -143,8 +142,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
         data["position_manipulator"] = position_manipulator.manipulator_data(
             fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]
         )
-    if "platform" in experiments:
-        data["platform"] = platform.platform_data(fits["platform"], estimates)
     data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
     data["summary"] = summary.summary_of(data)
     data["abstract"] = abstract.abstract_of(data)
