@@ -9,7 +9,6 @@ import pytest
 from tepsipe.reporting.numbers.abstract import _standing
 from tepsipe.reporting.numbers.dummy import _vaf_of_trial
 from tepsipe.reporting.numbers.figure_findings import figure_findings_of
-from tepsipe.reporting.numbers.position_manipulator import _raises
 from tepsipe.reporting.numbers.shown_signals import belt_signals, muscle_signals, simulated_signals
 from tepsipe.reporting.numbers.simulations import _of_noise
 from tepsipe.reporting.numbers.treadmill import foot_data
@@ -66,12 +65,6 @@ def test_noise_is_told_as_in_the_thesis_only_where_it_is_so():
 def test_an_estimator_that_was_not_computed_proves_nothing():
     found = noise(as_printed=(3.0, 9.0, 6.1))
     assert (found["iv_error"], found["method_sound"], found["ls_biased"]) == (DASH, False, False)
-
-
-@pytest.mark.parametrize(("reflex", "raises"), [([81.0, 91.0], True), ([81.0, 89.0], False)])
-def test_reflex_raises_the_held_out_vaf_only_if_it_does_in_every_trial(reflex, raises):
-    rows = {"regression": [80.0, 90.0]}
-    assert _raises(lambda name, _: pd.Series(rows.get(name, reflex))) is raises
 
 
 @pytest.mark.parametrize(("crossed", "told"), [([97.0, 98.0], True), ([60.0, 98.0], False)])
@@ -138,30 +131,6 @@ def test_captions_of_a_treadmill_tell_its_lines_and_the_chosen_model(lines):
     assert "impulse response predicts the load with R² = 0.70" in found["belt_prediction"]
     assert ("no narrow line" in found["belt_ripple"]) is (not lines)
     assert "belt_ripple" not in figure_findings_of({"belt": t | {"ripple": None}})
-
-
-@pytest.mark.parametrize("usual", [True, False])
-def test_captions_of_a_joint_follow_its_records(usual):
-    a = {
-        "parts": {"differing": [] if usual else ["a", "b"], "drifting": ["a"] if usual else []},
-        "residuals": {
-            "white": [] if usual else ["a"],
-            "count": 1,
-            "mostly_slow": usual,
-            "below": "84",
-            "cutoff": "30",
-        },
-        "reflex_raises": usual,
-        "reflexes": [{"there": usual, "gain": "46", "condition": "a"}],
-    }
-    found = figure_findings_of({"position_manipulator": a})
-    told = found["position_manipulator_stationarity"]
-    assert ("does not differ" in told, "drifts in a." in told) == (usual, usual)
-    assert ("thirds of a and b" in told) is not usual
-    assert ("is not white" in found["position_manipulator_residual"]) is usual
-    assert ("84 %" in found["position_manipulator_residual"]) is usual
-    assert ("46 N·m·s/rad (a)" in found["position_manipulator_responses"]) is usual
-    assert ("predicts every" in found["position_manipulator_prediction"]) is usual
 
 
 @pytest.mark.parametrize("delay", [0, 5])

@@ -17,7 +17,6 @@ from tepsipe.reporting.numbers import (
     laboratory,
     participants,
     planned,
-    position_manipulator,
     shown_signals,
     simulations,
     standing,
@@ -137,10 +136,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
         models = about["models"]["belt"]
         data["belt"] = treadmill.treadmill_data(
             fits[models][models], read_scores(files[models]), choices["belt"], about["roles"]
-        )
-    if "position_manipulator" in experiments:
-        data["position_manipulator"] = position_manipulator.manipulator_data(
-            fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]
         )
     data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
     data["summary"] = summary.summary_of(data)

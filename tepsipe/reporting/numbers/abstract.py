@@ -54,7 +54,6 @@ def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
         ("weight", _weight),
         ("belt", _belt),
         ("standing", _standing),
-        ("position_manipulator", _position_manipulator),
     ):
         if experiment in data["experiments"]:
             parts[experiment] = sentences(data)
@@ -263,10 +262,6 @@ def _standing(data: dict) -> list[Paragraph]:
             else f" and {p['recovery']['latency']} ms in the latency of a muscle",
         )
     return [found]
-
-
-def _position_manipulator(data: dict) -> list[Paragraph]:
-    return [pieces(template, **values) for template, values in data["position_manipulator"]["abstract"]]
 
 
 def _participants(data: dict) -> list[Paragraph]:
