@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from builders import assert_one_sentence, trial_of
+from joint_builders import fit_of
 from typst_builders import chapter_words
 
 from tepsipe.errors import InputError
@@ -138,7 +139,7 @@ def tables(tmp_path):
 
 def told(chapter, tables, conditions=()):
     """Words of a chapter of a study with these tables and trials."""
-    fits = {"position_manipulator": {c: Result({}, {}, {}) for c in conditions}}
+    fits = {"position_manipulator": {c: fit_of() for c in conditions}}
     settings = {"position_manipulator": {"time_varying": {"window_s": 5.0, "segment_s": 0.2, "piece_s": 2.0}}}
     study = {"title": "t", "recordings_source": None, "experiments": {}, "made": {}, "reported": None}
     content = report_content(
