@@ -14,6 +14,8 @@ import typst
 import yaml
 
 REPORT = Path(__file__).parents[1] / "report"
+# facts of a study with three trials of the dummy
+STUDY = {"title": "t", "recordings_source": None, "experiments": {"dummy": list("abc")}, "made": {}}
 
 
 @contextmanager

@@ -3,15 +3,19 @@
 import re
 
 import pytest
-import yaml
 
 from tepsipe.experiments.dummy import foot_pathways, leg_pathways
 from tepsipe.experiments.noise import filtered_noise
 from tepsipe.experiments.standing import joint_torque
 from tepsipe.experiments.standing.thesis import impedance
+from tepsipe.identification.estimators import ESTIMATORS
+from tepsipe.mechanics.engines import ENGINES
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.signals import onsets
 from tepsipe.treadmill import registry
+from workflow.settings.config import Config
+from workflow.settings.dummy import ESTIMATOR_TEXTS
+from workflow.settings.structure import kind_at, names_of
 from workflow.support import outputs
 from workflow.support.captions import read_captions
 from workflow.support.experiments import APPENDIX, EXPERIMENTS, PARTS
@@ -282,23 +286,26 @@ def test_expression_for_names_finds_these_and_no_others():
     assert not re.compile(any_of([])).fullmatch("")
 
 
-# ---- the library's names in the schema ---------------------------------------------------------------
+# ---- the library's names in the model of the configuration ------------------------------------------
 
 
-def test_schema_knows_the_names_that_the_library_knows(root):
-    schema = yaml.safe_load((root / "workflow/schemas/config.schema.yaml").read_text(encoding="utf-8"))
-    dummy, standing = (schema["properties"][name]["properties"] for name in ("dummy", "standing"))
-    leg = dummy["pathways"]["additionalProperties"]["properties"]
-    foot = dummy["foot"]["properties"]["pathways"]["additionalProperties"]["properties"]
-    person = standing["pathways"]["additionalProperties"]["properties"]
-    for rule, names in (
-        (leg["torque"], TORQUE_PATHWAYS),
-        (leg["marker_instants"], leg_pathways.MARKER_SIGNALS),
-        (foot["torque"], foot_pathways.FOOT_TORQUES),
-        (person["torque"], joint_torque.TORQUES),
-        (standing["estimators"]["additionalProperties"]["properties"]["active"], impedance.ACTIVE),
-        (standing["latency"]["properties"]["detector"], onsets.DETECTORS),
-        (schema["$defs"]["noise_estimators"]["items"], filtered_noise.PROCESSINGS),
-        (schema["$defs"]["family"]["items"], registry.FAMILY),
-    ):
-        assert set(rule["enum"]) == set(names)
+@pytest.mark.parametrize(
+    ("path", "names"),
+    [
+        ("dummy.pathways.*.torque", TORQUE_PATHWAYS),
+        ("dummy.pathways.*.marker_instants", leg_pathways.MARKER_SIGNALS),
+        ("dummy.foot.pathways.*.torque", foot_pathways.FOOT_TORQUES),
+        ("standing.pathways.*.torque", joint_torque.TORQUES),
+        ("standing.estimators.*.active", impedance.ACTIVE),
+        ("standing.latency.detector", onsets.DETECTORS),
+        ("noise.estimators.*", filtered_noise.PROCESSINGS),
+        ("weight.models.family.*", registry.FAMILY),
+        ("dummy.simulation.engine", [*ENGINES, "auto"]),
+    ],
+)
+def test_model_knows_the_names_that_the_library_knows(path, names):
+    assert set(names_of(kind_at(Config, tuple(path.split("."))))) == set(names)
+
+
+def test_every_estimator_is_documented():
+    assert set(ESTIMATOR_TEXTS) == set(ESTIMATORS)

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import groups, outputs, runs, warm
+from workflow.support import groups, outputs, runs
 from workflow.support.captions import caption_file
 from workflow.support.laboratories import Laboratories
 from workflow.support.reach import reached_by
@@ -169,23 +169,7 @@ def figure_files(name, folder=None):
     return files
 
 
-def start_jobs_when_jobs_end():
-    """On this computer Snakemake's scheduler need not look for work but when a job has ended.
-
-    Its limit of 100 starts in a second sets a timer after every start, and each timer, when it ends, the
-    next: hundreds of them come to look once a second, which costs more than any rule. A cluster keeps it.
-    """
-    if workflow.local_exec:
-        workflow.scheduler.job_rate_limiter = None
-
-
-def start_jobs_warm():
-    """On this computer jobs are forks of one process, where Snakemake's own executor starts them."""
-    if workflow.executor_plugin.name == "local":
-        warm.start(len(list(workflow.dag.needrun_jobs())))
-
-
 def say_what_stopped(log):
     """After a failed run: the sentence of every job that stopped, and where a bug left its trace."""
-    print("\nWhat stopped:", *what_stopped(workflow.scheduler.failed, *log[:1]), sep="\n", file=sys.stderr)
+    print("\nWhat stopped:", *what_stopped(next(iter(log), ".snakemake/log")), sep="\n", file=sys.stderr)
     print("Everything else is kept; the next run goes on from there.", file=sys.stderr)

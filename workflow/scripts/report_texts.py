@@ -2,8 +2,6 @@
 
 import pandas as pd
 
-from tepsipe.experiments.dummy.specification_curve import read_specification
-from tepsipe.experiments.thesis_dummy.tables import read_cells
 from tepsipe.io.budget_table import read_budgets
 from tepsipe.io.estimates import read_estimates
 from tepsipe.reporting.figures.names import short_name
@@ -12,21 +10,16 @@ from tepsipe.reporting.ledger import read_ledger
 from tepsipe.reporting.numbers import (
     abstract,
     budget,
-    dummy,
     figure_findings,
     laboratory,
     participants,
-    planned,
     shown_signals,
-    simulations,
     standing,
     study,
     summary,
-    thesis_dummy,
     treadmill,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
-from tepsipe.reporting.planned import read_planned
 from tepsipe.reporting.run import Run, about_study
 from tepsipe.reporting.thesis_tables import read_table
 from tepsipe.treadmill.calibration import read_scores
@@ -77,36 +70,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
         conditions, _ = read_table(files[table])
         names = [short_name(condition) for condition in conditions]
         data["slips"][table] = study.slips_data(slips, table, conditions, names)
-    if "dummy" in experiments:
-        data["dummy"] = dummy.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
-        data["dummy"]["belt"] = shown_signals.belt_signals(fits["dummy"])
-        specifications = read_specification(files["specification"])
-        data["dummy"]["specification"] = dummy.specification_data(specifications)
-    if "thesis_dummy" in files:
-        data["thesis_dummy"] = thesis_dummy.thesis_dummy_data(
-            fits["thesis_dummy"]["thesis_dummy"], read_cells(files["thesis_dummy"])
-        )
-    if "planned" in files:
-        data["planned"] = planned.planned_data(read_planned(files["planned"]), about["planned_joint"])
-    if "forward" in files:
-        forward = pd.read_csv(files["forward"], dtype=text_columns)
-        data["simulation"] = simulations.forward_data(forward, about["step_s"], about["engine"]) | {
-            "signals": shown_signals.simulated_signals(forward, about["simulated"])
-        }
-    if "noise" in files:
-        columns, rows = read_table(files["table_4_4"])
-        stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][0]
-        figure_stiffness = choices["noise"]["joint"]["stiffness_Nm_per_rad"][-1]
-        data["noise"] = simulations.noise_data(
-            pd.read_csv(files["noise"], dtype=text_columns), choices["noise"]
-        ) | {
-            "shown": simulations.noise_shown(rows, figure_stiffness),
-            "table": simulations.noise_table(
-                [row for row in rows if row.pathway in ("as-printed", "as-tabulated", "recommended")],
-                columns,
-                stiffness,
-            ),
-        }
     if "weight" in experiments:
         plate = about["models"]["weight"]
         data["weight"] = treadmill.weight_data(

@@ -50,7 +50,6 @@ def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
     """Findings of the run by experiment or part (units in them), from the data of the report."""
     parts: dict[str, list[Paragraph]] = {}
     for experiment, sentences in (
-        ("dummy", _dummy),
         ("weight", _weight),
         ("belt", _belt),
         ("standing", _standing),
@@ -108,68 +107,6 @@ def warnings_of(data: dict) -> list[Paragraph]:
     for kind in quoted["kinds"]:
         found += pieces(" _{where}_: {meaning}.", where=kind["where"], meaning=kind["meaning"])
     return [found]
-
-
-def _dummy(data: dict) -> list[Paragraph]:
-    d, reported = data["dummy"], data["reported"]
-    found = pieces(
-        "On the instrumented treadmill, the printed equation of motion of the leg yields $I$ = "
-        "{printed_mean_inertia} N·m·s²/rad and $K$ = {printed_mean_stiffness} N·m/rad, with a VAF of up "
-        "to {vaf_printed_largest} % in the fitted windows. ",
-        **d,
-    )
-    if reported is not None:
-        found += pieces(
-            "The thesis reports {inertia} N·m·s²/rad and {stiffness} N·m/rad and calls its parameters “not "
-            "physically meaningful”. ",
-            **reported,
-        )
-    if d["signs_explain"]:
-        found += pieces(
-            "The signs explain the difference without any effect of the treadmill: the printed signs add "
-            '$2 I_"leg"$ = {two_leg_inertia} N·m·s²/rad to the inertia and subtract $2 m g r$ = {two_mgr} '
-            "N·m/rad from the stiffness. ",
-            **d,
-        )
-    found += pieces(
-        "VAF cannot reveal a wrong sign, because with one degree of freedom _any_ linear combination of "
-        "acceleration, velocity and angle can be fitted. The same free body with consistent signs yields $I$ "
-        "= {recommended_mean_inertia} N·m·s²/rad and $K$ = {recommended_mean_stiffness} N·m/rad from the "
-        "same recordings{amplitudes}.",
-        amplitudes=_amplitudes(d["clear_from"]),
-        **d,
-    )
-    if d["recovery"] is None:
-        return [found]
-    return [
-        found,
-        pieces(
-            "Over the {count} conditions with belt velocities{amplitudes}, the largest error of the "
-            "consistent equation relative to {truth} is {worst_stiffness} % in $K$ and {worst_damping} % "
-            "in $B$.",
-            amplitudes=_amplitudes(d["clear_from"], " of"),
-            **(d["recovery"] | {"truth": _truth(d["recovery"])}),
-        ),
-        *(_thesis_dummy(data["thesis_dummy"]) if "thesis_dummy" in data else ()),
-    ]
-
-
-def _truth(recovery: dict) -> str:
-    """What the estimates of single trials are compared with (no unit)."""
-    if recovery["at_work"]:
-        return "the linear joint nearest to the laboratory’s non-linear joint in the same movements"
-    return "the laboratory’s constants"
-
-
-def _thesis_dummy(found: dict) -> list[Paragraph]:
-    return [
-        pieces(
-            "One rubber joint that softens, with {n} constants fitted to the sinusoidal half of the printed "
-            "tables, returns {fitted_within} of the {fitted} fitted numbers and {predicted_within} of the "
-            "{predicted} other numbers of Tables 4-2 and 4-3 within their tolerances ([@thesis-dummy]).",
-            **found,
-        )
-    ]
 
 
 def _amplitudes(clear_from: str, word: str = " at") -> str:
