@@ -101,11 +101,11 @@ def plain_words(page: str) -> str:
     return " ".join(unicodedata.normalize("NFKC", words).split())
 
 
-def first_page_of(data: Mapping, pdf: str) -> dict[str, str]:
-    """Parts of the first page as HTML, from the content of report.json and the address of the PDF."""
+def first_page_of(data: Mapping, pdf: str, tables: Mapping[str, str | Path] | None = None) -> dict[str, str]:
+    """Parts of the first page as HTML, from the content of report.json, the address of the PDF and tables."""
     from workflow.scripts.typeset import first_page
 
-    with report_root(data, {}) as root:
+    with report_root(data, tables or {}) as root:
         files = {str(path.relative_to(root)): path for path in root.rglob("*") if path.is_file()}
         return first_page(files, pdf)
 

@@ -8,7 +8,6 @@ import pytest
 
 from tepsipe.reporting.numbers.abstract import _standing
 from tepsipe.reporting.numbers.figure_findings import figure_findings_of
-from tepsipe.reporting.numbers.position_manipulator import _raises
 from tepsipe.reporting.numbers.shown_signals import muscle_signals
 from tepsipe.reporting.numbers.treadmill import foot_data
 
@@ -32,12 +31,6 @@ def test_velocities_of_the_foot_are_those_of_the_sheet(amplitudes, told):
     choices = {"recommended": "leg", "foot": {"pathways": {}}}
     found = foot_data(pd.DataFrame(rows), choices, None, amplitudes)
     assert found["clear_from"] == told
-
-
-@pytest.mark.parametrize(("reflex", "raises"), [([81.0, 91.0], True), ([81.0, 89.0], False)])
-def test_reflex_raises_the_held_out_vaf_only_if_it_does_in_every_trial(reflex, raises):
-    rows = {"regression": [80.0, 90.0]}
-    assert _raises(lambda name, _: pd.Series(rows.get(name, reflex))) is raises
 
 
 @pytest.mark.parametrize(
@@ -69,30 +62,6 @@ def test_captions_of_a_treadmill_tell_its_lines_and_the_chosen_model(lines):
     assert "impulse response predicts the load with R² = 0.70" in found["belt_prediction"]
     assert ("no narrow line" in found["belt_ripple"]) is (not lines)
     assert "belt_ripple" not in figure_findings_of({"belt": t | {"ripple": None}})
-
-
-@pytest.mark.parametrize("usual", [True, False])
-def test_captions_of_a_joint_follow_its_records(usual):
-    a = {
-        "parts": {"differing": [] if usual else ["a", "b"], "drifting": ["a"] if usual else []},
-        "residuals": {
-            "white": [] if usual else ["a"],
-            "count": 1,
-            "mostly_slow": usual,
-            "below": "84",
-            "cutoff": "30",
-        },
-        "reflex_raises": usual,
-        "reflexes": [{"there": usual, "gain": "46", "condition": "a"}],
-    }
-    found = figure_findings_of({"position_manipulator": a})
-    told = found["position_manipulator_stationarity"]
-    assert ("does not differ" in told, "drifts in a." in told) == (usual, usual)
-    assert ("thirds of a and b" in told) is not usual
-    assert ("is not white" in found["position_manipulator_residual"]) is usual
-    assert ("84 %" in found["position_manipulator_residual"]) is usual
-    assert ("46 N·m·s/rad (a)" in found["position_manipulator_responses"]) is usual
-    assert ("predicts every" in found["position_manipulator_prediction"]) is usual
 
 
 def test_muscles_without_an_onset_have_no_latency_in_a_caption():

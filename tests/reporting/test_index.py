@@ -4,8 +4,9 @@ import json
 import unicodedata
 from urllib.parse import unquote
 
+from joint_builders import content_of, fit_of, rows_of, run_of
 from page_builders import NASTY, parsed
-from typst_builders import first_page_of
+from typst_builders import first_page_of, plain_words
 
 from tepsipe.reporting.numbers.abstract import abstract_of, pieces, warnings_of
 from tepsipe.reporting.numbers.study import provenance_data
@@ -39,9 +40,6 @@ RECORDED = {
     "reported": None,
     "claims": None,
     "cells": None,
-    "position_manipulator": {
-        "abstract": [["The intrinsic stiffness $K$ is {stiffness}.", {"stiffness": "40 N·m/rad"}]]
-    },
     "provenance": provenance_data(
         {
             "commit": "abc",
@@ -105,10 +103,16 @@ def test_source_tells_simulated_trials_from_recordings():
 
 
 def test_abstract_has_what_the_study_has():
-    (paragraphs,) = abstract_of(RECORDED).values()
-    assert "stiffness K is 40 N·m/rad" in plain(paragraphs)
-    *_, last = abstract_of(RECORDED | {"claims": CLAIMS}).values()
-    assert "Of the 2 claims of the thesis, 1 are reproduced" in plain(last)
+    assert abstract_of(RECORDED) == {}
+    (claims,) = abstract_of(RECORDED | {"claims": CLAIMS}).values()
+    assert "Of the 2 claims of the thesis, 1 are reproduced" in plain(claims)
+    content, tables = content_of(run_of({"a": fit_of()}, rows_of("a")))
+    told = {"summary": [], "warnings": [], "abstract": {"claims": claims}}
+    page = first_page_of(content | told, "./a.pdf", tables)["findings"]
+    assert page.count("<p>") == 4
+    words = plain_words(page).replace("\u2060", "")
+    assert "stiffness of the joint is K = 50.0 N·m/rad" in words and "Of the 2 claims" in words
+    assert "Wristalyzer" not in words and "platform" not in words
 
 
 def test_standing_person_is_told_task_by_task():

@@ -2,7 +2,6 @@
 
 import pandas as pd
 
-from tepsipe.experiments.position_manipulator.time_varying import read_varying
 from tepsipe.io.budget_table import read_budgets
 from tepsipe.io.estimates import read_estimates
 from tepsipe.reporting.figures.names import short_name
@@ -13,15 +12,11 @@ from tepsipe.reporting.numbers import (
     budget,
     figure_findings,
     laboratory,
-    operating_points,
     participants,
-    platform,
-    position_manipulator,
     shown_signals,
     standing,
     study,
     summary,
-    time_varying,
     treadmill,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
@@ -105,21 +100,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
         data["belt"] = treadmill.treadmill_data(
             fits[models][models], read_scores(files[models]), choices["belt"], about["roles"]
         )
-    if "position_manipulator" in experiments:
-        data["position_manipulator"] = position_manipulator.manipulator_data(
-            fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]
-        )
-    if "platform" in experiments:
-        data["platform"] = platform.platform_data(fits["platform"], estimates)
-    if "operating_points" in files:
-        text = {"participant": str, "condition": str}
-        points, lines = (
-            pd.read_csv(files[name], dtype=text) for name in ("operating_points", "operating_relations")
-        )
-        data["operating_points"] = operating_points.operating_points_data(points, lines)
-    if "time_varying" in files:
-        rows = read_varying(files["time_varying"])
-        data["time_varying"] = time_varying.time_varying_data(rows, list(fits["position_manipulator"]))
     data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
     data["summary"] = summary.summary_of(data)
     data["abstract"] = abstract.abstract_of(data)

@@ -268,7 +268,7 @@ def model_names(study: Study) -> dict[str, str]:
 
 
 # experiments and parts with a module of numbers and predicates, tepsipe/reporting/chapters/<name>.py
-CHAPTERS = ("wristalyzer", "dummy", "thesis_dummy", "simulation", "noise")
+CHAPTERS = ("wristalyzer", "dummy", "thesis_dummy", "simulation", "noise", "position_manipulator", "platform")
 
 
 def chapters(study: Study) -> list[str]:

@@ -53,8 +53,6 @@ def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
         ("weight", _weight),
         ("belt", _belt),
         ("standing", _standing),
-        ("position_manipulator", _position_manipulator),
-        ("platform", _platform),
     ):
         if experiment in data["experiments"]:
             parts[experiment] = sentences(data)
@@ -199,33 +197,6 @@ def _standing(data: dict) -> list[Paragraph]:
             of_latency=""
             if p["recovery"]["latency"] == number(None)
             else f" and {p['recovery']['latency']} ms in the latency of a muscle",
-        )
-    return [found]
-
-
-def _position_manipulator(data: dict) -> list[Paragraph]:
-    return [pieces(template, **values) for template, values in data["position_manipulator"]["abstract"]]
-
-
-def _platform(data: dict) -> list[Paragraph]:
-    a = data["platform"]
-    found = []
-    for trial in a["trials"]:
-        static = [row for row in trial["rows"] if row["kind"] == "K_mode" and row["interval"]]
-        known = "; ".join(f"{row['joints']} {row['value']} ({row['interval']}) N·m/rad" for row in static)
-        found += pieces(
-            "{start}Of the {quantities} quantities of the model {chosen}, the {simplest} that {accepted}, "
-            "the trial {condition} of a person on a moving platform identifies {identified} "
-            "([@platform]).{mode}",
-            start=" " if found else "",
-            simplest="freest" if trial["rejected"] else "simplest",
-            accepted="leaves least torque coherent with the platform"
-            if trial["rejected"]
-            else "leaves no torque coherent with the platform",
-            mode=f" Static stiffness along the slow mode: {known}."
-            if known and not trial["rejected"]
-            else "",
-            **{key: trial[key] for key in ("quantities", "chosen", "condition", "identified")},
         )
     return [found]
 

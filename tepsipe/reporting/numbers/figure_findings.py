@@ -27,7 +27,6 @@ def figure_findings_of(data: dict) -> dict[str, str]:
         ("foot", _foot),
         ("standing", _standing),
         ("belt", _belt),
-        ("position_manipulator", _manipulator),
         ("budgets", _budgets),
     )
     for name, sentences in chapters:
@@ -154,38 +153,6 @@ def _belt(t: dict) -> dict[str, str]:
             else "The residual has no narrow line that could be tracked."
         )
     return found
-
-
-def _manipulator(a: dict) -> dict[str, str]:
-    """Captions of a joint in a position-controlled manipulator."""
-    found = {}
-    differing, drifting = a["parts"]["differing"], a["parts"]["drifting"]
-    found["position_manipulator_stationarity"] = (
-        f"The intrinsic stiffness differs between the thirds of {_and(differing)}"
-        if differing
-        else "The intrinsic stiffness does not differ between the thirds of a record"
-    ) + (f"; the torque drifts in {_and(drifting)}." if drifting else "; the torque does not drift.")
-    e = a["residuals"]
-    white = "is white" if len(e["white"]) == e["count"] else "is not white"
-    slow = f"; {e['below']} % of its power lies below 1 Hz" if e["mostly_slow"] else ""
-    found["position_manipulator_residual"] = f"The residual {white} up to {e['cutoff']} Hz{slow}."
-    found["position_manipulator_prediction"] = (
-        "The parallel-cascade model predicts every held-out part better than inertia, damping and stiffness "
-        "alone."
-        if a["reflex_raises"]
-        else "The parallel-cascade model does not predict every held-out part better than inertia, damping "
-        "and stiffness alone."
-    )
-    there = [r for r in a["reflexes"] if r["there"]]
-    gains = ", ".join(f"{r['gain']} N·m·s/rad ({r['condition']})" for r in there)
-    found["position_manipulator_responses"] = (
-        f"The reflex gain is {gains}." if there else "No reflex improves the prediction."
-    )
-    return found
-
-
-def _and(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def _budgets(budgets: dict) -> dict[str, str]:
