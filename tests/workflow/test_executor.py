@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from types import SimpleNamespace
 
 import psutil
@@ -85,7 +86,11 @@ def project(tmp_path, root):
 def started(folder, executor):
     command = [sys.executable, "-m", "snakemake", "-c2", "--keep-going", "--executor", executor]
     with open(folder / "said.txt", "w") as said:
-        return subprocess.Popen(command, cwd=folder, stdout=said, stderr=said, start_new_session=True)
+        # Ctrl-C is not heard by a run whose shell started the tests in the background
+        heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+        return subprocess.Popen(
+            command, cwd=folder, stdout=said, stderr=said, start_new_session=True, preexec_fn=heard
+        )
 
 
 def ended(run, folder):
