@@ -31,6 +31,7 @@ def rows(tmp_path_factory):
     return read_planned(path)
 
 
+@pytest.mark.slow
 def test_uncertainty_falls_with_amplitude_and_no_estimator_is_below_its_bound(rows):
     small, middle = (planned_value(rows, f"sine-{a:g}", TYPE_A) for a in (0.1, 0.3))
     assert small == pytest.approx(3.0 * middle, rel=0.01)
@@ -41,6 +42,7 @@ def test_uncertainty_falls_with_amplitude_and_no_estimator_is_below_its_bound(ro
     assert planned_value(rows, "best, one way", RATIO, "K", "joint-likelihood") < 0.6
 
 
+@pytest.mark.slow
 def test_claims_are_measured_on_the_rows(rows):
     findings = Findings([], {}, "leg-thesis", planned=rows)
     assert MEASURES["planned_small_over_large"](findings) > 4.0
@@ -52,6 +54,7 @@ def test_claims_are_measured_on_the_rows(rows):
         MEASURES["planned_small_over_large"](Findings([], {}, "leg-thesis"))
 
 
+@pytest.mark.slow
 def test_the_treadmill_left_in_is_compared_with_the_leg():
     values = {"leg": 10.0, "foot": 2.0, "foot-compensated": 9.0}
     estimates = [
@@ -61,6 +64,7 @@ def test_the_treadmill_left_in_is_compared_with_the_leg():
     assert MEASURES["treadmill_left_in"](Findings(estimates, {}, "leg-thesis")) == pytest.approx(8.0)
 
 
+@pytest.mark.slow
 def test_the_chapter_follows_the_rows(rows):
     joint = {"inertia_Nms2_per_rad": 0.015, "damping_Nms_per_rad": 0.1, "stiffness_Nm_per_rad": [10.0, 15.0]}
     data = planned_data(rows, joint)
