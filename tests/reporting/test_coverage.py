@@ -1,5 +1,6 @@
 """Coverage of intervals: rows of the study, dropped sources, drawn laboratories."""
 
+import contextlib
 import json
 import os
 from dataclasses import replace
@@ -32,6 +33,7 @@ from tepsipe.reporting.numbers.coverage import _list, coverage_data
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
 from workflow.support.start import merged_settings
+from workflow.support.stopped import write_record
 
 SETS = {"nominal": {}, "shifted-means": {"shift": 1.0}, "heavy-tails": {"student_freedom": 3}}
 COVERAGE = {"laboratories": 6, "seed": 1, "also_evaluated": [], "sets": SETS}
@@ -232,7 +234,7 @@ def test_report_is_typeset(tmp_path, root):
     typst = pytest.importorskip("typst")
     data = said(tmp_path, many(96, 100) + many(50, 60, "", "shifted-means"), [laboratory(1)])
     assert data["shifted"] and data["by_set"]["rows"]
-    for name in ("coverage.typ", "style.typ"):
+    for name in ("coverage.typ", "style.typ", "data.typ", "format.typ"):
         (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
     for name in ("coverage.svg", "intervals.svg"):
         (tmp_path / name).write_text('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>')
@@ -341,8 +343,8 @@ def stopped(monkeypatch, tmp_path, words, **found):
     def ends(folder, log):
         log.write_text(words, encoding="utf-8")
         if found:
-            (folder / laboratories.STOPPED).parent.mkdir(parents=True)
-            (folder / laboratories.STOPPED).write_text(json.dumps(found), encoding="utf-8")
+            with contextlib.chdir(folder):
+                write_record(**found)
         return 1
 
     monkeypatch.setattr(laboratories, "_snakemake", ends)
@@ -351,7 +353,7 @@ def stopped(monkeypatch, tmp_path, words, **found):
 
 def test_what_stops_a_laboratory_for_good_is_told_apart_from_what_may_pass(monkeypatch, tmp_path):
     sentence = "tepsipe: fit_dummy/sine: expected 8 markers, found 7: export it again"
-    about = {"rule": "fit_dummy", "log": "x.log", "said": sentence}
+    about = {"about": "fit_dummy/sine", "log": "x.log", "said": sentence}
     said = stopped(monkeypatch, tmp_path / "a", "", **about, lasting=True)
     assert said == sentence.removeprefix("tepsipe: ")
     with pytest.raises(OSError, match="expected 8 markers"):
