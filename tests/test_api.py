@@ -395,6 +395,7 @@ def test_periodic_perturbation_is_averaged_over_whole_periods():
     refused(lambda: frequency_response(time, u, y, averaged_bins=1), "averaged_bins", "found 1")
 
 
+@pytest.mark.slow
 def test_parallel_cascade_of_a_joint_without_reflex_finds_none():
     rng = np.random.default_rng(8)
     time = np.arange(0.0, 40.0, 1.0 / RATE_HZ)

@@ -75,6 +75,7 @@ def test_fit_of_a_whole_record_in_other_units(table, capsys, tmp_path):
     assert there == pytest.approx(same, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_fit_of_the_parallel_cascade(capsys):
     rng = np.random.default_rng(2)
     time = np.arange(0.0, 30.0, 0.004)

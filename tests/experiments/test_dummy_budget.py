@@ -93,6 +93,7 @@ def test_a_property_of_the_leg_contributes_what_the_whole_analysis_with_another_
         assert row == pytest.approx(expected, rel=2e-3, abs=2e-7), pathway
 
 
+@pytest.mark.slow
 def test_the_joint_likelihood_has_the_contributions_of_fits_with_another_leg():
     trial = trial_of_swing(Joint(), noise_m=5e-5)
     pathways = {"likelihood": Pathway("leg", "aligned", "joint-likelihood")}
@@ -110,6 +111,7 @@ def test_the_joint_likelihood_has_the_contributions_of_fits_with_another_leg():
         assert budget.contributions[name][0] == pytest.approx(0.5 * (above - below), rel=2e-3, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_tilted_axes_of_the_motion_capture_do_not_change_the_joint_likelihood():
     trial = trial_of_swing(Joint(), noise_m=1e-6)
     likelihood = {"likelihood": Pathway("leg", "aligned", "joint-likelihood")}

@@ -89,6 +89,7 @@ def checked(recording, options=OPTIONS, joint_inertia=(0.007, 0.0005)):
     return analysis, check_dummy(recording, options, analysis, QUOTED, joint_inertia)
 
 
+@pytest.mark.slow
 def test_clean_trials_raise_hardly_any_alarm_and_quote_the_joint_likelihood(rng):
     alarms = 0
     for _ in range(4):
@@ -161,6 +162,7 @@ def test_a_leg_believed_too_heavy_shows_in_the_inertia_where_that_is_known(rng):
     assert not any(checked(recording, heavy, None)[1].flags.values())
 
 
+@pytest.mark.slow
 def test_noise_that_biases_the_windowed_fit_is_predicted_and_flagged(rng):
     bias, found = [], []
     lowpass = (OPTIONS.lowpass_cutoff_hz, OPTIONS.lowpass_order)

@@ -92,6 +92,7 @@ def test_one_filter_for_all_keeps_the_joint_and_a_filter_for_one_moves_its_dampi
         assert abs(damping(filtered, names[1]) - 0.1) > 0.05
 
 
+@pytest.mark.slow
 def test_pathway_with_other_instants_has_no_column(trial):
     strobed = replace(PRINTED, marker_instants="as-sampled")
     found = specify_dummy(trial, "x", DUMMY, FOOT, CHOSEN, strobed, RECOMMENDED)

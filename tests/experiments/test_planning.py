@@ -153,6 +153,7 @@ def optimal(one_way):
     return optimise_pulse(shaped, expected_likelihood(design(), planned.motion), limits), limits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("one_way", [False, True])
 def test_the_best_pulse_is_no_worse_within_the_limits_and_no_better_than_its_bound(one_way):
     found, limits = optimal(one_way)

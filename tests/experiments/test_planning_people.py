@@ -23,6 +23,7 @@ def test_choices_of_the_estimator_are_those_of_the_study(shipped_config):
     assert vars(OPTIONS) == {**chosen, "windows_s": tuple(chosen["windows_s"])}
 
 
+@pytest.mark.slow
 def test_draws_of_sway_scatter_as_predicted():
     plan = plan_standing(StandingDesign(number=12))
     drawn = draw_standing_estimates(plan, np.random.default_rng(4), 30)

@@ -195,6 +195,7 @@ def test_findings_follow_the_numbers(tmp_path):
     assert "No low-pass removes the treadmill" in findings
 
 
+@pytest.mark.slow
 def test_report_is_typeset(tmp_path, root):
     typst = pytest.importorskip("typst")
     plan_table, _, shapes, filters = frames(tmp_path)

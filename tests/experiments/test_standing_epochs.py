@@ -379,6 +379,7 @@ def test_electromyograms_at_a_rate_that_does_not_fit_are_refused():
 # ---- to a file and back --------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_responses_come_back_from_their_file(tmp_path):
     made = cut(clipped_at(ONSETS_S[1] + 0.3), usual_standing())
     write_result(tmp_path / "responses.h5", epochs_result(made))

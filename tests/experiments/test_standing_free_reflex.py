@@ -156,6 +156,7 @@ def test_windows_count_only_as_far_as_nothing_else_explains_their_spread():
     assert spread[0] < 0.8 and 0.95 < spread[1] <= 1.0
 
 
+@pytest.mark.slow
 def test_type_a_is_the_scatter_between_trials():
     spread = [fitted(group(seed)).parameters[0] for seed in range(1, 13)]
     stated = np.mean([fitted(group(seed)).budget.type_a for seed in range(1, 5)], axis=0)

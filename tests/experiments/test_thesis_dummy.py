@@ -99,6 +99,7 @@ def test_sequential_sampling_lowers_the_printed_damping(belts):
     assert -0.08 < later - at_once < -0.02
 
 
+@pytest.mark.slow
 def test_known_constants_are_found_again_and_other_conditions_predicted():
     belts = {name: belt_motion(trial(peak, pulses=1), path()) for name, peak in PEAKS.items()}
     printed = printed_by(TRUE, belts)

@@ -140,6 +140,7 @@ def test_trial_without_perturbation_or_motion_is_refused(still, rng):
     assert_one_sentence(caught.value, "constant")
 
 
+@pytest.mark.slow
 def test_cross_validation_predicts_every_trial_with_every_trials_parameters():
     stiff, soft = (analyse(trial_with(JOINT * [1.0, 1.0, k], seed=5)) for k in (1.3, 1.0))
     results = {"stiff": wristalyzer_result(stiff), "soft": wristalyzer_result(soft)}
@@ -193,6 +194,7 @@ def of_estimator(analysis, estimator):
     return analysis.fits[estimator].parameters
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOURCES)
 def test_contribution_of_a_source_is_what_the_whole_analysis_returns_with_it(name):
     trial, u = trial_with(noise_rad=1e-4), SOURCES[name].standard_uncertainty

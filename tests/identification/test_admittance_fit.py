@@ -52,6 +52,7 @@ def test_averaged_frequencies_of_a_leaking_record_bias_damping_most():
     assert bias[2] < 0.03
 
 
+@pytest.mark.slow
 def test_interval_from_the_standard_error_covers_the_joint(rng):
     covered, repeats = np.zeros(3), 150
     for _ in range(repeats):

@@ -145,6 +145,7 @@ def test_delay_lag_and_gain_are_found_and_leave_the_joint_alone(still):
     assert values(found) == pytest.approx(values(plain), rel=1e-3, abs=2e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise_m", [1e-5, 1e-4])
 def test_noise_is_measured_and_intervals_cover_the_joint(small, rng, noise_m):
     truth, draws, scaled = np.array([0.007, 0.1, 10.0]), 16, []
@@ -220,6 +221,7 @@ def rubber_record(joint, peak_m_per_s, rng=None):
     return record, np.mean(each, axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("peak", [0.2, 0.4])
 def test_a_joint_that_softens_has_constants_of_small_and_of_working_movements(peak):
     record, at_work = rubber_record(RUBBER, peak)
@@ -234,6 +236,7 @@ def test_a_joint_that_softens_has_constants_of_small_and_of_working_movements(pe
     assert abs(linear.mean[2] - at_work[2]) > 10.0 * abs(found.mean[2] - at_work[2])
 
 
+@pytest.mark.slow
 def test_intervals_hold_at_both_amplitudes_and_the_intervals_contribute(rng):
     inside, draws = np.zeros(6), 8
     for _ in range(draws):

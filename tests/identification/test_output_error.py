@@ -207,6 +207,7 @@ def test_a_joint_that_softens_gives_the_constants_of_small_movements(peak):
     assert found.vaf_angle > 99.95
 
 
+@pytest.mark.slow
 def test_a_linear_joint_is_not_said_to_soften(fitted, small, rng):
     assert fitted.softening is None or abs(fitted.softening[0]) < 0.05
     assert [noisy_fit(small, rng, "instruments").softening for _ in range(3)] == [None] * 3

@@ -193,6 +193,7 @@ def test_known_reflex_is_recovered(delay, rng):
     assert found.muscle.vaf.held_out > 99.5
 
 
+@pytest.mark.slow
 def test_reflex_response_is_that_of_the_muscle(rng):
     trial, _ = joint_with_reflex(rng)
     found = analysed(trial, options=OPTIONS)
@@ -220,6 +221,7 @@ def test_part_of_the_torque_that_is_the_reflex():
     assert np.std(found.reflex_torque - reflex - np.mean(found.reflex_torque - reflex)) < 0.1 * np.std(reflex)
 
 
+@pytest.mark.slow
 def test_reflex_predicts_what_stiffness_alone_cannot(rng):
     trial, _ = joint_with_reflex(rng, noise=0.1, drift=0.02)
     alone = analyse_position_manipulator(trial, OPTIONS, rng)
@@ -266,6 +268,7 @@ def test_no_reflex_is_found_where_there_is_none(noise, drift):
     assert np.abs(gains).max() < 0.15 * GAIN
 
 
+@pytest.mark.slow
 def test_stiffness_that_grows_with_the_angle_is_no_reflex(rng):
     trial, _ = joint_with_reflex(rng, gain=0.0, growth=800.0)
     found = analysed(trial, options=OPTIONS)
@@ -277,6 +280,7 @@ def test_stiffness_that_grows_with_the_angle_is_no_reflex(rng):
     assert rows["K_growth"].ci_low < 800.0 < rows["K_growth"].ci_high
 
 
+@pytest.mark.slow
 def test_weak_reflex_on_a_noisy_record_does_no_harm(rng):
     trial, _ = joint_with_reflex(rng, gain=1.0, noise=1.0, drift=0.05)
     found = analysed(trial)
@@ -298,6 +302,7 @@ def test_joint_that_is_turned_round_answers_the_other_direction(known):
     assert turned.vaf.held_out == pytest.approx(found.vaf.held_out, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_reflex_to_falling_angles_is_found(rng):
     trial, _ = joint_with_reflex(rng, direction=-1)
     found = analysed(trial)
@@ -305,6 +310,7 @@ def test_reflex_to_falling_angles_is_found(rng):
     assert found.gain == pytest.approx(GAIN, rel=0.05)
 
 
+@pytest.mark.slow
 def test_torque_of_the_other_sign_turns_every_constant_and_nothing_else(known):
     trial, found = known
     turned = analysed(altered(trial, torque=np.negative))
@@ -313,6 +319,7 @@ def test_torque_of_the_other_sign_turns_every_constant_and_nothing_else(known):
     assert turned.impedance == pytest.approx(-found.impedance, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_units_scale_the_constants_and_leave_vaf(known):
     trial, found = known
     scaled = analysed(altered(trial, lambda x: 3.0 * x, lambda x: 0.5 * x))
@@ -323,6 +330,7 @@ def test_units_scale_the_constants_and_leave_vaf(known):
     assert scaled.reflex_share == pytest.approx(found.reflex_share, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_levels_of_angle_and_torque_do_not_matter(known):
     trial, found = known
     moved = analysed(altered(trial, lambda x: x - 0.4, lambda x: x + 30.0))
@@ -341,6 +349,7 @@ def test_reflex_that_comes_later_is_found_later():
     assert late.gain == pytest.approx(early.gain, rel=0.05)
 
 
+@pytest.mark.slow
 def test_held_out_part_is_not_fitted():
     trial, _, found = plain()
 
@@ -355,6 +364,7 @@ def test_held_out_part_is_not_fitted():
     assert changed.vaf.held_out < 90.0
 
 
+@pytest.mark.slow
 def test_strong_penalty_leads_back_to_stiffness_alone(known, rng):
     trial, _ = known
     found = analysed(trial, reflex=replace(REFLEX, penalties=(1e9,), stop_radii_rad=()))
@@ -363,6 +373,7 @@ def test_strong_penalty_leads_back_to_stiffness_alone(known, rng):
     assert found.vaf.held_out == pytest.approx(alone.vaf.held_out, abs=0.5)
 
 
+@pytest.mark.slow
 def test_delay_that_the_record_does_not_tell_is_the_expected_one(rng):
     trial, _ = joint_with_reflex(rng, noise=0.5)
     found = analysed(trial, reflex=replace(REFLEX, delay_tolerance=1.0))
@@ -454,6 +465,7 @@ def real_ankle(request, real_data, shipped_config):
     return alone, analyse_parallel_cascade(trial, choices, reflex, rng)
 
 
+@pytest.mark.slow
 def test_real_ankle_is_predicted_better_with_its_reflex(real_ankle):
     alone, both = real_ankle
     assert both.vaf.held_out > 94.2
@@ -462,6 +474,7 @@ def test_real_ankle_is_predicted_better_with_its_reflex(real_ankle):
     assert both.vaf_cross_validated > 88.0
 
 
+@pytest.mark.slow
 def test_real_ankle_has_the_reflex_of_an_ankle(real_ankle):
     alone, both = real_ankle
     assert both.structure.direction == 1

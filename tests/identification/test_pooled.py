@@ -69,6 +69,7 @@ def test_linear_joint_gives_its_constants_back_and_nothing_else(linear):
     assert linear.low["K"] < STIFFNESS < linear.high["K"]
 
 
+@pytest.mark.slow
 def test_friction_is_separated_from_damping_and_hardening_from_stiffness():
     found = fit(trials(friction=0.01, cubic=1500.0))
     assert found.values["friction"] == pytest.approx(0.01, rel=0.2)
@@ -81,6 +82,7 @@ def test_friction_is_separated_from_damping_and_hardening_from_stiffness():
     assert (np.diff(found.shares["friction"][:, 1]) < 0.0).all()
 
 
+@pytest.mark.slow
 def test_softening_is_a_part_of_the_model_where_the_data_ask_for_it():
     found = fit(trials(softening=0.4, cubic=800.0))
     assert found.values["K_softened"] == pytest.approx(0.4 * STIFFNESS, rel=0.15)

@@ -131,6 +131,7 @@ def engine_errors(engine, size):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
 def test_engines_agree_with_the_linear_equations_the_better_the_smaller_the_movement(engine):
     pytest.importorskip(engine)
@@ -145,6 +146,7 @@ def test_engines_agree_with_the_linear_equations_the_better_the_smaller_the_move
 # ---- the estimator -------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_truth_is_recovered_without_noise(model):
     epochs = exact(epochs_by(model), THREE)
@@ -302,6 +304,7 @@ def test_constants_of_the_inertia_are_as_uncertain_as_drawn_ones(rng):
     )
 
 
+@pytest.mark.slow
 def test_intervals_hold_errors_of_the_inertia_which_an_exact_one_hides(rng):
     """Without noise, the only errors are those of masses and centres of mass."""
     whole, tolerance, draws = epochs_of(recorded(), CHAIN, POINTS, tolerance=0.03), 0.03, 9

@@ -175,6 +175,7 @@ def test_belt_that_is_not_perturbed_is_left_to_the_analysis(dummy, limits, rig, 
     assert plausible_trial(quiet, limits, rig, FILES) is quiet
 
 
+@pytest.mark.slow
 def test_markers_of_another_trial_are_refused(dummy, short_truth, limits, rig, tmp_path):
     from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 

@@ -46,6 +46,7 @@ def test_picture_without_a_screen(tmp_path, capsys):
     assert (tmp_path / "own.csv.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_picture_of_markers(dummy_files):
     figure = draw_contents(contents_of(dummy_files["markers"]), "markers")
     assert [ax.get_ylabel().split()[0] for ax in figure.axes] == ["vertical", "forward"]
@@ -72,6 +73,7 @@ def test_picture_of_dflow_text_has_y_upward(tmp_path, rng):
     ]
 
 
+@pytest.mark.slow
 def test_picture_of_a_log_has_an_axis_per_transducer(dummy_files):
     figure = draw_contents(contents_of(dummy_files["log"]), "log")
     assert len(figure.axes) == 14 + 3
@@ -99,6 +101,7 @@ def test_a_file_without_samples_gives_no_picture(tmp_path, capsys):
     assert not (tmp_path / "x.csv.png").exists()
 
 
+@pytest.mark.slow
 def test_plates_and_events_of_a_recording_made_by_others(real_data):
     contents = contents_of(real_data("c3d/HC002D06.c3d"))
     assert contents.events[0] == ("Left Foot Strike", pytest.approx(0.12, abs=0.02))

@@ -146,6 +146,7 @@ def test_ground_reactions_of_a_trial_in_opensims_axes(trial, tmp_path):
     assert not any(columns[name].any() for name in columns if "left" in name)
 
 
+@pytest.mark.slow
 def test_command_writes_every_kind_and_refuses_what_it_cannot(fit, trial, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for arguments in (["fit.h5", "--to", "mat"], ["fit.h5", "--to", "sto", "--trial", "trial.h5"]):

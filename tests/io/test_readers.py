@@ -169,6 +169,7 @@ def test_compressed_file_with_something_behind_it_is_refused(rest, damaged):
     damaged("log.txt.gz", lambda content: content + rest)
 
 
+@pytest.mark.slow
 def test_compressed_file_that_is_a_bomb_is_stopped_early(tmp_path):
     path = tmp_path / "bomb.txt.gz"
     path.write_bytes(gzip.compress(bytes(1 << 20)) * 1000)  # a gigabyte in one megabyte

@@ -126,6 +126,7 @@ def test_c3d_without_a_channel_of_the_belt_takes_belt_fixed_markers(dummy_files,
     assert velocity["markers"] == ["foot1", "foot2", "foot3"]
 
 
+@pytest.mark.slow
 def test_dflow_text_and_a_table_with_its_markers(dummy_files, tmp_path, root):
     (tmp_path / "flow").mkdir()
     (tmp_path / "tables").mkdir()
@@ -263,6 +264,7 @@ def test_people_get_a_table_of_their_own(tmp_path):
     assert "mass_kg" not in (tmp_path / "s" / "config.yaml").read_text()
 
 
+@pytest.mark.slow
 def test_recordings_made_by_others(real_data, tmp_path):
     (tmp_path / "ankle").mkdir()
     shutil.copy(real_data("human-ankle/ankle_trial1.csv.gz"), tmp_path / "ankle")

@@ -310,6 +310,7 @@ def checked(checked_study_of):
     return checked_study_of("coverage")
 
 
+@pytest.mark.slow
 def test_shipped_coverage_study_is_valid_and_evaluates_what_it_estimates(checked):
     study = checked()
     assert study.config["coverage"]["laboratories"] == 20

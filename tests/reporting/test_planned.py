@@ -34,6 +34,7 @@ def rows(tmp_path_factory):
     return read_planned(path)
 
 
+@pytest.mark.slow
 def test_uncertainty_falls_with_amplitude_and_no_estimator_is_below_its_bound(rows):
     small, middle = (planned_value(rows, f"sine-{a:g}", TYPE_A) for a in (0.1, 0.3))
     assert small == pytest.approx(3.0 * middle, rel=0.01)
@@ -44,6 +45,7 @@ def test_uncertainty_falls_with_amplitude_and_no_estimator_is_below_its_bound(ro
     assert planned_value(rows, "best, one way", RATIO, "K", "joint-likelihood") < 0.6
 
 
+@pytest.mark.slow
 def test_claims_are_measured_on_the_rows(rows):
     findings = Findings([], {}, "leg-thesis", planned=rows)
     assert MEASURES["planned_small_over_large"](findings) > 4.0
@@ -55,6 +57,7 @@ def test_claims_are_measured_on_the_rows(rows):
         MEASURES["planned_small_over_large"](Findings([], {}, "leg-thesis"))
 
 
+@pytest.mark.slow
 def test_the_treadmill_left_in_is_compared_with_the_leg():
     values = {"leg": 10.0, "foot": 2.0, "foot-compensated": 9.0}
     estimates = [
@@ -71,6 +74,7 @@ def chapter(rows, tmp_path):
     return chapter_words("planning", study, {"planned": tmp_path / "planned.csv"}, cells=" | ")
 
 
+@pytest.mark.slow
 def test_the_chapter_follows_the_rows(rows, tmp_path):
     words = chapter(rows, tmp_path)
     assert "cannot be halved" in words and "at the same peaks, less than half." in words
@@ -85,6 +89,7 @@ def test_the_chapter_follows_the_rows(rows, tmp_path):
     assert re.search(r"one-sided, torque only \| \S+ \| \+\d", words)
 
 
+@pytest.mark.slow
 def test_the_chapter_of_other_pulses_tells_the_contrary(rows, tmp_path):
     ratios = {"best, belt returns": 0.4, "best, one way": 0.9}
     words = chapter([replace(r, value=ratios[r.design]) if r.measure == RATIO else r for r in rows], tmp_path)

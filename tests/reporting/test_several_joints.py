@@ -124,6 +124,7 @@ def test_section_is_drawn_and_typeset(tables, tmp_path, root):
     assert pdf.startswith(b"%PDF")
 
 
+@pytest.mark.slow
 def test_recordings_are_read_as_they_were_made(tmp_path):
     protocol = replace(PROTOCOL, epochs=2, unperturbed_s=4.0)
     write_chain_trials(tmp_path / "joints.h5", PERSON, protocol, 1, 2)

@@ -42,6 +42,7 @@ def errors(detector, shape, events, peak, repeats, seed=7, **disturbances):
 # ---- accuracy ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [ramp_burst, sine_burst])
 @pytest.mark.parametrize(("events", "peak"), [(40, 5.0), (80, 10.0)])
 def test_change_point_is_within_two_milliseconds(shape, events, peak):
@@ -52,6 +53,7 @@ def test_change_point_is_within_two_milliseconds(shape, events, peak):
     assert abs(found.mean()) + 2.0 * found.std() < 2.5e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("detector", DETECTORS)
 @pytest.mark.parametrize(("events", "peak"), [(40, 5.0), (60, 7.0)])
 def test_every_detector_is_within_five_milliseconds(detector, events, peak):
@@ -201,6 +203,7 @@ def test_the_seed_decides_the_uncertainty(rng):
     assert found[0].standard_error_s != found[2].standard_error_s
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("detector", DETECTORS)
 def test_no_onset_is_made_of_noise(detector):
     rng = np.random.default_rng(13)

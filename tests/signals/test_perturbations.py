@@ -169,6 +169,7 @@ NOISE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("belt", NOISE)
 def test_hours_without_perturbation_end_in_one_sentence(belt, rng):
     with pytest.raises(InputError) as caught:

@@ -57,12 +57,14 @@ def thirds(rng, stiffness):
     return tuple(np.array(column) for column in zip(*found, strict=True))
 
 
+@pytest.mark.slow
 def test_equal_stiffness_is_refused_in_about_5_of_100_records_and_a_change_found(rng):
     level = [equal_means_p(*thirds(rng, [10.0, 10.0, 10.0])) < 0.05 for _ in range(120)]
     assert np.mean(level) == pytest.approx(0.05, abs=0.04)
     assert np.mean([equal_means_p(*thirds(rng, [10.0, 12.0, 14.0])) < 0.05 for _ in range(20)]) > 0.9
 
 
+@pytest.mark.slow
 def test_standard_errors_hold_for_noise_that_is_correlated_within_blocks(rng):
     inside = []
     for _ in range(120):

@@ -103,6 +103,7 @@ def unseen():
     return treadmill(40.0, 0.3, np.random.default_rng(12), memory=True, lever_m=LEVER_M)
 
 
+@pytest.mark.slow
 def test_memory_and_lever_are_found_and_predict_another_mass_and_speed(remembered, unseen):
     trials, calibrated = remembered
     model = calibrated.models["Fy"]
@@ -131,6 +132,7 @@ def test_mean_state_is_that_of_pulses_one_after_the_other(rng):
         assert np.abs(found - each[0]).max() > 0.01
 
 
+@pytest.mark.slow
 def test_treadmill_without_memory_gets_a_model_without_bristles():
     rng = np.random.default_rng(13)
     trials = calibration(rng, memory=False)
@@ -145,6 +147,7 @@ def test_treadmill_without_memory_gets_a_model_without_bristles():
         assert left <= 1.1 * before, c
 
 
+@pytest.mark.slow
 def test_compensation_returns_the_true_load_within_the_spread_of_its_draws(remembered):
     def extra(t):
         return 10.0 * np.exp(-0.5 * ((t - 3.1) / 0.05) ** 2)
@@ -164,6 +167,7 @@ def test_compensation_returns_the_true_load_within_the_spread_of_its_draws(remem
         assert 0.0 < draws[c][:, inside].std(axis=0).max() < before
 
 
+@pytest.mark.slow
 def test_gate_predicts_the_error_of_the_stiffness(remembered, unseen):
     trials, calibrated = remembered
     held_out = read_held_out(held_out_residuals(calibrated, trials, [unseen]))
@@ -194,6 +198,7 @@ def test_gate_predicts_the_error_of_the_stiffness(remembered, unseen):
     assert predicted_error(held_out, reversed_pulse).parameters == pytest.approx(found.parameters)
 
 
+@pytest.mark.slow
 def test_heavier_subjects_and_impossible_constants_are_flagged(remembered):
     model = remembered[1].models["Fy"]
     assert model_flags(model, 64.0) == []
@@ -209,6 +214,7 @@ def test_heavier_subjects_and_impossible_constants_are_flagged(remembered):
         assert model_flags(model.moved(step), 64.0) == ["treadmill-model"], name
 
 
+@pytest.mark.slow
 def test_one_mass_is_refused_and_a_lone_trial_of_a_mass_is_halved(remembered):
     trials = remembered[0]
     with pytest.raises(InputError) as caught:

@@ -15,6 +15,7 @@ from tepsipe.treadmill.recording import check_recordings
 from tepsipe.treadmill.registry import evaluate, fit_model, load_treadmill_models
 
 
+@pytest.mark.slow
 def test_noise_without_ripple_has_no_orders():
     spurious = []
     for seed in range(20):

@@ -47,6 +47,7 @@ def test_signed_offset_may_still_fall_on_either_side():
     assert 0.1 < (values({"normal": 1.0}) < 0.0).mean() < 0.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [{"shift": 1.0}, {"student": 3}])
 def test_shipped_constants_stay_physical_in_shifted_and_heavy_tailed_laboratories(root, change):
     constants = read_settings(root / "config/virtual_lab.yaml")

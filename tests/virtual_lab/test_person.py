@@ -428,6 +428,7 @@ def lagrange(task, command, breaks, instants):
     return np.hstack(found)
 
 
+@pytest.mark.slow
 def test_motion_obeys_the_equations_of_lagrange():
     """Belt and segments move as a derivation by virtual work says, which shares no line with the other."""
     command = one_pulse(0.4)

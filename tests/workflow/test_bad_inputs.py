@@ -49,6 +49,7 @@ def good(tmp_path_factory, shipped_truth):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("experiment", RAW)
 def test_good_trials_are_ingested(experiment, good, shipped_config):
     for name in ("good", OTHER):
@@ -57,6 +58,7 @@ def test_good_trials_are_ingested(experiment, good, shipped_config):
         assert ingest(experiment, good / "dummy/good", shipped_config, True).time.size > 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("entry", FILES[::2], ids=lambda entry: entry.name)
 def test_a_spoiled_file_is_refused(entry, good, shipped_config):
     folder = good / entry.experiment / "spoiled"

@@ -151,6 +151,7 @@ def test_jobs_that_have_lost_their_run_are_waited_for(place, started, at_work, m
     assert len(started) == 1
 
 
+@pytest.mark.slow
 def test_check_names_the_file_and_the_line(place, root, monkeypatch, capfd):
     assert cli.main(["check"]) == 2
     assert "expected the folder of the study" in capfd.readouterr().err
