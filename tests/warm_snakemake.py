@@ -14,7 +14,7 @@ import traceback
 from pathlib import Path
 
 # of others: what a study imports of this project belongs to the study's own copy
-PACKAGES = ("snakemake.cli", "snakemake.report", "jsonschema", "yaml")
+PACKAGES = ("snakemake.cli", "snakemake.report", "pydantic", "yaml")
 
 
 class WarmSnakemake:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.signals.perturbations import Perturbation
 
 LEAST_REST_S = 0.25
@@ -132,11 +131,3 @@ def check_probability(confidence: float) -> None:
             f"confidence: expected a probability from 0.5 to below 1, found {confidence:g}: give 0.95 for "
             "95 %"
         )
-
-
-def undetermined(found: str) -> InputError:
-    """Refusal of an angle that does not determine I, B and K; ``found`` says what shows it (no unit)."""
-    return InputError(
-        f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {found}: "
-        "check that the markers and the belt moved, and the geometry in the configuration"
-    )

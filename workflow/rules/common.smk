@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support import groups, outputs, runs
+from workflow.support.captions import caption_file
 from workflow.support.laboratories import Laboratories
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
@@ -110,9 +111,16 @@ def meant_in(*names):
     return found
 
 
-def library_of(script):
-    """The modules that a script reaches: an edit of one re-runs the rule."""
-    return [here(path) for path in reached_by(f"workflow/scripts/{script}.py", workflow.basedir)]
+def library_of(script, *modules):
+    """The modules that a script reaches, and those that it loads by name: an edit of one re-runs the rule."""
+    starts = (f"workflow/scripts/{script}.py", *modules)
+    found = {path for start in starts for path in reached_by(start, workflow.basedir)}
+    return [here(path) for path in sorted(found.union(modules))]
+
+
+def chapter_modules(names):
+    """Modules of chapters of the report."""
+    return [f"tepsipe/reporting/chapters/{name}.py" for name in names]
 
 
 def here(path):
@@ -131,8 +139,13 @@ def laboratory_sources():
 def report_sources():
     """Typst sources, captions and references of the report."""
     folder = Path(workflow.basedir) / "report"
-    files = sorted(p for p in folder.rglob("*") if p.suffix in (".typ", ".rst", ".bib"))
+    files = sorted(p for p in folder.rglob("*") if p.suffix in (".typ", ".yaml", ".bib"))
     return [here(path) for path in files]
+
+
+def caption(name):
+    """File of a caption, for Snakemake's report."""
+    return caption_file(Path(workflow.basedir) / "report/captions.yaml", name)
 
 
 def figure_files(name, folder=None):
@@ -141,14 +154,14 @@ def figure_files(name, folder=None):
     Those in a folder of their own, for example of one participant, are not in the report.
     """
     files = {}
-    for figure, caption in outputs.figures_of(STUDY, name).items():
+    for figure, text in outputs.figures_of(STUDY, name).items():
         if folder is not None:
             files[figure] = f"<results>/figures/{folder}/{figure}.svg"
             files[f"{figure}_png"] = f"<results>/figures/{folder}/{figure}.png"
             continue
         files[figure] = report(
             f"<results>/figures/{figure}.svg",
-            caption=f"../../report/captions/{caption}.rst",
+            caption=caption(text),
             category=outputs.category_of(name),
             labels={"figure": figure.removeprefix("figure_").replace("_", "-")},
         )

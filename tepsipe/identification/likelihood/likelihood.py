@@ -41,9 +41,9 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.identification.arguments import undetermined
 from tepsipe.identification.likelihood.channels import Channels, DummyMarkers, make_channels
 from tepsipe.identification.likelihood.model import LINEAR, SOFTENING, JointModel, Motion, Point, Spectra
+from tepsipe.identification.regression.windows import undetermined
 from tepsipe.mechanics.inverse_dynamics import Leg
 
 

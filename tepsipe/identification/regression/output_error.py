@@ -49,8 +49,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.identification.arguments import undetermined
-from tepsipe.identification.regression.windows import WindowedFits, regress_perturbations
+from tepsipe.identification.regression.windows import WindowedFits, regress_perturbations, undetermined
 from tepsipe.mechanics.impedance_model import impedance_torque, simulate_angle
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMotion

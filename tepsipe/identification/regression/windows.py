@@ -219,3 +219,11 @@ def damping_per_skew(
         for k in (0, 1)
     ]
     return float((damping[1] - damping[0]) / (2.0 * skew_s))
+
+
+def undetermined(found: str) -> InputError:
+    """Refusal of an angle that does not determine I, B and K; ``found`` says what shows it (no unit)."""
+    return InputError(
+        f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {found}: "
+        "check that the markers and the belt moved, and the geometry in the configuration"
+    )
