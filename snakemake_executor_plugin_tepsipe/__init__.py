@@ -8,6 +8,7 @@ fork of it. Where processes cannot be forked safely (macOS, Windows), each job i
 are the same for both. A job ends with the run that started it, also if the run is killed.
 """
 
+import asyncio
 import contextlib
 import multiprocessing
 import os
@@ -53,7 +54,7 @@ class Executor(RealExecutor):
     def run_job(self, job):
         """Start the process of a job, and a thread that waits for it."""
         info = SubmittedJobInfo(job=job)
-        self.workflow.async_run(job.prepare())
+        asyncio.run(job.prepare())
         self.report_job_submission(info)
         if job.is_norun:  # the rule of all outputs has no script
             self.report_job_success(info)

@@ -1,10 +1,24 @@
-"""Read the study's own HDF5 files, or refuse them in one sentence."""
+"""Read the study's own HDF5 files, or refuse them in one sentence; write their arrays."""
 
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
+import numpy as np
+
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.guarded import guarded
+
+# a smaller array (bytes) would grow by what compression needs itself
+LARGE_BYTES = 4096
+
+
+def write_array(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Dataset:
+    """Write an array and return its dataset; a large one is compressed, without loss."""
+    values = np.asarray(values)
+    if values.nbytes < LARGE_BYTES:
+        return group.create_dataset(name, data=values)
+    return group.create_dataset(name, data=values, compression="gzip", compression_opts=1, shuffle=True)
 
 
 def read_hdf5(

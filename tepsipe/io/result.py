@@ -1,13 +1,15 @@
 """HDF5 files for the results of an analysis: named arrays with units, and named facts."""
 
 import json
+import os
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from tepsipe.io.hdf5_file import read_hdf5
+from tepsipe.io.hdf5_file import LARGE_BYTES, read_hdf5, write_array
 
 
 @dataclass(frozen=True)
@@ -29,16 +31,34 @@ class Result:
     facts: dict
 
 
-def write_result(path: str | Path, result: Result) -> None:
+def write_result(path: str | Path, result: Result, linked: Mapping[str, str | Path] | None = None) -> None:
     """Write arrays with their unit as attribute ``units``, and the facts as one JSON attribute.
 
-    Without compression: it would save a tenth of the size and take ten times as long.
+    Large arrays that are equal are stored once and have several names.
+
+    Parameters
+    ----------
+    path : str or Path
+        File to write.
+    result : Result
+        Its arrays and facts (units in it).
+    linked : dict of str to path, optional
+        Name of a signal -> another HDF5 file that holds it by the same name. The result links to it there and
+        stores no copy.
     """
+    stored: dict[tuple, h5py.Dataset] = {}
     with h5py.File(path, "w") as file:
         file.attrs["facts"] = json.dumps(result.facts, sort_keys=True)
         for name, values in result.arrays.items():
-            dataset = file.create_dataset(name, data=values)
-            dataset.attrs["units"] = result.units[name]
+            content = np.ascontiguousarray(values)
+            key = (result.units[name], content.dtype.str, content.shape, content.tobytes())
+            if content.nbytes >= LARGE_BYTES and key in stored:
+                file[name] = stored[key]
+                continue
+            stored[key] = write_array(file, name, values)
+            stored[key].attrs["units"] = result.units[name]
+        for name, other in (linked or {}).items():
+            file[name] = h5py.ExternalLink(os.path.relpath(other, Path(path).parent), name)
 
 
 def joined(*results: Result) -> Result:
@@ -63,14 +83,22 @@ def read_result(path: str | Path) -> Result:
 
 def _read(path: str | Path) -> Result:
     arrays, units = {}, {}
-
-    def collect(name: str, item) -> None:
-        if isinstance(item, h5py.Dataset):
-            arrays[name] = item[...]
-            units[name] = item.attrs["units"]
-            if not isinstance(name, str) or not isinstance(units[name], str):
-                raise ValueError(f"a name or unit of {name!r} that is no text")
-
     with h5py.File(path, "r") as file:
-        file.visititems(collect)
+        for name, dataset in _datasets(file):
+            arrays[name] = dataset[...]
+            units[name] = dataset.attrs["units"]
+            if not isinstance(units[name], str):
+                raise ValueError(f"a unit of {name!r} that is no text")
         return Result(arrays, units, json.loads(file.attrs["facts"]))
+
+
+def _datasets(group: h5py.Group, before: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
+    """All names of datasets, also several of one dataset and those of linked ones."""
+    for name in group:
+        if not isinstance(name, str):
+            raise ValueError(f"a name {name!r} that is no text")
+        item = group[name]
+        if isinstance(item, h5py.Dataset):
+            yield before + name, item
+        else:
+            yield from _datasets(item, f"{before}{name}/")

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.io.hdf5_file import read_hdf5
+from tepsipe.io.hdf5_file import read_hdf5, write_array
 
 
 @dataclass(frozen=True)
@@ -131,13 +131,11 @@ def write_trial(
             if values.dtype.kind in "US":
                 scale = file.create_dataset(name, data=values.astype(object), dtype=h5py.string_dtype())
             else:
-                scale = file.create_dataset(name, data=values)
+                scale = write_array(file, name, values)
                 scale.attrs["units"] = "s"
             scale.make_scale(name)
         for name, signal in trial.signals.items():
-            dataset = file.create_dataset(
-                name, data=signal.values, compression="gzip", compression_opts=1, shuffle=True
-            )
+            dataset = write_array(file, name, signal.values)
             dataset.attrs["units"] = signal.unit
             dataset.attrs["long_name"] = signal.meaning
             dataset.attrs["rate_hz"] = _rate(trial, signal)

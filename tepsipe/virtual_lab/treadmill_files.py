@@ -44,8 +44,7 @@ def write_treadmill_log(
         "command_m_per_s": command.astype(np.float32)[:, None],
         "trigger_V": trigger.astype(np.float32)[:, None],
     }
-    # noise hardly shrinks: compression takes longer than all else in writing, and saves a quarter
-    scipy.io.savemat(path, content)
+    scipy.io.savemat(path, content, do_compression=True)
     # the header holds the date of writing: the same study must give the same bytes
     with open(path, "r+b") as file:
         file.write(b"MATLAB 5.0 MAT-file, instrumented treadmill log".ljust(116))

@@ -203,5 +203,4 @@ def test_fit_does_not_need_the_command():
     without = replace(trial, signals={k: s for k, s in trial.signals.items() if k != "belt_command"})
     found = analyse_dummy(without, OPTIONS, {"leg": PATHWAYS["leg"]})
     assert found.regressions["leg"].mean[2] == pytest.approx(10.0, rel=0.01)
-    result = dummy_result(found)
-    assert "belt_command" not in result.arrays
+    assert "belt_command" not in dummy_result(found).arrays

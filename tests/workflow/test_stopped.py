@@ -91,6 +91,8 @@ def test_a_bug_leaves_its_trace(run_job, tmp_path, monkeypatch):
     assert (record["said"], record["lasting"]) == ("KeyError: 'nothing'", True)
     monkeypatch.chdir(tmp_path)
     assert what_stopped("run.log") == ["tepsipe: fit/sine: a bug, see job.log"]
+    run_job(r"raise RuntimeError('several\nlines\n')")
+    assert records()[0]["said"] == "lines"
 
 
 def test_sentence_that_finds_no_place_in_the_log_is_kept_in_the_record(run_job, tmp_path, monkeypatch):

@@ -30,7 +30,7 @@ def write_record(about: str, log: str, said: str = "", lasting: bool = False) ->
     ``said`` is the text of the log, of which the last line is kept. ``lasting`` means that the same would
     happen again: it is not due to a signal or a full disk.
     """
-    lines = said.splitlines()
+    lines = said.strip().splitlines()
     content = {"about": about, "log": log, "said": lines[-1] if lines else "", "lasting": lasting}
     record = _record_of(log)
     with contextlib.suppress(OSError):

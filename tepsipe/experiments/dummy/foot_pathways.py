@@ -191,8 +191,6 @@ def analyse_foot(
             )
     return DummyAnalysis(
         time=time,
-        belt_velocity=belt_velocity,
-        belt_command=trial.optional("belt_command"),
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,
