@@ -154,9 +154,9 @@ class Analysis:
             DURATION_S,
         )
         processed = process_standing(trial, name, self.standing, {"ankle": TorquePathway("ankle", None)}, {})
-        epochs = cut_standing_epochs(trial, processed, name, self.cutting)
+        epochs = cut_standing_epochs(processed, self.cutting)
         lowpass = Lowpass(self.choices.options.lowpass_cutoff_hz, section["analysis"]["lowpass_order"], True)
-        broadband = cut_broadband(trial, name, processed, epochs, self.standing, self.cutting, lowpass, {})
+        broadband = cut_broadband(processed, epochs, self.standing, self.cutting, lowpass, {})
         return epochs, broadband
 
     def quoted(self, epochs: list, broadband: list, name: str):

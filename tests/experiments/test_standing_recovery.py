@@ -95,7 +95,7 @@ def responses(truth, choices, tmp_path_factory):
             )
             processed = process_standing(trial, name, standing, PATHWAYS, {})
             assert processed.fault is None
-            found[task].append(cut_standing_epochs(trial, processed, name, cutting))
+            found[task].append(cut_standing_epochs(processed, cutting))
     return found
 
 

@@ -225,7 +225,7 @@ def test_standing_person_from_one_file(short_truth, shipped_config, tmp_path):
     ]
     responses = [
         cut_standing_epochs(
-            t, process_standing(t, "t", standing, {"a": TorquePathway("ankle", None)}, {}), "t", CUTTING
+            process_standing(t, "t", standing, {"a": TorquePathway("ankle", None)}, {}), CUTTING
         )
         for t in trials
     ]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -23,10 +23,9 @@ from tepsipe.mechanics.forward_dynamics import (
 )
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
-from tepsipe.mechanics.segment_kinematics import segment_motion
-from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
+from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.treadmill.prepared import prepare_trial
 
 MEASURED_TORQUES = {"tau": "leg-thesis", "tau_consistent": "leg"}
 
@@ -110,20 +109,9 @@ def simulate_condition(
     InputError
         If the recording cannot be processed, or the dummy cannot be simulated.
     """
-    rate, time = trial.rate_hz, trial.time
-    velocity = butterworth_lowpass(
-        trial.values("belt_velocity"), rate, options.lowpass_cutoff_hz, options.lowpass_order
-    )
-    at_rest = rest_samples(time, options.window)
-    motion = segment_motion(
-        time,
-        trial.values("marker_position"),
-        options.leg_markers,
-        options.leg.com_m,
-        labels=trial.axes["marker"].tolist(),
-        cutoff_hz=options.lowpass_cutoff_hz,
-        order=options.lowpass_order,
-    )
+    prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
+    time, velocity, at_rest = prepared.time, prepared.belt_velocity, prepared.at_rest
+    motion = leg_motion(prepared, options, "aligned")
     torques = {}
     for name, pathway in MEASURED_TORQUES.items():
         torque = TORQUE_PATHWAYS[pathway](
@@ -148,7 +136,7 @@ def simulate_condition(
         time=time,
         theta=motion.theta - standing,
         torques=torques,
-        perturbations=perturbations_of(velocity, rate, options.window, "belt velocity"),
+        perturbations=prepared.perturbations,
         joints=joints,
         simulations=simulations,
     )

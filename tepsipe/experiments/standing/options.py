@@ -59,6 +59,11 @@ class Person:
         """Names of all markers, each once (no unit)."""
         return tuple(dict.fromkeys((*self.foot.labels, *self.shank.labels, *self.thigh.labels)))
 
+    @property
+    def weight(self) -> float:
+        """Weight of the whole body (N)."""
+        return self.mass_kg * self.body.gravity_m_per_s2
+
 
 @dataclass(frozen=True)
 class StanceLimits:

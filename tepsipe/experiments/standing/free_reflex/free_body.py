@@ -16,7 +16,6 @@ import scipy
 from tepsipe.experiments.standing.free_reflex.joint_centre import hindfoot
 from tepsipe.experiments.standing.joint_torque import StandingTrial, segment_poses
 from tepsipe.experiments.standing.options import Person, StandingOptions
-from tepsipe.io.trial import Trial
 from tepsipe.mechanics.anthropometry import Feet
 from tepsipe.mechanics.inverse_dynamics import PlateLoad, standing_torque
 from tepsipe.signals.differentiation import derivative
@@ -24,7 +23,7 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.time_alignment import advanced
 from tepsipe.treadmill.compensation import added_per_kg, compensated_draws, compensated_loads
 from tepsipe.treadmill.registry import FittedModel
-from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
+from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
 
 SIGNALS = ("torque", "ankle", "ankle_d")
 # soft tissue on the shank: natural frequency (Hz) and damping ratio (-) of the one that is propagated
@@ -143,8 +142,6 @@ class FreeBody:
 
 
 def free_body(
-    trial: Trial,
-    name: str,
     standing: StandingTrial,
     options: StandingOptions,
     lowpass: Lowpass,
@@ -155,12 +152,8 @@ def free_body(
 
     Parameters
     ----------
-    trial : Trial
-        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
-    name : str
-        Names the trial in messages.
     standing : StandingTrial
-        The same trial with the filter of all signals (s).
+        The trial with the filter of all signals (s).
     options : StandingOptions
         Choices (units in their names).
     lowpass : Lowpass
@@ -180,28 +173,23 @@ def free_body(
     InputError
         If the belt or a marker is not in the trial, or the rate is not that of the calibration.
     """
-    time, rate, person = trial.time, trial.rate_hz, options.person
-    loads = filtered_load(trial, name, options.belt, lowpass)
-    labels = trial.axes["marker"].tolist()
-    positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), rate)
+    prepared = standing.prepared.behind(lowpass)
+    time, rate, person, labels = prepared.time, prepared.rate_hz, options.person, prepared.markers
+    loads = prepared.load(options.belt)
+    positions = prepared.filtered(prepared.trial.values("marker_position")[:, :, 1:].astype(float))
     origin = np.asarray(offset_m, dtype=float)
     poses = segment_poses(positions, labels, person, origin) | {
         "foot": hindfoot(positions, labels, person)[0]
     }
-    rest = standing.unperturbed
-    carried_kg = float(loads["Fz"][rest].mean()) / person.body.gravity_m_per_s2
-    recordings = recordings_of_loads(
-        trial,
-        name,
-        name,
-        lowpass,
-        rest,
-        {key: loads[key] - loads[key][rest].mean() for key in COMPONENTS},
-        dict.fromkeys(COMPONENTS, np.zeros(time.size)),
-        carried_kg,
-        np.ones(time.size, dtype=bool),
-        tuple(np.searchsorted(time, standing.onsets_s).tolist()),
-    )
+    still = standing.unperturbed
+    carried_kg = float(loads["Fz"][still].mean()) / person.body.gravity_m_per_s2
+    above_rest = {component: loads[component] - loads[component][still].mean() for component in COMPONENTS}
+    # from where the belt starts: a detected start precedes it by the width of the filter
+    onsets = tuple(np.searchsorted(time, standing.onsets_s).tolist())
+    recordings = {
+        component: replace(recording, onsets=onsets)
+        for component, recording in recordings_of_loads(prepared, above_rest, carried_kg).items()
+    }
     belt_dd = recordings["Fy"].acceleration
     peak = float(np.abs(standing.belt_velocity).max())
     tissues = []
@@ -223,7 +211,7 @@ def free_body(
         draws = (by_draw["Mx"] - found["Mx"]) + height * (by_draw["Fy"] - found["Fy"])
         pressed = loads["Fz"] / person.body.gravity_m_per_s2 - carried_kg
         per_kg = added_per_kg(models, recordings)
-        used = {c: found[c] - pressed * per_kg[c] + loads[c][rest].mean() for c in COMPONENTS}
+        used = {c: found[c] - pressed * per_kg[c] + loads[c][still].mean() for c in COMPONENTS}
     table = np.column_stack([used["Fy"], loads["Fz"], used["Mx"]])
     return FreeBody(
         person=person,
