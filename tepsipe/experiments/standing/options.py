@@ -8,6 +8,8 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 
 TORQUES = ("ankle-thesis", "ankle", "single-joint")
+# models of the delayed torque of the muscles; the last is that of `tepsipe.experiments.standing.free_reflex`
+NONE, VELOCITY, EMG, FREE = ACTIVE = ("none", "velocity", "emg", "free")
 BELTS = {"left": "right", "right": "left"}
 
 
@@ -119,3 +121,22 @@ class StandingOptions:
     window: WindowOptions
     quiet_after_s: float
     limits: StanceLimits
+
+
+@dataclass(frozen=True)
+class StandingEstimator:
+    """One estimator of parameters from responses.
+
+    Attributes
+    ----------
+    window_s : float
+        Length of the fitted window from the onset (s).
+    inertia : bool
+        Whether I is estimated; the torque does not contain the inertia of the feet or of the body.
+    active : {"none", "velocity", "emg", "free"}
+        Model of the delayed torque of the muscles.
+    """
+
+    window_s: float
+    inertia: bool
+    active: str

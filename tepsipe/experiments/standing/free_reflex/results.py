@@ -7,6 +7,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of
+from tepsipe.experiments.standing.estimates import UNITS, Fits, StandingFit, generator
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
 from tepsipe.experiments.standing.free_reflex.fit import (
@@ -15,9 +16,8 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     FreeReflexOptions,
     fit_free_reflex,
 )
-from tepsipe.experiments.standing.thesis.impedance import FREE, UNITS, StandingEstimator, StandingFit
+from tepsipe.experiments.standing.options import FREE, StandingEstimator
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
-from tepsipe.experiments.standing.thesis.results import Fits, generator
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
