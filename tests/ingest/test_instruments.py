@@ -316,9 +316,11 @@ def recordings():
     return log, calibration, Markers(250.0, tuple(LABELS), positions)
 
 
+NAMES = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"}
+
+
 def ingest_all(log, calibration, markers, options=TREADMILL, duration_s=4.0):
-    names = ("log.mat", "calibration.csv", "markers.c3d")
-    return ingest_treadmill(log, calibration, markers, options, duration_s, *names)
+    return ingest_treadmill(log, calibration, markers, options, duration_s, NAMES)
 
 
 def test_treadmill_signals_and_markers_come_out_on_one_clock(recordings):
@@ -361,8 +363,7 @@ def test_hidden_marker_is_filled_and_marked(recordings):
 
 
 def bridged(log, calibration, markers):
-    names = ("log.mat", "calibration.csv", "markers.c3d")
-    return ingest_treadmill(log, calibration, markers, TREADMILL, 4.0, *names, bridge_long_gaps=True)
+    return ingest_treadmill(log, calibration, markers, TREADMILL, 4.0, NAMES, bridge_long_gaps=True)
 
 
 def test_marker_hidden_too_long_is_bridged_and_marked_where_that_is_asked_for(recordings):

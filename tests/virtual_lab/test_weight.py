@@ -301,9 +301,7 @@ def ingested(files, options=OPTIONS, duration_s=DURATION_S):
         read_markers(files["markers"], list(MARKERS)) if with_markers else None,
         options,
         duration_s,
-        "log.mat",
-        "calibration.csv",
-        "markers.c3d" if with_markers else None,
+        {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
     )
 
 

@@ -18,6 +18,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.forward_dynamics import (
     ForwardSimulation,
     Joint,
+    Start,
     rest_angle_of_standing,
     simulate_dummy,
 )
@@ -129,8 +130,8 @@ def simulate_condition(
             foot,
             Joint(inertia, damping, stiffness, reference),
             step_s,
-            standing,
-            engine=engine,
+            engine,
+            Start(standing, 0.0),
         )
     return SimulatedCondition(
         time=time,

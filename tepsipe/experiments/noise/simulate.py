@@ -5,7 +5,7 @@ import numpy as np
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.noise.trial import SimulatedTrial
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
+from tepsipe.mechanics.forward_dynamics import Joint, refuse_unstable, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.treadmill.prepared import prepare_trial
 
@@ -50,15 +50,16 @@ def simulate_trial(
     """
     prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
     velocity = prepared.belt_velocity
+    joint = Joint(*parameters)
+    refuse_unstable(options.leg, joint)
     s = simulate_dummy(
         prepared.time,
         velocity - np.median(velocity[prepared.at_rest]),
         options.leg,
         foot,
-        Joint(*parameters),
+        joint,
         step_s,
-        must_stand=True,
-        engine=engine,
+        engine,
     )
     return SimulatedTrial(
         name=name,

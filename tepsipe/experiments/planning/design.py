@@ -9,7 +9,7 @@ import numpy as np
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse
 from tepsipe.mechanics.engines.interface import Joint
-from tepsipe.mechanics.forward_dynamics import ForwardSimulation, simulate_dummy
+from tepsipe.mechanics.forward_dynamics import ForwardSimulation, refuse_unstable, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.filters import Lowpass
@@ -327,9 +327,8 @@ def expected_motion(design: Design) -> ExpectedMotion:
     velocity = belt_velocity(protocol, moved, time)
     stride = math.ceil(1.0 / (rig.camera_rate_hz * STEP_S) - 1e-9)
     step = 1.0 / (rig.camera_rate_hz * stride)
-    simulated = simulate_dummy(
-        time, velocity, design.leg, design.foot, design.joint, step, must_stand=True, engine="equations"
-    )
+    refuse_unstable(design.leg, design.joint)
+    simulated = simulate_dummy(time, velocity, design.leg, design.foot, design.joint, step, "equations")
     if simulated.fell_at_s is not None:
         raise InputError(
             "protocol: expected a leg that stays upright, found that it falls "
