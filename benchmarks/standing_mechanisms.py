@@ -43,6 +43,7 @@ from tepsipe.signals.filters import Lowpass  # noqa: E402
 from tepsipe.signals.onsets import OnsetOptions  # noqa: E402
 from tepsipe.virtual_lab.person_mechanisms import MECHANISMS, without  # noqa: E402
 from tepsipe.virtual_lab.standing_trial import make_standing_trial  # noqa: E402
+from tepsipe.virtual_lab.treadmill_trial import Protocol  # noqa: E402
 from workflow.scripts.standing_choices import (  # noqa: E402
     active_options,
     epoch_options,
@@ -192,8 +193,9 @@ def recorded(analysis: Analysis, name: str, truth: dict, task: str, seed: int) -
             kinds = {"log": "mat", "calibration": "csv", "markers": "c3d", "emg": "edf"}
             files = {kind: Path(folder) / f"{profile}.{ending}" for kind, ending in kinds.items()}
             motion = Path(folder) / f"{profile}.h5"
-            protocol = (f"{task}-{profile}", task, profile, amplitude, INTERVAL_S, DURATION_S)
-            make_standing_trial(truth | {"seed": seed}, *protocol, **files, motion_file=motion)
+            protocol = Protocol(profile, amplitude, INTERVAL_S, DURATION_S)
+            made = files | {"motion": motion}
+            make_standing_trial(truth | {"seed": seed}, f"{task}-{profile}", task, protocol, made)
             both = analysis.responses(files, f"{name}/{task}/{profile}")
             epochs.append(both[0])
             broadband.append(both[1])

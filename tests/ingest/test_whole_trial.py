@@ -32,6 +32,7 @@ from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.treadmill.registry import FamilyOptions, fit_model
 from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, plate_recordings
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 
 BELT = ScaledChannel("Belt speed", 0.5, 2.5)
@@ -178,7 +179,7 @@ def loads(short_truth, shipped_config, tmp_path_factory):
         folder = tmp_path_factory.mktemp(experiment)
         files = {"log": folder / "log.mat", "calibration": folder / "calibration.csv"}
         files |= {} if marked is None else {"markers": folder / "markers.c3d"}
-        make_weight_trial(truth, "sine-0.5", "sine", 0.5, 2.0, 14.0, **files)
+        make_weight_trial(truth, "sine-0.5", Protocol("sine", 0.5, 2.0, 14.0), files)
         path = single_c3d(files, folder / "one.c3d", duration_s=14.0)
         gaps = (None, None) if marked is None else (0.1, 2500.0)
         options = TreadmillOptions(250.0, *gaps, 2.5)
@@ -212,7 +213,7 @@ def test_compensated_foot_from_one_file(ingested, loads, dummy):
 def test_standing_person_from_one_file(short_truth, shipped_config, tmp_path):
     kinds = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d", "emg": "emg.edf"}
     files = {kind: tmp_path / name for kind, name in kinds.items()}
-    make_standing_trial(short_truth, "relax", "relax", "sine", 0.5, (3.0, 3.2), 32.0, **files)
+    make_standing_trial(short_truth, "relax", "relax", Protocol("sine", 0.5, (3.0, 3.2), 32.0), files)
     section = shipped_config["standing"]
     channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
     labels = section["files"]["marker_labels"]
