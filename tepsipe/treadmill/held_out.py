@@ -68,7 +68,7 @@ class HeldOut:
     kg: np.ndarray
     velocity: np.ndarray
     residual: dict[str, list[np.ndarray]]
-    below_limit_kg: tuple[float, ...] = ()
+    below_limit_kg: tuple[float, ...]
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,9 @@ from tepsipe.treadmill.recording import BeltRecording
 
 # the moment first: it identifies the frame with which the force is fitted
 COMPONENTS = {"Mx": "Nm", "Fy": "N"}
+# the zero of a pulse is the mean load over this time, but at most over half the time since the last pulse,
+# until so long before the pulse (s)
+ZERO_BEFORE_S, ZERO_GAP_S = 1.0, 0.04
 
 
 @dataclass(frozen=True)
@@ -127,7 +130,7 @@ def plate_recordings(
     }
 
 
-def zeroed_per_pulse(recording: BeltRecording, before_s: float = 1.0, gap_s: float = 0.04) -> BeltRecording:
+def zeroed_per_pulse(recording: BeltRecording) -> BeltRecording:
     """The recording with a zero of its own for every pulse: the mean load before it is subtracted.
 
     Transducers drift, and the friction of a belt with memory leaves a force behind that lasts until the
@@ -137,9 +140,6 @@ def zeroed_per_pulse(recording: BeltRecording, before_s: float = 1.0, gap_s: flo
     ----------
     recording : BeltRecording
         A trial with separate pulses; others are returned unchanged (units in the class).
-    before_s, gap_s : float
-        The mean is that of ``before_s``, but at most of half the time since the last pulse, until
-        ``gap_s`` before the pulse (s).
 
     Returns
     -------
@@ -147,10 +147,10 @@ def zeroed_per_pulse(recording: BeltRecording, before_s: float = 1.0, gap_s: flo
         With another load (unit of the load).
     """
     load = recording.load.copy()
-    gap = round(gap_s * recording.rate_hz)
+    gap = round(ZERO_GAP_S * recording.rate_hz)
     starts = [0, *recording.onsets]
     for k, onset in enumerate(recording.onsets, start=1):
-        longest = min(round(before_s * recording.rate_hz), (onset - starts[k - 1]) // 2)
+        longest = min(round(ZERO_BEFORE_S * recording.rate_hz), (onset - starts[k - 1]) // 2)
         end = max(1, onset - gap)
         zero = recording.load[max(0, end - longest) : end].mean()
         first = 0 if k == 1 else onset

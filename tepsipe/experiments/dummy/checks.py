@@ -120,7 +120,7 @@ def failed(checks: Sequence[Check]) -> list[str]:
     return [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
 
 
-def delay_check(found: JointLikelihood, uncertainty_s: float = 0.0) -> Check:
+def delay_check(found: JointLikelihood, uncertainty_s: float) -> Check:
     """Delay of the angle after the foot.
 
     Parameters

@@ -120,7 +120,7 @@ def leg_budget(
     found: WindowedFits,
     again: Callable[[SegmentMotion, Leg], np.ndarray] | None,
     known: LegKnowledge,
-    further: Mapping[str, np.ndarray] | None = None,
+    further: Mapping[str, np.ndarray],
 ) -> Budget:
     """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
 

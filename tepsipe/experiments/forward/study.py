@@ -81,7 +81,7 @@ def simulate_condition(
     foot: Foot,
     joints: dict[str, np.ndarray],
     step_s: float,
-    engine: str = "pybullet",
+    engine: str,
 ) -> SimulatedCondition:
     """Simulate a recorded trial with every set of parameters.
 

@@ -17,7 +17,7 @@ def simulate_trial(
     foot: Foot,
     parameters: np.ndarray,
     step_s: float,
-    engine: str = "pybullet",
+    engine: str,
 ) -> SimulatedTrial:
     """Simulate the dummy, upright at rest, on the belt motion of a recorded trial.
 

@@ -214,9 +214,9 @@ class Design:
 
     joint: Joint
     leg: Leg
+    rig: Rig
     protocol: Protocol
     foot: Foot = field(default_factory=lambda: Foot(mass_kg=2.1, height_m=0.055))
-    rig: Rig = field(default_factory=Rig)
     sources: Mapping[str, Source] = field(default_factory=dict)
 
     def __post_init__(self):

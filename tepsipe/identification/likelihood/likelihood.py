@@ -409,7 +409,7 @@ class ExpectedFit:
 
 
 def expect_joint(
-    exact: JointFit, marker_noise_m: float, log_noise_m_per_s: float, *, softening: bool = True
+    exact: JointFit, marker_noise_m: float, log_noise_m_per_s: float, *, softening: bool
 ) -> ExpectedFit:
     """Covariance that fits to noisy signals of a linear joint will have, from a fit to exact ones.
 
