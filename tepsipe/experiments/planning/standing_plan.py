@@ -25,19 +25,17 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.plan import COVERAGE, quantity_row
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
-from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.fit import (
     QUANTITIES,
     FreeReflexOptions,
-    fit_free_reflex,
     inside_window,
 )
 from tepsipe.identification.regression.generalised import integrated_wiener, squared_exponential
 from tepsipe.signals.filters import butterworth_lowpass
 
 RATE_HZ = 250.0
-# epochs, baseline and quiet stretches as those of a standing trial (s)
-BEFORE_S, AFTER_S, BASELINE_S, QUIET_S = 0.12, 0.2, 0.1, 1.12
+# epochs and baseline as those of a standing trial (s)
+BEFORE_S, AFTER_S, BASELINE_S = 0.12, 0.2, 0.1
 # of the peak velocity, where the onset of a pulse is seen (-)
 ONSET_SHARE = 0.1
 MOST_RESPONSES = 100_000
@@ -244,14 +242,14 @@ def baseline_of(time: np.ndarray) -> np.ndarray:
 def sway_covariance(design: StandingDesign) -> np.ndarray:
     """S for a whole epoch, relative to its baseline, shape (n, n), in squared units of the torque (N·m)."""
     time = epoch_time()
-    covariance = _stationary(design, time.size)
+    covariance = stationary_covariance(design, time.size)
     mean = np.where(baseline_of(time), 1.0 / baseline_of(time).sum(), 0.0)
     relative = np.eye(time.size) - mean
     return relative @ covariance @ relative.T
 
 
-def _stationary(design: StandingDesign, samples: int) -> np.ndarray:
-    """Covariance of sway and noise at regular samples (squared N·m)."""
+def stationary_covariance(design: StandingDesign, samples: int) -> np.ndarray:
+    """Covariance of sway and noise at regular samples, shape (samples, samples), in squared units (N·m)."""
     lag = np.abs(np.subtract.outer(np.arange(samples), np.arange(samples))) / RATE_HZ / design.sway_s
     smooth = design.sway_Nm**2 * (1.0 + lag) * np.exp(-lag)
     margin = 40  # beyond which a filter does not see the ends
@@ -259,55 +257,3 @@ def _stationary(design: StandingDesign, samples: int) -> np.ndarray:
     passed = butterworth_lowpass(wide, RATE_HZ, design.options.lowpass_cutoff_hz, 4)[margin:-margin]
     noise = passed @ passed.T
     return smooth + design.noise_Nm**2 * noise / noise.diagonal().mean()
-
-
-def draw_standing_estimates(plan: StandingPlan, rng: np.random.Generator, draws: int) -> np.ndarray:
-    """B and K of simulated experiments by the estimator itself, to check a plan.
-
-    Parameters
-    ----------
-    plan : StandingPlan
-        The experiment (units there).
-    rng : numpy.random.Generator
-        Draws sway and noise.
-    draws : int
-        Number of experiments (-).
-
-    Returns
-    -------
-    ndarray, shape (draws, 2)
-        B (N·m·s/rad) and K (N·m/rad).
-    """
-    time, design = epoch_time(), plan.design
-    quiet_time = np.arange(round(QUIET_S * RATE_HZ) + 1) / RATE_HZ
-    roots = [
-        np.linalg.cholesky(_stationary(design, n) + 1e-9 * np.eye(n)) for n in (time.size, quiet_time.size)
-    ]
-    found = np.empty((draws, 2))
-    for k in range(draws):
-        sway, quiet = (
-            rng.standard_normal((count, len(root))) @ root.T
-            for count, root in zip((design.number, 40), roots, strict=True)
-        )
-        perturbed = np.repeat(plan.response[None], design.number, axis=0)
-        perturbed[:, :, 0] += sway - sway[:, baseline_of(time)].mean(axis=1, keepdims=True)
-        still = np.zeros((*quiet.shape, 3))
-        still[:, :, 0] = quiet
-        epochs = BroadbandEpochs(
-            time=time,
-            perturbed=perturbed,
-            quiet_time=quiet_time,
-            quiet=still,
-            slopes={},
-            draws=np.zeros((0, time.size)),
-            peak_m_per_s=plan.peak_m_per_s,
-            carried_kg=80.0,
-            calibrated_kg=None,
-            centre=None,
-            centre_used=False,
-            apparent=None,
-            skin_m=0.0,
-        )
-        fit = fit_free_reflex([epochs], WINDOW_S, design.options, [], 2, rng)
-        found[k] = fit.parameters[0]
-    return found
