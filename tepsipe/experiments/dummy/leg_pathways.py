@@ -11,7 +11,7 @@ from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget, small
 from tepsipe.experiments.dummy.likelihood_budget import LikelihoodData, marker_contributions
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
-from tepsipe.identification.likelihood.result import JointLikelihood
+from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
 from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
 from tepsipe.io.trial import Trial
@@ -134,15 +134,17 @@ class DummyAnalysis:
     checks: dict[str, TreadmillCheck] = field(default_factory=dict)
 
     @property
-    def output_errors(self) -> dict[str, OutputError | JointLikelihood]:
+    def output_errors(self) -> dict[str, OutputError | LikelihoodEstimates]:
         """Pathway -> measured and simulated angle (rad), where the estimator simulates the angle."""
-        simulated = (OutputError, JointLikelihood)
+        simulated = (OutputError, LikelihoodEstimates)
         return {name: found for name, found in self.regressions.items() if isinstance(found, simulated)}
 
     @property
-    def joint_likelihoods(self) -> dict[str, JointLikelihood]:
+    def likelihood_estimates(self) -> dict[str, LikelihoodEstimates]:
         """Pathway -> fit, where the joint likelihood was the estimator (units in it)."""
-        return {name: found for name, found in self.regressions.items() if isinstance(found, JointLikelihood)}
+        return {
+            name: found for name, found in self.regressions.items() if isinstance(found, LikelihoodEstimates)
+        }
 
 
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
@@ -191,7 +193,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
             given["belt_log"] = None if MARKED_BELT in trial.attributes else trial.values("belt_velocity")
         found = regressions[name] = estimate(pathway.estimator, Record(**given))
         known, further = known_leg(prepared, options, pathway, motion), {}
-        if isinstance(found, JointLikelihood):
+        if isinstance(found, LikelihoodEstimates):
             data = fitted_data(trial, options, pathway.marker_instants, given)
             further, of_small = marker_contributions(found, data, known.sources)
             small[name] = small_budget(found, options.leg, known.sources, of_small)
