@@ -201,7 +201,7 @@ def quiet_onsets(standing: StandingTrial, options: EpochOptions) -> np.ndarray:
     """
     clocks = standing.time, standing.trial.axes.get("emg_time", standing.time)
     start, end = max(clock[0] for clock in clocks), min(clock[-1] for clock in clocks)
-    found = start + unperturbed_onsets(
+    onsets = start + unperturbed_onsets(
         float(end - start),
         np.column_stack([standing.onsets_s, standing.ends_s]) - start,
         _quiet_after(standing),
@@ -209,14 +209,14 @@ def quiet_onsets(standing: StandingTrial, options: EpochOptions) -> np.ndarray:
         options.after_s,
         None,
     )
-    seen = [_longest_hidden(standing, at, options)[0] <= options.max_gap_s for at in found]
+    seen = [_longest_hidden(standing, at, options)[0] <= options.max_gap_s for at in onsets]
     if not any(seen):
         name = standing.prepared.name
         raise InputError(
             f"{name}: expected unperturbed standing with every marker visible, found a hidden marker in all "
-            f"{found.size} unperturbed epochs: check what stood between markers and cameras"
+            f"{onsets.size} unperturbed epochs: check what stood between markers and cameras"
         )
-    return found[seen]
+    return onsets[seen]
 
 
 def _longest_hidden(standing: StandingTrial, at: float, options: EpochOptions) -> tuple[float, str]:

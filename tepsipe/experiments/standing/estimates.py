@@ -99,12 +99,12 @@ def standing_estimates(
 
     def row(quantity: str, unit: str, name: str, scale: float) -> Estimate:
         value, error, low, high = (scale * x for x in fit.interval(name))
-        found = Estimate(*about, quantity, unit, value, error, low, high, n_perturbations=n)
+        estimate = Estimate(*about, quantity, unit, value, error, low, high, n_perturbations=n)
         if fit.budget is not None:
             k = fit.names.index(name)
             u_a, u_b = scale * float(fit.budget.type_a[k]), scale * float(fit.budget.type_b[k])
-            found = replace(found, u_type_a=u_a, u_type_b=u_b)
-        return flagged([found], *fit.flags)[0]
+            estimate = replace(estimate, u_type_a=u_a, u_type_b=u_b)
+        return flagged([estimate], *fit.flags)[0]
 
     for name in fit.names:
         if name in UNITS:
@@ -120,6 +120,6 @@ def standing_estimates(
     rows += [Estimate(*about, key, unit, float(v), n_perturbations=n) for key, (unit, v) in plain.items()]
     for key, value in fit.delays.items():
         low, high = fit.delay_ranges[key]
-        own = Estimate(*about, names[key], "s", value, ci_low=low, ci_high=high, n_perturbations=n)
-        rows += flagged([own], *["at-bound"] * (key in fit.delays_at_bound))
+        delay = Estimate(*about, names[key], "s", value, ci_low=low, ci_high=high, n_perturbations=n)
+        rows += flagged([delay], *["at-bound"] * (key in fit.delays_at_bound))
     return rows

@@ -214,43 +214,6 @@ def _labels(trial: Trial, person: Person, name: str) -> list[str]:
     return labels
 
 
-def _plate(
-    pathway: TorquePathway,
-    loads: dict[str, np.ndarray],
-    still: np.ndarray,
-    recordings: dict[str, BeltRecording],
-    models: dict[str, dict[str, FittedModel]],
-) -> PlateLoad:
-    """Load of the plate as measured, or less that which a treadmill model predicts (N, N·m)."""
-    used = {component: loads[component] for component in COMPONENTS}
-    if pathway.treadmill_model is not None:
-        chosen = {c: pick(models.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}
-        compensated = compensated_loads(chosen, recordings)
-        used = {c: compensated[c] + loads[c][still].mean() for c in COMPONENTS}
-    return PlateLoad(f_y=used["Fy"], f_z=loads["Fz"], m_x=used["Mx"])
-
-
-def _torque(
-    kind: str, person: Person, plate: PlateLoad, poses: dict[str, np.ndarray], time: np.ndarray
-) -> np.ndarray:
-    """Torque of both ankles from one free body (N·m), shape (n,)."""
-
-    def acceleration(key: str) -> np.ndarray:
-        return derivative(time, derivative(time, poses[key]))
-
-    feet = (person.feet, person.body.gravity_m_per_s2, plate, poses["ankle_point"], poses["foot_com"])
-    if kind == "ankle":
-        return standing_torque(*feet, acceleration("foot_com"), acceleration("foot"))
-    if kind == "ankle-thesis":
-        return standing_torque_as_printed(*feet, acceleration("foot_com"))
-    if kind == "single-joint":
-        shank_dd, ankle_dd = acceleration("shank"), acceleration("ankle_point")
-        return single_joint_torque(person.body, poses["shank"], shank_dd, ankle_dd)
-    raise InputError(
-        f"expected a torque of {', '.join(TORQUES)}, found {kind!r}: correct torque in standing.pathways"
-    )
-
-
 def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Person, name: str) -> None:
     """Raise InputError if a segment's markers, y and z (m) where all are seen, are not those of one body."""
     if not positions.size:
@@ -314,3 +277,40 @@ def _onset(trial: Trial, start: int, stop: int) -> float:
     sign = np.sign(velocity[-1] - np.median(velocity))
     # the detected start precedes the motion by up to the width of the filter
     return float(ramp_onset(time, sign * velocity, trial.time[max(0, start - round(0.02 * rate))]))
+
+
+def _plate(
+    pathway: TorquePathway,
+    loads: dict[str, np.ndarray],
+    still: np.ndarray,
+    recordings: dict[str, BeltRecording],
+    models: dict[str, dict[str, FittedModel]],
+) -> PlateLoad:
+    """Load of the plate as measured, or less that which a treadmill model predicts (N, N·m)."""
+    used = {component: loads[component] for component in COMPONENTS}
+    if pathway.treadmill_model is not None:
+        chosen = {c: pick(models.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}
+        compensated = compensated_loads(chosen, recordings)
+        used = {c: compensated[c] + loads[c][still].mean() for c in COMPONENTS}
+    return PlateLoad(f_y=used["Fy"], f_z=loads["Fz"], m_x=used["Mx"])
+
+
+def _torque(
+    kind: str, person: Person, plate: PlateLoad, poses: dict[str, np.ndarray], time: np.ndarray
+) -> np.ndarray:
+    """Torque of both ankles from one free body (N·m), shape (n,)."""
+
+    def acceleration(key: str) -> np.ndarray:
+        return derivative(time, derivative(time, poses[key]))
+
+    feet = (person.feet, person.body.gravity_m_per_s2, plate, poses["ankle_point"], poses["foot_com"])
+    if kind == "ankle":
+        return standing_torque(*feet, acceleration("foot_com"), acceleration("foot"))
+    if kind == "ankle-thesis":
+        return standing_torque_as_printed(*feet, acceleration("foot_com"))
+    if kind == "single-joint":
+        shank_dd, ankle_dd = acceleration("shank"), acceleration("ankle_point")
+        return single_joint_torque(person.body, poses["shank"], shank_dd, ankle_dd)
+    raise InputError(
+        f"expected a torque of {', '.join(TORQUES)}, found {kind!r}: correct torque in standing.pathways"
+    )

@@ -117,8 +117,8 @@ class BroadbandEpochs:
             # pieces that start at the same time stand together: start, epoch, time, signal
             pieces = np.moveaxis(pieces[:, ::step], (1, 3), (0, 2))
             still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
-            found = (pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3)
-            self._stretches[first, last] = found
+            stretches = (pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3)
+            self._stretches[first, last] = stretches
         return self._stretches[first, last]
 
 
@@ -285,15 +285,15 @@ def _pulses(
     apparent = centre_from_pulses(cut(motion), at_rest)
     if centre is None:
         return apparent, (0.0, 0.0, 0.0)
-    own = relative_motion(positions, labels, person, own=True)
-    responses = cut(own)
+    by_shank = relative_motion(positions, labels, person, own=True)
+    responses = cut(by_shank)
     first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * rate))].mean(axis=1, keepdims=True)
 
     def skin_m(tissue_hz: float) -> float:
         wobbling = positions.copy()
         motion = tissue_motion(positions, labels, person, belt_dd, peak, rate, tissue_hz)
         wobbling[..., 0] += STEP * motion
-        pattern = cut((relative_motion(wobbling, labels, person, own=True) - own) / STEP)
+        pattern = cut((relative_motion(wobbling, labels, person, own=True) - by_shank) / STEP)
         return tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)
 
     usual, lower, higher = map(skin_m, tissue_frequencies())
@@ -316,11 +316,11 @@ def broadband_result(epochs: BroadbandEpochs) -> Result:
     arrays["broadband/draws"], units["broadband/draws"] = epochs.draws.astype(np.float32), "Nm"
     facts = {key: getattr(epochs, key) for key in PLAIN}
     for key in ("centre", "apparent"):
-        found = getattr(epochs, key)
+        centre = getattr(epochs, key)
         facts[key] = (
             None
-            if found is None
-            else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(found).items()}
+            if centre is None
+            else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(centre).items()}
         )
     return Result(arrays, units, {"broadband": facts})
 

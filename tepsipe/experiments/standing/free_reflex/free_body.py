@@ -1,4 +1,4 @@
-"""The feet as a free body up to 60 Hz, and how its torque follows from what is not known exactly.
+"""The feet as a free body up to 60 Hz, and the change of its torque with each source of uncertainty.
 
 The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
 friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of
@@ -196,8 +196,8 @@ def free_body(
     for hz in tissue_frequencies():
         moved = positions.copy()
         moved[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate, hz)
-        other = segment_poses(moved, labels, person, origin)
-        changed = [other[key] - poses[key] for key in ("shank", "ankle_point")]
+        moved_poses = segment_poses(moved, labels, person, origin)
+        changed = [moved_poses[key] - poses[key] for key in ("shank", "ankle_point")]
         tissues.append(advanced(time, np.column_stack(changed) / STEP_M, standing.delay_s))
     poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
     used = {c: loads[c] for c in COMPONENTS}
@@ -205,13 +205,13 @@ def free_body(
     if models:
         # the constants are those of a frame and of friction, not of a filter
         models = {c: replace(m, lowpass=lowpass) for c, m in models.items()}
-        found = compensated_loads(models, recordings)
+        compensated = compensated_loads(models, recordings)
         by_draw = compensated_draws(models, recordings)
         height = poses["ankle_point"][:, 1]
-        draws = (by_draw["Mx"] - found["Mx"]) + height * (by_draw["Fy"] - found["Fy"])
+        draws = (by_draw["Mx"] - compensated["Mx"]) + height * (by_draw["Fy"] - compensated["Fy"])
         pressed = loads["Fz"] / person.body.gravity_m_per_s2 - carried_kg
         per_kg = added_per_kg(models, recordings)
-        used = {c: found[c] - pressed * per_kg[c] + loads[c][still].mean() for c in COMPONENTS}
+        used = {c: compensated[c] - pressed * per_kg[c] + loads[c][still].mean() for c in COMPONENTS}
     table = np.column_stack([used["Fy"], loads["Fz"], used["Mx"]])
     return FreeBody(
         person=person,
@@ -265,11 +265,11 @@ def tissue_motion(
     numerator, denominator, _ = scipy.signal.cont2discrete(
         ([-1.0], [1.0, 2.0 * TISSUE_DAMPING * width, width**2]), 1.0 / rate_hz, method="bilinear"
     )
-    own = [labels.index(x) for x in person.shank.labels if x not in person.foot.labels]
+    columns = [labels.index(x) for x in person.shank.labels if x not in person.foot.labels]
     time = np.arange(len(belt_dd)) / rate_hz
-    driven = np.column_stack([belt_dd, derivative(time, derivative(time, positions[:, own, 0]))])
+    driven = np.column_stack([belt_dd, derivative(time, derivative(time, positions[:, columns, 0]))])
     motion = scipy.signal.lfilter(np.ravel(numerator), denominator, driven, axis=0)
     motion *= peak_m_per_s / TISSUE_SPEED / max(float(np.abs(motion[:, 0]).max()), 1e-300)
-    found = np.zeros(positions.shape[:2])
-    found[:, own] = motion[:, 1:]
-    return found
+    by_marker = np.zeros(positions.shape[:2])
+    by_marker[:, columns] = motion[:, 1:]
+    return by_marker

@@ -358,9 +358,9 @@ def _solve(j: np.ndarray, torque: np.ndarray, linear: int, active: str) -> np.nd
     scale[scale == 0.0] = 1.0
     scaled = j / scale
     both = np.column_stack([scaled, -scaled[:, :linear]])
-    found = scipy.optimize.nnls(both, torque)[0]
-    solution = found[: j.shape[1]].copy()
-    solution[:linear] -= found[j.shape[1] :]
+    unknowns = scipy.optimize.nnls(both, torque)[0]
+    solution = unknowns[: j.shape[1]].copy()
+    solution[:linear] -= unknowns[j.shape[1] :]
     return solution / scale
 
 

@@ -77,11 +77,11 @@ def fit_all(
     for key, estimator in estimators.items():
         for pathway in pathways if estimator.active != FREE else ():
             rng = generator(seed, name, pathway, key)
-            found = fit_standing(usable, pathway, estimator, options, draws, rng)
-            if isinstance(found, StandingFit):
-                fits[pathway, key] = found
+            fit = fit_standing(usable, pathway, estimator, options, draws, rng)
+            if isinstance(fit, StandingFit):
+                fits[pathway, key] = fit
             elif pathway == pathways[0]:
-                notes.append(f"{name}: estimator {key} left out: {found}")
+                notes.append(f"{name}: estimator {key} left out: {fit}")
     return fits, notes
 
 
