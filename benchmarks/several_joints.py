@@ -18,19 +18,20 @@ import numpy as np
 import yaml
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "workflow" / "scripts")]
-
-from joint_choices import chain_of, limits_of, points_of
+sys.path.insert(0, str(ROOT))
 
 from tepsipe.experiments.planning.several_joints import (
     EXACT,
     UNKNOWN,
     WITHIN,
+    Point,
     Recording,
     epochs_of,
     estimate,
     sets_of,
 )
+from tepsipe.identification.several_joints.determined import Limits
+from tepsipe.mechanics.segment_chain import Chain
 from tepsipe.virtual_lab.chain_trials import chain_person, chain_protocol
 from tepsipe.virtual_lab.standing_chain import STEP_S, record_chain
 
@@ -64,10 +65,10 @@ HEADER = (
     "All K within 15 % (%) | Coverage K (%) | Coverage B (%) | Rejected at 1 % (%) |"
 )
 ABOUT = (
-    "Errors in per cent of sqrt(K_ii K_jj). "
-    "Quoted: share of the seeds in which the elements of K have values; all other columns but rank and "
-    "rejections are of these. Bias: of the element with the largest one. Coverage: of 95 % intervals, "
-    "pooled over elements and seeds. Rejected: share of the seeds in which chi2 rejects the model."
+    "Errors in per cent of sqrt(K_ii K_jj). Quoted: share of the seeds in which the elements of K have\n"
+    "values; all other columns but rank and rejections are of these. Bias: of the element with the\n"
+    "largest one. Coverage: of 95 % intervals, pooled over elements and seeds. Rejected: share of the\n"
+    "seeds in which chi2 rejects the model."
 )
 
 
@@ -134,7 +135,8 @@ def main() -> None:
     protocol = chain_protocol(joints["perturbations"], joints["protocol"], "auto")
     if given.epochs is not None:
         protocol = replace(protocol, epochs=given.epochs)
-    chain, points, limits = chain_of(joints), points_of(joints), limits_of(joints)
+    chain, limits = Chain.from_settings(joints["person"]), Limits.from_percent(**joints["limits"])
+    points = {name: Point.from_settings(one) for name, one in joints["perturbations"].items()}
     tolerance = 0.01 * joints["inertia_percent"]
     found = {(case[0], chosen): [] for case in chosen_cases for chosen in case[2] or sets_of(points)}
     for symmetric, of_person in ((True, person), (False, asymmetric(person))):
@@ -154,7 +156,7 @@ def main() -> None:
     if given.part == "exact":
         print(f"# Stiffness matrix of ankle, knee and hip\n\n{ABOUT}")
     command = f"benchmarks/several_joints.py --part {given.part} --epochs {protocol.epochs} --seeds {seeds}"
-    print(f"\n*By `{command}`, {protocol.epochs} epochs of each perturbation, 250 ms after the onset:*")
+    print(f"\n*By `{command}`,\n{protocol.epochs} epochs of each perturbation, 250 ms after the onset:*")
     for name, _, sets, symmetric, part in chosen_cases:
         print(f"\n## {name[0].upper()}{name[1:]}, {_part(seeds, part)} seeds\n\n{HEADER}")
         print("|---|" + "---|" * (HEADER.count("|") - 2))

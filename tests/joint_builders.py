@@ -4,7 +4,25 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
+from typst_builders import typeset_words
 
+from tepsipe.reporting.chapters import position_manipulator
+from tepsipe.reporting.run import Run, report_content
+
+CHOICES = {
+    "ingest": {"resample_rate_hz": 250.0},
+    "analysis": {
+        "lowpass_cutoff_hz": 30.0,
+        "cut_s": 1.0,
+        "block_s": 1.0,
+        "training_fraction": 0.5,
+        "parallel_cascade": {
+            "intrinsic_lag_s": 0.04,
+            "reflex_length_s": 0.6,
+            "relaxation_times_s": [0.05, 0.2],
+        },
+    },
+}
 RECORDING = [
     "rate_hz",
     "recorded_s",
@@ -117,3 +135,23 @@ def rows_of(condition, direction=1, alone=80.0, cascade=90.0, gain=(8.0, 12.0), 
     columns = ["estimator", "quantity", "unit", "value", "ci_low", "ci_high"]
     found = pd.DataFrame(known, columns=columns)
     return found.assign(experiment="position_manipulator", condition=condition, flags=flags)
+
+
+def run_of(fits, rows, joint=None):
+    """A run of some trials, with names of the joint and of its movements."""
+    settings = {"position_manipulator": CHOICES | {"joint": joint or {}}}
+    study = {"title": "t", "recordings_source": None, "experiments": {}, "made": {}, "reported": None}
+    return Run(
+        {"estimates": rows.assign(pathway="impedance")}, {"position_manipulator": fits}, settings, study
+    )
+
+
+def content_of(run):
+    """Content of report.json, and tables, of a run."""
+    content = report_content(run, {"position_manipulator": position_manipulator})
+    return content, {"estimates": run.tables["estimates"].to_csv(index=False)}
+
+
+def joint_words(source, run, cells=""):
+    """Words of a source, typeset with the content of a run."""
+    return typeset_words("#show ref: none\n" + source, *content_of(run), cells)

@@ -1,6 +1,7 @@
 """The experiment platform: from a table to rows, result, figures, page and numbers of the report."""
 
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from page_builders import page_data
+from typst_builders import typeset_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.platform import (
@@ -23,11 +25,11 @@ from tepsipe.ingest.plausibility import plausible_trial
 from tepsipe.io.estimates import read_estimates, write_estimates
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.result import read_result, write_result
+from tepsipe.reporting.chapters import platform
 from tepsipe.reporting.figures import platform as figures
-from tepsipe.reporting.numbers.abstract import abstract_of
-from tepsipe.reporting.numbers.platform import platform_data
 from tepsipe.reporting.pages.platform import platform_page
 from tepsipe.reporting.pages.trial_page import render
+from tepsipe.reporting.run import Run, report_content
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 
 ESTIMATE = MultiJointOptions((0.05, 5.0), 20, 0.02, (0.04, 0.24), 0.05)
@@ -168,24 +170,50 @@ def test_page_and_report_say_what_is_identified(trial, result, rows):
         "Torque of the ankle",
         "Torque of the hip",
     ]
-    data = platform_data({"a": result}, pd.read_csv(rows, dtype={"condition": str}))
-    (own,) = data["trials"]
-    assert [model["name"] for model in own["models"]] == ["intrinsic", "own-reflex"]
-    assert own["identified"] == own["quantities"] == 10
-    assert own["refused"] == [{"joint": j, "together": [], "others": []} for j in ("ankle", "hip")]
-    text = str(abstract_of({"experiments": ["platform"], "platform": data, "claims": None, "cells": None}))
-    assert "simplest" in text
-    assert "intrinsic" in text
+    words = told(result, rows)
+    assert " ; intrinsic ; " in words and " ; own-reflex ; " in words
+    assert "It has 10 quantities; the trial identifies 10 of them" in words
+    assert "Trial a," not in words and "is not identified" not in words
+    assert "quantities of the model intrinsic, the simplest that leaves no torque" in words
+    assert "The platform is one perturbation" in words
+
+
+def told(result, rows, **changes):
+    """Words of the chapter and of its part of the abstract, for a trial whose fit has other facts."""
+    estimates = pd.read_csv(rows, dtype={"condition": str})
+    fits = {"platform": {"a": replace(result, facts=result.facts | changes)}}
+    study = {"title": "t", "recordings_source": None, "experiments": {"platform": ["a"]}, "made": {}}
+    content = report_content(Run({"estimates": estimates}, fits, {}, study), {"platform": platform})
+    source = (
+        '#show ref: none\n#import "findings.typ": told\n#told("abstract_platform").join()\n'
+        '#include "chapters/platform.typ"'
+    )
+    return typeset_words(source, content, {"estimates": rows}, cells=" ; ")
 
 
 def test_refused_quantities_are_named_with_their_joint(result, rows):
-    facts = result.facts | {"chosen": "own-reflex"}
-    data = platform_data({"a": replace(result, facts=facts)}, pd.read_csv(rows))
-    (own,) = data["trials"]
-    assert own["identified"] < own["quantities"]
-    named = [q for of in own["refused"] for q in (*of["together"], *of["others"])]
-    assert len(named) == own["quantities"] - own["identified"]
-    assert {"kind": "delay", "joints": "ankle"} in [{k: q[k] for k in ("kind", "joints")} for q in named]
+    words = told(result, rows, chosen="own-reflex")
+    count, known = map(
+        int, re.search(r"It has (\d+) quantities; the trial identifies (\d+) of", words).groups()
+    )
+    assert known < count
+    together = re.findall(
+        r"Trial a, (?:ankle|hip): the perturbation does not separate (.*?) from other", words
+    )
+    named = [name for names in together for name in re.split(", | and ", names)]
+    named += re.findall(r"Trial a: (.*?) is not identified", words)
+    assert len(named) == count - known
+    assert "delay of the reflex (ankle)" in named
+    assert words.count("not identified ;") == count - known
+
+
+def test_a_person_whom_no_model_describes_and_several_perturbations_are_told(result, rows):
+    words = told(result, rows, rejected=True, perturbations=2)
+    assert "the freest that leaves least torque coherent with the platform" in words
+    assert "Every model leaves torque that is coherent with the platform." in words
+    assert "Static stiffness along the slow mode" not in words
+    assert "Several independent perturbations determine all elements" in words
+    assert "The simplest model that is not rejected" not in words
 
 
 @pytest.mark.slow

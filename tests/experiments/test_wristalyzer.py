@@ -57,20 +57,23 @@ def noisy():
     return analyse(trial_with(noise_rad=0.003))
 
 
+@pytest.fixture(scope="module")
+def exact():
+    return analyse(trial_with())
+
+
 def rows_of(analysis, estimator):
     rows = wristalyzer_estimates("0.16", analysis)
     return {row.quantity: row for row in rows if row.estimator == estimator}
 
 
-def test_whole_periods_recover_the_joint_through_the_filter():
-    found = analyse(trial_with()).fits["spectral-fit-periods"]
+def test_whole_periods_recover_the_joint_through_the_filter(exact):
+    found = exact.fits["spectral-fit-periods"]
     assert found.parameters == pytest.approx(JOINT, rel=1e-3)
 
 
-def test_averaged_bins_recover_inertia_and_stiffness_and_bias_damping():
-    averaged, whole = (
-        analyse(trial_with()).fits[name].parameters for name in ("spectral-fit", "spectral-fit-periods")
-    )
+def test_averaged_bins_recover_inertia_and_stiffness_and_bias_damping(exact):
+    averaged, whole = (exact.fits[name].parameters for name in ("spectral-fit", "spectral-fit-periods"))
     assert averaged[[0, 2]] == pytest.approx(JOINT[[0, 2]], rel=0.03)
     assert abs(averaged[1] / JOINT[1] - 1.0) > 10.0 * abs(whole[1] / JOINT[1] - 1.0)
 
@@ -155,14 +158,12 @@ def test_cross_validated_vaf_leaves_a_trials_own_data_out():
     assert cross_validation_estimates(["a"], matrix[:1, :1]) == []
 
 
-def test_fit_at_a_bound_flags_its_rows_and_no_others():
+def test_fit_at_a_bound_flags_its_rows_and_no_others(exact):
     narrow = replace(OPTIONS, bounds=replace(OPTIONS.bounds, upper=np.array([10.0, 10.0, 6.5]), start=START))
     found = analyse(trial_with(), replace(narrow, tried_stiffness_Nm_per_rad=(5.0,)))
     flags = {row.flags for row in wristalyzer_estimates("0.16", found) if row.estimator == "spectral-fit"}
     assert flags == {"at-bound"}
-    free = [
-        row for row in wristalyzer_estimates("0.16", analyse(trial_with())) if "modulus" not in row.estimator
-    ]
+    free = [row for row in wristalyzer_estimates("0.16", exact) if "modulus" not in row.estimator]
     assert {row.flags for row in free} == {""}
 
 

@@ -1,6 +1,7 @@
 """A joint with a known reflex, one without, and the ankles of real people, told apart into two paths."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -104,6 +105,13 @@ def known():
     return trial, analysed(trial)
 
 
+@cache
+def plain(gain=GAIN):
+    """A trial with little noise, its torque (Nm) without noise, and what is found."""
+    trial, torque = joint_with_reflex(np.random.default_rng(20140612), gain=gain)
+    return trial, torque, analysed(trial)
+
+
 def altered(trial, angle=lambda x: x, torque=lambda x: x):
     return trial_of(
         RATE,
@@ -176,8 +184,7 @@ def test_muscle_passes_what_lasts_and_overshoots_by_its_damping():
 @pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.032, 0.04, 0.052])
 def test_known_reflex_is_recovered(delay, rng):
-    trial, _ = joint_with_reflex(rng, delay=delay)
-    found = analysed(trial)
+    found = plain()[2] if delay == 0.04 else analysed(joint_with_reflex(rng, delay=delay)[0])
     assert found.structure.direction == 1
     assert found.structure.delay_s == pytest.approx(delay, abs=1.01 / RATE)
     assert found.gain == pytest.approx(GAIN, rel=0.05)
@@ -201,12 +208,11 @@ def test_reflex_response_is_that_of_the_muscle(rng):
 
 
 @pytest.mark.slow
-def test_part_of_the_torque_that_is_the_reflex(rng):
-    trial, torque = joint_with_reflex(rng)
-    without, _ = joint_with_reflex(np.random.default_rng(20140612), gain=0.0)
-    found = analysed(trial)
+def test_part_of_the_torque_that_is_the_reflex():
+    trial, torque, found = plain()
+    without, silent, _ = plain(gain=0.0)
     kept = slice(250, -250)
-    reflex = (torque - joint_with_reflex(np.random.default_rng(20140612), gain=0.0)[1])[kept]
+    reflex = (torque - silent)[kept]
     assert np.ptp(reflex) > 0.3
     assert without.time.size == trial.time.size
     fitted = slice(0, found.predicted.size // 2)
@@ -336,15 +342,15 @@ def test_reflex_that_comes_later_is_found_later():
     assert late.gain == pytest.approx(early.gain, rel=0.05)
 
 
-def test_held_out_part_is_not_fitted(rng):
-    trial, _ = joint_with_reflex(rng)
+def test_held_out_part_is_not_fitted():
+    trial, _, found = plain()
 
     def spoil(torque):
         spoilt = torque.copy()
         spoilt[9000:] += 5.0 * np.random.default_rng(1).standard_normal(spoilt.size - 9000)
         return spoilt
 
-    found, changed = analysed(trial), analysed(altered(trial, torque=spoil))
+    changed = analysed(altered(trial, torque=spoil))
     assert changed.structure == found.structure
     assert changed.gain == pytest.approx(found.gain, rel=1e-9)
     assert changed.vaf.held_out < 90.0
@@ -386,16 +392,14 @@ def test_short_record_is_fitted_with_fewer_folds(rng):
 # ---- rows and arrays ---------------------------------------------------------------------------
 
 
-def test_rows_of_a_joint_with_and_without_a_reflex(rng):
-    there, _ = joint_with_reflex(rng)
-    none, _ = joint_with_reflex(rng, gain=0.0)
-    rows = parallel_cascade_estimates("position_manipulator", "a", analysed(there))
+def test_rows_of_a_joint_with_and_without_a_reflex():
+    rows = parallel_cascade_estimates("position_manipulator", "a", plain()[2])
     assert {row.pathway for row in rows} == {"impedance"}
     of = {(row.estimator, row.quantity): row for row in rows}
     assert of["parallel-cascade", "reflex_delay"].value == pytest.approx(0.04, abs=1.01 / RATE)
     assert of["parallel-cascade", "VAF_held_out"].value > 99.0
     assert of["parallel-cascade-muscle", "reflex_frequency"].unit == "Hz"
-    without = parallel_cascade_estimates("position_manipulator", "a", analysed(none))
+    without = parallel_cascade_estimates("position_manipulator", "a", plain(gain=0.0)[2])
     assert {row.estimator for row in without} == {"parallel-cascade"}
     quantities = {row.quantity: row.value for row in without}
     assert quantities["reflex_gain"] == 0.0
@@ -405,9 +409,8 @@ def test_rows_of_a_joint_with_and_without_a_reflex(rng):
 
 @pytest.mark.parametrize("gain", [GAIN, 0.0])
 def test_result_names_the_unit_of_every_array(gain, rng):
-    trial, _ = joint_with_reflex(rng, gain=gain)
+    trial, _, found = plain(gain)
     alone = analyse_position_manipulator(trial, OPTIONS, rng)
-    found = analysed(trial)
     result = position_manipulator_result(alone, found)
     assert set(result.units) == set(result.arrays)
     assert result.arrays["reflex/predicted_torque"].shape == result.arrays["torque"].shape

@@ -77,6 +77,11 @@ def recorded():
     return seen(PERSON, PROTOCOL)
 
 
+@cache
+def epochs_by(model=MODELS[0]):
+    return epochs_of(recorded(), CHAIN, POINTS, model)
+
+
 def exact(epochs, perturbed=tuple(PULSES), matrices=MATRICES):
     """The same epochs with the responses of the linear equations, without noise."""
     p = expected_parameters(epochs.setting, *matrices)
@@ -142,7 +147,7 @@ def test_engines_agree_with_the_linear_equations_the_better_the_smaller_the_move
 
 @pytest.mark.parametrize("model", MODELS)
 def test_truth_is_recovered_without_noise(model):
-    epochs = exact(epochs_of(recorded(), CHAIN, POINTS, model), THREE)
+    epochs = exact(epochs_by(model), THREE)
     fit = fit_matrices(epochs.setting, [epochs.perturbations[name] for name in THREE])
     truth = expected_parameters(epochs.setting, *MATRICES)
     # the start pulls by its small weight, most where least is known
@@ -153,7 +158,7 @@ def test_truth_is_recovered_without_noise(model):
 
 def test_slopes_are_those_of_the_response():
     for model in ((False, UNKNOWN), (True, UNKNOWN)):
-        epochs = epochs_of(recorded(), CHAIN, POINTS, model)
+        epochs = epochs_by(model)
         p = expected_parameters(epochs.setting, *MATRICES)
         scale = epochs.setting.scale(p)
         for name in ("belt", "thigh") if model[0] else ("pelvis",):
@@ -168,7 +173,7 @@ def test_slopes_are_those_of_the_response():
 
 
 def test_response_is_proportional_to_the_drive_and_begins_with_it():
-    epochs = epochs_of(recorded(), CHAIN, POINTS)
+    epochs = epochs_by()
     p, one = expected_parameters(epochs.setting, *MATRICES), epochs.perturbations["pelvis"]
     response = responses(epochs.setting, p, one)[0]
     doubled = responses(epochs.setting, p, replace(one, drive=2.0 * one.drive))[0]
@@ -177,7 +182,7 @@ def test_response_is_proportional_to_the_drive_and_begins_with_it():
 
 
 def test_three_perturbations_identify_the_matrices_of_a_swaying_person():
-    found = estimate(epochs_of(recorded(), CHAIN, POINTS), THREE, LIMITS)
+    found = estimate(epochs_by(), THREE, LIMITS)
     assert found.known.all and not any(entry.refusal for entry in found.entries)
     truth, size = np.ravel(K), np.sqrt(np.outer(np.diag(K), np.diag(K))).ravel()
     values = np.array([entry.value for entry in found.entries[:9]])
@@ -193,7 +198,7 @@ def test_three_perturbations_identify_the_matrices_of_a_swaying_person():
 
 @pytest.mark.parametrize("chosen", [("belt",), ("pelvis",), ("belt", "pelvis"), ("shank", "thigh", "pelvis")])
 def test_too_few_perturbations_have_no_values(chosen):
-    found = estimate(epochs_of(recorded(), CHAIN, POINTS), chosen, LIMITS)
+    found = estimate(epochs_by(), chosen, LIMITS)
     assert found.known.rank < found.known.unknowns == 24
     assert all(np.isnan(entry.value) and np.isnan(entry.half_width) for entry in found.entries)
     assert found.entries[1].refusal.startswith("K_ankle_knee is not determined")
@@ -201,7 +206,7 @@ def test_too_few_perturbations_have_no_values(chosen):
 
 def test_refusal_comes_from_the_data_not_from_noise():
     """Responses without noise fit perfectly; one belt perturbation is refused all the same."""
-    epochs = exact(epochs_of(recorded(), CHAIN, POINTS))
+    epochs = exact(epochs_by())
     found = estimate(epochs, ("belt",), LIMITS)
     one = epochs.perturbations["belt"]
     left = one.response[0] - responses(epochs.setting, found.fit.parameters, one)[0]
@@ -214,7 +219,7 @@ def test_refusal_comes_from_the_data_not_from_noise():
 
 @cache
 def predictions(model=MODELS[0]):
-    epochs = epochs_of(recorded(), CHAIN, POINTS, model)
+    epochs = epochs_by(model)
     return {one.perturbations: one for one in predict(epochs, sets_of(list(PULSES)), MATRICES, LIMITS)}
 
 
@@ -236,7 +241,7 @@ def test_every_perturbation_adds_a_movement():
 
 
 def test_errors_fall_with_the_root_of_the_epochs_and_with_the_noise():
-    epochs = epochs_of(recorded(), CHAIN, POINTS, (False, EXACT))
+    epochs = epochs_by((False, EXACT))
     first = predict(epochs, [THREE], MATRICES, LIMITS)[0]
     four = {
         name: replace(one, response=np.concatenate(4 * [one.response]))
@@ -253,7 +258,7 @@ def test_errors_fall_with_the_root_of_the_epochs_and_with_the_noise():
 
 def test_belt_alone_never_shows_the_scale_without_the_inertia():
     """M, B, K and the belt's lever times a factor: the same response."""
-    epochs = epochs_of(recorded(), CHAIN, POINTS, (True, UNKNOWN))
+    epochs = epochs_by((True, UNKNOWN))
     p, one = expected_parameters(epochs.setting, *MATRICES), epochs.perturbations["belt"]
     assert responses(epochs.setting, 1.7 * p, one)[0] == pytest.approx(responses(epochs.setting, p, one)[0])
     prediction = predictions((True, UNKNOWN))[("belt",)]
@@ -268,9 +273,7 @@ def test_belt_alone_never_shows_the_scale_without_the_inertia():
 def test_symmetry_of_a_person_who_lacks_it_is_a_number_that_looks_fine():
     """One belt perturbation fits symmetric matrices to a person without symmetry; three reject them."""
     odd = 80.0 * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-    general = exact(
-        epochs_of(recorded(), CHAIN, POINTS, (False, EXACT)), matrices=(MATRICES[0] + odd, MATRICES[1])
-    )
+    general = exact(epochs_by((False, EXACT)), matrices=(MATRICES[0] + odd, MATRICES[1]))
     rng = np.random.default_rng(5)
     spread = np.linalg.cholesky(np.linalg.inv(general.setting.weight))
 
@@ -331,7 +334,7 @@ def test_unusable_input_is_refused_in_one_sentence():
         unperturbed_covariance(sway[:400], 71)
     with pytest.raises(InputError, match="found one that is constant"):
         unperturbed_covariance(sway * [1.0, 0.0, 1.0], 71)
-    epochs = epochs_of(recorded(), CHAIN, POINTS)
+    epochs = epochs_by()
     one = epochs.perturbations["belt"]
     with pytest.raises(InputError, match="expected at least 2 of a perturbation, found 1"):
         fit_matrices(epochs.setting, [replace(one, response=one.response[:1])])

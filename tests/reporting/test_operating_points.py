@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from builders import assert_one_sentence, trial_of
+from joint_builders import fit_of
+from typst_builders import chapter_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.position_manipulator.analysis import REFLEX_ESTIMATOR
@@ -18,10 +20,9 @@ from tepsipe.experiments.position_manipulator.time_varying import (
 )
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
+from tepsipe.reporting.chapters import position_manipulator
 from tepsipe.reporting.figures.operating_points import plot_operating_points
 from tepsipe.reporting.figures.time_varying import plot_time_varying
-from tepsipe.reporting.numbers.operating_points import operating_points_data
-from tepsipe.reporting.numbers.time_varying import time_varying_data
 from tepsipe.reporting.operating_points import (
     LITERATURE_SLOPE,
     Nominal,
@@ -30,6 +31,7 @@ from tepsipe.reporting.operating_points import (
     write_operating_points,
     write_relations,
 )
+from tepsipe.reporting.run import Run, report_content
 from workflow.support import outputs
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, read_trial_sheet
@@ -135,17 +137,42 @@ def tables(tmp_path):
     return tuple(pd.read_csv(tmp_path / f"{name}.csv", dtype=text) for name in ("points", "lines"))
 
 
+def told(chapter, tables, conditions=()):
+    """Words of a chapter of a study with these tables and trials."""
+    fits = {"position_manipulator": {c: fit_of() for c in conditions}}
+    settings = {"position_manipulator": {"time_varying": {"window_s": 5.0, "segment_s": 0.2, "piece_s": 2.0}}}
+    study = {"title": "t", "recordings_source": None, "experiments": {}, "made": {}, "reported": None}
+    content = report_content(
+        Run(tables, fits, settings, study), {"position_manipulator": position_manipulator}
+    )
+    return chapter_words(chapter, content, {n: t.to_csv(index=False) for n, t in tables.items()}, cells=" ; ")
+
+
 def test_sentences_on_slopes_follow_from_the_numbers(tables):
-    data = operating_points_data(*tables)
-    first, second = data["lines"]
-    assert first["place"] == "above"
-    assert first["rises"] is True
-    assert second["place"] == "overlaps"
-    assert data["named"] is True
-    assert len(data["rows"]) == data["trials"] == 7
+    points, lines = tables
+    words = told("operating_points", {"operating_points": points, "operating_relations": lines})
+    first, second = words.split("Participant P1, ")[1].split("Participant P2, ")
+    assert "positive torque, 4 trials: K rises by" in first
+    assert "whole interval is above the slopes of the literature" in first
+    assert "The interval overlaps the slopes of the literature" in second
+    assert "The 7 trials have mean torques of 2.00 to 20.0 N·m" in words
+    assert words.count("P1-") == 4 and words.count("P2-") == 3
     low, high = LITERATURE_SLOPE
-    assert data["literature"] == f"{low} to {high:.1f}"
-    assert data["literature_stiffness"] == "250 to 400"
+    assert f"a slope of {low} to {high:.1f} N·m/rad per N·m" in words
+    assert "had 250 to 400 N·m/rad at 100 N·m" in words
+
+
+def test_a_slope_below_the_literature_and_trials_of_nobody_are_told(tables):
+    points, lines = tables
+    flat = lines.assign(slope_per_rad=0.1, slope_low=-0.5, slope_high=0.7)
+    words = told("operating_points", {"operating_points": points, "operating_relations": flat})
+    assert "K changes by 0.10 N·m/rad per N·m (95 % interval \N{MINUS SIGN}0.50 to 0.70)" in words
+    assert "whole interval is below the slopes" in words
+    nobody = points.assign(participant=None)
+    words = told("operating_points", {"operating_points": nobody, "operating_relations": lines[:0]})
+    assert "one direction, and the trial sheet names no participants." in words
+    words = told("operating_points", {"operating_points": points, "operating_relations": lines[:0]})
+    assert "one direction." in words and "names no participants" not in words
 
 
 @pytest.mark.slow
@@ -231,9 +258,12 @@ def test_rows_are_read_as_written_and_tell_a_change_from_chance(rng, tmp_path):
     write_varying(tmp_path / "rows.csv", rows)
     again = read_varying(tmp_path / "rows.csv")
     assert [r.value for r in again] == pytest.approx([r.value for r in rows])
-    data = time_varying_data(again, ["steady", "doubling", "short"])
-    assert data["short"] == ["short"]
-    assert {t["condition"]: t["changes"] for t in data["trials"]} == {"steady": False, "doubling": True}
+    table = pd.read_csv(tmp_path / "rows.csv", dtype={"condition": str})
+    words = told("time_varying", {"time_varying": table}, ["steady", "doubling", "short"])
+    assert "Too short for windows: short." in words
+    steady, doubling = words.split("steady: K is lowest")[1].split("doubling: K is lowest")
+    assert "The differences between places are within chance" in steady
+    assert "It changes by more than chance" in doubling
     figure = plot_time_varying(again)
     assert len(figure.axes) == 3
     assert plot_time_varying([]).axes[0].texts

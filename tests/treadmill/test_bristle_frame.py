@@ -4,6 +4,7 @@ Friction here is that of three elastic stops (Prandtl), which share no equation 
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from tepsipe.treadmill.held_out import (
     predicted_error,
     read_held_out,
 )
+from tepsipe.treadmill.pulse_windows import FINER, Bristles, bent, mean_state
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
 from tepsipe.treadmill.trial_recordings import zeroed_per_pulse
 
@@ -35,15 +37,16 @@ HEIGHT_M, LEVER_M = 0.1, 0.04
 NOISE = {"Fy": 0.05, "Mx": 0.005}
 
 
-def stops(travelled, share):
+def stops(travelled):
     """Force of elastic stops along a path, in parts of the friction in motion."""
-    x = np.zeros(3)
-    limit, weight = 1e-3 * np.array([0.2, 0.5, 1.0]), np.array([0.3, 0.4, 0.3])
-    force = np.empty(travelled.size)
-    for k, step in enumerate(np.diff(travelled, prepend=travelled[0])):
-        x = np.clip(x + step, -limit, limit)
-        force[k] = weight @ (x / limit)
-    return share * force
+    force, steps = np.zeros(travelled.size), np.diff(travelled, prepend=travelled[0]).tolist()
+    for limit, weight in ((2e-4, 0.3), (5e-4, 0.4), (1e-3, 0.3)):
+        bent, bends = 0.0, []
+        for step in steps:
+            bent = min(max(bent + step, -limit), limit)
+            bends.append(bent)
+        force += weight / limit * np.array(bends)
+    return force
 
 
 def treadmill(kg, peak, rng, *, memory, lever_m=0.0, extra=None, zeroed=True):
@@ -53,7 +56,7 @@ def treadmill(kg, peak, rng, *, memory, lever_m=0.0, extra=None, zeroed=True):
     v = peak * (np.sin(2.0 * np.pi * phase) * np.sin(np.pi * phase)).sum(axis=1)
     a = np.gradient(v, time)
     y = np.cumsum(v) / (RATE_HZ * DENSE)
-    friction = (15.0 + 0.8 * kg) * (stops(y, 1.0) if memory else np.tanh(v / 0.1)) + 20.0 * v
+    friction = (15.0 + 0.8 * kg) * (stops(y) if memory else np.tanh(v / 0.1)) + 20.0 * v
     true = kg * a + (0.0 if extra is None else extra(time))
     loads = {
         "Fy": (true + 0.5 * a + friction, kg * a, "N"),
@@ -113,6 +116,19 @@ def test_memory_and_lever_are_found_and_predict_another_mass_and_speed(remembere
         assert evaluate(fitted, [unseen[c]]).r2 > 0.99, c
     left = evaluate(models_of(calibrated)["Mx"], [unseen["Mx"]]).rms_after
     assert left < 0.7 * evaluate(without, [unseen["Mx"]]).rms_after
+
+
+def test_mean_state_is_that_of_pulses_one_after_the_other(rng):
+    count, rate_hz = np.array([3, 5]), 100.0
+    velocity = 0.02 * rng.standard_normal((2, 40))
+    bristles = Bristles(distance_m=1e-3, stribeck=0.5, stribeck_speed_m_per_s=0.01)
+    windows = SimpleNamespace(rate_hz=rate_hz / FINER, count=count)
+    for found, one, pulses in zip(mean_state(windows, velocity, bristles), velocity, count, strict=True):
+        (z,) = bent(np.tile(one, pulses)[None], bristles, rate_hz)[1]
+        each = z.reshape(pulses, -1)
+        before = np.append(0.0, each[:-1, -1])
+        assert found == pytest.approx((each - before[:, None]).mean(axis=0), abs=1e-12)
+        assert np.abs(found - each[0]).max() > 0.01
 
 
 def test_treadmill_without_memory_gets_a_model_without_bristles():

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tepsipe.io.result import Result
+from tepsipe.reporting.chapters.position_manipulator import SHOWN_TRIALS
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
-from tepsipe.reporting.numbers.manipulator_recordings import SHOWN_TRIALS
 
 # group of the diagnostics in a result
 OWN = "diagnostics/"

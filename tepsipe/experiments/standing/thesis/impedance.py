@@ -23,6 +23,7 @@ whole responses: perturbed and unperturbed responses are both resampled, torque 
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import scipy
@@ -55,6 +56,12 @@ class ActiveOptions:
     reflex_delay_s: tuple[float, ...]
     balance_delay_s: tuple[float, ...]
     action: dict[str, float]
+
+    @classmethod
+    def from_settings(cls, active: dict, ankle_action: dict[str, int]) -> Self:
+        """Values that are tried (s), and muscle -> action at the ankle (-), which may be 0."""
+        action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
+        return cls(**{key: tuple(times) for key, times in active.items()}, action=action)
 
 
 # signal of the epochs that each linear parameter multiplies
