@@ -23,7 +23,7 @@ from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.virtual_lab.belt import DriveTruth
 from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
 from tepsipe.virtual_lab.rubber import Rubber
-from tepsipe.virtual_lab.treadmill_trial import INTEGRATION_RATE_HZ, schedule_trial
+from tepsipe.virtual_lab.treadmill_trial import INTEGRATION_RATE_HZ, Protocol, schedule_trial
 
 ROOT = Path(__file__).parents[1]
 LAB = yaml.safe_load((ROOT / "config/virtual_lab.yaml").read_text(encoding="utf-8"))
@@ -74,7 +74,7 @@ class Motion:
         self.rubber = LAB["dummy"]["rubber"] | (rubber or {})
         dummy = DummyTruth(**LAB["dummy"]["subject"])
         rng = np.random.default_rng(1)
-        schedule = schedule_trial(rig, profile, float(amplitude), 4.0, DURATION_S, 8.0, rng)
+        schedule = schedule_trial(rig, Protocol(profile, float(amplitude), 4.0, DURATION_S), 8.0, rng)
         self.exact = move_dummy(
             dummy,
             Rubber(**self.rubber),

@@ -116,12 +116,12 @@ def main() -> None:
     off = {}
     for engine, step_s in cells:  # the first is not timed: it loads the engine
         off[engine, step_s] = errors(
-            simulate_dummy(instants, velocity, leg, foot, JOINT, step_s, engine=engine), true
+            simulate_dummy(instants, velocity, leg, foot, JOINT, step_s, engine), true
         )
     for _ in range(REPETITIONS):
         for engine, step_s in cells:  # in turns: what slows the computer down slows all of them
             start = time.process_time()
-            simulate_dummy(instants, velocity, leg, foot, JOINT, step_s, engine=engine)
+            simulate_dummy(instants, velocity, leg, foot, JOINT, step_s, engine)
             times[engine, step_s].append(time.process_time() - start)
     print(
         f"{name}: {lasts_s:.0f} s of trial, {np.ptp(true['theta']):.3f} rad from peak to peak; "

@@ -49,6 +49,7 @@ from tepsipe.signals.filters import Lowpass  # noqa: E402
 from tepsipe.signals.onsets import OnsetOptions  # noqa: E402
 from tepsipe.virtual_lab.person_mechanisms import MECHANISMS, without  # noqa: E402
 from tepsipe.virtual_lab.standing_trial import make_standing_trial  # noqa: E402
+from tepsipe.virtual_lab.treadmill_trial import Protocol  # noqa: E402
 from workflow.support.settings import settings_of  # noqa: E402
 
 DURATION_S, INTERVAL_S = 45.0, (3.6, 3.8)
@@ -155,9 +156,9 @@ class Analysis:
             DURATION_S,
         )
         processed = process_standing(trial, name, self.standing, {"ankle": TorquePathway("ankle", None)}, {})
-        epochs = cut_standing_epochs(trial, processed, name, self.cutting)
+        epochs = cut_standing_epochs(processed, self.cutting)
         lowpass = Lowpass(self.choices.options.lowpass_cutoff_hz, section["analysis"]["lowpass_order"], True)
-        broadband = cut_broadband(trial, name, processed, epochs, self.standing, self.cutting, lowpass, {})
+        broadband = cut_broadband(processed, epochs, self.standing, self.cutting, lowpass, {})
         return epochs, broadband
 
     def quoted(self, epochs: list, broadband: list, name: str):
@@ -193,8 +194,9 @@ def recorded(analysis: Analysis, name: str, truth: dict, task: str, seed: int) -
             kinds = {"log": "mat", "calibration": "csv", "markers": "c3d", "emg": "edf"}
             files = {kind: Path(folder) / f"{profile}.{ending}" for kind, ending in kinds.items()}
             motion = Path(folder) / f"{profile}.h5"
-            protocol = (f"{task}-{profile}", task, profile, amplitude, INTERVAL_S, DURATION_S)
-            make_standing_trial(truth | {"seed": seed}, *protocol, **files, motion_file=motion)
+            protocol = Protocol(profile, amplitude, INTERVAL_S, DURATION_S)
+            made = files | {"motion": motion}
+            make_standing_trial(truth | {"seed": seed}, f"{task}-{profile}", task, protocol, made)
             both = analysis.responses(files, f"{name}/{task}/{profile}")
             epochs.append(both[0])
             broadband.append(both[1])

@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from tepsipe.identification.time_varying import (
+    MovedJoint,
     impedance_by_schedule,
     impedance_in_windows,
     impedance_of_ensemble,
@@ -62,7 +63,7 @@ def windows(seed: int) -> tuple[np.ndarray, ...]:
     torque = INERTIA * acceleration + DAMPING * velocity + doubling(time / 60.0) * angle
     torque = torque + voluntary_torque(time.size, 0.5, rng)
     found = impedance_in_windows(
-        angle, torque, RATE, window_s=5.0, step_s=2.5, block_s=2.0, draws=DRAWS, rng=rng
+        MovedJoint(angle, torque, RATE), window_s=5.0, step_s=2.5, block_s=2.0, draws=DRAWS, rng=rng
     )
     return doubling(found.at / 60.0), found.values[:, 2], found.low[:, 2], found.high[:, 2]
 
@@ -79,7 +80,13 @@ def ensemble(seed: int) -> tuple[np.ndarray, ...]:
     torque = stiffness * angle + DAMPING * velocity + INERTIA * acceleration
     torque = torque + 40.0 * moved**2 + 5.0 * moved + voluntary_torque(time.size, 0.5, rng)
     found = impedance_of_ensemble(
-        angle + moved, torque, RATE, starts, length_s=1.0, segment_s=0.2, step_s=0.1, draws=DRAWS, rng=rng
+        MovedJoint(angle + moved, torque, RATE),
+        starts,
+        length_s=1.0,
+        segment_s=0.2,
+        step_s=0.1,
+        draws=DRAWS,
+        rng=rng,
     )
     return doubling(found.at), found.values[:, 2], found.low[:, 2], found.high[:, 2]
 
@@ -91,7 +98,9 @@ def schedule(seed: int) -> tuple[np.ndarray, ...]:
     target = 1.0 - np.abs(time % 20.0 / 10.0 - 1.0)
     torque = INERTIA * acceleration + DAMPING * velocity + doubling(target) * angle
     torque = torque + 10.0 * target + voluntary_torque(time.size, 0.5, rng)
-    found = impedance_by_schedule(angle, torque, RATE, target, bins=6, piece_s=2.0, draws=DRAWS, rng=rng)
+    found = impedance_by_schedule(
+        MovedJoint(angle, torque, RATE), target, bins=6, piece_s=2.0, draws=DRAWS, rng=rng
+    )
     return doubling(found.at), found.values[:, 2], found.low[:, 2], found.high[:, 2]
 
 

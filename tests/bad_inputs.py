@@ -31,6 +31,7 @@ from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.platform_person import PlatformPerson, PlatformProtocol, record_platform
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
 from workflow.support.rigs import RIG_KEYS, rig_of
@@ -128,11 +129,11 @@ def make_good(folder: Path, truth: dict, experiments=tuple(RAW)) -> None:
 def _make(experiment: str, place: Path, truth: dict, name: str, amplitude: float) -> None:
     files, lasts = paths(place, experiment), DURATION_S[experiment]
     if experiment == "dummy":
-        make_dummy_trial(truth, name, "sine", amplitude, 2.0, lasts, **files)
+        make_dummy_trial(truth, name, Protocol("sine", amplitude, 2.0, lasts), files)
     elif experiment in ("weight", "empty"):
-        make_weight_trial(truth, name, "sine", amplitude, 2.0, lasts, **files)
+        make_weight_trial(truth, name, Protocol("sine", amplitude, 2.0, lasts), files)
     elif experiment == "standing":
-        make_standing_trial(truth, name, "relax", "sine", amplitude, (2.0, 2.2), lasts, **files)
+        make_standing_trial(truth, name, "relax", Protocol("sine", amplitude, (2.0, 2.2), lasts), files)
     elif experiment == "wristalyzer":
         make_wristalyzer_trial(truth, name, 0.4 * amplitude, lasts, **files)
     elif experiment == "position_manipulator":

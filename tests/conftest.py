@@ -18,6 +18,7 @@ from builders import DUMMY_DURATION_S, LEG, WRISTALYZER_DURATION_S
 from sharing import made_once
 
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
 
 ROOT = Path(__file__).parents[1]
@@ -91,7 +92,9 @@ def dummy_files(short_truth, tmp_path_factory):
         "markers": folder / "markers.c3d",
     }
     motion = folder / "motion.h5"
-    make_dummy_trial(short_truth, "sine-0.5", "sine", 0.5, 2.0, DUMMY_DURATION_S, **files, motion_file=motion)
+    make_dummy_trial(
+        short_truth, "sine-0.5", Protocol("sine", 0.5, 2.0, DUMMY_DURATION_S), files | {"motion": motion}
+    )
     return files
 
 

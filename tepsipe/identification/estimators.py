@@ -114,12 +114,12 @@ def _output_error(record: Record):
     )
 
 
-def _joint_likelihood(softening: bool) -> Callable:
+def _likelihood(softening: bool) -> Callable:
     def function(record: Record):
-        from tepsipe.identification.likelihood.likelihood import fit_joint
-        from tepsipe.identification.likelihood.result import joint_impedance
+        from tepsipe.identification.likelihood.likelihood import maximise_likelihood
+        from tepsipe.identification.likelihood.result import estimates_in_windows
 
-        found = fit_joint(
+        found = maximise_likelihood(
             record.motion.time,
             record.markers,
             record.belt_log,
@@ -127,7 +127,7 @@ def _joint_likelihood(softening: bool) -> Callable:
             record.at_rest,
             softening=softening,
         )
-        return joint_impedance(found, record.motion, record.perturbations, record.at_rest)
+        return estimates_in_windows(found, record.motion, record.perturbations, record.at_rest)
 
     return function
 
@@ -165,13 +165,13 @@ ESTIMATORS = {
     JOINT_LIKELIHOOD: Estimator(
         "maximum likelihood of leg markers, foot markers and drive log, of a joint that may soften",
         OF_MARKERS,
-        _joint_likelihood(softening=True),
+        _likelihood(softening=True),
         of_windows=True,
     ),
     JOINT_LIKELIHOOD_LINEAR: Estimator(
         "the same for a linear joint",
         OF_MARKERS,
-        _joint_likelihood(softening=False),
+        _likelihood(softening=False),
         of_windows=True,
     ),
 }

@@ -5,6 +5,7 @@ returns an `ImpedanceFit` with intervals. Defaults are what we recommend.
 """
 
 from collections.abc import Sequence
+from dataclasses import fields
 
 import numpy as np
 import scipy
@@ -17,7 +18,7 @@ from tepsipe.identification.arguments import (
     shaded,
     windows_of,
 )
-from tepsipe.identification.cascade.fit import ParallelCascadeFit
+from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
 from tepsipe.identification.result import (
     PARAMETERS,
     UNITS,
@@ -361,11 +362,9 @@ def fit_parallel_cascade(
         If the signals cannot be used, the record is too short, the joint does not move, or the torque does
         not resist the movement.
     """
-    from dataclasses import fields
-
-    from tepsipe.identification.cascade.fit import ParallelCascadeOptions
     from tepsipe.identification.cascade.parallel_cascade import identify_cascade
-    from tepsipe.signals.filters import butterworth_lowpass
+    from tepsipe.identification.cascade.record import make_record
+    from tepsipe.signals.filters import Lowpass
     from tepsipe.signals.resampling import regular_time, resample
 
     time, rate_hz = regular_rate(time)
@@ -377,13 +376,7 @@ def fit_parallel_cascade(
         slower = regular_time(time[0], time[-1], resample_rate_hz)
         angle, torque = (resample(time, x, slower, 0.4 * resample_rate_hz) for x in (angle, torque))
         time, rate_hz = slower, resample_rate_hz
-    known = [field.name for field in fields(ParallelCascadeOptions)]
-    for name in options:
-        if name not in known:
-            raise InputError(
-                f"fit_parallel_cascade: expected options among {', '.join(known)}, found {quoted(name)}: "
-                "correct it"
-            )
+    chosen = _cascade_options(options)
     cut = round(cut_s * rate_hz)
     kept = slice(cut, time.size - cut)
     size, block = time[kept].size, round(block_s * rate_hz)
@@ -394,25 +387,16 @@ def fit_parallel_cascade(
             f"validate, found "
             f"{size / rate_hz:.3g} s of record after cutting: record longer, cut less, or shorten block_s"
         )
-    found = identify_cascade(
-        angle,
-        torque,
-        rate_hz,
-        kept,
-        training,
-        lambda x: butterworth_lowpass(x, rate_hz, cutoff_hz, order),
-        ParallelCascadeOptions(**options),
-        block,
-        bootstrap_draws,
-        rng,
-    )
+    lowpass = Lowpass(cutoff_hz, order, True)
+    record = make_record(angle, torque, rate_hz, kept, training, lambda x: lowpass(x, rate_hz), chosen)
+    found = identify_cascade(record, block, bootstrap_draws, rng)
     if found.impedance[0] < 0.0 and found.working_stiffness < 0.0:
         raise InputError(
             "fit_parallel_cascade: expected a torque that resists a positive angle, found a negative inertia "
             f"and a stiffness of {found.working_stiffness:.3g} N·m/rad: reverse the sign of the torque"
         )
     quantities, notes = _cascade_quantities(found, confidence)
-    measured = butterworth_lowpass(torque, rate_hz, cutoff_hz, order)[kept]
+    measured = lowpass(torque, rate_hz)[kept]
     fitted = np.array([[time[kept][0], time[kept][training - 1]]])
     return ImpedanceFit(
         estimator="parallel-cascade",
@@ -484,6 +468,18 @@ def _fit_record(motion, torque, rate_hz, block_s, draws, confidence, rng) -> Imp
         curve=Curve(motion.time, torque, regressors @ found.parameters, "Torque (N·m)"),
         details=found,
     )
+
+
+def _cascade_options(options: dict) -> ParallelCascadeOptions:
+    """Options of the fit by their names."""
+    known = [field.name for field in fields(ParallelCascadeOptions)]
+    for name in options:
+        if name not in known:
+            raise InputError(
+                f"fit_parallel_cascade: expected options among {', '.join(known)}, found {quoted(name)}: "
+                "correct it"
+            )
+    return ParallelCascadeOptions(**options)
 
 
 def _cascade_quantities(

@@ -1,4 +1,4 @@
-"""Public function of the joint likelihood: markers and belt velocity in, I, B, K with intervals out."""
+"""Public function of the likelihood: markers and belt velocity in, I, B, K with intervals out."""
 
 from collections.abc import Sequence
 
@@ -26,7 +26,7 @@ def fit_joint_likelihood(
     softening: bool = True,
     confidence: float = 0.95,
 ) -> ImpedanceFit:
-    """I, B, K of the joint under a leg on a moving belt, by the joint likelihood of all markers and the log.
+    """I, B, K of the joint under a leg on a moving belt, by the likelihood of all markers and the log.
 
     Nothing is filtered. See `tepsipe.identification.likelihood.likelihood`.
 

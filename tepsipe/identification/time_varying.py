@@ -41,6 +41,38 @@ CHUNK = 50
 
 
 @dataclass(frozen=True)
+class MovedJoint:
+    """Low-pass filtered record of a joint whose impedance changes.
+
+    Attributes
+    ----------
+    angle, torque : ndarray, shape (n,)
+        Angle (rad) and torque (N·m).
+    rate_hz : float
+        Sampling rate (Hz).
+    reflex_torque : ndarray, shape (n,), or None
+        Torque of the reflex by a fit to the whole record (N·m).
+    """
+
+    angle: np.ndarray
+    torque: np.ndarray
+    rate_hz: float
+    reflex_torque: np.ndarray | None = None
+
+    def regressors(self) -> tuple[np.ndarray, tuple[str, ...]]:
+        """Acceleration (rad/s²), velocity (rad/s), angle (rad) and a reflex torque (N·m), if it acts.
+
+        Shape (n, 3 or 4), and the names of their parameters.
+        """
+        time = np.arange(self.angle.size) / self.rate_hz
+        velocity = derivative(time, self.angle)
+        columns = [derivative(time, velocity), velocity, self.angle - self.angle.mean()]
+        if self.reflex_torque is not None and np.any(self.reflex_torque):
+            columns.append(self.reflex_torque)
+        return np.column_stack(columns), NAMES[: len(columns)]
+
+
+@dataclass(frozen=True)
 class VaryingImpedance:
     """Impedance at m places: instants of a record, instants after the trigger, or values of a schedule.
 
@@ -76,25 +108,20 @@ class VaryingImpedance:
 
 
 def impedance_in_windows(
-    angle: np.ndarray,
-    torque: np.ndarray,
-    rate_hz: float,
+    joint: MovedJoint,
     *,
     window_s: float,
     step_s: float,
     block_s: float,
     draws: int,
     rng: np.random.Generator,
-    reflex_torque: np.ndarray | None = None,
 ) -> VaryingImpedance:
     """Impedance in sliding windows of a record with random perturbations.
 
     Parameters
     ----------
-    angle, torque : ndarray, shape (n,)
-        Low-pass filtered record (rad, N·m).
-    rate_hz : float
-        Sampling rate (Hz).
+    joint : MovedJoint
+        The record (rad, N·m).
     window_s, step_s : float
         Length of a window, and distance of windows (s).
     block_s : float
@@ -103,8 +130,6 @@ def impedance_in_windows(
         Bootstrap samples (-).
     rng : numpy.random.Generator
         Draws the blocks.
-    reflex_torque : ndarray, shape (n,), or None
-        Torque of the reflex by a fit to the whole record (N·m).
 
     Returns
     -------
@@ -117,7 +142,8 @@ def impedance_in_windows(
     InputError
         If the record holds fewer than two windows with perturbations.
     """
-    columns, names = _columns(angle, rate_hz, reflex_torque)
+    angle, torque, rate_hz = joint.angle, joint.torque, joint.rate_hz
+    columns, names = joint.regressors()
     window, step = round(window_s * rate_hz), max(1, round(step_s * rate_hz))
     starts = _perturbed(np.arange(0, angle.size - window + 1, step), window, columns[:, 1])
     block = max(1, round(block_s * rate_hz))
@@ -154,9 +180,7 @@ def impedance_in_windows(
 
 
 def impedance_of_ensemble(
-    angle: np.ndarray,
-    torque: np.ndarray,
-    rate_hz: float,
+    joint: MovedJoint,
     starts: np.ndarray,
     *,
     length_s: float,
@@ -164,16 +188,13 @@ def impedance_of_ensemble(
     step_s: float,
     draws: int,
     rng: np.random.Generator,
-    reflex_torque: np.ndarray | None = None,
 ) -> VaryingImpedance:
     """Impedance during a movement that is repeated, with different perturbations every time.
 
     Parameters
     ----------
-    angle, torque : ndarray, shape (n,)
-        Low-pass filtered record (rad, N·m).
-    rate_hz : float
-        Sampling rate (Hz).
+    joint : MovedJoint
+        The record (rad, N·m).
     starts : ndarray of int, shape (r,)
         Samples at which the realisations begin.
     length_s, segment_s, step_s : float
@@ -182,8 +203,6 @@ def impedance_of_ensemble(
         Bootstrap samples (-).
     rng : numpy.random.Generator
         Draws the realisations.
-    reflex_torque : ndarray, shape (n,), or None
-        Torque of the reflex by a fit to the whole record (N·m).
 
     Returns
     -------
@@ -195,7 +214,8 @@ def impedance_of_ensemble(
     InputError
         If there are too few whole realisations, or perturbations are the same in all of them.
     """
-    columns, names = _columns(angle, rate_hz, reflex_torque)
+    angle, torque, rate_hz = joint.angle, joint.torque, joint.rate_hz
+    columns, names = joint.regressors()
     length, segment = round(length_s * rate_hz), round(segment_s * rate_hz)
     starts = np.asarray(starts)
     starts = starts[(starts >= 0) & (starts + length <= angle.size)]
@@ -242,25 +262,20 @@ def impedance_of_ensemble(
 
 
 def impedance_by_schedule(
-    angle: np.ndarray,
-    torque: np.ndarray,
-    rate_hz: float,
+    joint: MovedJoint,
     schedule: np.ndarray,
     *,
     bins: int,
     piece_s: float,
     draws: int,
     rng: np.random.Generator,
-    reflex_torque: np.ndarray | None = None,
 ) -> VaryingImpedance:
     """Impedance against a scheduled quantity that the record passes through several times.
 
     Parameters
     ----------
-    angle, torque : ndarray, shape (n,)
-        Low-pass filtered record (rad, N·m).
-    rate_hz : float
-        Sampling rate (Hz).
+    joint : MovedJoint
+        The record (rad, N·m).
     schedule : ndarray, shape (n,)
         Scheduled quantity, for example phase of gait or target (any unit).
     bins : int
@@ -272,8 +287,6 @@ def impedance_by_schedule(
         Bootstrap samples (-).
     rng : numpy.random.Generator
         Draws the pieces.
-    reflex_torque : ndarray, shape (n,), or None
-        Torque of the reflex by a fit to the whole record (N·m).
 
     Returns
     -------
@@ -285,7 +298,8 @@ def impedance_by_schedule(
     InputError
         If the schedule does not change, or no bin holds enough pieces.
     """
-    columns, names = _columns(angle, rate_hz, reflex_torque)
+    angle, torque, rate_hz = joint.angle, joint.torque, joint.rate_hz
+    columns, names = joint.regressors()
     if not np.ptp(schedule) > 0.0:
         raise InputError(
             f"expected a schedule that changes, found {schedule[0]:g} throughout: name another column"
@@ -324,16 +338,6 @@ def impedance_by_schedule(
         np.array(count),
         vafs,
     )
-
-
-def _columns(angle, rate_hz, reflex_torque) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Acceleration, velocity, angle and, if given, reflex torque, shape (n, 3 or 4), and their names."""
-    time = np.arange(angle.size) / rate_hz
-    velocity = derivative(time, angle)
-    columns = [derivative(time, velocity), velocity, angle - angle.mean()]
-    if reflex_torque is not None and np.any(reflex_torque):
-        columns.append(reflex_torque)
-    return np.column_stack(columns), NAMES[: len(columns)]
 
 
 def _perturbed(starts: np.ndarray, window: int, velocity: np.ndarray) -> np.ndarray:

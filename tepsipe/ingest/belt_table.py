@@ -127,27 +127,14 @@ def ingest_belt_table(
     """
     for key, unit in (("time", "s"), ("load", options.load_unit), ("velocity", "m/s")):
         refuse_other_unit(columns[key], unit, name)
-    time, load, velocity = (table[key] for key in ("time", "load", "velocity"))
-    for key, values in (("load", load), ("velocity", velocity)):
-        _refuse_unusable(values, columns[key], name)
-    repaired = repair_time_stamps(time, options.max_gap_s, name)
-    present = np.flatnonzero(np.isfinite(load) & np.isfinite(velocity))
-    if not present.size:
-        raise InputError(
-            f"{name}: expected samples of {columns['load']!r} and {columns['velocity']!r} on the same lines, "
-            "found none: export the recording again"
-        )
-    within = slice(present[0], present[-1] + 1)
-    trimmed = time.size - (present[-1] + 1 - present[0])
-    time, load, velocity, keep = time[within], load[within], velocity[within], repaired.keep[within]
+    for key in ("load", "velocity"):
+        _refuse_unusable(table[key], columns[key], name)
+    repaired = repair_time_stamps(table["time"], options.max_gap_s, name)
+    rows = _complete_rows(table, columns, name)
+    time, load, velocity = (table[key][rows] for key in ("time", "load", "velocity"))
+    keep = repaired.keep[rows]
     keep[0] = True
-    lasts_s = float(time[-1] - time[0])
-    refuse_short(lasts_s, duration_s, name)
-    if lasts_s < options.shortest_s:
-        raise InputError(
-            f"{name}: expected at least {options.shortest_s:g} s of belt motion, found {lasts_s:.2f} s: "
-            "record for longer, or allow shorter recordings in the configuration"
-        )
+    _refuse_short(float(time[-1] - time[0]), options, duration_s, name)
     time = time - time[0]
     repeats = np.diff(velocity[np.isfinite(velocity)]) == 0.0
     clock = belt_clock(time)
@@ -157,28 +144,22 @@ def ingest_belt_table(
         wanted = instants
         step = f"time stamps replaced by a regular clock at {clock.rate_hz:g} Hz"
     else:
-        repeated = float(np.mean(~keep))
-        if repeated > REPEATED_STAMPS_AT_MOST:
-            raise InputError(
-                f"{name}: expected a different time stamp for every sample, found {100.0 * repeated:.0f} % "
-                f"of {columns['time']!r} equal to the preceding one: export it with more decimals"
-            )
+        _refuse_repeated(keep, columns["time"], name)
         instants, load, velocity = time[keep], load[keep], velocity[keep]
         wanted = grid = regular_time(0.0, instants[-1], clock.rate_hz)
         step = f"interpolated linearly to a regular clock at {clock.rate_hz:g} Hz"
     missing = ~(np.isfinite(load) & np.isfinite(velocity))
     steps = (f"{int(missing.sum())} missing samples filled by straight lines", step)
     signals = {}
-    for signal, values, key, unit, meaning in (
-        ("load", load, "load", options.load_unit, f"recorded as {columns['load']}"),
-        ("belt_velocity", velocity, "velocity", "m/s", f"recorded as {columns['velocity']}"),
+    for signal, values, key, unit in (
+        ("load", load, "load", options.load_unit),
+        ("belt_velocity", velocity, "velocity", "m/s"),
     ):
         there = np.isfinite(values)
         repair_time_stamps(instants[there], options.max_gap_s, f"{name}, samples with {columns[key]!r}")
-        filled = (
-            values if clock.regular and there.all() else np.interp(wanted, instants[there], values[there])
-        )
-        signals[signal] = Signal(filled, unit, ("time",), meaning, steps)
+        if not (clock.regular and there.all()):
+            values = np.interp(wanted, instants[there], values[there])
+        signals[signal] = Signal(values, unit, ("time",), f"recorded as {columns[key]}", steps)
     return Trial(
         rate_hz=clock.rate_hz,
         axes={"time": grid},
@@ -191,9 +172,40 @@ def ingest_belt_table(
             "repeated_stamps": repaired.repeated,
             "repeated_velocity_fraction": float(repeats.mean()) if repeats.size else 0.0,
             "missing_samples": int(missing.sum()),
-            "samples_cut_at_ends": int(trimmed),
+            "samples_cut_at_ends": int(table["time"].size - time.size),
         },
     )
+
+
+def _complete_rows(table: dict[str, np.ndarray], columns: dict[str, str], name: str) -> slice:
+    """Rows from the first to the last that has both load and velocity."""
+    present = np.flatnonzero(np.isfinite(table["load"]) & np.isfinite(table["velocity"]))
+    if not present.size:
+        raise InputError(
+            f"{name}: expected samples of {columns['load']!r} and {columns['velocity']!r} on the same lines, "
+            "found none: export the recording again"
+        )
+    return slice(present[0], present[-1] + 1)
+
+
+def _refuse_short(lasts_s: float, options: BeltTableOptions, duration_s: float, name: str) -> None:
+    """Refuse a recording (s) that ends before its protocol, or is too short to be used."""
+    refuse_short(lasts_s, duration_s, name)
+    if lasts_s < options.shortest_s:
+        raise InputError(
+            f"{name}: expected at least {options.shortest_s:g} s of belt motion, found {lasts_s:.2f} s: "
+            "record for longer, or allow shorter recordings in the configuration"
+        )
+
+
+def _refuse_repeated(keep: np.ndarray, column: str, name: str) -> None:
+    """Refuse an irregular clock of which many stamps are equal to the preceding one."""
+    repeated = float(np.mean(~keep))
+    if repeated > REPEATED_STAMPS_AT_MOST:
+        raise InputError(
+            f"{name}: expected a different time stamp for every sample, found {100.0 * repeated:.0f} % "
+            f"of {column!r} equal to the preceding one: export it with more decimals"
+        )
 
 
 def belt_clock(time: np.ndarray) -> BeltClock:

@@ -5,7 +5,7 @@ counter if that was recorded with them; otherwise by the time stamps, which D-Fl
 frame, and then by a signal that both files hold.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,36 +25,23 @@ GAIN = (0.9, 1.1)
 # the belt's speed is regulated: smaller changes cannot align two files
 STEADY_M_PER_S = 0.02
 BACKWARD = "XYZ".index("Z")
+# longest time for which samples of the record file may be missing (s)
+MAX_GAP_S = 0.1
+# longest error of the time stamps between the two files (s)
+SEARCH_S = 5.0
 
 
-@dataclass(frozen=True)
-class DFlowOptions:
-    """How to align D-Flow's record file with its mocap file.
-
-    Attributes
-    ----------
-    belt_fixed_labels : tuple of str
-        Belt-fixed markers, whose velocity along the belt is compared with the recorded belt speed.
-    max_gap_s : float
-        Longest time for which samples of the record file may be missing (s).
-    search_s : float
-        Longest error of the time stamps between the two files (s).
-    """
-
-    belt_fixed_labels: tuple[str, ...] = ()
-    max_gap_s: float = 0.1
-    search_s: float = 5.0
-
-
-def read_dflow_files(mocap: str | Path, record: str | Path | None, options: DFlowOptions) -> Recording:
+def read_dflow_files(
+    mocap: str | Path, record: str | Path | None, belt_fixed_labels: tuple[str, ...]
+) -> Recording:
     """Read D-Flow's mocap file and, if there is one, its record file; see `with_record`.
 
     Parameters
     ----------
     mocap, record : str or Path
         Paths of the two files; ``record`` is None if there is none.
-    options : DFlowOptions
-        Belt-fixed markers, longest gap (s) and longest error of the stamps (s).
+    belt_fixed_labels : tuple of str
+        Belt-fixed markers, whose velocity along the belt is compared with the recorded belt speed.
 
     Returns
     -------
@@ -69,10 +56,10 @@ def read_dflow_files(mocap: str | Path, record: str | Path | None, options: DFlo
     table = read_dflow(mocap)
     if record is None:
         return dflow_recording(table)
-    return with_record(table, read_dflow(record), options)
+    return with_record(table, read_dflow(record), belt_fixed_labels)
 
 
-def with_record(mocap: DFlowTable, record: DFlowTable, options: DFlowOptions) -> Recording:
+def with_record(mocap: DFlowTable, record: DFlowTable, belt_fixed_labels: tuple[str, ...]) -> Recording:
     """One recording of D-Flow's mocap file and its record file.
 
     Signals of the record file are interpolated linearly at the instants of the frames. Frames that it does
@@ -84,8 +71,8 @@ def with_record(mocap: DFlowTable, record: DFlowTable, options: DFlowOptions) ->
         Markers (m), force plates (N, N·m) and channels.
     record : DFlowTable
         Belt speeds (m/s) and other signals.
-    options : DFlowOptions
-        Belt-fixed markers, longest gap (s) and longest error of the stamps (s).
+    belt_fixed_labels : tuple of str
+        Belt-fixed markers, whose velocity along the belt is compared with the recorded belt speed.
 
     Returns
     -------
@@ -109,7 +96,7 @@ def with_record(mocap: DFlowTable, record: DFlowTable, options: DFlowOptions) ->
     if counted:
         sample = _by_counter(mocap, record)
     else:
-        sample = (_stamps(record, options.max_gap_s) - clock.first_s) / clock.period_s
+        sample = (_stamps(record, MAX_GAP_S) - clock.first_s) / clock.period_s
     _refuse_no_overlap(mocap, record, sample, n)
     order = np.concatenate([[True], np.diff(sample) > 0.0])
     signals = {name: x for name, x in record.columns.items() if np.isfinite(x).any()}
@@ -125,7 +112,7 @@ def with_record(mocap: DFlowTable, record: DFlowTable, options: DFlowOptions) ->
         outside = (where < sample[0] - 1.0) | (where > sample[-1] + 1.0)
         return {name: np.where(outside, np.nan, x) for name, x in found.items()}
 
-    late = 0.0 if counted else _late(recording, record, at(0.0), clock, options)
+    late = 0.0 if counted else _late(recording, record, at(0.0), clock, belt_fixed_labels)
     found = at(late)
     seen = np.flatnonzero(np.isfinite(np.column_stack(list(found.values()))).any(axis=1))
     if seen.size < 0.5 * n:
@@ -195,7 +182,7 @@ def _late(
     record: DFlowTable,
     signals: dict[str, np.ndarray],
     clock: Clock,
-    options: DFlowOptions,
+    belt_fixed_labels: tuple[str, ...],
 ) -> float:
     """Samples by which the record file is late after alignment by stamps (-), from a common signal."""
     common = [name for name in signals if name in recording.channels]
@@ -204,7 +191,7 @@ def _late(
     speeds = [name for name in record.speeds if name in signals]
     moving = [name for name in speeds if np.nanstd(signals[name]) > STEADY_M_PER_S]
     # an empty belt has no such markers: a common channel does without them
-    velocity = None if pairs else _belt_fixed_velocity(recording, options.belt_fixed_labels)
+    velocity = None if pairs else _belt_fixed_velocity(recording, belt_fixed_labels)
     if velocity is not None:
         pairs += [(name, velocity, _over_two_frames(signals[name]), True) for name in moving]
     if not pairs:
@@ -218,7 +205,7 @@ def _late(
     scored = [
         (abs(r), name, delay, gain, is_speed)
         for name, reference, signal, is_speed in pairs
-        for delay, r, gain in [common_signal_delay(reference, signal, clock.rate_hz, options.search_s)]
+        for delay, r, gain in [common_signal_delay(reference, signal, clock.rate_hz, SEARCH_S)]
     ]
     # a common channel is an exact copy; it goes before a marker that follows the belt
     correlation, name, delay, gain, is_speed = max(scored, key=lambda score: (not score[4], score[0]))
@@ -226,7 +213,7 @@ def _late(
     if correlation < LEAST_CORRELATION:
         raise InputError(
             f"{record.name}: expected {name!r} to follow {what} (correlation at least "
-            f"{LEAST_CORRELATION:g}), found {correlation:.2f} within {options.search_s:g} s of the stamps: "
+            f"{LEAST_CORRELATION:g}), found {correlation:.2f} within {SEARCH_S:g} s of the stamps: "
             "it is of another trial, or the markers are not fixed to the belt"
         )
     if is_speed and not GAIN[0] <= abs(gain) <= GAIN[1]:

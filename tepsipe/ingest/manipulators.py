@@ -88,21 +88,9 @@ def ingest_torque_manipulator(
     repair_time_stamps(time[present], options.max_gap_s, f"{log_name}, samples with an angle")
     time, angle = time[present], RADIANS_PER_UNIT[options.angle_unit] * angle[present]
     _refuse_degrees(angle, options.angle_unit, log_name)
-    triggered = log["trigger_time"][log["trigger_time"] > 0.0]
-    if not triggered.size:
-        raise InputError(
-            f"{log_name}: expected the stamp of the trigger, found only zeros: check that the command "
-            "was started while the log ran"
-        )
-    time = time - triggered[0]
-    lasts = command["time"][-1] + np.median(np.diff(command["time"]))
-    refuse_short(lasts, duration_s, command_name)
+    time = time - _trigger(log["trigger_time"], log_name)
+    _refuse_broken_command(command, options, duration_s, command_name)
     refuse_short(time[-1], duration_s, log_name)
-    repair_time_stamps(command["time"], options.max_gap_s, command_name)
-    if not np.isfinite(command["torque"]).all():
-        raise InputError(
-            f"{command_name}: expected a torque on every line, found a gap: export the command again"
-        )
     before = angle[time < 0.0]
     if time[0] > 0.0 or before.size < 10:
         raise InputError(
@@ -143,6 +131,28 @@ def ingest_torque_manipulator(
             "rest_angle_rad": rest,
         },
     )
+
+
+def _trigger(stamps: np.ndarray, name: str) -> float:
+    """Stamp of the trigger (s): the first that is not 0."""
+    triggered = stamps[stamps > 0.0]
+    if not triggered.size:
+        raise InputError(
+            f"{name}: expected the stamp of the trigger, found only zeros: check that the command "
+            "was started while the log ran"
+        )
+    return triggered[0]
+
+
+def _refuse_broken_command(
+    command: dict[str, np.ndarray], options: ManipulatorOptions, duration_s: float, name: str
+) -> None:
+    """Refuse a commanded torque that ends early, or has a gap."""
+    lasts = command["time"][-1] + np.median(np.diff(command["time"]))
+    refuse_short(lasts, duration_s, name)
+    repair_time_stamps(command["time"], options.max_gap_s, name)
+    if not np.isfinite(command["torque"]).all():
+        raise InputError(f"{name}: expected a torque on every line, found a gap: export the command again")
 
 
 @dataclass(frozen=True)

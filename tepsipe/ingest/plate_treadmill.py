@@ -142,17 +142,7 @@ def ingest_treadmill_files(
     if calibration.channels == log.channels:
         refuse_dead_channels(log.voltages, log.channels, calibration.matrix, files["log"])
     markers = None if marker_labels is None else read_markers(files["markers"], marker_labels)
-    return ingest_treadmill(
-        log,
-        calibration,
-        markers,
-        options,
-        duration_s,
-        files["log"],
-        files["calibration"],
-        files.get("markers"),
-        bridge_long_gaps,
-    )
+    return ingest_treadmill(log, calibration, markers, options, duration_s, files, bridge_long_gaps)
 
 
 def ingest_treadmill(
@@ -161,9 +151,7 @@ def ingest_treadmill(
     markers: Markers | None,
     options: TreadmillOptions,
     duration_s: float,
-    log_name: str,
-    calibration_name: str,
-    markers_name: str | None,
+    names: dict[str, str],
     bridge_long_gaps: bool = False,
 ) -> Trial:
     """Trial on the instrumented treadmill: forces, belt and markers on the motion capture's clock.
@@ -183,8 +171,8 @@ def ingest_treadmill(
         Rates (Hz), longest gap (s), trigger (V).
     duration_s : float
         Length of the trial by the protocol (s).
-    log_name, calibration_name, markers_name : str
-        Name the sources in messages; ``markers_name`` is None without markers.
+    names : dict of str to str
+        Names of the sources in messages: ``log``, ``calibration`` and, with markers, ``markers``.
     bridge_long_gaps : bool
         Bridge gaps longer than ``options.max_gap_s`` by straight lines instead of raising: for an analysis
         that omits the samples marked in ``marker_hidden``.
@@ -202,6 +190,7 @@ def ingest_treadmill(
         If channels do not match, the trigger does not rise, a marker is hidden too long, or one
         recording ends before the other.
     """
+    log_name, calibration_name = names["log"], names["calibration"]
     if calibration.channels != log.channels:
         different = next(
             ((a, b) for a, b in zip(calibration.channels, log.channels, strict=False) if a != b),
@@ -231,6 +220,7 @@ def ingest_treadmill(
         grid = regular_time(0.0, min(high_s, duration_s), options.resample_rate_hz)
         marked = None
     else:
+        markers_name = names["markers"]
         _refuse_other_recording(markers, options, high_s, log_name, markers_name)
         refuse_short(high_s, duration_s, log_name)
         refuse_short(markers.positions.shape[0] / markers.rate_hz, duration_s, markers_name)

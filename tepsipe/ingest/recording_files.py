@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.ingest.dflow import DFlowOptions, read_dflow_files
+from tepsipe.ingest.dflow import read_dflow_files
 from tepsipe.io.readers.file_kind import DFLOW, kind_of
 from tepsipe.io.readers.marker_file import read_all_markers
 from tepsipe.io.readers.recording import Recording
@@ -16,7 +16,7 @@ from tepsipe.io.readers.whole_trial import read_recording
 LENGTHS_WITHIN_S = 0.1
 
 
-def read_recording_files(files: dict[str, str], belt_fixed_labels: tuple[str, ...] = ()) -> Recording:
+def read_recording_files(files: dict[str, str], belt_fixed_labels: tuple[str, ...]) -> Recording:
     """Read the recording of a trial without calibration matrix.
 
     Parameters
@@ -48,7 +48,7 @@ def read_recording_files(files: dict[str, str], belt_fixed_labels: tuple[str, ..
                 f"{other}: expected a text file of D-Flow beside the other one, found another kind: name the "
                 "record file as log and the mocap file as markers"
             )
-        return read_dflow_files(files["markers"], log, DFlowOptions(belt_fixed_labels))
+        return read_dflow_files(files["markers"], log, belt_fixed_labels)
     recording = read_recording(log)
     markers = read_all_markers(files["markers"])
     frames_s = markers.positions.shape[0] / markers.rate_hz

@@ -119,6 +119,7 @@ def _events(parameters, values, first_s: float) -> tuple[tuple[str, float], ...]
     return tuple(sorted(zip(names, seconds.tolist(), strict=True), key=lambda event: event[1]))
 
 
-def _event_text(events: tuple[tuple[str, float], ...], most: int = 12) -> str:
+def _event_text(events: tuple[tuple[str, float], ...]) -> str:
+    most = 12
     text = ", ".join(f"{label} {time:.3f} s" for label, time in events[:most])
     return text + (f" and {len(events) - most} more" if len(events) > most else "")

@@ -36,15 +36,15 @@ class Channel:
     missing: int
     low: float
     high: float
-    longest_gap: int = 0
-    values: np.ndarray | None = field(default=None, repr=False, compare=False)
+    longest_gap: int
+    values: np.ndarray | None = field(repr=False, compare=False)
 
     @classmethod
     def of(cls, name: str, unit: str, rate_hz: float | None, values: np.ndarray) -> "Channel":
         """Describe samples (``unit``), shape (n, ...), taken at ``rate_hz`` (Hz)."""
         values = np.asarray(values)
         if values.dtype.kind not in "fiub" or not values.size:
-            return cls(name, unit, rate_hz, values.shape, 0, np.nan, np.nan)
+            return cls(name, unit, rate_hz, values.shape, 0, np.nan, np.nan, 0, None)
         there = np.isfinite(values)
         low, high = (float(f(values[there])) if there.any() else np.nan for f in (np.min, np.max))
         gaps = ~there.reshape(values.shape[0], -1).all(axis=1) if values.ndim else ~there.reshape(1)

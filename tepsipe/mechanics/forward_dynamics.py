@@ -23,7 +23,7 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import resolved_engine, simulate
-from tepsipe.mechanics.engines.interface import FALLEN_RAD, Joint, Task
+from tepsipe.mechanics.engines.interface import FALLEN_RAD, UPRIGHT, Joint, Start, Task
 from tepsipe.mechanics.impedance_model import impedance_torque
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 
@@ -97,11 +97,9 @@ def simulate_dummy(
     leg: Leg,
     foot: Foot,
     joint: Joint,
-    step_s: float = 0.001,
-    start_angle_rad: float = 0.0,
-    start_rate_rad_per_s: float = 0.0,
-    must_stand: bool = False,
-    engine: str = "pybullet",
+    step_s: float,
+    engine: str,
+    start: Start = UPRIGHT,
 ) -> ForwardSimulation:
     """Simulate the dummy's leg for a recorded velocity of the belt.
 
@@ -120,12 +118,10 @@ def simulate_dummy(
         I, B, K and theta_ref (N·m·s²/rad, N·m·s/rad, N·m/rad, rad).
     step_s : float
         Step of the simulation (s), a whole part of the sampling interval.
-    start_angle_rad, start_rate_rad_per_s : float
-        theta (rad) and theta' (rad/s) at the first instant.
-    must_stand : bool
-        Refuse a joint that cannot hold the leg upright, K <= m g r (-).
     engine : {"pybullet", "mujoco", "equations", "auto"}
         Engine of the simulation; "auto" takes the first of the others that is installed.
+    start : Start
+        theta (rad) and theta' (rad/s) at the first instant.
 
     Returns
     -------
@@ -142,7 +138,7 @@ def simulate_dummy(
     engine = resolved_engine(engine)
     time, belt_velocity = np.asarray(time, dtype=float), np.asarray(belt_velocity, dtype=float)
     interval = _sampling_interval(time, belt_velocity)
-    _check_dummy(leg, foot, joint, start_angle_rad, start_rate_rad_per_s, must_stand)
+    _check_dummy(leg, foot, joint, start)
     stride = _check_step(step_s, interval, leg, joint)
     velocity = scipy.interpolate.CubicSpline(interval * np.arange(time.size), belt_velocity)
     path = velocity.antiderivative()
@@ -155,8 +151,7 @@ def simulate_dummy(
         samples=time.size,
         interval_s=interval,
         stride=stride,
-        start_angle_rad=start_angle_rad,
-        start_rate_rad_per_s=start_rate_rad_per_s,
+        start=start,
     )
     swing = simulate(engine, task)
 
@@ -238,7 +233,24 @@ def _sampling_interval(time: np.ndarray, belt_velocity: np.ndarray) -> float:
     return interval
 
 
-def _check_dummy(leg: Leg, foot: Foot, joint: Joint, angle: float, rate: float, must_stand: bool) -> None:
+def refuse_unstable(leg: Leg, joint: Joint) -> None:
+    """Refuse a joint that cannot hold the leg upright, K <= m g r (N·m/rad).
+
+    Raises
+    ------
+    InputError
+        If it cannot.
+    """
+    _, upright = _about_the_ankle(leg, joint)
+    if upright <= 0.0:
+        stiffness = joint.stiffness_Nm_per_rad
+        raise InputError(
+            f"stiffness of the joint: expected more than m g r = {stiffness - upright:.4g} Nm/rad, so that "
+            f"the leg can stand, found {stiffness:.4g} Nm/rad: simulate with other parameters"
+        )
+
+
+def _check_dummy(leg: Leg, foot: Foot, joint: Joint, start: Start) -> None:
     for body in (leg, foot, joint):
         for name, value in vars(body).items():
             if not math.isfinite(value):
@@ -246,23 +258,17 @@ def _check_dummy(leg: Leg, foot: Foot, joint: Joint, angle: float, rate: float, 
     for name, value in (("leg", leg.mass_kg), ("foot", foot.mass_kg)):
         if value <= 0.0:
             raise InputError(f"mass of the {name}: expected more than 0 kg, found {value:g} kg: correct it")
-    about_ankle, upright = _about_the_ankle(leg, joint)
+    about_ankle, _ = _about_the_ankle(leg, joint)
     if about_ankle <= 0.0:
         least = joint.inertia_Nms2_per_rad - about_ankle
         raise InputError(
             f"inertia of the joint: expected more than {least:.4g} Nms2/rad, so that leg and joint together "
             f"have inertia, found {joint.inertia_Nms2_per_rad:.4g} Nms2/rad: simulate with other parameters"
         )
-    if must_stand and upright <= 0.0:
-        stiffness = joint.stiffness_Nm_per_rad
+    if not (abs(start.angle_rad) < FALLEN_RAD and math.isfinite(start.rate_rad_per_s)):
         raise InputError(
-            f"stiffness of the joint: expected more than m g r = {stiffness - upright:.4g} Nm/rad, so that "
-            f"the leg can stand, found {stiffness:.4g} Nm/rad: simulate with other parameters"
-        )
-    if not (abs(angle) < FALLEN_RAD and math.isfinite(rate)):
-        raise InputError(
-            f"start: expected a leg within a quarter turn of upright and a finite rate, found {angle:g} rad "
-            f"and {rate:g} rad/s: start it upright"
+            "start: expected a leg within a quarter turn of upright and a finite rate, found "
+            f"{start.angle_rad:g} rad and {start.rate_rad_per_s:g} rad/s: start it upright"
         )
 
 

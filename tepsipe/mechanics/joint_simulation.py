@@ -61,4 +61,4 @@ def simulate_joint(
     same_length(time, belt_velocity=velocity)
     stride = max(1, int(np.ceil(1.0 / (rate_hz * (0.001 if step_s is None else step_s)) - 1e-9)))
     joint = Joint(I, B, K, rest_angle_rad)
-    return simulate_dummy(time, velocity, leg, foot, joint, 1.0 / (rate_hz * stride), engine=engine)
+    return simulate_dummy(time, velocity, leg, foot, joint, 1.0 / (rate_hz * stride), engine)

@@ -34,9 +34,8 @@ EVENTS = {
 }
 MOST_EVENTS = 12  # columns of a table of events
 LOG_VARIABLES = {"transducers_V", "belt_velocity_m_per_s", "trigger_V"}
-# kinds that are the first file of a trial, and those that belong to one
+# kinds that are the first file of a trial; markers, emg, command, calibration, record, events belong to one
 FIRST = ("whole trial", "treadmill log", "manipulator log", "position table", "belt table", "platform table")
-PARTNERS = ("markers", "emg", "command", "calibration", "record", "events")
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ class Found:
     name : str
         Its path from the folder, with slashes.
     kind : str
-        One of `FIRST` or `PARTNERS`, or ``other``.
+        One of `FIRST`, the kind of a file that belongs to one, or ``other``.
     contents : Contents or None
         Its channels (units of the file); None if it cannot be read.
     duration_s : float or None

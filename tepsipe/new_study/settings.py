@@ -23,7 +23,7 @@ class Setting:
     """
 
     value: object
-    note: str = ""
+    note: str
 
 
 @dataclass(frozen=True)

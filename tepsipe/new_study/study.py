@@ -214,7 +214,8 @@ def _plan_experiments(plan: Plan, groups: list[Group], seen: dict[str, Seen]) ->
             add(plan, own)
 
 
-def _reasons(left: list[Found], most: int = 3) -> str:
+def _reasons(left: list[Found]) -> str:
+    most = 3
     said = [f"{f.name}: {f.why or 'it belongs to no trial'}" for f in left[:most]]
     return "; ".join(said) + ("; ..." if len(left) > most else "")
 

@@ -88,7 +88,7 @@ def butterworth_lowpass(
 
 
 def butterworth_bandpass(
-    x: np.ndarray, rate_hz: float, band_hz: tuple[float, float], order: int = 4, axis: int = 0
+    x: np.ndarray, rate_hz: float, band_hz: tuple[float, float], order: int = 4
 ) -> np.ndarray:
     """Filter with a Butterworth band-pass run forwards and backwards (no phase shift).
 
@@ -97,16 +97,14 @@ def butterworth_bandpass(
 
     Parameters
     ----------
-    x : ndarray, shape (..., n, ...)
-        Signal (any unit) sampled along ``axis``.
+    x : ndarray, shape (n, ...)
+        Signal (any unit).
     rate_hz : float
         Sampling rate (Hz).
     band_hz : tuple of float
         Lower and upper edge (Hz).
     order : int
         Order of the two passes together at each edge (-), even.
-    axis : int
-        Time axis (-).
 
     Returns
     -------
@@ -127,10 +125,10 @@ def butterworth_bandpass(
         )
     _refuse_odd(order)
     sections = _designed(order // 2, (low, high), rate_hz, "bandpass")
-    return _both_ways(sections, x, rate_hz, low, axis)
+    return _both_ways(sections, x, rate_hz, low, axis=0)
 
 
-def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, axis: int = 0) -> np.ndarray:
+def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float) -> np.ndarray:
     """Remove one frequency by a second-order notch run forwards and backwards (no phase shift).
 
     A notch rings for about 1 / width before and after a transient, so a burst leaks into the time
@@ -138,13 +136,11 @@ def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, a
 
     Parameters
     ----------
-    x : ndarray, shape (..., n, ...)
-        Signal (any unit) sampled along ``axis``.
+    x : ndarray, shape (n, ...)
+        Signal (any unit).
     rate_hz, frequency_hz, width_hz : float
         Sampling rate, frequency that is removed, and width of the notch (Hz), at whose edges the
         gain is 1/2.
-    axis : int
-        Time axis (-).
 
     Returns
     -------
@@ -163,7 +159,7 @@ def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float, a
             f"{frequency_hz:g} Hz with a width of {width_hz:g} Hz: change mains_hz or notch_width_hz"
         )
     sections = scipy.signal.tf2sos(*scipy.signal.iirnotch(frequency_hz, frequency_hz / width_hz, fs=rate_hz))
-    return _both_ways(sections, x, rate_hz, width_hz, axis)
+    return _both_ways(sections, x, rate_hz, width_hz, axis=0)
 
 
 @cache

@@ -22,6 +22,9 @@ from tepsipe.signals.response import FrequencyResponse
 
 # complex unknowns at each frequency: H and its first two derivatives
 UNKNOWNS = 3
+# half width of a band as a fraction of its frequency (-), its upper limit (Hz), and the number of tapers of a
+# band that would hold fewer
+RELATIVE_HALF_BAND, WIDEST_HALF_BAND_HZ, FEWEST_TAPERS = 0.08, 0.5, 12
 
 
 def multitaper_response(
@@ -29,10 +32,6 @@ def multitaper_response(
     y: np.ndarray,
     rate_hz: float,
     highest_hz: float,
-    *,
-    relative_half_band: float = 0.08,
-    widest_half_band_hz: float = 0.5,
-    fewest: int = 12,
 ) -> FrequencyResponse:
     """Frequency response from u to y of one record of any perturbation, after removal of straight lines.
 
@@ -42,10 +41,6 @@ def multitaper_response(
         Input and output (any units).
     rate_hz, highest_hz : float
         Sampling rate, and highest frequency (Hz).
-    relative_half_band, widest_half_band_hz : float
-        Half width of the band as a fraction of the frequency (-), and its upper limit (Hz).
-    fewest : int
-        Number of tapers (-), at least 5, where the band would hold fewer.
 
     Returns
     -------
@@ -58,11 +53,9 @@ def multitaper_response(
     InputError
         If the record is too short, or lacks power at a frequency.
     """
-    if fewest < UNKNOWNS + 2:
-        raise InputError(f"fewest: expected at least {UNKNOWNS + 2} tapers, found {fewest}: use more")
     step = 0.5 * rate_hz / (u.size + 1)
-    last = min(highest_hz, 0.5 * rate_hz - widest_half_band_hz)
-    at, tapers = _bands(last / step, relative_half_band, widest_half_band_hz / step, fewest)
+    last = min(highest_hz, 0.5 * rate_hz - WIDEST_HALF_BAND_HZ)
+    at, tapers = _bands(last / step, WIDEST_HALF_BAND_HZ / step)
     if len(at) < 4:
         raise InputError(
             f"expected a record that holds at least 4 bands of frequencies up to {highest_hz:g} Hz, found "
@@ -102,12 +95,12 @@ def _padded_spectrum(x: np.ndarray) -> np.ndarray:
     return np.fft.fft(np.concatenate([[0.0], left, np.zeros(x.size + 1)]))
 
 
-def _bands(last: float, relative: float, widest: float, fewest: int) -> tuple[np.ndarray, np.ndarray]:
+def _bands(last: float, widest: float) -> tuple[np.ndarray, np.ndarray]:
     """Centres of the bands and their numbers of tapers, in steps of half a line up to ``last``."""
     at, tapers = [], []
-    j = fewest + 2
+    j = FEWEST_TAPERS + 2
     while j <= last:
-        half = max(fewest + 1, int(min(relative * j, widest)))
+        half = max(FEWEST_TAPERS + 1, int(min(RELATIVE_HALF_BAND * j, widest)))
         at.append(j)
         tapers.append(half - 1)
         j += half

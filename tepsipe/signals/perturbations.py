@@ -226,6 +226,46 @@ def rest_samples(time: np.ndarray, options: WindowOptions) -> np.ndarray:
     return first | last
 
 
+def unperturbed_samples(
+    size: int,
+    rate_hz: float,
+    perturbations: list[Perturbation],
+    margin_s: float,
+    quiet_after_s: float,
+    what: str,
+) -> np.ndarray:
+    """True for the samples far from any perturbation, shape (size,).
+
+    Parameters
+    ----------
+    size : int
+        Length of the trial (samples).
+    rate_hz : float
+        Sampling rate (Hz).
+    perturbations : list of Perturbation
+        Their positions (samples).
+    margin_s, quiet_after_s : float
+        Time before a perturbation and after it that does not count (s).
+    what : str
+        Names the trial in messages.
+
+    Raises
+    ------
+    InputError
+        If less than 1 s is left.
+    """
+    unperturbed = np.ones(size, dtype=bool)
+    before, after = round(margin_s * rate_hz), round(quiet_after_s * rate_hz)
+    for p in perturbations:
+        unperturbed[max(0, p.start - before) : p.stop + after] = False
+    if unperturbed.sum() < rate_hz:
+        raise InputError(
+            f"{what}: expected at least 1 s of unperturbed standing, found {unperturbed.sum() / rate_hz:.2g} "
+            "s: shorten quiet_after_s in the configuration or perturb less often"
+        )
+    return unperturbed
+
+
 def perturbations_of(
     belt_velocity: np.ndarray, rate_hz: float, options: WindowOptions, what: str
 ) -> list[Perturbation]:

@@ -90,7 +90,6 @@ def samples(
     name: str,
     *,
     shape: Sequence[int | None] = (None,),
-    missing: bool = False,
 ) -> np.ndarray:
     """Samples as floating-point numbers in ``unit``.
 
@@ -104,8 +103,6 @@ def samples(
         Names the argument in messages.
     shape : sequence of int or None
         Required shape, None for any length.
-    missing : bool
-        Whether NaN is allowed (-).
 
     Returns
     -------
@@ -141,7 +138,7 @@ def samples(
     if not x.size:
         raise InputError(f"{name}: expected samples, found an empty array: check what was read")
     bad = int(np.count_nonzero(~np.isfinite(x)))
-    if bad and not (missing and not np.isinf(x).any()):
+    if bad:
         first = int(np.argmax(~np.isfinite(x).reshape(x.shape[0], -1).all(axis=1)))
         raise InputError(
             f"{name}: expected a number for every sample, found {bad} of {x.size} missing or infinite, the "
@@ -208,7 +205,7 @@ def same_length(time: np.ndarray, **signals: np.ndarray) -> None:
             )
 
 
-def plausible_angle(angle: np.ndarray, name: str = "angle") -> np.ndarray:
+def plausible_angle(angle: np.ndarray) -> np.ndarray:
     """The angle (rad), shape (n,), refused where it looks like degrees.
 
     Raises
@@ -219,7 +216,7 @@ def plausible_angle(angle: np.ndarray, name: str = "angle") -> np.ndarray:
     largest = float(np.abs(angle).max())
     if largest > 4.0 * math.pi:
         raise InputError(
-            f"{name}: expected radians, found {largest:.3g}, which looks like degrees: give "
-            f'Signal({name}, "deg")'
+            f"angle: expected radians, found {largest:.3g}, which looks like degrees: give "
+            'Signal(angle, "deg")'
         )
     return angle

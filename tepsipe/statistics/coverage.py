@@ -49,28 +49,26 @@ class Share:
         return self.held / self.n if self.n else math.nan
 
 
-def clopper_pearson(held: float, n: float, confidence: float = CONFIDENCE) -> tuple[float, float]:
+def clopper_pearson(held: float, n: float) -> tuple[float, float]:
     """Exact binomial interval of a share.
 
     Parameters
     ----------
     held, n : float
         How many of how many (-); effective numbers need not be whole.
-    confidence : float
-        Probability of the interval (-).
 
     Returns
     -------
     low, high : float
         Ends (-), within 0 to 1.
     """
-    tail = 0.5 * (1.0 - confidence)
+    tail = 0.5 * (1.0 - CONFIDENCE)
     low = 0.0 if held <= 0.0 else float(scipy.special.betaincinv(held, n - held + 1.0, tail))
     high = 1.0 if held >= n else float(scipy.special.betaincinv(held + 1.0, n - held, 1.0 - tail))
     return low, high
 
 
-def share_of(held: Sequence[bool], clusters: Sequence[object], confidence: float = CONFIDENCE) -> Share:
+def share_of(held: Sequence[bool], clusters: Sequence[object]) -> Share:
     """Share of estimates that count, with the interval for clusters described at the head of this module.
 
     Parameters
@@ -79,8 +77,6 @@ def share_of(held: Sequence[bool], clusters: Sequence[object], confidence: float
         Whether an estimate counts, for example is covered.
     clusters : sequence of object
         Laboratory of each estimate, of the same length (no unit).
-    confidence : float
-        Probability of the interval (-).
 
     Returns
     -------
@@ -96,7 +92,7 @@ def share_of(held: Sequence[bool], clusters: Sequence[object], confidence: float
     if n == 0.0:
         return Share(0, 0, 0, math.nan, math.nan)
     effective = _effective_number(x, size)
-    low, high = clopper_pearson(total * effective / n, effective, confidence)
+    low, high = clopper_pearson(total * effective / n, effective)
     return Share(int(n), int(total), len(names), low, high)
 
 

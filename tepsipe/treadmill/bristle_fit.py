@@ -11,6 +11,7 @@ what a single trial determines, for example all that only the fastest pulse show
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -20,9 +21,9 @@ from tepsipe.statistics.clusters import bias_reduced_share
 from tepsipe.treadmill.bristle_frame import (
     AT,
     CONSTANTS,
-    SEARCHED,
+    RUBBING,
     BristleFrame,
-    bristles_of,
+    Constants,
     frame_response,
     mount_response,
 )
@@ -43,13 +44,36 @@ GAIN = 0.1
 # part of the load's root mean square that no model of this kind predicts (-)
 DISCREPANCY = 0.005
 STIFF_S2 = 1.0 / (2.0 * np.pi * 50.0) ** 2
-# unit, start and bounds of what is searched for: d_0, d_1, e_0, e_1, p_F, p_M, r, T, v_0, k, t, d_z, u, v_s
-SCALE = np.array(
-    [1e-3, 1e-5, STIFF_S2, STIFF_S2 / 20.0, 0.1, 0.1, 1.0, 1e-3, 0.1, 0.05, 0.05, 1e-3, 1.0, 0.1]
-)
-START = np.array([0.5, 0.0, 1.0, 0.1, 0.5, 0.5, 1.5, 1.0, 2.0, 0.4, 1.0, 0.5, 0.2, 0.5])
-LOW = np.array([-5.0, -10.0, 0.0, 0.0, -5.0, -5.0, 0.3, -20.0, 0.1, -10.0, 0.1, 0.01, -0.5, 0.05])
-HIGH = np.array([20.0, 10.0, 50.0, 50.0, 6.0, 6.0, 4.0, 20.0, 5.0, 18.0, 40.0, 20.0, 3.0, 5.0])
+
+
+class Search(NamedTuple):
+    """Search for one constant: its scale (its unit), and start and bounds in units of the scale (-)."""
+
+    scale: float
+    start: float
+    low: float
+    high: float
+
+
+# the first of `Constants`, which are searched for; the others follow by least squares
+SEARCHES = {
+    "damping_s": Search(1e-3, 0.5, -5.0, 20.0),
+    "damping_s_per_kg": Search(1e-5, 0.0, -10.0, 10.0),
+    "slowness_s2": Search(STIFF_S2, 1.0, 0.0, 50.0),
+    "slowness_s2_per_kg": Search(STIFF_S2 / 20.0, 0.1, 0.0, 50.0),
+    "second_mode": Search(0.1, 0.5, -5.0, 6.0),
+    "second_mode_moment": Search(0.1, 0.5, -5.0, 6.0),
+    "second_slowness": Search(1.0, 1.5, 0.3, 4.0),
+    "lag_s": Search(1e-3, 1.0, -20.0, 20.0),
+    "friction_speed_m_per_s": Search(0.1, 2.0, 0.1, 5.0),
+    "mount_share": Search(0.05, 0.4, -10.0, 18.0),
+    "mount_time_s": Search(0.05, 1.0, 0.1, 40.0),
+    "bristle_m": Search(1e-3, 0.5, 0.01, 20.0),
+    "stribeck": Search(1.0, 0.2, -0.5, 3.0),
+    "stribeck_speed_m_per_s": Search(0.1, 0.5, 0.05, 5.0),
+}
+SEARCHED = len(SEARCHES)
+SCALE, START, LOW, HIGH = np.array(list(SEARCHES.values())).T
 # pre-sliding distances (m) and ratios of the second mode (-) from which the search may start
 TRIED = {"bristles": ("bristle_m", (5e-5, 2e-4, 8e-4, 3e-3)), "second-mode": ("second_slowness", (0.6, 1.6))}
 # standard deviations of weak priors about 0 (units of the constants)
@@ -219,22 +243,21 @@ def _centred(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
 
 
 def _columns(
-    windows: PulseWindows, constants: np.ndarray, bristles: bool
+    windows: PulseWindows, constants: Constants, bristles: bool
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """Spectra of a, v and of what the terms of friction multiply, each of shape (trials, n // 2 + 1)."""
-    lag_s, speed = constants[AT["lag_s"]], constants[AT["friction_speed_m_per_s"]]
-    w = windows.fine_velocity + lag_s * windows.fine_acceleration
+    w = windows.fine_velocity + constants.lag_s * windows.fine_acceleration
     acceleration, velocity = (np.fft.rfft(x, axis=1) for x in (windows.acceleration, windows.velocity))
     kg = windows.kg[:, None]
-    smooth = coarse_spectrum(windows, w / np.hypot(speed, w))
-    rubbing = [velocity + lag_s * acceleration, smooth, kg * smooth]
+    smooth = coarse_spectrum(windows, w / np.hypot(constants.friction_speed_m_per_s, w))
+    rubbing = [velocity + constants.lag_s * acceleration, smooth, kg * smooth]
     if bristles:
-        z = coarse_spectrum(windows, mean_state(windows, w, bristles_of(constants)))
+        z = coarse_spectrum(windows, mean_state(windows, w, constants.bristles))
         rubbing += [z, kg * z]
     return acceleration, velocity, rubbing
 
 
-def _responses(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndarray]:
+def _responses(windows: PulseWindows, constants: Constants) -> dict[str, np.ndarray]:
     """Component -> response of frame and mounts, shape (trials, n // 2 + 1)."""
     s, kg = windows.s[None, :], windows.kg[:, None]
     force, moment = (frame_response(constants, s, kg, component) for component in COMPONENTS)
@@ -245,8 +268,9 @@ def _solve(
     windows: PulseWindows, searched: np.ndarray, terms: tuple[str, ...], weights: dict[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """All constants, the linear ones by least squares, and residuals relative to the noise, shape (2 m,)."""
-    acceleration, velocity, rubbing = _columns(windows, searched, "bristles" in terms)
-    responses = _responses(windows, searched)
+    named = Constants(*searched.tolist())
+    acceleration, velocity, rubbing = _columns(windows, named, "bristles" in terms)
+    responses = _responses(windows, named)
     carried = {c: np.fft.rfft(x, axis=1) for c, x in windows.carried.items()}
 
     def least_squares(component: str, columns: list[np.ndarray], priors: dict[int, float]):
@@ -334,25 +358,28 @@ def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndar
     windows : PulseWindows
         The trials.
     constants : ndarray, shape (24,)
-        Of `tepsipe.treadmill.bristle_frame.CONSTANTS`, in their units.
+        Those of `tepsipe.treadmill.bristle_frame.Constants` in their order (units there).
 
     Returns
     -------
     dict of str to ndarray, shape (trials, n)
         Component -> residual (N, N·m).
     """
-    bristles = bool(constants[AT["bristle"]] or constants[AT["bristle_per_kg"]])
-    acceleration, velocity, rubbing = _columns(windows, constants, bristles)
+    named = Constants(*constants.tolist())
+    bristles = bool(named.bristle or named.bristle_per_kg)
+    acceleration, velocity, rubbing = _columns(windows, named, bristles)
     carried = {c: np.fft.rfft(x, axis=1) for c, x in windows.carried.items()}
-    force = constants[SEARCHED : SEARCHED + 1 + len(rubbing)]
-    friction = sum(b * x for b, x in zip(force[1:], rubbing, strict=True))
-    mass, viscous, lever_m, cross_talk_m = constants[AT["moment_mass"] :]
+    # a model without bristles has no signals for the last two factors
+    friction = sum(getattr(named, name) * x for name, x in zip(RUBBING, rubbing, strict=False))
     added = {
-        "Fy": force[0] * acceleration + friction,
-        "Mx": mass * acceleration + viscous * velocity + lever_m * friction + cross_talk_m * carried["Fy"],
+        "Fy": named.force_mass * acceleration + friction,
+        "Mx": named.moment_mass * acceleration
+        + named.moment_viscous * velocity
+        + named.lever_m * friction
+        + named.cross_talk_m * carried["Fy"],
     }
     found = {}
-    for c, response in _responses(windows, constants).items():
+    for c, response in _responses(windows, named).items():
         modelled = np.fft.irfft((carried[c] + added[c]) * response, windows.samples, axis=1)
         found[c] = windows.load[c] + windows.carried[c] - modelled
     return found

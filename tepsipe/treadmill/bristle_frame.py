@@ -15,6 +15,8 @@ with one frame.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,31 +24,70 @@ from tepsipe.treadmill.belt_model import BeltModel
 from tepsipe.treadmill.pulse_windows import FINER, Bristles, Pulses, bent, held, pulses_of
 from tepsipe.treadmill.recording import BeltRecording
 
+
+class Constants(NamedTuple):
+    """Constants of the model, the same for fore-aft force and moment.
+
+    The last ten follow from the others by least squares.
+
+    Attributes
+    ----------
+    damping_s, damping_s_per_kg, slowness_s2, slowness_s2_per_kg : float
+        Frame: d_0 (s), d_1 (s/kg), e_0 (s²), e_1 (s²/kg).
+    second_mode, second_mode_moment, second_slowness : float
+        Second mode: p_F, p_M, r (-).
+    lag_s, friction_speed_m_per_s : float
+        Smooth friction: T (s), v_0 (m/s).
+    mount_share, mount_time_s : float
+        Mounts of the transducers: k (-), t (s).
+    bristle_m, stribeck, stribeck_speed_m_per_s : float
+        Bristles: d_z (m), u (-), v_s (m/s).
+    force_mass, force_viscous, friction, friction_per_kg, bristle, bristle_per_kg : float
+        Force: m (N over m/s²), c (N over m/s), f_0 (N), f_1 (N/kg), b_0 (N), b_1 (N/kg).
+    moment_mass, moment_viscous, lever_m, cross_talk_m : float
+        Moment: m_x (N·m over m/s²), c_x (N·m over m/s), lever (m), x (m).
+    """
+
+    damping_s: float
+    damping_s_per_kg: float
+    slowness_s2: float
+    slowness_s2_per_kg: float
+    second_mode: float
+    second_mode_moment: float
+    second_slowness: float
+    lag_s: float
+    friction_speed_m_per_s: float
+    mount_share: float
+    mount_time_s: float
+    bristle_m: float
+    stribeck: float
+    stribeck_speed_m_per_s: float
+    force_mass: float = 0.0
+    force_viscous: float = 0.0
+    friction: float = 0.0
+    friction_per_kg: float = 0.0
+    bristle: float = 0.0
+    bristle_per_kg: float = 0.0
+    moment_mass: float = 0.0
+    moment_viscous: float = 0.0
+    lever_m: float = 0.0
+    cross_talk_m: float = 0.0
+
+    @property
+    def bristles(self) -> Bristles:
+        """The bristles (m, -, m/s)."""
+        return Bristles(self.bristle_m, self.stribeck, self.stribeck_speed_m_per_s)
+
+
 # names of the constants in their order
-CONSTANTS = (
-    *(
-        "damping_s",
-        "damping_s_per_kg",
-        "slowness_s2",
-        "slowness_s2_per_kg",
-        "second_mode",
-        "second_mode_moment",
-        "second_slowness",
-    ),
-    *("lag_s", "friction_speed_m_per_s", "mount_share", "mount_time_s"),
-    *("bristle_m", "stribeck", "stribeck_speed_m_per_s"),
-    *("force_mass", "force_viscous", "friction", "friction_per_kg", "bristle", "bristle_per_kg"),
-    *("moment_mass", "moment_viscous", "lever_m", "cross_talk_m"),
-)
+CONSTANTS = Constants._fields
 AT = {name: k for k, name in enumerate(CONSTANTS)}
 # constants that the response of the frame, the friction and the state of the bristles depend on
 OF_FRAME = (*CONSTANTS[:7], "mount_share", "mount_time_s")
 OF_BRISTLES = ("lag_s", "bristle_m", "stribeck", "stribeck_speed_m_per_s")
-OF_FRICTION = (
-    *OF_BRISTLES,
-    *("friction_speed_m_per_s", "force_viscous", "friction", "friction_per_kg", "bristle", "bristle_per_kg"),
-)
-SEARCHED = 14  # the first of the constants are searched for, the others follow by least squares
+# factors of the terms of friction: viscous, smooth and of the bristles, each with its share per kilogram
+RUBBING = ("force_viscous", "friction", "friction_per_kg", "bristle", "bristle_per_kg")
+OF_FRICTION = (*OF_BRISTLES, "friction_speed_m_per_s", *RUBBING)
 
 
 @dataclass(frozen=True)
@@ -58,9 +99,7 @@ class BristleFrame(BeltModel):
     component : {"Fy", "Mx"}
         The load that it predicts.
     constants : ndarray, shape (24,)
-        In the order of `CONSTANTS`: d_0 (s), d_1 (s/kg), e_0 (s2), e_1 (s2/kg), p_F, p_M, r (-); T (s), v_0
-        (m/s), k (-), t (s); d_z (m), u (-), v_s (m/s); m (N over m/s²), c (N over m/s), f_0 (N), f_1 (N/kg),
-        b_0 (N), b_1 (N/kg); m_x (N·m over m/s²), c_x (N·m over m/s), lever (m), x (m).
+        Those of `Constants` in their order (units there).
     terms : tuple of str
         Parts beyond the loaded frame that cross-validation kept, of `tepsipe.treadmill.bristle_fit.TERMS`.
     rate_hz : float
@@ -86,11 +125,12 @@ class BristleFrame(BeltModel):
     @property
     def order(self) -> int:
         """Order of the frame's response (-)."""
-        return 4 if self.constant("second_mode") else 2
+        return 4 if self.named.second_mode else 2
 
-    def constant(self, name: str) -> float:
-        """One constant by its name in `CONSTANTS` (its unit)."""
-        return float(self.constants[AT[name]])
+    @cached_property
+    def named(self) -> Constants:
+        """The constants by their names (units there)."""
+        return Constants(*self.constants.tolist())
 
     def moved(self, step: np.ndarray) -> "BristleFrame":
         """The model with a step, shape (24,), added to its ``constants`` (their units)."""
@@ -98,7 +138,7 @@ class BristleFrame(BeltModel):
 
     def resonance_hz(self, carried_kg: float) -> float:
         """Natural frequency of the frame (Hz) with a mass on the belt (kg)."""
-        slowness = self.constant("slowness_s2") + carried_kg * self.constant("slowness_s2_per_kg")
+        slowness = self.named.slowness_s2 + carried_kg * self.named.slowness_s2_per_kg
         return float(1.0 / (2.0 * np.pi * np.sqrt(slowness))) if slowness > 0.0 else float("inf")
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
@@ -158,17 +198,18 @@ class BristleFrame(BeltModel):
         InputError
             If the belt was not perturbed by separate pulses.
         """
-        needed = self.component == "Fy" or self.constant("lever_m") != 0.0
+        c = self.named
+        needed = self.component == "Fy" or c.lever_m != 0.0
         if friction is None and needed:
             friction = self.friction(recording)
         if self.component == "Fy":
-            return self.constant("force_mass") * recording.acceleration + friction
+            return c.force_mass * recording.acceleration + friction
         added = (
-            self.constant("moment_mass") * recording.acceleration
-            + self.constant("moment_viscous") * recording.velocity
-            + self.constant("cross_talk_m") * force
+            c.moment_mass * recording.acceleration
+            + c.moment_viscous * recording.velocity
+            + c.cross_talk_m * force
         )
-        return added + self.constant("lever_m") * friction if needed else added
+        return added + c.lever_m * friction if needed else added
 
     def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
         """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,).
@@ -204,22 +245,22 @@ class BristleFrame(BeltModel):
         return recording.once(("friction", *self._constants(OF_FRICTION)), lambda: self._friction(recording))
 
     def _friction(self, recording: BeltRecording) -> np.ndarray:
-        kg, lag_s = recording.carried_kg, self.constant("lag_s")
+        kg, c = recording.carried_kg, self.named
         pulses = recording.once("pulses", lambda: pulses_of(recording))
-        w = pulses.velocity + lag_s * pulses.acceleration
-        smooth = self.constant("friction") + kg * self.constant("friction_per_kg")
-        bristle = self.constant("bristle") + kg * self.constant("bristle_per_kg")
-        rubbing, last = smooth * w / np.hypot(self.constant("friction_speed_m_per_s"), w), 0.0
+        w = pulses.velocity + c.lag_s * pulses.acceleration
+        smooth = c.friction + kg * c.friction_per_kg
+        bristle = c.bristle + kg * c.bristle_per_kg
+        rubbing, last = smooth * w / np.hypot(c.friction_speed_m_per_s, w), 0.0
         if bristle != 0.0:
             key = ("bristles", *self._constants(OF_BRISTLES))
-            z, last = recording.once(key, lambda: _bristles(pulses, w, self.constants))
+            z, last = recording.once(key, lambda: _bristles(pulses, w, c.bristles))
             rubbing = rubbing + bristle * z
-        sliding = recording.velocity + lag_s * recording.acceleration
+        sliding = recording.velocity + c.lag_s * recording.acceleration
         last = np.broadcast_to(bristle * last, pulses.start.shape)
-        return self.constant("force_viscous") * sliding + held(recording, pulses, rubbing, last)
+        return c.force_viscous * sliding + held(recording, pulses, rubbing, last)
 
     def _constants(self, names: tuple[str, ...]) -> list[float]:
-        return [self.constant(name) for name in names]
+        return [getattr(self.named, name) for name in names]
 
     def _through(
         self, recording: BeltRecording, x: tuple[np.ndarray, np.ndarray], *, inverse: bool
@@ -227,9 +268,9 @@ class BristleFrame(BeltModel):
         """A signal, as `_spectrum`, filtered by the response to a force or a moment, or by its inverse."""
         spectrum, line = x
         s = 2j * np.pi * np.fft.rfftfreq(line.size, 1.0 / recording.rate_hz)
-        response = frame_response(self.constants, s, recording.carried_kg, self.component)
+        response = frame_response(self.named, s, recording.carried_kg, self.component)
         if self.component == "Fy":
-            response = response * mount_response(self.constants, s)
+            response = response * mount_response(self.named, s)
         return np.fft.irfft(spectrum * (1.0 / response if inverse else response), line.size) + line
 
 
@@ -243,33 +284,28 @@ def _spectrum(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def frame_response(
-    constants: np.ndarray, s: np.ndarray, carried_kg: float | np.ndarray, component: str
+    constants: Constants, s: np.ndarray, carried_kg: float | np.ndarray, component: str
 ) -> np.ndarray:
-    """R_M at s (rad/s), for constants in their units, a mass on the belt (kg), and Fy (N) or Mx (N·m)."""
-    slowness = (constants[AT["slowness_s2"]] + constants[AT["slowness_s2_per_kg"]] * carried_kg) * s**2
-    damping = (constants[AT["damping_s"]] + constants[AT["damping_s_per_kg"]] * carried_kg) * s
-    share = constants[AT["second_mode" if component == "Fy" else "second_mode_moment"]]
-    ratio = constants[AT["second_slowness"]]
+    """R_M at s (rad/s), for a mass on the belt (kg), and Fy (N) or Mx (N·m)."""
+    slowness = (constants.slowness_s2 + constants.slowness_s2_per_kg * carried_kg) * s**2
+    damping = (constants.damping_s + constants.damping_s_per_kg * carried_kg) * s
+    share = constants.second_mode if component == "Fy" else constants.second_mode_moment
+    ratio = constants.second_slowness
     first = 1.0 / (1.0 + damping + slowness)
     if share == 0.0:
         return first
     return (1.0 - share) * first + share / (1.0 + ratio * damping + ratio**2 * slowness)
 
 
-def mount_response(constants: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """S at s (rad/s), for constants in their units."""
-    share, time_s = constants[AT["mount_share"]], constants[AT["mount_time_s"]]
-    return 1.0 - share * time_s * s / (1.0 + time_s * s)
+def mount_response(constants: Constants, s: np.ndarray) -> np.ndarray:
+    """S at s (rad/s)."""
+    time_s = constants.mount_time_s
+    return 1.0 - constants.mount_share * time_s * s / (1.0 + time_s * s)
 
 
-def bristles_of(constants: np.ndarray) -> Bristles:
-    """Bristles of a model from its constants in their units."""
-    return Bristles(*constants[AT["bristle_m"] : AT["bristle_m"] + 3].tolist())
-
-
-def _bristles(pulses: Pulses, w: np.ndarray, constants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _bristles(pulses: Pulses, w: np.ndarray, bristles: Bristles) -> tuple[np.ndarray, np.ndarray]:
     """State of the bristles in every pulse (-), shape (pulses, n), and at its end, shape (pulses,)."""
-    kept, z = bent(w, bristles_of(constants), FINER * pulses.rate_hz)
+    kept, z = bent(w, bristles, FINER * pulses.rate_hz)
     last, before = np.empty(z.shape[0]), 0.0
     for k in range(z.shape[0]):
         z[k] += kept[k] * before

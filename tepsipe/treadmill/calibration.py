@@ -11,7 +11,7 @@ import numpy as np
 
 from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.result import Result
-from tepsipe.treadmill.bristle_frame import AT, CONSTANTS
+from tepsipe.treadmill.bristle_frame import AT
 from tepsipe.treadmill.loaded_frame import LoadedFrame
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
@@ -328,7 +328,7 @@ def _bristle_facts(fitted: FittedModel, usual_kg: float) -> dict:
         "masses_kg": masses,
         "resonance_hz": resonances,
         "resonance_sd_hz": spreads,
-        "constants": {name: model.constant(name) for name in CONSTANTS},
+        "constants": model.named._asdict(),
     }
 
 

@@ -68,7 +68,7 @@ class HeldOut:
     kg: np.ndarray
     velocity: np.ndarray
     residual: dict[str, list[np.ndarray]]
-    below_limit_kg: tuple[float, ...] = ()
+    below_limit_kg: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -334,15 +334,13 @@ def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
 
 def _physical(model: BristleFrame, mass_kg: float) -> bool:
     """Whether resonance, mounts, friction and lag at a mass (kg) are such as a treadmill can have."""
-    slowness = model.constant("slowness_s2") + mass_kg * model.constant("slowness_s2_per_kg")
-    sliding = sum(
-        model.constant(name) + mass_kg * model.constant(f"{name}_per_kg") for name in ("friction", "bristle")
-    )
-    low, high = MOUNT_SHARES
+    c, (low, high) = model.named, MOUNT_SHARES
+    slowness = c.slowness_s2 + mass_kg * c.slowness_s2_per_kg
+    sliding = (c.friction + mass_kg * c.friction_per_kg) + (c.bristle + mass_kg * c.bristle_per_kg)
     return bool(
         np.isfinite(model.constants).all()
         and 0.0 <= slowness <= (1.0 / (2.0 * np.pi * LOWEST_HZ)) ** 2
-        and low <= model.constant("mount_share") <= high
-        and abs(model.constant("lag_s")) <= LONGEST_LAG_S
-        and sliding + 0.5 * model.constant("force_viscous") >= 0.0
+        and low <= c.mount_share <= high
+        and abs(c.lag_s) <= LONGEST_LAG_S
+        and sliding + 0.5 * c.force_viscous >= 0.0
     )

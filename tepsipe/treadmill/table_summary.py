@@ -16,12 +16,10 @@ BLOCKS = 20
 CROSSED = ("mass-spring-damper", "output-error", "fir", "fir-causal")
 
 
-def coefficients_of(
-    models: list[FittedModel], recordings: list[BeltRecording], blocks: int = BLOCKS
-) -> dict[str, dict]:
+def coefficients_of(models: list[FittedModel], recordings: list[BeltRecording]) -> dict[str, dict]:
     """Coefficients of models that have few, with 95 % intervals where the fit is linear.
 
-    Intervals are by a delete-one-block jackknife over ``blocks`` stretches of the calibration, which
+    Intervals are by a delete-one-block jackknife over `BLOCKS` stretches of the calibration, which
     holds for residuals that are correlated in time (Kunsch 1989, Annals of Statistics 17,
     1217-1241), with Student's t.
 
@@ -31,8 +29,6 @@ def coefficients_of(
         Fitted models.
     recordings : list of BeltRecording
         Their calibration, filtered as they are.
-    blocks : int
-        Number of stretches (-).
 
     Returns
     -------
@@ -45,7 +41,7 @@ def coefficients_of(
         if isinstance(fitted.model, MassSpringDamper):
             rows = np.concatenate([motion_regressors(r)[r.evaluated] for r in recordings])
             load = np.concatenate([r.load[r.evaluated] for r in recordings])
-            _, error, freedom = solution_with_errors(rows, load, max(1, load.size // blocks))
+            _, error, freedom = solution_with_errors(rows, load, max(1, load.size // BLOCKS))
             width = scipy.stats.t.ppf(0.975, freedom) * error
             found[fitted.name] = {
                 term: [float(c), float(c - w), float(c + w)]

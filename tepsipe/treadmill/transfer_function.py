@@ -17,6 +17,8 @@ from tepsipe.treadmill.recording import BeltRecording
 
 PUBLISHED_START = 0.001
 PUBLISHED_BOUND = 10.0
+# of the output-error model: rounds of its start, and evaluations after which the search ends
+ROUNDS, MOST_EVALUATIONS = 8, 60
 
 
 @dataclass(frozen=True)
@@ -83,9 +85,7 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
     return DiscreteTransfer(*coefficients(found.x), recordings[0].rate_hz, bool(found.success))
 
 
-def fit_discrete_output_error(
-    recordings: list[BeltRecording], order: int, most_evaluations: int = 60
-) -> DiscreteTransfer:
+def fit_discrete_output_error(recordings: list[BeltRecording], order: int) -> DiscreteTransfer:
     """Output-error model of any order, by Gauss-Newton from the Steiglitz-McBride solution.
 
     Parameters
@@ -94,8 +94,6 @@ def fit_discrete_output_error(
         Calibration.
     order : int
         n (-).
-    most_evaluations : int
-        Evaluations of the model after which the search ends (-).
 
     Returns
     -------
@@ -133,7 +131,7 @@ def fit_discrete_output_error(
         return np.concatenate(blocks) * scale
 
     found = scipy.optimize.least_squares(
-        error, start / scale, jac=jacobian, ftol=1e-6, max_nfev=most_evaluations
+        error, start / scale, jac=jacobian, ftol=1e-6, max_nfev=MOST_EVALUATIONS
     )
     b, f = split(found.x * scale)
     if np.abs(np.roots(f)).max(initial=0.0) >= 1.0:
@@ -144,11 +142,11 @@ def fit_discrete_output_error(
     return DiscreteTransfer(b, f, recordings[0].rate_hz, bool(found.success))
 
 
-def _steiglitz_mcbride(recordings: list[BeltRecording], order: int, rounds: int = 8) -> np.ndarray:
+def _steiglitz_mcbride(recordings: list[BeltRecording], order: int) -> np.ndarray:
     """b_0 ... b_n, f_1 ... f_n: least squares on signals filtered by the last denominator, repeated."""
     f = np.concatenate([[1.0], np.zeros(order)])
     best = None
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         rows, right = [], []
         for r in recordings:
             a, load = (scipy.signal.lfilter([1.0], f, x) for x in (r.acceleration, r.load))

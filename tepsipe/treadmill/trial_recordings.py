@@ -10,16 +10,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from tepsipe.errors import InputError, listed
+from tepsipe.errors import InputError
 from tepsipe.io.trial import Trial
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
+from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.signals.time_alignment import marker_delay
+from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 from tepsipe.treadmill.recording import BeltRecording
 
 # the moment first: it identifies the frame with which the force is fitted
 COMPONENTS = {"Mx": "Nm", "Fy": "N"}
+# the zero of a pulse is the mean load over this time, but at most over half the time since the last pulse,
+# until so long before the pulse (s)
+ZERO_BEFORE_S, ZERO_GAP_S = 1.0, 0.04
 
 
 @dataclass(frozen=True)
@@ -70,12 +74,6 @@ class PlateOptions:
     weight_motion: str = "belt"
 
 
-def zero_line(x: np.ndarray, time: np.ndarray, at_rest: np.ndarray) -> np.ndarray:
-    """``x`` less the straight line through its samples at rest, shape (n,) or (n, c) (unit of ``x``)."""
-    basis = np.column_stack([np.ones_like(time), (time - time.mean()) / np.ptp(time)])
-    return x - basis @ np.linalg.lstsq(basis[at_rest], x[at_rest], rcond=None)[0]
-
-
 def plate_recordings(
     trial: Trial, name: str, condition: str, options: PlateOptions, weight: Weight | None
 ) -> dict[str, BeltRecording]:
@@ -106,11 +104,9 @@ def plate_recordings(
     InputError
         If no perturbation or no rest is found, a segment is cut off, or the belt is not in the trial.
     """
-    time, rate = trial.time, trial.rate_hz
-    at_rest = rest_samples(time, options.window)
-    moving = options.detection(trial.values("belt_velocity"), rate)
-    onsets = tuple(p.start for p in perturbations_of(moving, rate, options.window, name))
-    length = round(options.segment_s * rate)
+    prepared = prepare_trial(trial, name, options.detection, options.window).behind(options.lowpass)
+    time, onsets = prepared.time, prepared.onsets
+    length = round(options.segment_s * prepared.rate_hz)
     if onsets[-1] + length > time.size or min(np.diff(onsets), default=length) < length:
         raise InputError(
             f"{name}: expected {options.segment_s:g} s between perturbations and after the last, found less: "
@@ -119,29 +115,22 @@ def plate_recordings(
     evaluated = np.zeros(time.size, dtype=bool)
     for onset in onsets:
         evaluated[onset : onset + length] = True
-    velocity = zero_line(options.lowpass(trial.values("belt_velocity"), rate), time, at_rest)
-    measured = measured_load(trial, name, options.belt, options.lowpass, at_rest)
+    measured = prepared.load_from_rest(options.belt)
     carried = {component: np.zeros(time.size) for component in COMPONENTS}
     if weight is not None:
-        y = zero_line(_weight_position(trial, options, velocity), time, at_rest)
+        y = prepared.from_rest(_weight_position(prepared, options.weight_motion))
         inertia = weight.mass_kg * derivative(time, derivative(time, y))
         carried["Fy"] = inertia
         carried["Mx"] = weight.mass_kg * weight.gravity_m_per_s2 * y - weight.com_height_m * inertia
-    return recordings_of_loads(
-        trial,
-        name,
-        condition,
-        options.lowpass,
-        at_rest,
-        {component: measured[component] - carried[component] for component in COMPONENTS},
-        carried,
-        0.0 if weight is None else weight.mass_kg,
-        evaluated,
-        onsets,
-    )
+    induced = {component: measured[component] - carried[component] for component in COMPONENTS}
+    recordings = recordings_of_loads(prepared, induced, 0.0 if weight is None else weight.mass_kg)
+    return {
+        component: replace(recording, condition=condition, carried=carried[component], evaluated=evaluated)
+        for component, recording in recordings.items()
+    }
 
 
-def zeroed_per_pulse(recording: BeltRecording, before_s: float = 1.0, gap_s: float = 0.04) -> BeltRecording:
+def zeroed_per_pulse(recording: BeltRecording) -> BeltRecording:
     """The recording with a zero of its own for every pulse: the mean load before it is subtracted.
 
     Transducers drift, and the friction of a belt with memory leaves a force behind that lasts until the
@@ -151,9 +140,6 @@ def zeroed_per_pulse(recording: BeltRecording, before_s: float = 1.0, gap_s: flo
     ----------
     recording : BeltRecording
         A trial with separate pulses; others are returned unchanged (units in the class).
-    before_s, gap_s : float
-        The mean is that of ``before_s``, but at most of half the time since the last pulse, until
-        ``gap_s`` before the pulse (s).
 
     Returns
     -------
@@ -161,10 +147,10 @@ def zeroed_per_pulse(recording: BeltRecording, before_s: float = 1.0, gap_s: flo
         With another load (unit of the load).
     """
     load = recording.load.copy()
-    gap = round(gap_s * recording.rate_hz)
+    gap = round(ZERO_GAP_S * recording.rate_hz)
     starts = [0, *recording.onsets]
     for k, onset in enumerate(recording.onsets, start=1):
-        longest = min(round(before_s * recording.rate_hz), (onset - starts[k - 1]) // 2)
+        longest = min(round(ZERO_BEFORE_S * recording.rate_hz), (onset - starts[k - 1]) // 2)
         end = max(1, onset - gap)
         zero = recording.load[max(0, end - longest) : end].mean()
         first = 0 if k == 1 else onset
@@ -174,75 +160,59 @@ def zeroed_per_pulse(recording: BeltRecording, before_s: float = 1.0, gap_s: flo
 
 
 def recordings_of_loads(
-    trial: Trial,
-    name: str,
-    condition: str,
-    lowpass: Lowpass,
-    at_rest: np.ndarray,
-    loads: dict[str, np.ndarray],
-    carried: dict[str, np.ndarray],
-    carried_kg: float,
-    evaluated: np.ndarray,
-    onsets: tuple[int, ...],
+    prepared: PreparedTrial, loads: dict[str, np.ndarray], carried_kg: float
 ) -> dict[str, BeltRecording]:
     """Recordings of the loads of a trial with the motion of its belt.
 
     Parameters
     ----------
-    trial : Trial
-        ``belt_velocity`` (m/s).
-    name, condition : str
-        Name the trial and the belt's motion.
-    lowpass : Lowpass
-        Filter of the loads.
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
-    loads, carried : dict of str to ndarray, shape (n,)
-        Component -> measured load less the load carried, and load carried (N, N·m).
+    prepared : PreparedTrial
+        The trial with the filter of the loads.
+    loads : dict of str to ndarray, shape (n,)
+        Component -> belt-induced load, or load of a subject and belt (N, N·m).
     carried_kg : float
         Mass on the belt (kg).
-    evaluated : ndarray of bool, shape (n,)
-        Samples that are fitted and evaluated (-).
-    onsets : tuple of int
-        First samples of the perturbations (samples).
 
     Returns
     -------
     dict of str to BeltRecording
-        Component -> recording (N, N·m).
+        Component -> recording (N, N·m), evaluated throughout, without a load carried.
     """
-    raw_velocity, rate = trial.values("belt_velocity"), trial.rate_hz
-    velocity = zero_line(lowpass(raw_velocity, rate), trial.time, at_rest)
+    velocity = prepared.from_rest(prepared.belt_velocity)
+    acceleration = derivative(prepared.time, velocity)
+    raw_velocity = prepared.from_rest(prepared.trial.values("belt_velocity"))
     return {
         component: BeltRecording(
-            name=name,
-            condition=condition,
-            rate_hz=rate,
+            name=prepared.name,
+            condition=prepared.name,
+            rate_hz=prepared.rate_hz,
             velocity=velocity,
-            acceleration=derivative(trial.time, velocity),
-            raw_velocity=zero_line(raw_velocity, trial.time, at_rest),
+            acceleration=acceleration,
+            raw_velocity=raw_velocity,
             load=loads[component],
-            carried=carried[component],
+            carried=np.zeros(velocity.size),
             carried_kg=carried_kg,
             unit=unit,
-            evaluated=evaluated,
-            onsets=onsets,
-            lowpass=lowpass,
+            evaluated=np.ones(velocity.size, dtype=bool),
+            onsets=prepared.onsets,
+            lowpass=prepared.lowpass,
         )
         for component, unit in COMPONENTS.items()
     }
 
 
-def _weight_position(trial: Trial, options: PlateOptions, velocity: np.ndarray) -> np.ndarray:
-    if options.weight_motion == "belt":
-        return scipy.interpolate.CubicSpline(trial.time, velocity).antiderivative()(trial.time)
-    return _marker_position(trial, options.lowpass)
+def _weight_position(prepared: PreparedTrial, weight_motion: str) -> np.ndarray:
+    """Position of the weight along the belt (m), shape (n,)."""
+    if weight_motion == "markers":
+        return _marker_position(prepared)
+    velocity = prepared.from_rest(prepared.belt_velocity)
+    return scipy.interpolate.CubicSpline(prepared.time, velocity).antiderivative()(prepared.time)
 
 
-def _marker_position(trial: Trial, lowpass: Lowpass) -> np.ndarray:
+def _marker_position(prepared: PreparedTrial) -> np.ndarray:
     """Mean position of all markers along the belt (m), shape (n,)."""
-    markers = trial.values("marker_position")[:, :, 1].astype(float)
-    return lowpass(markers.mean(axis=1), trial.rate_hz)
+    markers = prepared.trial.values("marker_position")[:, :, 1].astype(float)
+    return prepared.filtered(markers.mean(axis=1))
 
 
 def marker_lag(trial: Trial, name: str, options: PlateOptions) -> float:
@@ -251,51 +221,11 @@ def marker_lag(trial: Trial, name: str, options: PlateOptions) -> float:
     Raises
     ------
     InputError
-        If no rest is found, or the markers do not follow the belt.
+        If no perturbation or no rest is found, or the markers do not follow the belt.
     """
-    at_rest = rest_samples(trial.time, options.window)
-    velocity = options.lowpass(trial.values("belt_velocity"), trial.rate_hz)
-    position = _marker_position(trial, options.lowpass)
-    return marker_delay(trial.time, position, zero_line(velocity, trial.time, at_rest), name)
-
-
-def measured_load(
-    trial: Trial, name: str, belt: str, lowpass: Lowpass, at_rest: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Fy, Fz (N) and Mx (N·m) of the perturbed belt, filtered, each of shape (n,); zero at rest but for Fz.
-
-    Raises
-    ------
-    InputError
-        If the belt is not in the trial.
-    """
-    filtered = filtered_load(trial, name, belt, lowpass)
-    zeroed = {key: zero_line(x, trial.time, at_rest) for key, x in filtered.items()}
-    # the vertical force keeps the weight on the plate, only its drift is removed
-    return zeroed | {"Fz": zeroed["Fz"] + filtered["Fz"][at_rest].mean()}
-
-
-def filtered_load(trial: Trial, name: str, belt: str, lowpass: Lowpass) -> dict[str, np.ndarray]:
-    """Fy, Fz (N) and Mx (N·m) of one belt, filtered, each of shape (n,).
-
-    Raises
-    ------
-    InputError
-        If the belt is not in the trial.
-    """
-    belts = trial.axes["belt"].tolist()
-    if belt not in belts:
-        raise InputError(
-            f"{name}: expected forces of the belt {belt!r}, found {listed(belts)}: "
-            "correct plate_treadmill.belt"
-        )
-    column = belts.index(belt)
-    columns = {
-        "Fy": trial.values("force")[:, column, 1],
-        "Fz": trial.values("force")[:, column, 2],
-        "Mx": trial.values("moment")[:, column, 0],
-    }
-    return {key: lowpass(x.astype(float), trial.rate_hz) for key, x in columns.items()}
+    prepared = prepare_trial(trial, name, options.detection, options.window).behind(options.lowpass)
+    velocity = prepared.from_rest(prepared.belt_velocity)
+    return marker_delay(prepared.time, _marker_position(prepared), velocity, name)
 
 
 def table_recording(trial: Trial, name: str, trimmed_s: float) -> BeltRecording:

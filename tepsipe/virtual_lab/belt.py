@@ -80,6 +80,11 @@ class BeltMotion:
     belt_acceleration: np.ndarray
     reaction: np.ndarray
 
+    @property
+    def rate_hz(self) -> float:
+        """Steps of the integration per second, a whole number (Hz)."""
+        return float(round((self.time.size - 1) / self.time[-1]))
+
 
 def sine_pulse(s: float) -> float:
     """One full sine period in normalised time ``s`` in 0..1 (-), with peaks +1 and -1 (-)."""

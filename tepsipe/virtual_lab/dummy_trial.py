@@ -22,6 +22,7 @@ from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.tilting_foot import FootTilt
 from tepsipe.virtual_lab.treadmill_trial import (
     INTEGRATION_RATE_HZ,
+    Protocol,
     record_capture,
     record_log,
     schedule_trial,
@@ -29,18 +30,7 @@ from tepsipe.virtual_lab.treadmill_trial import (
 from tepsipe.virtual_lab.truth_file import TrueMotion, write_true_motion
 
 
-def make_dummy_trial(
-    truth: dict,
-    condition: str,
-    profile: str,
-    amplitude_m_per_s: float,
-    interval_s: float,
-    duration_s: float,
-    log: Path,
-    calibration: Path,
-    markers: Path,
-    motion_file: Path | None = None,
-) -> None:
+def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dict[str, Path]) -> None:
     """Make one trial of the ankle dummy on the treadmill.
 
     Parameters
@@ -49,14 +39,11 @@ def make_dummy_trial(
         The laboratory's constants, as its configuration file holds them (units in the keys).
     condition : str
         Name of the condition: it seeds the trial's noise.
-    profile : {"sine", "minjerk"}
-        Shape of the perturbations.
-    amplitude_m_per_s, interval_s, duration_s : float
-        Velocity amplitude (m/s), time between perturbations (s), length of the trial (s).
-    log, calibration, markers : Path
-        Files to write: treadmill log, calibration matrix and C3D.
-    motion_file : Path, optional
-        File for the hidden motion of the joint (s, rad, N·m).
+    protocol : Protocol
+        Perturbations (m/s, s).
+    files : dict of str to Path
+        Files to write: ``log``, ``calibration`` and ``markers``, and ``motion``, the hidden motion of the
+        joint (s, rad, N·m), if it is wanted.
     """
     seed, rig = truth["seed"], truth["treadmill"]
     dummy = DummyTruth(**truth["dummy"]["subject"])
@@ -66,7 +53,7 @@ def make_dummy_trial(
     rng = generator(seed, "dummy", condition)
     of_slip = generator(seed, "dummy", condition, "slip")
     rest_after_s = rig["protocol"]["rest_after_s"]
-    schedule = schedule_trial(rig, profile, amplitude_m_per_s, interval_s, duration_s, rest_after_s, rng)
+    schedule = schedule_trial(rig, protocol, rest_after_s, rng)
     motion = move_dummy(
         dummy,
         Rubber(**truth["dummy"]["rubber"]),
@@ -77,15 +64,16 @@ def make_dummy_trial(
         FootTilt(**truth["dummy"]["foot_tilt"]),
     )
     load_kg = dummy.foot_mass_kg + dummy.leg_mass_kg
-    record_log(rig, seed, schedule, motion, load_kg, rng, log, calibration)
+    record_log(rig, seed, schedule, motion, load_kg, rng, files)
     paths = _marker_paths(truth["dummy"], dummy, motion, schedule.onsets_s, of_slip)
-    record_capture(rig, schedule, MARKERS, paths, rng, markers)
-    if motion_file is not None:
+    record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])
+    if "motion" in files:
         angle, rate = motion.angle - motion.tilt, motion.angle_rate - motion.tilt_rate
         # what belongs to the joint's inertia turns with the leg
         acceleration = np.gradient(motion.angle_rate, motion.time)
         elapsed = motion.time - schedule.trigger_s
-        write_true_motion(motion_file, TrueMotion(elapsed, angle, rate, acceleration, motion.joint_torque))
+        true = TrueMotion(elapsed, angle, rate, acceleration, motion.joint_torque)
+        write_true_motion(files["motion"], true)
 
 
 def _marker_paths(truth: dict, dummy: DummyTruth, motion: DummyMotion, onsets_s, rng) -> list[MarkerPath]:

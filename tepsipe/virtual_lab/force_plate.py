@@ -54,6 +54,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from tepsipe.virtual_lab.belt import BeltMotion
+
 
 def bristle_deflection(displacement: np.ndarray, breakaway_m: float) -> np.ndarray:
     """Deflection z of the bristles, from z = 0.
@@ -319,11 +321,8 @@ def belt_wrench(
 def plate_voltages(
     truth: PlateTruth,
     volts_per_newton: np.ndarray,
-    reaction: np.ndarray,
-    belt_velocity: np.ndarray,
-    belt_acceleration: np.ndarray,
+    motion: BeltMotion,
     load_kg: float,
-    grid_rate_hz: float,
     sample: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
@@ -335,14 +334,11 @@ def plate_voltages(
         Constants (units in their names).
     volts_per_newton : ndarray, shape (14, 14)
         From `plate_electronics` (V/N).
-    reaction : ndarray, shape (n, 6)
-        Wrench of the plate on the load about the belt's centre (N, N·m).
-    belt_velocity, belt_acceleration : ndarray, shape (n,)
-        Motion of the right belt (m/s, m/s²).
+    motion : BeltMotion
+        Motion of the right belt (m/s, m/s²), and wrench of the plate on the load about the belt's centre (N,
+        N·m).
     load_kg : float
         Mass on the belt (kg).
-    grid_rate_hz : float
-        Rate of the arrays above (Hz).
     sample : ndarray of int, shape (k,)
         Grid points at which the log samples (-).
     rng : numpy.random.Generator
@@ -354,11 +350,12 @@ def plate_voltages(
         Voltages (V), left belt first.
     """
     of_lag, of_floor = rng.spawn(2)  # leaves what `rng` itself draws as it is
-    lag = wandering_lag(truth, belt_velocity.size, grid_rate_hz, of_lag)
-    wrench = reaction + belt_wrench(
-        truth, reaction[:, 2], belt_velocity, belt_acceleration, lag, grid_rate_hz
+    n, grid_rate_hz = motion.time.size, motion.rate_hz
+    lag, load = wandering_lag(truth, n, grid_rate_hz, of_lag), motion.reaction[:, 2]
+    wrench = motion.reaction + belt_wrench(
+        truth, load, motion.belt_velocity, motion.belt_acceleration, lag, grid_rate_hz
     )
-    tremor = floor_tremor(truth, belt_velocity.size, grid_rate_hz, of_floor)
+    tremor = floor_tremor(truth, n, grid_rate_hz, of_floor)
     wrench[:, 1] += truth.resonance_mass_kg * tremor
     first = _mode(truth.resonance_hz, truth.resonance_damping, truth.resonance_mass_kg, load_kg)
     second = _mode(truth.second_hz, truth.second_damping, truth.second_mass_kg, load_kg)

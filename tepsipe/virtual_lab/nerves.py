@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tepsipe.virtual_lab.person_constants import MUSCLES, MuscleTruth, NervesTruth, TaskTruth
+from tepsipe.virtual_lab.person_constants import MUSCLES, NervesTruth, Subject
 
 
 def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
@@ -35,22 +35,15 @@ class Nerves:
     """Drive (-) and active torque (N·m), step by step, from what was sensed a latency ago."""
 
     def __init__(
-        self,
-        muscles: dict[str, MuscleTruth],
-        task: TaskTruth,
-        nerves: NervesTruth,
-        p: list[float],
-        stance: tuple[float, float, float],
-        steps: int,
-        rate_hz: float,
-        rng: np.random.Generator,
+        self, subject: Subject, levers: list[float], steps: int, rate_hz: float, rng: np.random.Generator
     ):
+        task, nerves = subject.task, subject.nerves
         self._nerves = nerves
-        self._weights = [part / sum(p) for part in p]
-        self._stance = stance
+        self._weights = [lever / sum(levers) for lever in levers]
+        self._stance = subject.person.stance_rad
         self._wander = wander(nerves, steps + 2, rate_hz, rng).tolist()
         self._balance_late = _steps(nerves.balance_delay_s * rate_hz)
-        own = [muscles[name] for name in MUSCLES]
+        muscles = [subject.muscles[name] for name in MUSCLES]
         # latencies in steps; the drive one step ahead is known, because every latency is longer than a step
         self._constants = [
             (
@@ -64,7 +57,7 @@ class Nerves:
                 tuple(muscle.stretch),
             )
             for muscle, tone, gain, medium in zip(
-                own, task.tone, task.reflex_s_per_rad, task.medium_reflex_s_per_rad, strict=True
+                muscles, task.tone, task.reflex_s_per_rad, task.medium_reflex_s_per_rad, strict=True
             )
         ]
         self._to_x, self._to_v = _twitch(nerves, 1.0 / rate_hz)

@@ -34,6 +34,7 @@ no free-body equation is used here.
 
 import math
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,7 +54,7 @@ from tepsipe.virtual_lab.anthropometry import (
 from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.integrate import stepper
 from tepsipe.virtual_lab.nerves import Nerves
-from tepsipe.virtual_lab.person_constants import MuscleTruth, NervesTruth, PersonTruth, TaskTruth
+from tepsipe.virtual_lab.person_constants import PersonTruth, Subject, TaskTruth
 from tepsipe.virtual_lab.truth_file import StandingMotion
 
 
@@ -116,12 +117,9 @@ def critical_stiffness(person: PersonTruth) -> float:
 
 
 def move_person(
-    person: PersonTruth,
-    muscles: dict[str, MuscleTruth],
-    task: TaskTruth,
-    nerves: NervesTruth,
+    subject: Subject,
     drive: DriveTruth,
-    command,
+    command: Callable[[float], float],
     duration_s: float,
     rate_hz: float,
     rng: np.random.Generator,
@@ -130,12 +128,10 @@ def move_person(
 
     Parameters
     ----------
-    person : PersonTruth
-        Constants of the body (units in their names).
-    muscles : dict of str to MuscleTruth
-        Those of `MUSCLES`, by name.
-    task, nerves, drive : TaskTruth, NervesTruth, DriveTruth
-        Other constants (units in their names).
+    subject : Subject
+        Constants of body, muscles, task and nerves (units in their names).
+    drive : DriveTruth
+        Constants of the belt's drive (units in their names).
     command : callable
         Commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz : float
@@ -154,61 +150,156 @@ def move_person(
     FloatingPointError
         If the person falls.
     """
+    person, task = subject.person, subject.task
+    body = _body(person, drive)
+    # torques of the muscles at the start of the step, their changes in it, and its start
+    active = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    derivative = _derivative(person, task, drive, body, command, rate_hz, active)
+    steps = math.ceil(duration_s * rate_hz)
+    state = (0.0, 0.0, 0.0, *person.stance_rad, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    step, h = stepper(len(state)), 1.0 / rate_hz
+    nerves_step = Nerves(subject, body.levers, steps, rate_hz, rng).stepper()
+    driven, torques = nerves_step(state)
+    states, drives, at_ankles = array("d", state), array("d", driven), array("d", torques[:1])
+    for k in range(steps):
+        driven, ahead = nerves_step(state)
+        drives.extend(driven)
+        active[:3] = torques
+        active[3:6] = [after - before for before, after in zip(torques, ahead, strict=True)]
+        active[6] = k / rate_hz
+        torques = ahead
+        at_ankles.append(ahead[0])
+        state = step(derivative, k / rate_hz, state, h)
+        states.extend(state)
+        if not (-0.7 < state[3] < 0.7 and -0.7 < state[4] < 0.7 and -0.7 < state[5] < 0.7):
+            raise FloatingPointError("the virtual person falls: check stiffness, damping and balance")
+    states = np.array(states).reshape(steps + 1, -1)
+    time = np.arange(steps + 1) / rate_hz
+    y, v = states[:, 0], states[:, 1]
+    return PersonMotion(
+        time=time,
+        belt_position=y,
+        belt_velocity=v,
+        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
+        reaction=_reaction(person, time, states),
+        angles=states[:, 3:6],
+        rates=states[:, 6:9],
+        drive=np.array(drives).reshape(steps + 1, -1),
+        foot=states[:, 9],
+        foot_rate=states[:, 10],
+        short_range=states[:, 11],
+        active=np.array(at_ankles),
+    )
+
+
+@dataclass(frozen=True)
+class _Body:
+    """Coefficients of the equations of motion: H_jk (kg·m²), p_j (kg·m), p_j g (N·m) and M (kg)."""
+
+    inertia: np.ndarray
+    levers: list[float]
+    weights: list[float]
+    moving_kg: float
+
+
+def _body(person: PersonTruth, drive: DriveTruth) -> _Body:
     chain = segments(person)
     mass = np.array([segment.mass_kg for segment in chain])
     a = _carried(chain)
-    h = np.einsum("i,ij,ik->jk", mass, a, a) + np.diag([segment.inertia_kgm2 for segment in chain])
-    p = mass @ a
-    g = person.gravity_m_per_s2
-    both_feet = feet_of(person)
-    moving = drive.belt_mass_kg + both_feet.mass_kg + float(mass.sum())
-
-    p1, p2, p3 = p.tolist()
-    h11, h22, h33 = np.diag(h).tolist()
-    h12, h13, h23 = float(h[0, 1]), float(h[0, 2]), float(h[1, 2])
-    k_a, k_k, k_h = task.stiffness_Nm_per_rad
-    b_a, b_k, b_h = task.damping_Nms_per_rad
-    # quiet standing is an equilibrium: each joint bears the weight above it
-    s1, s2, s3 = person.stance_rad
-    weight1, weight2, weight3 = p1 * g, p2 * g, p3 * g
-    load = [weight1 * math.sin(s1), weight2 * math.sin(s2), weight3 * math.sin(s3)]
-    rest_h = load[2]
-    rest_k = rest_h + load[1]
-    rest_a = rest_k + load[0]
-    k_r, k_f, b_f = (
-        task.short_range_Nm_per_rad,
-        person.foot_stiffness_Nm_per_rad,
-        person.foot_damping_Nms_per_rad,
+    levers = (mass @ a).tolist()
+    return _Body(
+        inertia=np.einsum("i,ij,ik->jk", mass, a, a) + np.diag([segment.inertia_kgm2 for segment in chain]),
+        levers=levers,
+        weights=[p * person.gravity_m_per_s2 for p in levers],
+        moving_kg=drive.belt_mass_kg + feet_of(person).mass_kg + float(mass.sum()),
     )
+
+
+# These functions return functions of numbers, not of arrays: the integration calls them 4000 times for each
+# second of a trial.
+
+
+def _derivative(
+    person: PersonTruth,
+    task: TaskTruth,
+    drive: DriveTruth,
+    body: _Body,
+    command: Callable[[float], float],
+    rate_hz: float,
+    active: list[float],
+) -> Callable[[float, tuple[float, ...]], tuple[float, ...]]:
+    """Rate of change of the state: y, y', the servo's, th, th', psi, psi' and z."""
+    torques = _joint_torques(person, task, body, rate_hz, active)
+    accelerations = _accelerations(body)
+    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
     yielding = 1.0 / person.short_range_rad if person.short_range_rad else 0.0
+    both_feet = feet_of(person)
+    k_f, b_f = person.foot_stiffness_Nm_per_rad, person.foot_damping_Nms_per_rad
     depth = 0.5 * person.ankle_height_m
     to_foot = both_feet.inertia_kgm2 + both_feet.mass_kg * (person.foot_com_m**2 + depth**2)
     to_foot = 1.0 / to_foot if k_f else 0.0
     from_belt = both_feet.mass_kg * depth
-    sin, cos = math.sin, math.cos
-    force, viscous, delay = drive.servo(), drive.viscous_Ns_per_m, drive.delay_s
-    # torques of the muscles at the start and at the end of the step, and the step's start
-    active = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 
     def derivative(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
-        _, v, q, th1, th2, th3, w1, w2, w3, tilt, w_f, z = state
+        _, v, q, _, _, _, w1, w2, w3, tilt, w_f, z = state
         u, q_rate = force(command(t - delay) - v, q)
+        over, tau_a, tau_k, tau_h = torques(t, state)
+        belt, d1, d2, d3 = accelerations(u - viscous * v, state, tau_a, tau_k, tau_h)
+        d_f = to_foot * (over - k_f * tilt - b_f * w_f + from_belt * belt)
+        w_a = w1 - w_f
+        return (v, belt, q_rate, w1, w2, w3, d1, d2, d3, w_f, d_f, w_a - abs(w_a) * z * yielding)
+
+    return derivative
+
+
+def _joint_torques(
+    person: PersonTruth, task: TaskTruth, body: _Body, rate_hz: float, active: list[float]
+) -> Callable[[float, tuple[float, ...]], tuple[float, ...]]:
+    """Torque of the ankle beyond that of quiet standing, and torques of ankle, knee and hip (N·m)."""
+    k_a, k_k, k_h = task.stiffness_Nm_per_rad
+    b_a, b_k, b_h = task.damping_Nms_per_rad
+    k_r = task.short_range_Nm_per_rad
+    # quiet standing is an equilibrium: each joint bears the weight above it
+    s1, s2, s3 = person.stance_rad
+    load = [weight * math.sin(s) for weight, s in zip(body.weights, person.stance_rad, strict=True)]
+    rest_h = load[2]
+    rest_k = rest_h + load[1]
+    rest_a = rest_k + load[0]
+
+    def torques(t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        _, _, _, th1, th2, th3, w1, w2, w3, tilt, w_f, z = state
         now_a, now_k, now_h, more_a, more_k, more_h, began = active
         late = (t - began) * rate_hz
-        w_a = w1 - w_f
-        over = k_a * (th1 - tilt - s1) + b_a * w_a + k_r * z + now_a + late * more_a
-        tau_a = rest_a + over
+        over = k_a * (th1 - tilt - s1) + b_a * (w1 - w_f) + k_r * z + now_a + late * more_a
         tau_k = rest_k + k_k * (th2 - th1 - s2 + s1) + b_k * (w2 - w1) + now_k + late * more_k
         tau_h = rest_h + k_h * (th3 - th2 - s3 + s2) + b_h * (w3 - w2) + now_h + late * more_h
+        return over, rest_a + over, tau_k, tau_h
+
+    return torques
+
+
+def _accelerations(body: _Body) -> Callable[..., tuple[float, float, float, float]]:
+    """Accelerations of the belt (m/s²) and of the segments (rad/s²) by the equations of motion."""
+    p1, p2, p3 = body.levers
+    weight1, weight2, weight3 = body.weights
+    h11, h22, h33 = np.diag(body.inertia).tolist()
+    h12, h13, h23 = float(body.inertia[0, 1]), float(body.inertia[0, 2]), float(body.inertia[1, 2])
+    moving = body.moving_kg
+    sin, cos = math.sin, math.cos
+
+    def accelerations(
+        forced: float, state: tuple[float, ...], tau_a: float, tau_k: float, tau_h: float
+    ) -> tuple[float, float, float, float]:
+        _, _, _, th1, th2, th3, w1, w2, w3, _, _, _ = state
+        q1, q2, q3 = w1 * w1, w2 * w2, w3 * w3
         n1, n2, n3 = sin(th1), sin(th2), sin(th3)
         c1, c2, c3 = cos(th1), cos(th2), cos(th3)
         c12, n12 = c1 * c2 + n1 * n2, n1 * c2 - c1 * n2
         c13, n13 = c1 * c3 + n1 * n3, n1 * c3 - c1 * n3
         c23, n23 = c2 * c3 + n2 * n3, n2 * c3 - c2 * n3
-        q1, q2, q3 = w1 * w1, w2 * w2, w3 * w3
         m12, m13, m23 = h12 * n12, h13 * n13, h23 * n23
         e1, e2, e3 = p1 * c1, p2 * c2, p3 * c3
-        push = u - viscous * v + p1 * n1 * q1 + p2 * n2 * q2 + p3 * n3 * q3
+        push = forced + p1 * n1 * q1 + p2 * n2 * q2 + p3 * n3 * q3
         f1 = weight1 * n1 - tau_a + tau_k - m12 * q2 - m13 * q3
         f2 = weight2 * n2 - tau_k + tau_h + m12 * q1 - m23 * q3
         f3 = weight3 * n3 - tau_h + m13 * q1 + m23 * q2
@@ -231,49 +322,15 @@ def move_person(
         d2 = (f2 - a23 * d3) / a22
         d1 = (f1 - a12 * d2 - a13 * d3) / a11
         belt = (push - e1 * d1 - e2 * d2 - e3 * d3) / moving
-        d_f = to_foot * (over - k_f * tilt - b_f * w_f + from_belt * belt)
-        return (v, belt, q_rate, w1, w2, w3, d1, d2, d3, w_f, d_f, w_a - abs(w_a) * z * yielding)
+        return belt, d1, d2, d3
 
-    steps = math.ceil(duration_s * rate_hz)
-    state = (0.0, 0.0, 0.0, s1, s2, s3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    step, h = stepper(len(state)), 1.0 / rate_hz
-    nerves_step = Nerves(muscles, task, nerves, p.tolist(), (s1, s2, s3), steps, rate_hz, rng).stepper()
-    driven, torques = nerves_step(state)
-    states, drives, at_ankles = array("d", state), array("d", driven), array("d", torques[:1])
-    for k in range(steps):
-        driven, ahead = nerves_step(state)
-        drives.extend(driven)
-        active[:3] = torques
-        active[3:6] = [after - before for before, after in zip(torques, ahead, strict=True)]
-        active[6] = k / rate_hz
-        torques = ahead
-        at_ankles.append(ahead[0])
-        state = step(derivative, k / rate_hz, state, h)
-        states.extend(state)
-        if not (-0.7 < state[3] < 0.7 and -0.7 < state[4] < 0.7 and -0.7 < state[5] < 0.7):
-            raise FloatingPointError("the virtual person falls: check stiffness, damping and balance")
-    states = np.array(states).reshape(steps + 1, -1)
-    drives = np.array(drives).reshape(steps + 1, -1)
-    time = np.arange(steps + 1) / rate_hz
-    y, v = states[:, 0], states[:, 1]
-    return PersonMotion(
-        time=time,
-        belt_position=y,
-        belt_velocity=v,
-        belt_acceleration=scipy.interpolate.CubicSpline(time, v)(time, 1),
-        reaction=_reaction(person, chain, a, time, states),
-        angles=states[:, 3:6],
-        rates=states[:, 6:9],
-        drive=drives,
-        foot=states[:, 9],
-        foot_rate=states[:, 10],
-        short_range=states[:, 11],
-        active=np.array(at_ankles),
-    )
+    return accelerations
 
 
-def _reaction(person: PersonTruth, chain, a: np.ndarray, time, states: np.ndarray) -> np.ndarray:
+def _reaction(person: PersonTruth, time: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Wrench on the person about the plate's origin, from the rates of its momenta."""
+    chain = segments(person)
+    a = _carried(chain)
     mass = np.array([segment.mass_kg for segment in chain])
     inertia = np.array([segment.inertia_kgm2 for segment in chain])
     y, v, th, w = states[:, 0], states[:, 1], states[:, 3:6], states[:, 6:9]

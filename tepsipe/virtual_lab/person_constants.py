@@ -144,6 +144,24 @@ class NervesTruth:
 
 
 @dataclass(frozen=True)
+class Subject:
+    """A person with a task: body, muscles of `MUSCLES` by name, and nerves.
+
+    Attributes
+    ----------
+    person, task, nerves : PersonTruth, TaskTruth, NervesTruth
+        Constants (units in their names).
+    muscles : dict of str to MuscleTruth
+        Constants of every muscle (units in their names).
+    """
+
+    person: PersonTruth
+    muscles: dict[str, MuscleTruth]
+    task: TaskTruth
+    nerves: NervesTruth
+
+
+@dataclass(frozen=True)
 class PersonMarkers:
     """Where the markers sit on the right leg.
 

@@ -13,11 +13,12 @@ from tepsipe.virtual_lab.person_constants import (
     PersonMarkers,
     PersonTruth,
     SkinTruth,
+    Subject,
     TaskTruth,
 )
 from tepsipe.virtual_lab.person_markers import person_marker_paths
 from tepsipe.virtual_lab.seeds import generator
-from tepsipe.virtual_lab.treadmill_trial import record_capture, record_log, schedule_at_random
+from tepsipe.virtual_lab.treadmill_trial import Protocol, record_capture, record_log, schedule_at_random
 from tepsipe.virtual_lab.truth_file import write_true_motion
 
 # the body is slower than the dummy: half as many steps as for the other rigs are enough
@@ -25,18 +26,7 @@ INTEGRATION_RATE_HZ = 1000.0
 
 
 def make_standing_trial(
-    truth: dict,
-    condition: str,
-    task: str,
-    profile: str,
-    amplitude_m_per_s: float,
-    interval_s: tuple[float, float],
-    duration_s: float,
-    log: Path,
-    calibration: Path,
-    markers: Path,
-    emg: Path,
-    motion_file: Path | None = None,
+    truth: dict, condition: str, task: str, protocol: Protocol, files: dict[str, Path]
 ) -> None:
     """Make one trial of a person standing on the treadmill.
 
@@ -48,44 +38,35 @@ def make_standing_trial(
         Name of the condition: it seeds the trial's noise and intervals.
     task : {"relax", "stiff"}
         Task of the person.
-    profile : {"sine", "negative-sine"}
-        Shape of the perturbations.
-    amplitude_m_per_s : float
-        Velocity amplitude (m/s).
-    interval_s : tuple of float
-        Shortest and longest time between perturbations (s).
-    duration_s : float
-        Length of the trial (s).
-    log, calibration, markers, emg : Path
-        Files to write: treadmill log, calibration matrix, C3D and EDF+.
-    motion_file : Path, optional
-        File for the hidden motion of the ankles (s, rad, N·m).
+    protocol : Protocol
+        Perturbations at random intervals (m/s, s).
+    files : dict of str to Path
+        Files to write: ``log``, ``calibration``, ``markers`` and ``emg``, and ``motion``, the hidden motion
+        of the ankles (s, rad, N·m), if it is wanted.
     """
     seed, rig, standing = truth["seed"], truth["treadmill"], truth["standing"]
     rng = generator(seed, "standing", condition)
     of_nerves, of_emg = rng.spawn(2)
-    schedule = schedule_at_random(rig, profile, amplitude_m_per_s, interval_s, duration_s, rng)
+    schedule = schedule_at_random(rig, protocol, rng)
     person, doing = PersonTruth(**standing["person"]), TaskTruth(**standing["tasks"][task])
+    muscles = {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES}
     motion = move_person(
-        person,
-        {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES},
-        doing,
-        NervesTruth(**standing["nerves"]),
+        Subject(person, muscles, doing, NervesTruth(**standing["nerves"])),
         DriveTruth(**rig["drive"]),
         schedule.command,
         schedule.ends_s,
         INTEGRATION_RATE_HZ,
         of_nerves,
     )
-    record_log(rig, seed, schedule, motion, person.mass_kg, rng, log, calibration)
+    record_log(rig, seed, schedule, motion, person.mass_kg, rng, files)
     skin = SkinTruth(**standing["skin"])
     paths = person_marker_paths(PersonMarkers(**standing["markers"]), person, skin, motion)
-    record_capture(rig, schedule, MARKERS, paths, rng, markers)
+    record_capture(rig, schedule, MARKERS, paths, rng, files["markers"])
     recorder = EmgTruth(**standing["emg"])
     voltages, instants = record_emg(
         recorder, motion.time, motion.drive, motion.belt_acceleration, schedule.ends_s, of_emg
     )
     trigger = sample_trigger(instants, schedule.trigger_s, schedule.duration_s)
-    write_emg(emg, CHANNELS, voltages, trigger, recorder.rate_hz, recorder.limit_uV)
-    if motion_file is not None:
-        write_true_motion(motion_file, true_ankles(person, doing, motion, schedule.trigger_s))
+    write_emg(files["emg"], CHANNELS, voltages, trigger, recorder.rate_hz, recorder.limit_uV)
+    if "motion" in files:
+        write_true_motion(files["motion"], true_ankles(person, doing, motion, schedule.trigger_s))

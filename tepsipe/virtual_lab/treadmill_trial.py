@@ -16,6 +16,28 @@ INTEGRATION_RATE_HZ = 2000.0
 
 
 @dataclass(frozen=True)
+class Protocol:
+    """Perturbations and length of one trial.
+
+    Attributes
+    ----------
+    profile : {"sine", "negative-sine", "minjerk"}
+        Shape of the perturbations.
+    amplitude_m_per_s : float
+        Velocity amplitude (m/s).
+    interval_s : float or tuple of float
+        Time from a perturbation to the next (s); its shortest and longest value where it is random.
+    duration_s : float
+        Length of the trial (s).
+    """
+
+    profile: str
+    amplitude_m_per_s: float
+    interval_s: float | tuple[float, float]
+    duration_s: float
+
+
+@dataclass(frozen=True)
 class Schedule:
     """When a trial's trigger rises and what the belt is asked to do.
 
@@ -38,26 +60,17 @@ class Schedule:
     command: Callable[[float], float]
 
 
-def schedule_trial(
-    rig: dict,
-    profile: str,
-    amplitude_m_per_s: float,
-    interval_s: float,
-    duration_s: float,
-    rest_after_s: float,
-    rng: np.random.Generator,
-) -> Schedule:
+def schedule_trial(rig: dict, protocol: Protocol, rest_after_s: float, rng: np.random.Generator) -> Schedule:
     """Lay out a trial's perturbations, the last a whole interval before the rest at the end.
 
     Parameters
     ----------
     rig : dict
         The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
-    profile : {"sine", "minjerk"}
-        Shape of the perturbations.
-    amplitude_m_per_s, interval_s, duration_s, rest_after_s : float
-        Velocity amplitude (m/s), time between perturbations (s), length of the trial (s), unperturbed
-        time at its end (s).
+    protocol : Protocol
+        Perturbations at regular intervals (m/s, s).
+    rest_after_s : float
+        Unperturbed time at the trial's end (s).
     rng : numpy.random.Generator
         Draws where the trigger falls between two samples of the log.
 
@@ -66,35 +79,21 @@ def schedule_trial(
     Schedule
         Instants (s) and commanded velocity (m/s).
     """
-    protocol = rig["protocol"]
     trigger_s = _trigger(rig, rng)
-    last_onset = duration_s - rest_after_s - interval_s + 1e-9
-    onsets = trigger_s + np.arange(protocol["rest_before_s"], last_onset, interval_s)
-    return _schedule(rig, profile, amplitude_m_per_s, onsets, trigger_s, duration_s)
+    last_onset = protocol.duration_s - rest_after_s - protocol.interval_s + 1e-9
+    onsets = trigger_s + np.arange(rig["protocol"]["rest_before_s"], last_onset, protocol.interval_s)
+    return _schedule(rig, protocol, onsets, trigger_s)
 
 
-def schedule_at_random(
-    rig: dict,
-    profile: str,
-    amplitude_m_per_s: float,
-    interval_s: tuple[float, float],
-    duration_s: float,
-    rng: np.random.Generator,
-) -> Schedule:
+def schedule_at_random(rig: dict, protocol: Protocol, rng: np.random.Generator) -> Schedule:
     """Lay out a trial's perturbations at random intervals, with at least a longest one before its end.
 
     Parameters
     ----------
     rig : dict
         The treadmill's constants, as the laboratory's configuration holds them (units in the keys).
-    profile : {"sine", "negative-sine", "minjerk"}
-        Shape of the perturbations.
-    amplitude_m_per_s : float
-        Velocity amplitude (m/s).
-    interval_s : tuple of float
-        Shortest and longest time from the trigger, or a perturbation, to the next perturbation (s).
-    duration_s : float
-        Length of the trial (s).
+    protocol : Protocol
+        Perturbations with the shortest and the longest interval, also from the trigger to the first (m/s, s).
     rng : numpy.random.Generator
         Draws where the trigger falls between two samples of the log, and the intervals.
 
@@ -104,20 +103,20 @@ def schedule_at_random(
         Instants (s) and commanded velocity (m/s).
     """
     trigger_s = _trigger(rig, rng)
-    most = int(duration_s / interval_s[0])
-    onsets = trigger_s + np.cumsum(rng.uniform(*interval_s, most))
-    onsets = onsets[onsets < trigger_s + duration_s - interval_s[1]]
-    return _schedule(rig, profile, amplitude_m_per_s, onsets, trigger_s, duration_s)
+    shortest_s, longest_s = protocol.interval_s
+    onsets = trigger_s + np.cumsum(rng.uniform(shortest_s, longest_s, int(protocol.duration_s / shortest_s)))
+    onsets = onsets[onsets < trigger_s + protocol.duration_s - longest_s]
+    return _schedule(rig, protocol, onsets, trigger_s)
 
 
 def _trigger(rig: dict, rng: np.random.Generator) -> float:
     return rig["protocol"]["lead_s"] + rng.random() / rig["plate"]["rate_hz"]
 
 
-def _schedule(rig: dict, profile, amplitude_m_per_s, onsets, trigger_s, duration_s) -> Schedule:
-    protocol = rig["protocol"]
-    command = velocity_command(profile, amplitude_m_per_s, onsets, protocol["pulse_s"])
-    return Schedule(trigger_s, duration_s, trigger_s + duration_s + protocol["tail_s"], onsets, command)
+def _schedule(rig: dict, protocol: Protocol, onsets: np.ndarray, trigger_s: float) -> Schedule:
+    usual, lasts_s = rig["protocol"], protocol.duration_s
+    command = velocity_command(protocol.profile, protocol.amplitude_m_per_s, onsets, usual["pulse_s"])
+    return Schedule(trigger_s, lasts_s, trigger_s + lasts_s + usual["tail_s"], onsets, command)
 
 
 def record_log(
@@ -127,8 +126,7 @@ def record_log(
     motion: BeltMotion,
     load_kg: float,
     rng: np.random.Generator,
-    log: Path,
-    calibration: Path,
+    files: dict[str, Path],
 ) -> None:
     """Write the treadmill's log of a motion and the calibration matrix of its plate.
 
@@ -146,31 +144,21 @@ def record_log(
         Mass on the belt (kg).
     rng : numpy.random.Generator
         Draws the noise of the log's channels.
-    log, calibration : Path
-        Files to write: treadmill log and calibration matrix.
+    files : dict of str to Path
+        Files to write: ``log`` and ``calibration``.
     """
     plate, drive = PlateTruth(**rig["plate"]), DriveTruth(**rig["drive"])
-    grid_rate_hz = float(round((motion.time.size - 1) / motion.time[-1]))
-    sample = np.arange(0, motion.time.size, round(grid_rate_hz / plate.rate_hz))
+    sample = np.arange(0, motion.time.size, round(motion.rate_hz / plate.rate_hz))
     volts_per_newton, matrix = plate_electronics(plate, generator(seed, "plate"))
-    voltages = plate_voltages(
-        plate,
-        volts_per_newton,
-        motion.reaction,
-        motion.belt_velocity,
-        motion.belt_acceleration,
-        load_kg,
-        grid_rate_hz,
-        sample,
-        rng,
-    )
+    voltages = plate_voltages(plate, volts_per_newton, motion, load_kg, sample, rng)
     time = motion.time[sample]
     noisy = motion.belt_velocity[sample] + drive.velocity_noise_m_per_s * rng.standard_normal(sample.size)
     velocity = drive.velocity_step_m_per_s * np.round(noisy / drive.velocity_step_m_per_s)
     running = (time >= schedule.trigger_s) & (time < schedule.trigger_s + schedule.duration_s)
     commanded = np.array([schedule.command(t) for t in time.tolist()])
-    write_treadmill_log(log, plate.rate_hz, voltages, velocity, commanded, np.where(running, 5.0, 0.0))
-    write_calibration(calibration, matrix)
+    trigger = np.where(running, 5.0, 0.0)
+    write_treadmill_log(files["log"], plate.rate_hz, voltages, velocity, commanded, trigger)
+    write_calibration(files["calibration"], matrix)
 
 
 def record_capture(

@@ -19,6 +19,8 @@ import scipy
 FINE_HZ = 1000.0
 BEFORE_STRIKE_S = 0.12  # strides are joined so long before the heel strike
 FADE_S = 0.06
+BLOCK = 5  # consecutive strides that are drawn together
+HOLD_S = 0.25  # time from the onset of a ramp to its way back
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ class Walk:
     onsets: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
-def resample_walk(walk: Walk, strides: int, rng: np.random.Generator, block: int = 5) -> Walk:
+def resample_walk(walk: Walk, strides: int, rng: np.random.Generator) -> Walk:
     """A longer walk of blocks of consecutive strides.
 
     Parameters
@@ -103,8 +105,6 @@ def resample_walk(walk: Walk, strides: int, rng: np.random.Generator, block: int
         Number of strides (-).
     rng : numpy.random.Generator
         Draws the blocks.
-    block : int
-        Length of a block in strides (-).
 
     Returns
     -------
@@ -113,8 +113,8 @@ def resample_walk(walk: Walk, strides: int, rng: np.random.Generator, block: int
     """
     rate, lead = walk.rate_hz, round(BEFORE_STRIKE_S * walk.rate_hz)
     last = len(walk.heel_strikes) - 1
-    firsts = rng.integers(0, last - block + 1, size=strides // block + 1)
-    drawn = (firsts[:, None] + np.arange(block)).ravel()[: strides + 1]
+    firsts = rng.integers(0, last - BLOCK + 1, size=strides // BLOCK + 1)
+    drawn = (firsts[:, None] + np.arange(BLOCK)).ravel()[: strides + 1]
     at = np.round(walk.heel_strikes * rate).astype(int)
     fade = round(FADE_S * rate)
     rise = 0.5 - 0.5 * np.cos(np.pi * (np.arange(fade) + 0.5) / fade)
@@ -136,9 +136,9 @@ def resample_walk(walk: Walk, strides: int, rng: np.random.Generator, block: int
     return Walk(rate, dict(zip(names, joined, strict=True)), np.array(heel), np.array(toe[:-1]))
 
 
-def ramp(time: np.ndarray, duration_s: float, hold_s: float = 0.25) -> np.ndarray:
+def ramp(time: np.ndarray, duration_s: float) -> np.ndarray:
     """Minimum-jerk ramp from 0 to 1 (-), held, and back within 0.2 s, over the time after its onset (s)."""
-    up, down = np.clip(time / duration_s, 0.0, 1.0), np.clip((time - hold_s) / 0.2, 0.0, 1.0)
+    up, down = np.clip(time / duration_s, 0.0, 1.0), np.clip((time - HOLD_S) / 0.2, 0.0, 1.0)
     return _minimum_jerk(up) - _minimum_jerk(down)
 
 

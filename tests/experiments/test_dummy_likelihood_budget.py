@@ -9,7 +9,7 @@ from builders import Joint
 from tepsipe.experiments.dummy import likelihood_budget as moves
 from tepsipe.experiments.dummy.leg_budget import LIKELIHOOD_SOURCES
 from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy, fitted_data, markers_of
-from tepsipe.identification.likelihood.likelihood import fit_joint
+from tepsipe.identification.likelihood.likelihood import maximise_likelihood
 from tepsipe.statistics.uncertainty import Source
 from tests.experiments.test_dummy_budget import KNOWN
 from tests.experiments.test_dummy_leg_pathways import trial_of_swing
@@ -58,7 +58,7 @@ def test_a_step_from_the_maximum_is_what_another_fit_finds(data, found, name, mo
 
     def refit(positions):
         other = replace(data.markers, positions=positions)
-        fit = fit_joint(data.time, other, data.belt_log, OPTIONS.leg, data.at_rest, softening=False)
+        fit = maximise_likelihood(data.time, other, data.belt_log, OPTIONS.leg, data.at_rest, softening=False)
         return np.array([fit.value(key) for key in ("J", "B", "K")])
 
     change = refit(moved) - refit(level)

@@ -10,10 +10,16 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.planning.pulses import pulse_of
 from tepsipe.experiments.planning.standing_plan import (
     OPTIONS,
+    RATE_HZ,
+    WINDOW_S,
     StandingDesign,
-    draw_standing_estimates,
+    baseline_of,
+    epoch_time,
     plan_standing,
+    stationary_covariance,
 )
+from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
+from tepsipe.experiments.standing.free_reflex.fit import fit_free_reflex
 from tepsipe.experiments.walking.needed import NeededRow
 from tepsipe.io.csv_table import write_rows
 
@@ -21,6 +27,44 @@ from tepsipe.io.csv_table import write_rows
 def test_choices_of_the_estimator_are_those_of_the_study(shipped_config):
     chosen = shipped_config["standing"]["free_reflex"]
     assert vars(OPTIONS) == {**chosen, "windows_s": tuple(chosen["windows_s"])}
+
+
+def draw_standing_estimates(plan, rng, draws, quiet_s=1.12):
+    """B (N·m·s/rad) and K (N·m/rad) of simulated experiments by the estimator itself, shape (draws, 2)."""
+    time, design = epoch_time(), plan.design
+    quiet_time = np.arange(round(quiet_s * RATE_HZ) + 1) / RATE_HZ
+    roots = [
+        np.linalg.cholesky(stationary_covariance(design, n) + 1e-9 * np.eye(n))
+        for n in (time.size, quiet_time.size)
+    ]
+    found = np.empty((draws, 2))
+    for k in range(draws):
+        sway, quiet = (
+            rng.standard_normal((count, len(root))) @ root.T
+            for count, root in zip((design.number, 40), roots, strict=True)
+        )
+        perturbed = np.repeat(plan.response[None], design.number, axis=0)
+        perturbed[:, :, 0] += sway - sway[:, baseline_of(time)].mean(axis=1, keepdims=True)
+        still = np.zeros((*quiet.shape, 3))
+        still[:, :, 0] = quiet
+        epochs = BroadbandEpochs(
+            time=time,
+            perturbed=perturbed,
+            quiet_time=quiet_time,
+            quiet=still,
+            slopes={},
+            draws=np.zeros((0, time.size)),
+            peak_m_per_s=plan.peak_m_per_s,
+            carried_kg=80.0,
+            calibrated_kg=None,
+            centre=None,
+            centre_used=False,
+            apparent=None,
+            skin_m=0.0,
+        )
+        fit = fit_free_reflex([epochs], WINDOW_S, design.options, [], 2, rng)
+        found[k] = fit.parameters[0]
+    return found
 
 
 @pytest.mark.slow

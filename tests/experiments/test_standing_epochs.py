@@ -44,12 +44,13 @@ def usual_standing():
 
 @cache
 def usual():
-    return cut_standing_epochs(usual_trial(), usual_standing(), NAME, CUTTING)
+    return cut_standing_epochs(usual_standing(), CUTTING)
 
 
 def cut(trial, standing=None, options=CUTTING):
     standing = standing or process_standing(trial, NAME, OPTIONS, PATHWAYS, {})
-    return cut_standing_epochs(trial, standing, NAME, options)
+    prepared = replace(standing.prepared, trial=trial)
+    return cut_standing_epochs(replace(standing, prepared=prepared), options)
 
 
 def hide(trial, label, start_s, stop_s):

@@ -23,7 +23,7 @@ from tepsipe.experiments.standing.free_reflex.results import (
     task_difference,
     with_budgets,
 )
-from tepsipe.experiments.standing.thesis.impedance import StandingEstimator
+from tepsipe.experiments.standing.options import StandingEstimator
 from tepsipe.identification.regression.generalised import (
     Record,
     generalised_least_squares,

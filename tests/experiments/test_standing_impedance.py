@@ -10,14 +10,9 @@ from emg_builders import ramp_burst
 from standing_builders import RESPONSE_TIME, SIZES, bent, responses_with, twitched
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.standing.thesis.impedance import (
-    ActiveOptions,
-    StandingEstimator,
-    StandingFit,
-    fit_standing,
-    standing_estimates,
-    twitch,
-)
+from tepsipe.experiments.standing.estimates import StandingFit, standing_estimates
+from tepsipe.experiments.standing.options import StandingEstimator
+from tepsipe.experiments.standing.thesis.impedance import ActiveOptions, fit_standing, twitch
 from tepsipe.experiments.standing.thesis.results import fit_all
 
 K, B, INERTIA = 370.0, 6.0, 0.05

@@ -152,12 +152,12 @@ def test_size_of_the_soft_tissue_is_found_from_the_markers():
 def ideal(stance=USUAL):
     trial = standing_trial(stance)
     standing = process_standing(trial, "ideal", OPTIONS, {"ankle": TorquePathway("ankle", None)}, {})
-    epochs = cut_standing_epochs(trial, standing, "ideal", CUTTING)
+    epochs = cut_standing_epochs(standing, CUTTING)
     return (
         trial,
         standing,
         epochs,
-        cut_broadband(trial, "ideal", standing, epochs, OPTIONS, CUTTING, WIDE, {}),
+        cut_broadband(standing, epochs, OPTIONS, CUTTING, WIDE, {}),
     )
 
 
@@ -198,7 +198,7 @@ def test_smooth_pulses_return_the_truth_to_a_thousandth(window_s):
 
 
 def test_slopes_are_those_of_the_torque():
-    trial, standing, epochs, broadband = ideal()
+    _, standing, epochs, broadband = ideal()
     assert set(broadband.slopes) == set(SOURCES) and broadband.draws.shape == (0, broadband.time.size)
     # an ankle 5 mm further forward: the same by moving all markers of the analysis back
     moved = {
@@ -206,7 +206,7 @@ def test_slopes_are_those_of_the_torque():
         for name in ("foot", "shank")
     }
     options = replace(OPTIONS, person=replace(PERSON, **moved, foot_com_m=PERSON.foot_com_m - 0.005))
-    other = cut_broadband(replace(trial), "ideal", standing, epochs, options, CUTTING, WIDE, {})
+    other = cut_broadband(standing, epochs, options, CUTTING, WIDE, {})
     # there the centre of quiet sway corrects what is wrong
     assert other.centre.offset_m == pytest.approx((-0.005, 0.0), abs=1e-4) and other.centre_used
     assert fitted(other).parameters[0] == pytest.approx(fitted(broadband).parameters[0], rel=2e-3)

@@ -20,6 +20,7 @@ from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.signals.onsets import OnsetOptions
 from tepsipe.virtual_lab.person_mechanisms import without
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 
 pytestmark = pytest.mark.slow
 
@@ -79,7 +80,8 @@ def responses(truth, choices, tmp_path_factory):
             folder = tmp_path_factory.mktemp(name)
             kinds = {"log": "mat", "calibration": "csv", "markers": "c3d", "emg": "edf"}
             files = {kind: folder / f"{kind}.{ending}" for kind, ending in kinds.items()}
-            make_standing_trial(truth, name, task, profile, amplitude, INTERVAL_S, DURATION_S, **files)
+            protocol = Protocol(profile, amplitude, INTERVAL_S, DURATION_S)
+            make_standing_trial(truth, name, task, protocol, files)
             trial = ingest_standing_files(
                 files,
                 section["files"]["marker_labels"],
@@ -91,7 +93,7 @@ def responses(truth, choices, tmp_path_factory):
             )
             processed = process_standing(trial, name, standing, PATHWAYS, {})
             assert processed.fault is None
-            found[task].append(cut_standing_epochs(trial, processed, name, cutting))
+            found[task].append(cut_standing_epochs(processed, cutting))
     return found
 
 

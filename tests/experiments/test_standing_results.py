@@ -15,8 +15,8 @@ from standing_builders import (
 
 from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import TorquePathway
-from tepsipe.experiments.standing.thesis.impedance import ActiveOptions, StandingEstimator
+from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
+from tepsipe.experiments.standing.thesis.impedance import ActiveOptions
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.experiments.standing.thesis.results import (
     fit_all,
@@ -146,7 +146,7 @@ def test_result_of_a_trial_holds_responses_and_what_figure_4_13_shows(tmp_path):
     trial = standing_trial()
     pathways = {name: TorquePathway(name, None) for name in ("ankle", "ankle-thesis")}
     standing = process_standing(trial, "standing/x", OPTIONS, pathways, {})
-    responses = cut_standing_epochs(trial, standing, "standing/x", CUTTING)
+    responses = cut_standing_epochs(standing, CUTTING)
     torques = {"as_printed": "ankle-thesis", "recommended": "ankle"}
     write_result(tmp_path / "trial.h5", trial_epochs_result(standing, responses, torques))
     read = read_result(tmp_path / "trial.h5")

@@ -12,7 +12,7 @@ from tepsipe import fit_joint_likelihood
 from tepsipe.errors import InputError
 from tepsipe.identification.estimators import Record, estimate
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
-from tepsipe.identification.likelihood.likelihood import fit_joint
+from tepsipe.identification.likelihood.likelihood import maximise_likelihood
 from tepsipe.identification.likelihood.model import Point
 from tepsipe.identification.likelihood.result import _law_forces, innovations
 from tepsipe.mechanics.rubber_joint import RubberJoint
@@ -50,11 +50,13 @@ def markers_of(theta, foot, noise_m=0.0, rng=None):
 def fit(moved, markers=None, log="log", leg=LEG, softening=False):
     markers = markers_of(moved.motion.theta, moved.belt_position) if markers is None else markers
     log = moved.belt_velocity if isinstance(log, str) else log
-    return fit_joint(moved.motion.time, markers, log, leg, moved.motion.time < 1.9, softening=softening)
+    return maximise_likelihood(
+        moved.motion.time, markers, log, leg, moved.motion.time < 1.9, softening=softening
+    )
 
 
 def values(found):
-    return [found.value("J") - found.model.own_inertia, found.value("B"), found.value("K")]
+    return [found.value("J") - found.model.leg_inertia, found.value("B"), found.value("K")]
 
 
 @pytest.fixture(scope="module")
@@ -107,8 +109,10 @@ def test_derivatives_are_those_of_the_model(still):
             continue  # of the free swing they are those of the equation, up to another free swing
         step = 1e-6 * max(1.0, abs(point.values[name])) * np.eye(len(names))[k]
         ahead, behind = model.spectra(point.moved(step)), model.spectra(point.moved(-step))
-        expected = ((ahead.response - behind.response) * foot + ahead.own - behind.own) / (2.0 * step[k])
-        slope = at.response_slopes[k] * foot + at.own_slopes[k]
+        expected = ((ahead.response - behind.response) * foot + ahead.independent - behind.independent) / (
+            2.0 * step[k]
+        )
+        slope = at.response_slopes[k] * foot + at.independent_slopes[k]
         assert np.abs(slope - expected).max() < 1e-4 * np.abs(expected).max(), name
 
 

@@ -23,10 +23,11 @@ from tepsipe.identification.cascade.pathways import (
     knot_responses,
     lagged,
     muscle_response,
-    rectified_velocity,
+    rectified,
 )
 from tepsipe.ingest.manipulators import TableOptions, ingest_position_manipulator
 from tepsipe.io.readers.text_table import read_text_table
+from tepsipe.signals.differentiation import derivative
 
 RATE = 250.0
 INERTIA, DAMPING, STIFFNESS = 0.015, 0.8, 60.0
@@ -148,7 +149,7 @@ def test_rectified_velocity_keeps_one_direction(direction):
     time = np.arange(500) / RATE
     angle = 0.02 * np.sin(2.0 * np.pi * 2.0 * time)
     velocity = 0.02 * 2.0 * np.pi * 2.0 * np.cos(2.0 * np.pi * 2.0 * time)
-    found = rectified_velocity(angle, RATE, direction)
+    found = rectified(derivative(time, angle), direction, 0.0)
     expected = np.where(np.sign(velocity) == direction, velocity, 0.0)
     assert found == pytest.approx(expected, abs=1e-4)
     assert (direction * found >= 0.0).all()

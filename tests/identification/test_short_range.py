@@ -13,6 +13,7 @@ from tepsipe.identification.cascade.normal_equations import (
 )
 from tepsipe.identification.cascade.parallel_cascade import identify_cascade
 from tepsipe.identification.cascade.pathways import laguerre_responses, stop_deflection
+from tepsipe.identification.cascade.record import make_record
 from tepsipe.identification.cascade.selection import choose_rows
 from tepsipe.identification.cascade.slow_torque import SlowModel, estimate_slow_model
 from tepsipe.signals.filters import butterworth_lowpass
@@ -46,9 +47,8 @@ def fitted(angle, torque, options=QUICK, draws=100):
     kept = slice(250, angle.size - 250)
     training = (kept.stop - kept.start) // 2
     low = lambda x: butterworth_lowpass(x, RATE, 30.0, 4)  # noqa: E731
-    return identify_cascade(
-        angle, torque, RATE, kept, training, low, options, 250, draws, np.random.default_rng(1)
-    )
+    record = make_record(angle, torque, RATE, kept, training, low, options)
+    return identify_cascade(record, 250, draws, np.random.default_rng(1))
 
 
 # ---- parts -------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.identification.time_varying import (
+    MovedJoint,
     impedance_by_schedule,
     impedance_in_windows,
     impedance_of_ensemble,
@@ -63,7 +64,7 @@ def covered(found, truth, name="K"):
 def test_stiffness_that_doubles_over_a_record_is_followed(rng):
     time, *motion = imposed(60.0, rng)
     torque = torque_of(doubling(time / 60.0), *motion) - 4.0 + voluntary(time.size, 0.2, rng)
-    found = impedance_in_windows(motion[0] + 0.1, torque, RATE, **WINDOWS, rng=rng)
+    found = impedance_in_windows(MovedJoint(motion[0] + 0.1, torque, RATE), **WINDOWS, rng=rng)
     truth = doubling(found.at / 60.0)
     assert found.over == "time"
     assert found.values[:, 2] == pytest.approx(truth, rel=0.10)
@@ -76,7 +77,7 @@ def test_stiffness_that_doubles_over_a_record_is_followed(rng):
 
 def test_without_noise_windows_return_the_mean_of_their_stiffness(rng):
     _, *motion = imposed(30.0, rng)
-    found = impedance_in_windows(motion[0], torque_of(60.0, *motion), RATE, **WINDOWS, rng=rng)
+    found = impedance_in_windows(MovedJoint(motion[0], torque_of(60.0, *motion), RATE), **WINDOWS, rng=rng)
     assert found.values[:, 2] == pytest.approx(60.0, rel=1e-3)
     assert (found.vaf > 99.9).all()
     assert (found.high - found.low)[:, 2].max() < 0.3
@@ -86,7 +87,7 @@ def test_windows_without_perturbation_are_left_out(rng):
     time, *motion = imposed(60.0, rng)
     still = np.where((time > 20.0) & (time < 40.0), 0.0, 1.0)
     torque = torque_of(60.0, *motion) * still + voluntary(time.size, 0.1, rng)
-    found = impedance_in_windows(motion[0] * still, torque, RATE, **WINDOWS, rng=rng)
+    found = impedance_in_windows(MovedJoint(motion[0] * still, torque, RATE), **WINDOWS, rng=rng)
     assert not ((found.at > 22.5) & (found.at < 37.5)).any()
     assert found.at.min() < 5.0
     assert found.at.max() > 55.0
@@ -101,7 +102,9 @@ def test_intervals_of_windows_cover_and_shrink_with_the_noise(rng):
         noise = voluntary(time.size, 0.5, draw)
         for scale in (1.0, 0.5):
             torque = torque_of(doubling(time / 60.0), *motion) + scale * noise
-            found = impedance_in_windows(motion[0], torque, RATE, **WINDOWS, rng=np.random.default_rng(1))
+            found = impedance_in_windows(
+                MovedJoint(motion[0], torque, RATE), **WINDOWS, rng=np.random.default_rng(1)
+            )
             widths.append(found.standard_error[:, 2].mean())
             hits.append(covered(found, doubling(found.at / 60.0)))
     assert np.mean(hits) > 0.88
@@ -111,7 +114,9 @@ def test_intervals_of_windows_cover_and_shrink_with_the_noise(rng):
 def test_noisier_part_of_a_record_has_wider_intervals(rng):
     time, *motion = imposed(60.0, rng)
     noise = voluntary(time.size, 0.2, rng) * np.where(time < 30.0, 1.0, 4.0)
-    found = impedance_in_windows(motion[0], torque_of(60.0, *motion) + noise, RATE, **WINDOWS, rng=rng)
+    found = impedance_in_windows(
+        MovedJoint(motion[0], torque_of(60.0, *motion) + noise, RATE), **WINDOWS, rng=rng
+    )
     early, late = (found.standard_error[part, 2].mean() for part in (found.at < 25.0, found.at > 35.0))
     assert late == pytest.approx(4.0 * early, rel=0.35)
 
@@ -121,8 +126,8 @@ def test_reflex_torque_is_separated_from_the_stiffness(rng):
     stretch = 8.0 * reflex(motion[1])
     gain = 1.0 + time / 60.0
     torque = torque_of(60.0, *motion) + gain * stretch + voluntary(time.size, 0.05, rng)
-    alone = impedance_in_windows(motion[0], torque, RATE, **WINDOWS, rng=rng)
-    both = impedance_in_windows(motion[0], torque, RATE, **WINDOWS, rng=rng, reflex_torque=stretch)
+    alone = impedance_in_windows(MovedJoint(motion[0], torque, RATE), **WINDOWS, rng=rng)
+    both = impedance_in_windows(MovedJoint(motion[0], torque, RATE, stretch), **WINDOWS, rng=rng)
     assert both.names[-1] == "reflex_gain_ratio"
     assert both.values[:, 3] == pytest.approx(1.0 + both.at / 60.0, rel=0.1)
     assert np.abs(both.values[:, 2] - 60.0).mean() < 0.5 * np.abs(alone.values[:, 2] - 60.0).mean()
@@ -141,7 +146,7 @@ def realisations(rng, count=30, noise=0.2):
 
 def test_ensemble_follows_stiffness_within_a_second(rng):
     angle, torque, starts = realisations(rng)
-    found = impedance_of_ensemble(angle, torque, RATE, starts, **ENSEMBLE, rng=rng)
+    found = impedance_of_ensemble(MovedJoint(angle, torque, RATE), starts, **ENSEMBLE, rng=rng)
     truth = doubling(found.at)
     assert found.values[:, 2] == pytest.approx(truth, rel=0.10)
     assert covered(found, truth) >= 0.7
@@ -154,7 +159,7 @@ def test_realisations_that_do_not_end_in_the_record_are_left_out(rng):
     angle, torque, starts = realisations(rng)
     more = np.append(starts, [angle.size - 10, angle.size + 5])
     one, other = (
-        impedance_of_ensemble(angle, torque, RATE, s, **ENSEMBLE, rng=np.random.default_rng(1))
+        impedance_of_ensemble(MovedJoint(angle, torque, RATE), s, **ENSEMBLE, rng=np.random.default_rng(1))
         for s in (starts, more)
     )
     assert (one.values == other.values).all()
@@ -162,7 +167,7 @@ def test_realisations_that_do_not_end_in_the_record_are_left_out(rng):
 
 def test_more_realisations_narrow_the_interval(rng):
     made = [realisations(rng, count) for count in (15, 60)]
-    few, many = (impedance_of_ensemble(a, t, RATE, at, **ENSEMBLE, rng=rng) for a, t, at in made)
+    few, many = (impedance_of_ensemble(MovedJoint(a, t, RATE), at, **ENSEMBLE, rng=rng) for a, t, at in made)
     ratio = few.standard_error[:, 2].mean() / many.standard_error[:, 2].mean()
     assert 1.5 < ratio < 3.0
 
@@ -171,7 +176,7 @@ def test_schedule_that_is_passed_several_times(rng):
     time, *motion = imposed(100.0, rng)
     target = 1.0 - np.abs(time % 20.0 / 10.0 - 1.0)
     torque = torque_of(doubling(target), *motion) + 10.0 * target + voluntary(time.size, 0.2, rng)
-    found = impedance_by_schedule(motion[0], torque, RATE, target, **SCHEDULE, rng=rng)
+    found = impedance_by_schedule(MovedJoint(motion[0], torque, RATE), target, **SCHEDULE, rng=rng)
     truth = doubling(found.at)
     assert found.at == pytest.approx(np.arange(0.1, 1.0, 0.2), abs=0.01)
     assert found.values[:, 2] == pytest.approx(truth, rel=0.05)
@@ -186,36 +191,45 @@ def test_a_trigger_marks_the_first_sample_above_its_middle():
 
 REFUSED = {
     "windows longer than half of the record": (
-        lambda a, t, rng: impedance_in_windows(a, t, RATE, **(WINDOWS | {"window_s": 29.0}), rng=rng),
+        lambda a, t, rng: impedance_in_windows(
+            MovedJoint(a, t, RATE), **(WINDOWS | {"window_s": 29.0}), rng=rng
+        ),
         "two perturbed windows",
     ),
     "windows of some samples": (
-        lambda a, t, rng: impedance_in_windows(a, t, RATE, **(WINDOWS | {"window_s": 0.05}), rng=rng),
+        lambda a, t, rng: impedance_in_windows(
+            MovedJoint(a, t, RATE), **(WINDOWS | {"window_s": 0.05}), rng=rng
+        ),
         "lengthen",
     ),
     "few realisations": (
-        lambda a, t, rng: impedance_of_ensemble(a, t, RATE, np.arange(5) * 300, **ENSEMBLE, rng=rng),
+        lambda a, t, rng: impedance_of_ensemble(
+            MovedJoint(a, t, RATE), np.arange(5) * 300, **ENSEMBLE, rng=rng
+        ),
         "found 5",
     ),
     "the same perturbation every time": (
         lambda a, t, rng: impedance_of_ensemble(
-            np.tile(a[:300], 10), np.tile(t[:300], 10), RATE, np.arange(10) * 300, **ENSEMBLE, rng=rng
+            MovedJoint(np.tile(a[:300], 10), np.tile(t[:300], 10), RATE),
+            np.arange(10) * 300,
+            **ENSEMBLE,
+            rng=rng,
         ),
         "differ between the realisations",
     ),
     "segments longer than a realisation": (
         lambda a, t, rng: impedance_of_ensemble(
-            a, t, RATE, np.arange(20) * 300, **(ENSEMBLE | {"segment_s": 2.0}), rng=rng
+            MovedJoint(a, t, RATE), np.arange(20) * 300, **(ENSEMBLE | {"segment_s": 2.0}), rng=rng
         ),
         "shorten the segments",
     ),
     "a schedule that stands still": (
-        lambda a, t, rng: impedance_by_schedule(a, t, RATE, np.ones(a.size), **SCHEDULE, rng=rng),
+        lambda a, t, rng: impedance_by_schedule(MovedJoint(a, t, RATE), np.ones(a.size), **SCHEDULE, rng=rng),
         "schedule that changes",
     ),
     "a schedule that is passed once": (
         lambda a, t, rng: impedance_by_schedule(
-            a, t, RATE, np.arange(a.size) / 7500.0, **(SCHEDULE | {"piece_s": 5.0}), rng=rng
+            MovedJoint(a, t, RATE), np.arange(a.size) / 7500.0, **(SCHEDULE | {"piece_s": 5.0}), rng=rng
         ),
         "fewer in every bin",
     ),
@@ -235,7 +249,9 @@ def test_unusable_record_is_refused(case, rng):
 def test_same_seed_gives_the_same_intervals(rng):
     angle, torque, starts = realisations(rng, 12)
     first, again, other = (
-        impedance_of_ensemble(angle, torque, RATE, starts, **ENSEMBLE, rng=np.random.default_rng(seed)).low
+        impedance_of_ensemble(
+            MovedJoint(angle, torque, RATE), starts, **ENSEMBLE, rng=np.random.default_rng(seed)
+        ).low
         for seed in (1, 1, 2)
     )
     assert (first == again).all()

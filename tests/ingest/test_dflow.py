@@ -8,13 +8,13 @@ from builders import assert_one_sentence, belt_pulses
 from dflow_builders import write_mocap, write_record, write_rows
 
 from tepsipe.errors import InputError
-from tepsipe.ingest.dflow import DFlowOptions, read_dflow_files
+from tepsipe.ingest.dflow import read_dflow_files
 from tepsipe.io.readers.file_kind import DFLOW, kind_of
 
 RATE_HZ = 100.0
 SECONDS = 20.0
 ONSETS_S = (4.0, 7.1, 9.3, 13.7)
-OPTIONS = DFlowOptions(belt_fixed_labels=("HEEL",))
+BELT_FIXED = ("HEEL",)
 
 
 @pytest.fixture
@@ -58,8 +58,8 @@ def files(truth, tmp_path, rng):
     return write
 
 
-def recording_of(mocap, record=None, options=OPTIONS):
-    return read_dflow_files(mocap, record, options)
+def recording_of(mocap, record=None, belt_fixed=BELT_FIXED):
+    return read_dflow_files(mocap, record, belt_fixed)
 
 
 # ---- the mocap file ----------------------------------------------------------------------------
@@ -147,7 +147,7 @@ def test_common_channel_aligns_without_belt_fixed_markers(files, truth, tmp_path
     stamp, true = record_instants(rng, late_s=0.8)
     columns = [stamp, belt_pulses(true, ONSETS_S, 0.5)[1], 2.0 * np.sin(1.0 + true)]
     record = write_rows(tmp_path / "Record.txt", ["Time", "LeftBeltSpeed", "FP1.ForY"], columns)
-    found = recording_of(mocap, record, DFlowOptions())
+    found = recording_of(mocap, record, ())
     speed = found.channels["LeftBeltSpeed"].values
     inside = np.isfinite(speed)
     assert np.abs(speed - truth["speed"])[inside].max() < 0.1
@@ -236,8 +236,7 @@ def test_record_of_another_trial_is_refused(files, rng):
 
 def test_record_that_cannot_be_aligned_or_is_a_mocap_file_is_refused(files):
     mocap, record = files()
-    refused(record, "a signal that the mocap file holds", lambda: recording_of(mocap, record, DFlowOptions()))
+    refused(record, "a signal that the mocap file holds", lambda: recording_of(mocap, record, ()))
     refused(mocap, "name the mocap file in the column", lambda: recording_of(mocap, mocap))
     refused(record, "name the file of D-Flow's mocap module", lambda: recording_of(record))
-    options = DFlowOptions(("TOE",))
-    refused(mocap, "the belt-fixed marker 'TOE'", lambda: recording_of(mocap, record, options))
+    refused(mocap, "the belt-fixed marker 'TOE'", lambda: recording_of(mocap, record, ("TOE",)))

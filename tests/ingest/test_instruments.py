@@ -36,6 +36,7 @@ from tepsipe.virtual_lab.dummy import DummyTruth, move_dummy
 from tepsipe.virtual_lab.dummy_trial import INTEGRATION_RATE_HZ, make_dummy_trial
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
 
 LABELS = ["foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4"]
@@ -316,9 +317,11 @@ def recordings():
     return log, calibration, Markers(250.0, tuple(LABELS), positions)
 
 
+NAMES = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"}
+
+
 def ingest_all(log, calibration, markers, options=TREADMILL, duration_s=4.0):
-    names = ("log.mat", "calibration.csv", "markers.c3d")
-    return ingest_treadmill(log, calibration, markers, options, duration_s, *names)
+    return ingest_treadmill(log, calibration, markers, options, duration_s, NAMES)
 
 
 def test_treadmill_signals_and_markers_come_out_on_one_clock(recordings):
@@ -361,8 +364,7 @@ def test_hidden_marker_is_filled_and_marked(recordings):
 
 
 def bridged(log, calibration, markers):
-    names = ("log.mat", "calibration.csv", "markers.c3d")
-    return ingest_treadmill(log, calibration, markers, TREADMILL, 4.0, *names, bridge_long_gaps=True)
+    return ingest_treadmill(log, calibration, markers, TREADMILL, 4.0, NAMES, bridge_long_gaps=True)
 
 
 def test_marker_hidden_too_long_is_bridged_and_marked_where_that_is_asked_for(recordings):
@@ -488,7 +490,7 @@ def test_ingested_motion_of_the_dummy_is_the_laboratorys_motion(short_truth, tmp
     truth["treadmill"]["drive"] |= {"velocity_noise_m_per_s": 0.0, "velocity_step_m_per_s": 1e-6}
     paths = {n: tmp_path / n for n in ("log", "calibration")} | {"markers": tmp_path / "m.c3d"}
     paths["log"] = tmp_path / "log.mat"
-    make_dummy_trial(truth, "sine-0.5", "sine", 0.5, 2.0, 8.0, **paths)
+    make_dummy_trial(truth, "sine-0.5", Protocol("sine", 0.5, 2.0, 8.0), paths)
     trial = ingest_all(*read_dummy(paths), duration_s=8.0)
     # the laboratory's own motion, from the same protocol
     started = 0.5 + generator(truth["seed"], "dummy", "sine-0.5").random() / 1000.0

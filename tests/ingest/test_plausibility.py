@@ -178,13 +178,15 @@ def test_belt_that_is_not_perturbed_is_left_to_the_analysis(dummy, limits, rig, 
 @pytest.mark.slow
 def test_markers_of_another_trial_are_refused(dummy, short_truth, limits, rig, tmp_path):
     from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
+    from tepsipe.virtual_lab.treadmill_trial import Protocol
 
     files = {kind: tmp_path / name for kind, name in FILES.items()}
     for condition, amplitude, interval_s, words in (
         ("sine-0.3", 0.3, 2.0, "times its velocity"),
         ("sine-0.5", 0.5, 2.5, "correlation"),
     ):
-        make_dummy_trial(short_truth, condition, "sine", amplitude, interval_s, DUMMY_DURATION_S, **files)
+        protocol = Protocol("sine", amplitude, interval_s, DUMMY_DURATION_S)
+        make_dummy_trial(short_truth, condition, protocol, files)
         options = TreadmillOptions(250.0, 0.1, 2500.0, 2.5)
         other = ingest_treadmill_files(files, LABELS, options, DUMMY_DURATION_S)
         mixed = dummy

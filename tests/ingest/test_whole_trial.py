@@ -14,8 +14,8 @@ from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, an
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
 from tepsipe.experiments.standing.epochs import cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import TorquePathway
-from tepsipe.experiments.standing.thesis.impedance import ActiveOptions, StandingEstimator
+from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
+from tepsipe.experiments.standing.thesis.impedance import ActiveOptions
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.experiments.standing.thesis.results import fit_all
 from tepsipe.experiments.weight import estimate_masses
@@ -32,6 +32,7 @@ from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.treadmill.registry import FamilyOptions, fit_model
 from tepsipe.treadmill.trial_recordings import PlateOptions, Weight, plate_recordings
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 
 BELT = ScaledChannel("Belt speed", 0.5, 2.5)
@@ -177,7 +178,7 @@ def loads(short_truth, shipped_config, tmp_path_factory):
         folder = tmp_path_factory.mktemp(experiment)
         files = {"log": folder / "log.mat", "calibration": folder / "calibration.csv"}
         files |= {} if marked is None else {"markers": folder / "markers.c3d"}
-        make_weight_trial(truth, "sine-0.5", "sine", 0.5, 2.0, 14.0, **files)
+        make_weight_trial(truth, "sine-0.5", Protocol("sine", 0.5, 2.0, 14.0), files)
         path = single_c3d(files, folder / "one.c3d", duration_s=14.0)
         gaps = (None, None) if marked is None else (0.1, 2500.0)
         options = TreadmillOptions(250.0, *gaps, 2.5)
@@ -211,7 +212,7 @@ def test_compensated_foot_from_one_file(ingested, loads, dummy):
 def test_standing_person_from_one_file(short_truth, shipped_config, tmp_path):
     kinds = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d", "emg": "emg.edf"}
     files = {kind: tmp_path / name for kind, name in kinds.items()}
-    make_standing_trial(short_truth, "relax", "relax", "sine", 0.5, (3.0, 3.2), 32.0, **files)
+    make_standing_trial(short_truth, "relax", "relax", Protocol("sine", 0.5, (3.0, 3.2), 32.0), files)
     section = shipped_config["standing"]
     channels = {muscle: choice["channel"] for muscle, choice in section["muscles"].items()}
     labels = section["files"]["marker_labels"]
@@ -224,7 +225,7 @@ def test_standing_person_from_one_file(short_truth, shipped_config, tmp_path):
     ]
     responses = [
         cut_standing_epochs(
-            t, process_standing(t, "t", standing, {"a": TorquePathway("ankle", None)}, {}), "t", CUTTING
+            process_standing(t, "t", standing, {"a": TorquePathway("ankle", None)}, {}), CUTTING
         )
         for t in trials
     ]

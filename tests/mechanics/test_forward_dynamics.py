@@ -22,7 +22,14 @@ import tepsipe
 from tepsipe.errors import InputError
 from tepsipe.mechanics import engines
 from tepsipe.mechanics.engines import ENGINES, engine_version, installed_engines, resolved_engine
-from tepsipe.mechanics.forward_dynamics import Joint, rest_angle_of_standing, simulate_dummy
+from tepsipe.mechanics.forward_dynamics import (
+    UPRIGHT,
+    Joint,
+    Start,
+    refuse_unstable,
+    rest_angle_of_standing,
+    simulate_dummy,
+)
 from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, leg_torque
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.statistics.goodness_of_fit import vaf
@@ -62,8 +69,17 @@ def still(duration_s):
     return time, np.zeros(time.size)
 
 
-def run(time, velocity, joint=RUBBER, engine="equations", **options):
-    return simulate_dummy(time, velocity, LEG, FOOT, joint, engine=engine, **options)
+def run(
+    time,
+    velocity,
+    joint=RUBBER,
+    engine="equations",
+    step_s=0.001,
+    start_angle_rad=0.0,
+    start_rate_rad_per_s=0.0,
+):
+    start = Start(start_angle_rad, start_rate_rad_per_s)
+    return simulate_dummy(time, velocity, LEG, FOOT, joint, step_s, engine, start)
 
 
 def arrays(simulation):
@@ -347,7 +363,7 @@ def test_leg_on_a_joint_that_is_too_soft_falls_when_it_should(engine):
         assert array.shape == found.time.shape, name
         assert np.isfinite(array).all(), name
     with pytest.raises(InputError) as caught:
-        run(time, velocity, soft, must_stand=True, engine=engine)
+        refuse_unstable(LEG, soft)
     assert_one_sentence(caught.value, "m g r = 1.76 Nm/rad", "0.9 Nm/rad")
 
 
@@ -489,7 +505,7 @@ def test_version_of_an_engine_is_that_of_its_package(engine):
 def test_leg_may_be_a_mass_at_a_point(engine):
     point = replace(LEG, inertia_kgm2=0.0)
     time, velocity = belt(4.0, onsets_s=(1.0,))
-    found = simulate_dummy(time, velocity, point, FOOT, RUBBER, engine=engine)
+    found = simulate_dummy(time, velocity, point, FOOT, RUBBER, 0.001, engine)
     from_leg = leg_torque(point, found.theta, found.theta_dd, found.y_dd, found.z_dd)
     assert np.ptp(found.torque) > 0.1
     assert np.abs(from_leg - found.torque).max() < 1e-9
@@ -498,9 +514,17 @@ def test_leg_may_be_a_mass_at_a_point(engine):
 def test_what_cannot_be_simulated_is_refused():
     time, velocity = still(1.0)
 
-    def refused(*names, time=time, velocity=velocity, leg=LEG, foot=FOOT, joint=RUBBER, **options):
+    def refused(
+        *names,
+        time=time,
+        velocity=velocity,
+        foot=FOOT,
+        joint=RUBBER,
+        step_s=0.001,
+        start=UPRIGHT,
+    ):
         with pytest.raises(InputError) as caught:
-            simulate_dummy(time, velocity, leg, foot, joint, engine="equations", **options)
+            simulate_dummy(time, velocity, LEG, foot, joint, step_s, "equations", start)
         assert_one_sentence(caught.value, *names)
 
     gap = velocity.copy()
@@ -514,8 +538,8 @@ def test_what_cannot_be_simulated_is_refused():
     refused("more than -0.1075 Nms2/rad", "-0.2", joint=Joint(-0.2, 0.1, 10.0))
     refused("damping_Nms_per_rad", "nan", joint=Joint(0.0, math.nan, 10.0))
     refused("mass of the foot", "0 kg", foot=Foot(0.0, 0.055))
-    refused("quarter turn", "1.6 rad", start_angle_rad=1.6)
-    refused("quarter turn", "inf rad/s", start_rate_rad_per_s=math.inf)
+    refused("quarter turn", "1.6 rad", start=Start(1.6, 0.0))
+    refused("quarter turn", "inf rad/s", start=Start(0.0, math.inf))
     for step_s in (0.003, 0.008, 0.0, -0.001, math.nan):
         refused("whole part", "0.004 s", f"{step_s:.6g} s", step_s=step_s)
     # at most 0.1 sqrt(J / (K - m g r)) and 0.1 J / B

@@ -108,7 +108,7 @@ def test_memory_and_lever_are_found_and_predict_another_mass_and_speed(remembere
     trials, calibrated = remembered
     model = calibrated.models["Fy"]
     assert {"bristles", "lever"} <= set(model.terms)
-    assert model.constant("lever_m") == pytest.approx(LEVER_M, abs=0.002)
+    assert model.named.lever_m == pytest.approx(LEVER_M, abs=0.002)
     assert model.resonance_hz(60.0) == pytest.approx(
         np.sqrt(SPRING_N_PER_M / (MOVED_KG + 60.0)) / (2.0 * np.pi), rel=0.05
     )
@@ -210,7 +210,7 @@ def test_heavier_subjects_and_impossible_constants_are_flagged(remembered):
         ("lag_s", 0.02),
     ):
         step = np.zeros(model.constants.size)
-        step[AT[name]] = value - model.constant(name)
+        step[AT[name]] = value - getattr(model.named, name)
         assert model_flags(model.moved(step), 64.0) == ["treadmill-model"], name
 
 

@@ -21,13 +21,13 @@ from tepsipe.io.trial import Signal, Trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.statistics.uncertainty import Source
+from tepsipe.treadmill.prepared import zero_line
 from tepsipe.treadmill.trial_recordings import (
     PlateOptions,
     Weight,
     marker_lag,
     plate_recordings,
     table_recording,
-    zero_line,
 )
 
 RATE_HZ = 250.0

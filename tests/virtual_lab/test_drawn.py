@@ -11,7 +11,7 @@ import pytest
 from scipy import stats
 
 from tepsipe.errors import InputError
-from tepsipe.virtual_lab.belt import DriveTruth
+from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.drawn import draw_laboratory, drawn_numbers
 from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
@@ -19,6 +19,7 @@ from tepsipe.virtual_lab.force_plate import PlateTruth, plate_electronics, plate
 from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 from workflow.support.start import checked_sections
 from workflow.support.yaml_file import read_settings
 
@@ -222,9 +223,8 @@ def test_plate_that_has_drifted_from_its_calibration_shows_it(shipped_truth, cha
     still, n = np.zeros(400), 400
     reaction = np.tile([0.0, 10.0, 200.0, 6.0, 0.0, 0.0], (n, 1))
     volts, matrix = plate_electronics(plate, generator(1, "plate"))
-    seen = plate_voltages(
-        plate, volts, reaction, still, still, 0.0, 2000.0, np.arange(0, n, 2), generator(1, "trial")
-    )
+    motion = BeltMotion(np.arange(n) / 2000.0, still, still, still, reaction)
+    seen = plate_voltages(plate, volts, motion, 0.0, np.arange(0, n, 2), generator(1, "trial"))
     assert (seen @ matrix.T)[-1, 6:10] == pytest.approx(expected, abs=1e-9)
 
 
@@ -252,7 +252,8 @@ def test_rod_is_set_upright_by_what_the_motion_capture_shows(short_truth, tmp_pa
     truth["treadmill"]["capture"] |= {"vertical_rad": 0.01, "noise_m": 0.0, "occlusions_per_minute": 0.0}
     names = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"}
     files = {kind: tmp_path / name for kind, name in names.items()}
-    make_dummy_trial(truth, "sine-0.5", "sine", 0.5, 2.0, 5.5, **files, motion_file=tmp_path / "motion.h5")
+    made = files | {"motion": tmp_path / "motion.h5"}
+    make_dummy_trial(truth, "sine-0.5", Protocol("sine", 0.5, 2.0, 5.5), made)
     ankle, top = ezc3d.c3d(str(files["markers"]))["data"]["points"][1:3, 3:5, 0].T / 1000.0
     layout = truth["dummy"]["markers"]["leg_m"][0]
     seen = math.atan2(*(top - ankle)) - math.atan2(*layout)

@@ -8,7 +8,7 @@ import ezc3d
 import numpy as np
 import pytest
 
-from tepsipe.virtual_lab.belt import DriveTruth
+from tepsipe.virtual_lab.belt import BeltMotion, DriveTruth
 from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.force_plate import (
@@ -23,6 +23,7 @@ from tepsipe.virtual_lab.manipulator import ManipulatorTruth, record_manipulator
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.tilting_foot import FootTilt
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 
 RATE_HZ = 2000.0
 FY, MX = 1, 3
@@ -118,9 +119,8 @@ def ringing(truth, load_kg, **changes):
     reaction = np.column_stack([still, 10.0 * step, still, 2.0 * step, still, still])
     volts, matrix = plate_electronics(plate, generator(1, "plate"))
     sample = np.arange(0, n, 2)
-    seen = plate_voltages(
-        plate, volts, reaction, still, still, load_kg, RATE_HZ, sample, generator(1, "trial")
-    )
+    motion = BeltMotion(np.arange(n) / RATE_HZ, still, still, still, reaction)
+    seen = plate_voltages(plate, volts, motion, load_kg, sample, generator(1, "trial"))
     return (seen @ matrix.T)[:, [6 + FY, 6 + MX]]
 
 
@@ -345,7 +345,7 @@ def test_only_loose_markers_move(shipped_truth, section, changes, moved, tmp_pat
     seen = []
     for own in ({}, changes):
         truth["dummy"][section] |= own
-        make_dummy_trial(truth, "sine-0.5", "sine", 0.5, 1.0, 2.2, **files)
+        make_dummy_trial(truth, "sine-0.5", Protocol("sine", 0.5, 1.0, 2.2), files)
         seen.append(positions(files["markers"]))
     difference = np.nanmax(np.abs(seen[1] - seen[0]), axis=(0, 2))
     labels = ["foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4"]

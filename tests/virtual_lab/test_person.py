@@ -27,12 +27,13 @@ from tepsipe.virtual_lab.person_constants import (
     PersonMarkers,
     PersonTruth,
     SkinTruth,
+    Subject,
     TaskTruth,
 )
 from tepsipe.virtual_lab.person_markers import person_marker_paths
 from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.standing_trial import INTEGRATION_RATE_HZ, make_standing_trial
-from tepsipe.virtual_lab.treadmill_trial import schedule_at_random
+from tepsipe.virtual_lab.treadmill_trial import Protocol, schedule_at_random
 
 RATE_HZ = 1000.0
 G = 9.81
@@ -125,7 +126,7 @@ def moved(
     rate_hz=RATE_HZ,
 ):
     rng = generator(1, "person")
-    return move_person(PERSON, muscles, task, nerves, drive, command, seconds, rate_hz, rng)
+    return move_person(Subject(PERSON, muscles, task, nerves), drive, command, seconds, rate_hz, rng)
 
 
 def one_pulse(amplitude, profile="sine"):
@@ -679,11 +680,14 @@ def shipped(truth, task, command, seconds, seed=1, factor=1.0, stiffness=None, d
     """Motion of the shipped person at the standing's rate, or a multiple of it."""
     standing = truth["standing"]
     told = TaskTruth(**standing["tasks"][task])
-    return move_person(
+    subject = Subject(
         PersonTruth(**standing["person"]),
         {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES},
         told if stiffness is None else replace(told, stiffness_Nm_per_rad=stiffness),
         NervesTruth(**(standing["nerves"] | nerves)),
+    )
+    return move_person(
+        subject,
         DriveTruth(**(truth["treadmill"]["drive"] | (drive or {}))),
         command,
         seconds,
@@ -890,7 +894,7 @@ def onsets_of(schedule, amplitude, pulse_s=0.1):
 
 def random_schedule(truth, seed, interval_s=(2.0, 5.0), duration_s=60.0, profile="sine"):
     rng = generator(seed, "schedule")
-    return schedule_at_random(truth["treadmill"], profile, 0.4, interval_s, duration_s, rng)
+    return schedule_at_random(truth["treadmill"], Protocol(profile, 0.4, interval_s, duration_s), rng)
 
 
 def test_intervals_between_perturbations_are_within_their_limits(shipped_truth):
@@ -934,7 +938,7 @@ def make(truth, folder, condition="relax", task="relax", profile="sine"):
     folder.mkdir()
     names = ("log.mat", "calibration.csv", "markers.c3d", "emg.edf")
     paths = {name.split(".")[0]: folder / name for name in names}
-    make_standing_trial(truth, condition, task, profile, 0.4, (1.5, 2.5), TRIAL_S, **paths)
+    make_standing_trial(truth, condition, task, Protocol(profile, 0.4, (1.5, 2.5), TRIAL_S), paths)
     assert sorted(folder.iterdir()) == sorted(paths.values())
     return paths
 

@@ -22,6 +22,7 @@ from tepsipe.virtual_lab.person_constants import (
     PersonMarkers,
     PersonTruth,
     SkinTruth,
+    Subject,
     TaskTruth,
 )
 from tepsipe.virtual_lab.person_markers import marker_displacements, wobble
@@ -44,11 +45,9 @@ class Laboratory:
         self.nerves = NervesTruth(**standing["nerves"] | {"wander_Nm": 0.0} | changes.get("nerves", {}))
         self.markers = PersonMarkers(**standing["markers"] | changes.get("markers", {}))
         self.skin = SkinTruth(**standing["skin"] | changes.get("skin", {}))
+        muscles = {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES}
         self.motion = move_person(
-            self.person,
-            {name: MuscleTruth(**standing["muscles"][name]) for name in MUSCLES},
-            self.doing,
-            self.nerves,
+            Subject(self.person, muscles, self.doing, self.nerves),
             DriveTruth(**drive),
             velocity_command("sine", amplitude, np.array([ONSET_S]), 0.1),
             seconds,

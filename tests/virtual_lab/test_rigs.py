@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from builders import bend_at_rest, second_order_response
 
-from tepsipe.virtual_lab.belt import PULSES, DriveTruth, velocity_command
+from tepsipe.virtual_lab.belt import PULSES, BeltMotion, DriveTruth, velocity_command
 from tepsipe.virtual_lab.dummy import DummyMarkers, DummyTruth, dummy_marker_paths, move_dummy
 from tepsipe.virtual_lab.dummy_trial import make_dummy_trial
 from tepsipe.virtual_lab.force_plate import PlateTruth, lines_of_action, plate_electronics, plate_voltages
@@ -17,6 +17,7 @@ from tepsipe.virtual_lab.manipulator import ManipulatorTruth, multisine, record_
 from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.rubber import Rubber
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
 
 RATE_HZ = 2000.0
@@ -235,11 +236,8 @@ def voltages_of(plate, volts_per_newton, reaction, velocity=None, acceleration=N
     return plate_voltages(
         plate,
         volts_per_newton,
-        reaction,
-        velocity,
-        acceleration,
+        BeltMotion(np.arange(len(reaction)) / RATE_HZ, still, velocity, acceleration, reaction),
         2.5,
-        RATE_HZ,
         np.arange(0, len(reaction), 2),
         generator(1, "noise"),
     )
@@ -476,10 +474,11 @@ def shortest_truth(shipped_truth):
 
 
 def dummy_bytes(truth, condition, folder):
-    paths = [folder / name for name in ("log.mat", "calibration.csv", "markers.c3d")]
+    names = {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"}
+    files = {kind: folder / name for kind, name in names.items()}
     folder.mkdir()
-    make_dummy_trial(truth, condition, "sine", 0.3, 1.0, 2.0, *paths)
-    return [path.read_bytes() for path in paths]
+    make_dummy_trial(truth, condition, Protocol("sine", 0.3, 1.0, 2.0), files)
+    return [path.read_bytes() for path in files.values()]
 
 
 def test_same_trial_is_made_of_the_same_bytes_and_another_of_others(shortest_truth, tmp_path):

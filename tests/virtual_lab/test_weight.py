@@ -25,6 +25,7 @@ from tepsipe.virtual_lab.force_plate import (
 )
 from tepsipe.virtual_lab.motion_capture import CaptureTruth, record_markers
 from tepsipe.virtual_lab.seeds import generator
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight import MARKERS, WeightTruth, move_weight, weight_marker_paths, weight_reaction
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 
@@ -207,11 +208,8 @@ def calibrated(truth, motion, load_kg, **changes):
     voltages = plate_voltages(
         plate,
         volts_per_newton,
-        motion.reaction,
-        motion.belt_velocity,
-        motion.belt_acceleration,
+        motion,
         load_kg,
-        RATE_HZ,
         np.arange(0, motion.time.size, 2),
         generator(1, "noise"),
     )
@@ -251,11 +249,8 @@ def test_noise_draws_do_not_depend_on_lag_and_floor(shipped_truth):
         plate_voltages(
             plate,
             np.eye(14),
-            motion.reaction,
-            motion.belt_velocity,
-            motion.belt_acceleration,
+            motion,
             20.0,
-            RATE_HZ,
             np.arange(0, motion.time.size, 2),
             rng,
         )
@@ -279,7 +274,7 @@ def make(truth, experiment, folder, condition="sine-0.4"):
     files = {"log": folder / "log.mat", "calibration": folder / "calibration.csv"}
     if experiment == "weight":
         files["markers"] = folder / "markers.c3d"
-    make_weight_trial(truth, condition, "sine", 0.4, 1.0, DURATION_S, **files)
+    make_weight_trial(truth, condition, Protocol("sine", 0.4, 1.0, DURATION_S), files)
     return files
 
 
@@ -301,9 +296,7 @@ def ingested(files, options=OPTIONS, duration_s=DURATION_S):
         read_markers(files["markers"], list(MARKERS)) if with_markers else None,
         options,
         duration_s,
-        "log.mat",
-        "calibration.csv",
-        "markers.c3d" if with_markers else None,
+        {"log": "log.mat", "calibration": "calibration.csv", "markers": "markers.c3d"},
     )
 
 

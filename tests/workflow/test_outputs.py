@@ -7,7 +7,7 @@ import pytest
 from tepsipe.experiments.dummy import foot_pathways, leg_pathways
 from tepsipe.experiments.noise import filtered_noise
 from tepsipe.experiments.standing import joint_torque
-from tepsipe.experiments.standing.thesis import impedance
+from tepsipe.experiments.standing.options import ACTIVE
 from tepsipe.identification.estimators import ESTIMATORS
 from tepsipe.mechanics.engines import ENGINES
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
@@ -296,7 +296,7 @@ def test_expression_for_names_finds_these_and_no_others():
         ("dummy.pathways.*.marker_instants", leg_pathways.MARKER_SIGNALS),
         ("dummy.foot.pathways.*.torque", foot_pathways.FOOT_TORQUES),
         ("standing.pathways.*.torque", joint_torque.TORQUES),
-        ("standing.estimators.*.active", impedance.ACTIVE),
+        ("standing.estimators.*.active", ACTIVE),
         ("standing.latency.detector", onsets.DETECTORS),
         ("noise.estimators.*", filtered_noise.PROCESSINGS),
         ("weight.models.family.*", registry.FAMILY),

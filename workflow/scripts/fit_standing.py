@@ -44,7 +44,7 @@ loads = zip(("Fy", "Mx"), snakemake.input.models, strict=False)
 models = {load: load_treadmill_models(path) for load, path in loads}
 standing = process_standing(trial, name, options, pathways, models)
 cutting = EpochOptions.from_settings(analysis, params.emg, params.max_gap_s)
-responses = cut_standing_epochs(trial, standing, name, cutting)
+responses = cut_standing_epochs(standing, cutting)
 estimators = {key: StandingEstimator(**choice) for key, choice in params.estimators.items()}
 fits, notes = fit_all(
     [responses],
@@ -67,8 +67,6 @@ broadband = None
 if pathway.torque == "ankle":
     model = pathway.treadmill_model
     broadband = cut_broadband(
-        trial,
-        name,
         standing,
         responses,
         options,

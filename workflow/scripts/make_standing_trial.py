@@ -7,15 +7,18 @@ job.start(snakemake)
 from pathlib import Path
 
 from tepsipe.virtual_lab.standing_trial import make_standing_trial
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 
 make_standing_trial(
     snakemake.params.truth,
     snakemake.wildcards.condition,
     snakemake.params.task,
-    **snakemake.params.protocol,
-    log=Path(snakemake.output.log),
-    calibration=Path(snakemake.output.calibration),
-    markers=Path(snakemake.output.markers),
-    emg=Path(snakemake.output.emg),
-    motion_file=Path(snakemake.output.motion),
+    Protocol(**snakemake.params.protocol),
+    {
+        "log": Path(snakemake.output.log),
+        "calibration": Path(snakemake.output.calibration),
+        "markers": Path(snakemake.output.markers),
+        "emg": Path(snakemake.output.emg),
+        "motion": Path(snakemake.output.motion),
+    },
 )

@@ -6,14 +6,16 @@ job.start(snakemake)
 
 from pathlib import Path
 
+from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 
+files = {"log": Path(snakemake.output.log), "calibration": Path(snakemake.output.calibration)}
 markers = getattr(snakemake.output, "markers", None)
+if markers is not None:
+    files["markers"] = Path(markers)
 make_weight_trial(
     snakemake.params.truth,
     snakemake.wildcards.condition,
-    **snakemake.params.protocol,
-    log=Path(snakemake.output.log),
-    calibration=Path(snakemake.output.calibration),
-    markers=None if markers is None else Path(markers),
+    Protocol(**snakemake.params.protocol),
+    files,
 )

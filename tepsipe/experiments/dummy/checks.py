@@ -44,9 +44,9 @@ import scipy
 
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, markers_of
 from tepsipe.identification.estimators import LEAST_SQUARES
-from tepsipe.identification.likelihood.likelihood import JointFit
+from tepsipe.identification.likelihood.likelihood import LikelihoodFit
 from tepsipe.identification.likelihood.result import (
-    JointLikelihood,
+    LikelihoodEstimates,
     estimated_angle,
     estimated_foot,
     innovations,
@@ -120,12 +120,12 @@ def failed(checks: Sequence[Check]) -> list[str]:
     return [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
 
 
-def delay_check(found: JointLikelihood, uncertainty_s: float = 0.0) -> Check:
+def delay_check(found: LikelihoodEstimates, uncertainty_s: float) -> Check:
     """Delay of the angle after the foot.
 
     Parameters
     ----------
-    found : JointLikelihood
+    found : LikelihoodEstimates
         With sampling instants corrected (units there).
     uncertainty_s : float
         Standard uncertainty of the correction between foot and leg (s).
@@ -140,13 +140,13 @@ def delay_check(found: JointLikelihood, uncertainty_s: float = 0.0) -> Check:
 
 
 def inertia_check(
-    found: JointLikelihood, known_kgm2: float, known_uncertainty_kgm2: float, type_b_kgm2: float = 0.0
+    found: LikelihoodEstimates, known_kgm2: float, known_uncertainty_kgm2: float, type_b_kgm2: float = 0.0
 ) -> Check:
     """I of small movements against what is known of the joint's own.
 
     Parameters
     ----------
-    found : JointLikelihood
+    found : LikelihoodEstimates
         The fit (units there).
     known_kgm2, known_uncertainty_kgm2 : float
         Inertia of the joint and its standard uncertainty (N·m·s²/rad).
@@ -164,12 +164,12 @@ def inertia_check(
     return Check("joint-inertia", abs(difference), _two_sided(difference / error))
 
 
-def fit_check(found: JointFit, perturbations: list[Perturbation]) -> Check:
+def fit_check(found: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
     """Power and pulse-locked mean of the likelihood's residuals.
 
     Parameters
     ----------
-    found : JointFit
+    found : LikelihoodFit
         The fit (units there).
     perturbations : list of Perturbation
         Windows (samples).
@@ -222,12 +222,12 @@ def foot_check(positions: np.ndarray, perturbations: list[Perturbation], rate_hz
     return Check("foot-markers-apart", max(step, motion) / kept, min(1.0, 2.0 * min(chance, locked)))
 
 
-def residual_checks(found: JointFit, perturbations: list[Perturbation]) -> list[Check]:
+def residual_checks(found: LikelihoodFit, perturbations: list[Perturbation]) -> list[Check]:
     """Steps, and pulse-locked motion, of the markers against the rigid leg on the foot.
 
     Parameters
     ----------
-    found : JointFit
+    found : LikelihoodFit
         The fit (units there).
     perturbations : list of Perturbation
         Windows (samples).
@@ -248,7 +248,7 @@ def residual_checks(found: JointFit, perturbations: list[Perturbation]) -> list[
 
 def leg_check(
     of_leg: WindowedFits,
-    found: JointLikelihood,
+    found: LikelihoodEstimates,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
@@ -261,7 +261,7 @@ def leg_check(
     ----------
     of_leg : WindowedFits
         From the torque of the leg (units there).
-    found : JointLikelihood
+    found : LikelihoodEstimates
         Of the same trial.
     leg_markers : SegmentMarkers
         Markers of the leg (m).
@@ -296,7 +296,7 @@ def leg_check(
 
 def expected_of_leg(
     of_leg: WindowedFits,
-    found: JointLikelihood,
+    found: LikelihoodEstimates,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
@@ -320,7 +320,7 @@ def expected_of_leg(
 def noise_bias(
     of_leg: WindowedFits,
     parameters: np.ndarray,
-    found: JointFit,
+    found: LikelihoodFit,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
 ) -> np.ndarray:
@@ -337,7 +337,7 @@ def noise_bias(
         From the torque of the leg (units there).
     parameters : ndarray, shape (3,)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) without noise.
-    found : JointFit
+    found : LikelihoodFit
         For the noise of the markers (m) and the leg.
     leg_markers : SegmentMarkers
         Markers of the leg (m).
@@ -482,7 +482,7 @@ def check_dummy(
     """
     fits = {
         name: found
-        for name, found in analysis.joint_likelihoods.items()
+        for name, found in analysis.likelihood_estimates.items()
         if analysis.pathways[name].marker_instants == "aligned"
     }
     first, recommended = quoted
@@ -533,7 +533,7 @@ def _windowed(analysis: DummyAnalysis, name: str) -> bool:
 def _checks(
     trial: Trial,
     options: DummyOptions,
-    found: JointLikelihood,
+    found: LikelihoodEstimates,
     of_leg,
     uncertainties: Sequence[float],
     joint_inertia: tuple[float, float] | None,

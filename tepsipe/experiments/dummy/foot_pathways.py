@@ -1,29 +1,29 @@
 """TEP-SIPE with the torque from the foot: force plate, ankle marker and treadmill models."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Self
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed
 from tepsipe.experiments.dummy.foot_budget import FootKnowledge, foot_budget
-from tepsipe.experiments.dummy.foot_treadmill import check_treadmill
-from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions
+from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck, check_treadmill
+from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, leg_motion
 from tepsipe.identification.estimators import LEAST_SQUARES_OWN_ZERO, Record, estimate
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.inverse_dynamics import Foot, foot_torque, foot_torque_as_printed
-from tepsipe.mechanics.segment_kinematics import SegmentMotion, segment_motion
+from tepsipe.mechanics.inverse_dynamics import Foot, Leg, foot_torque, foot_torque_as_printed
+from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
+from tepsipe.signals.perturbations import Perturbation
 from tepsipe.signals.time_alignment import advanced, marker_delay
+from tepsipe.statistics.uncertainty import Budget
 from tepsipe.treadmill.compensation import compensated_loads
 from tepsipe.treadmill.held_out import HeldOut
+from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
+from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel, pick
-from tepsipe.treadmill.trial_recordings import COMPONENTS, measured_load, recordings_of_loads, zero_line
+from tepsipe.treadmill.trial_recordings import recordings_of_loads
 
 MEASURED = "measured"
 FOOT_TORQUES = ("foot-thesis", "foot")
@@ -116,102 +116,42 @@ def analyse_foot(
     InputError
         If no perturbation or no rest is found, a marker or a model is missing, or a pathway is unknown.
     """
-    rate, time = trial.rate_hz, trial.time
-    lowpass = Lowpass(dummy.lowpass_cutoff_hz, dummy.lowpass_order, True)
-    belt_velocity = lowpass(trial.values("belt_velocity"), rate)
-    perturbations = perturbations_of(belt_velocity, rate, dummy.window, "belt velocity")
-    at_rest = rest_samples(time, dummy.window)
-    motion = segment_motion(
-        time,
-        trial.values("marker_position"),
-        dummy.leg_markers,
-        dummy.leg.com_m,
-        labels=trial.axes["marker"].tolist(),
-        cutoff_hz=dummy.lowpass_cutoff_hz,
-        order=dummy.lowpass_order,
-    )
-    delay = foot_delay(trial, name, options, lowpass, at_rest)
-    side = foot_side(trial, name, options, lowpass, at_rest, motion, delay)
-    motion, measured, y_a, y_a_dd = side.motion, side.measured, side.y_a, side.y_a_dd
-    recordings = recordings_of_loads(
-        trial,
-        name,
-        name,
-        lowpass,
-        at_rest,
-        measured,
-        dict.fromkeys(COMPONENTS, np.zeros(time.size)),
-        options.foot.mass_kg + dummy.leg.mass_kg,
-        np.ones(time.size, dtype=bool),
-        tuple(p.start for p in perturbations),
-    )
-    compensated = {}
-    for model in dict.fromkeys([None, *(pathway.treadmill_model for pathway in pathways.values())]):
-        loads = {component: recording.load for component, recording in recordings.items()}
-        if model is not None:
-            loads = compensated_loads({c: pick(models[c], model) for c in recordings}, recordings)
-        compensated |= {f"{component}/{model or MEASURED}": load for component, load in loads.items()}
+    prepared = prepare_trial(trial, name, dummy.lowpass, dummy.window)
+    delay_s = foot_delay(prepared, options)
+    side = foot_side(prepared, options, leg_motion(prepared, dummy, "aligned"), delay_s)
+    mass_kg = options.foot.mass_kg + dummy.leg.mass_kg
+    recordings = recordings_of_loads(prepared, side.measured, mass_kg)
+    on_plate = _OnPlate(prepared, dummy, options, side, recordings, models)
+    loads = {None: {component: recording.load for component, recording in recordings.items()}}
+    for model in dict.fromkeys(p.treadmill_model for p in pathways.values() if p.treadmill_model):
+        loads[model] = compensated_loads(on_plate.chosen(model), recordings)
     regressions, budgets, checks = {}, {}, {}
     for key, pathway in pathways.items():
-        used = pathway.treadmill_model or MEASURED
-        loads = {"Fz": measured["Fz"]} | {c: compensated[f"{c}/{used}"] for c in recordings}
-        if pathway.torque == "foot":
-            torque = foot_torque(options.foot, loads["Fy"], measured["Fz"], loads["Mx"], y_a, y_a_dd)
-        elif pathway.torque == "foot-thesis":
-            torque = foot_torque_as_printed(options.foot, dummy.leg, loads["Fy"], motion.y_dd)
-        else:
-            raise InputError(
-                f"expected a torque of {', '.join(FOOT_TORQUES)}, found {pathway.torque!r}: "
-                "correct its torque in dummy.foot.pathways"
-            )
-        windows = windows_from_onset(perturbations, pathway.window_s, rate, time.size, name)
-        by = partial(_by, pathway.estimator, windows, at_rest)
-        regressions[key] = by(motion, torque)
-        # of the thesis's equation no uncertainty of its inputs is to be stated
-        sources = dummy.sources if pathway.torque == "foot" else {}
-        budgets[key] = foot_budget(
-            regressions[key],
-            lambda motion, torque, by=by: by(motion, torque).mean,
-            motion,
-            torque,
-            FootKnowledge(options.foot, loads, y_a, y_a_dd, sources),
-        )
+        used = side.measured | loads[pathway.treadmill_model]
+        torque = side.torque(pathway.torque, options.foot, dummy.leg, used)
+        fit = regressions[key] = on_plate.fit(pathway, torque)
+        budgets[key] = on_plate.budget(pathway, torque, fit, used)
         if pathway.treadmill_model is not None and pathway.torque == "foot":
-            checks[key] = check_treadmill(
-                {c: pick(models[c], pathway.treadmill_model) for c in recordings},
-                recordings,
-                regressions[key],
-                options.foot.height_m,
-                options.held_out,
-                pathway.estimator == LEAST_SQUARES_OWN_ZERO,
-            )
-            budgets[key] = replace(
-                budgets[key],
-                contributions=budgets[key].contributions | (checks[key].contributions if sources else {}),
-            )
+            check = checks[key] = on_plate.check(pathway, fit)
+            if dummy.sources:
+                contributions = budgets[key].contributions | check.contributions
+                budgets[key] = replace(budgets[key], contributions=contributions)
     return DummyAnalysis(
-        time=time,
+        time=prepared.time,
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,
         small_budgets={},
         damping_per_skew={},
-        marker_residual_rms_m=motion.marker_residual_rms_m,
+        marker_residual_rms_m=side.motion.marker_residual_rms_m,
         marker_noise_m=0.0,
-        loads=compensated,
+        loads={
+            f"{component}/{model or MEASURED}": load
+            for model, components in loads.items()
+            for component, load in components.items()
+        },
         checks=checks,
     )
-
-
-def _by(
-    estimator: str,
-    windows: list[Perturbation],
-    at_rest: np.ndarray,
-    motion: SegmentMotion,
-    torque: np.ndarray,
-) -> WindowedFits:
-    """Estimates from a motion (s, rad) and a torque (N·m) in windows (samples)."""
-    return estimate(estimator, Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest))
 
 
 @dataclass(frozen=True)
@@ -233,10 +173,27 @@ class FootSide:
     y_a: np.ndarray
     y_a_dd: np.ndarray
 
+    def torque(self, equation: str, foot: Foot, leg: Leg, loads: dict[str, np.ndarray]) -> np.ndarray:
+        """Torque of the joint on the leg (N·m), shape (n,), by one of `FOOT_TORQUES`.
 
-def foot_delay(
-    trial: Trial, name: str, options: FootOptions, lowpass: Callable, at_rest: np.ndarray
-) -> float:
+        ``loads`` are Fy (N) and Mx (N·m), as measured or compensated.
+
+        Raises
+        ------
+        InputError
+            If the equation is unknown.
+        """
+        if equation == "foot":
+            return foot_torque(foot, loads["Fy"], self.measured["Fz"], loads["Mx"], self.y_a, self.y_a_dd)
+        if equation == "foot-thesis":
+            return foot_torque_as_printed(foot, leg, loads["Fy"], self.motion.y_dd)
+        raise InputError(
+            f"expected a torque of {', '.join(FOOT_TORQUES)}, found {equation!r}: "
+            "correct its torque in dummy.foot.pathways"
+        )
+
+
+def foot_delay(prepared: PreparedTrial, options: FootOptions) -> float:
     """Time by which markers lag behind the treadmill's own signals (s).
 
     Arguments are those of `foot_side`.
@@ -246,43 +203,35 @@ def foot_delay(
     InputError
         If a marker is missing, or the belt-fixed markers do not follow the belt.
     """
-    rate, time = trial.rate_hz, trial.time
-    labels = trial.axes["marker"].tolist()
+    labels = prepared.markers
     for label in (options.ankle_label, *options.belt_fixed_labels):
         if label not in labels:
             raise InputError(
-                f"{name}: expected a marker named {label!r} on the foot, found {listed(labels)}: "
+                f"{prepared.name}: expected a marker named {label!r} on the foot, found {listed(labels)}: "
                 "correct dummy.foot.ankle_label and belt_fixed_labels"
             )
-    velocity = zero_line(lowpass(trial.values("belt_velocity"), rate), time, at_rest)
-    along = lowpass(trial.values("marker_position")[:, :, 1].astype(float), rate)
+    along = _along_belt(prepared)
     riding = along[:, [labels.index(label) for label in options.belt_fixed_labels]].mean(axis=1)
-    return marker_delay(time, riding, velocity, name)
+    velocity = prepared.from_rest(prepared.belt_velocity)
+    return marker_delay(prepared.time, riding, velocity, prepared.name)
+
+
+def _along_belt(prepared: PreparedTrial) -> np.ndarray:
+    """Filtered positions of all markers along the belt (m), shape (n, markers)."""
+    return prepared.filtered(prepared.trial.values("marker_position")[:, :, 1].astype(float))
 
 
 def foot_side(
-    trial: Trial,
-    name: str,
-    options: FootOptions,
-    lowpass: Callable,
-    at_rest: np.ndarray,
-    motion: SegmentMotion,
-    delay_s: float,
+    prepared: PreparedTrial, options: FootOptions, motion: SegmentMotion, delay_s: float
 ) -> FootSide:
     """Loads and motions for the torque from the foot.
 
     Parameters
     ----------
-    trial : Trial
+    prepared : PreparedTrial
         Forces (N), moments (N·m) and markers (m).
-    name : str
-        Names the trial in messages.
     options : FootOptions
         Choices (units in their names).
-    lowpass : callable
-        Filters a signal, given with its rate (Hz).
-    at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
     motion : SegmentMotion
         Filtered motion of the leg on the clock of the markers (s, rad, m).
     delay_s : float
@@ -298,43 +247,81 @@ def foot_side(
     InputError
         If the belt is not in the trial.
     """
-    time, labels = trial.time, trial.axes["marker"].tolist()
-    motion = replace(
-        motion,
-        **{
-            key: advanced(time, getattr(motion, key), delay_s)
-            for key in ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
-        },
-    )
-    along = lowpass(trial.values("marker_position")[:, :, 1].astype(float), trial.rate_hz)
-    ankle = advanced(time, along[:, labels.index(options.ankle_label)], delay_s)
+    time, at_rest = prepared.time, prepared.at_rest
+    moved = ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
+    motion = replace(motion, **{key: advanced(time, getattr(motion, key), delay_s) for key in moved})
+    ankle = _along_belt(prepared)[:, prepared.markers.index(options.ankle_label)]
+    ankle = advanced(time, ankle, delay_s)
     # the belt creeps: a line through rest that is subtracted from Mx must be subtracted from y_A, too
-    y_a = zero_line(ankle, time, at_rest) + ankle[at_rest].mean()
+    y_a = prepared.from_rest(ankle) + ankle[at_rest].mean()
     return FootSide(
         motion=motion,
-        measured=measured_load(trial, name, options.belt, lowpass, at_rest),
+        measured=prepared.load_from_rest(options.belt),
         y_a=y_a,
         y_a_dd=derivative(time, derivative(time, y_a)),
     )
 
 
-def windows_from_onset(
-    perturbations: list[Perturbation], window_s: float | None, rate_hz: float, samples: int, name: str
-) -> list[Perturbation]:
+@dataclass(frozen=True)
+class _OnPlate:
+    """One trial with all that its pathways share."""
+
+    prepared: PreparedTrial
+    dummy: DummyOptions
+    options: FootOptions
+    side: FootSide
+    recordings: dict[str, BeltRecording]
+    models: dict[str, dict[str, FittedModel]]
+
+    def chosen(self, model: str) -> dict[str, FittedModel]:
+        """Component of the load -> treadmill model of this name."""
+        return {component: pick(self.models[component], model) for component in self.recordings}
+
+    def fit(self, pathway: FootPathway, torque: np.ndarray) -> WindowedFits:
+        """Estimates of I, B, K from a torque (N·m)."""
+        return self._estimates(pathway, self.side.motion, torque)
+
+    def _estimates(self, pathway: FootPathway, motion: SegmentMotion, torque: np.ndarray) -> WindowedFits:
+        windows = windows_from_onset(self.prepared, pathway.window_s)
+        record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=self.prepared.at_rest)
+        return estimate(pathway.estimator, record)
+
+    def budget(
+        self, pathway: FootPathway, torque: np.ndarray, fit: WindowedFits, loads: dict[str, np.ndarray]
+    ) -> Budget:
+        """Uncertainty of the means of I, B, K from a torque (N·m) of some loads (N, N·m)."""
+        # the thesis's equation is wrong, so only its Type A is stated
+        sources = self.dummy.sources if pathway.torque == "foot" else {}
+        known = FootKnowledge(self.options.foot, loads, self.side.y_a, self.side.y_a_dd, sources)
+        return foot_budget(
+            fit,
+            lambda motion, torque: self._estimates(pathway, motion, torque).mean,
+            self.side.motion,
+            torque,
+            known,
+        )
+
+    def check(self, pathway: FootPathway, fit: WindowedFits) -> TreadmillCheck:
+        """Examination of the treadmill model of a pathway."""
+        return check_treadmill(
+            self.chosen(pathway.treadmill_model),
+            self.recordings,
+            fit,
+            self.options.foot.height_m,
+            self.options.held_out,
+            pathway.estimator == LEAST_SQUARES_OWN_ZERO,
+        )
+
+
+def windows_from_onset(prepared: PreparedTrial, window_s: float | None) -> list[Perturbation]:
     """Windows to fit: the perturbations themselves, or windows of equal length from their onsets.
 
     Parameters
     ----------
-    perturbations : list of Perturbation
-        Their positions (samples).
+    prepared : PreparedTrial
+        A trial with its perturbations (samples).
     window_s : float or None
         Length of the windows (s); None for the perturbations themselves.
-    rate_hz : float
-        Sampling rate (Hz).
-    samples : int
-        Length of the trial (samples).
-    name : str
-        Names the trial in messages.
 
     Returns
     -------
@@ -346,13 +333,14 @@ def windows_from_onset(
     InputError
         If a window reaches into the next perturbation or beyond the end.
     """
+    perturbations = prepared.perturbations
     if window_s is None:
         return perturbations
-    windows = [replace(p, stop=p.start + round(window_s * rate_hz)) for p in perturbations]
-    starts = [*(p.start for p in perturbations[1:]), samples]
+    windows = [replace(p, stop=p.start + round(window_s * prepared.rate_hz)) for p in perturbations]
+    starts = [*(p.start for p in perturbations[1:]), prepared.time.size]
     if any(window.stop > start for window, start in zip(windows, starts, strict=True)):
         raise InputError(
-            f"{name}: expected {window_s:g} s from the onset of every perturbation to the next, found less: "
-            "shorten window_s of the pathway in the configuration"
+            f"{prepared.name}: expected {window_s:g} s from the onset of every perturbation to the next, "
+            "found less: shorten window_s of the pathway in the configuration"
         )
     return windows

@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tepsipe.identification.likelihood.result import JointLikelihood
+from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
@@ -120,7 +120,7 @@ def leg_budget(
     found: WindowedFits,
     again: Callable[[SegmentMotion, Leg], np.ndarray] | None,
     known: LegKnowledge,
-    further: Mapping[str, np.ndarray] | None = None,
+    further: Mapping[str, np.ndarray],
 ) -> Budget:
     """Uncertainty of the means of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
@@ -153,7 +153,7 @@ def leg_budget(
 
 
 def small_budget(
-    found: JointLikelihood, leg: Leg, sources: Mapping[str, Source], further: Mapping[str, np.ndarray]
+    found: LikelihoodEstimates, leg: Leg, sources: Mapping[str, Source], further: Mapping[str, np.ndarray]
 ) -> Budget:
     """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad); ``further`` as there."""
     contributions = angle_contributions(found.small, leg, sources) if sources else {}

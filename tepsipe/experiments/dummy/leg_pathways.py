@@ -12,7 +12,7 @@ from tepsipe.experiments.dummy.leg_budget import LegKnowledge, leg_budget, small
 from tepsipe.experiments.dummy.likelihood_budget import LikelihoodData, marker_contributions
 from tepsipe.identification.estimators import LEAST_SQUARES_THESIS, Record, estimate, find_estimator
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
-from tepsipe.identification.likelihood.result import JointLikelihood
+from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.output_error import OutputError
 from tepsipe.identification.regression.windows import WindowedFits, damping_per_skew
 from tepsipe.io.trial import Trial
@@ -23,12 +23,12 @@ from tepsipe.mechanics.segment_kinematics import (
     SegmentMotion,
     marker_positions,
     motion_of_markers,
-    segment_motion,
 )
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
+from tepsipe.signals.filters import Lowpass
+from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.statistics.uncertainty import Budget, Source, sources_of
+from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
 
 # attribute of a trial whose belt velocity was derived from markers
 MARKED_BELT = "belt_velocity_from"
@@ -111,6 +111,11 @@ class DummyOptions:
             sources=sources_of(uncertainty or {}),
         )
 
+    @property
+    def lowpass(self) -> Lowpass:
+        """Zero-lag filter of all signals (Hz)."""
+        return Lowpass(self.lowpass_cutoff_hz, self.lowpass_order, True)
+
 
 @dataclass(frozen=True)
 class DummyAnalysis:
@@ -157,15 +162,17 @@ class DummyAnalysis:
     checks: dict[str, TreadmillCheck] = field(default_factory=dict)
 
     @property
-    def output_errors(self) -> dict[str, OutputError | JointLikelihood]:
+    def output_errors(self) -> dict[str, OutputError | LikelihoodEstimates]:
         """Pathway -> measured and simulated angle (rad), where the estimator simulates the angle."""
-        simulated = (OutputError, JointLikelihood)
+        simulated = (OutputError, LikelihoodEstimates)
         return {name: found for name, found in self.regressions.items() if isinstance(found, simulated)}
 
     @property
-    def joint_likelihoods(self) -> dict[str, JointLikelihood]:
+    def likelihood_estimates(self) -> dict[str, LikelihoodEstimates]:
         """Pathway -> fit, where the joint likelihood was the estimator (units in it)."""
-        return {name: found for name, found in self.regressions.items() if isinstance(found, JointLikelihood)}
+        return {
+            name: found for name, found in self.regressions.items() if isinstance(found, LikelihoodEstimates)
+        }
 
 
 def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathway]) -> DummyAnalysis:
@@ -190,24 +197,10 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     InputError
         If no perturbation or no rest is found, or the markers are not the leg's.
     """
-    rate, time = trial.rate_hz, trial.time
-
-    def lowpass(x: np.ndarray) -> np.ndarray:
-        return butterworth_lowpass(x, rate, options.lowpass_cutoff_hz, options.lowpass_order)
-
-    belt_velocity = lowpass(trial.values("belt_velocity"))
-    perturbations = perturbations_of(belt_velocity, rate, options.window, "belt velocity")
-    at_rest = rest_samples(time, options.window)
+    prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
+    perturbations, at_rest = prepared.perturbations, prepared.at_rest
     motions = {
-        instants: segment_motion(
-            time,
-            trial.values(MARKER_SIGNALS[instants]),
-            options.leg_markers,
-            options.leg.com_m,
-            labels=trial.axes["marker"].tolist(),
-            cutoff_hz=options.lowpass_cutoff_hz,
-            order=options.lowpass_order,
-        )
+        instants: leg_motion(prepared, options, instants)
         for instants in sorted({pathway.marker_instants for pathway in pathways.values()})
     }
     regressions, budgets, small, skews = {}, {}, {}, {}
@@ -222,29 +215,56 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
             )
         if "foot_position" in estimator.needs:
             foot = belt_fixed_position(trial, options.belt_fixed_labels, pathway.marker_instants)
-            given |= {"foot_position": lowpass(foot), "belt_velocity": belt_velocity}
+            given |= {"foot_position": prepared.filtered(foot), "belt_velocity": prepared.belt_velocity}
         if "markers" in estimator.needs:
             given["markers"] = markers_of(trial, options, pathway.marker_instants)
             given["belt_log"] = None if MARKED_BELT in trial.attributes else trial.values("belt_velocity")
         found = regressions[name] = estimate(pathway.estimator, Record(**given))
-        known, further = known_leg(trial, options, pathway, motion, lowpass), {}
-        if isinstance(found, JointLikelihood):
+        known, further = known_leg(prepared, options, pathway, motion), {}
+        if isinstance(found, LikelihoodEstimates):
             data = fitted_data(trial, options, pathway.marker_instants, given)
             further, of_small = marker_contributions(found, data, known.sources)
             small[name] = small_budget(found, options.leg, known.sources, of_small)
         again = again_by(pathway, given) if "torque" in given else None
         budgets[name] = leg_budget(found, again, known, further)
     return DummyAnalysis(
-        time=time,
-        belt_velocity=belt_velocity,
+        time=prepared.time,
+        belt_velocity=prepared.belt_velocity,
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,
         small_budgets=small,
         damping_per_skew=skews,
         marker_residual_rms_m=max(motion.marker_residual_rms_m for motion in motions.values()),
-        marker_noise_m=_noise_at_rest(trial, options, lowpass, at_rest),
+        marker_noise_m=_noise_at_rest(prepared, options),
     )
+
+
+def leg_motion(prepared: PreparedTrial, options: DummyOptions, instants: str) -> SegmentMotion:
+    """Motion of the leg from its filtered markers (s, rad, m).
+
+    Parameters
+    ----------
+    prepared : PreparedTrial
+        Markers (m) and their filter.
+    options : DummyOptions
+        The leg and its markers (m).
+    instants : {"aligned", "as-sampled"}
+        Whether sequential marker sampling is corrected.
+
+    Returns
+    -------
+    SegmentMotion
+        Angle and accelerations (rad, m, s).
+
+    Raises
+    ------
+    InputError
+        If a marker is missing, or the markers do not move as one body.
+    """
+    positions = prepared.trial.values(MARKER_SIGNALS[instants])
+    on_leg = prepared.filtered(marker_positions(positions, prepared.markers, options.leg_markers))
+    return motion_of_markers(prepared.time, on_leg, options.leg_markers, options.leg.com_m)
 
 
 def markers_of(trial: Trial, options: DummyOptions, instants: str) -> DummyMarkers:
@@ -317,7 +337,7 @@ def again_by(pathway: Pathway, given: dict) -> Callable[[SegmentMotion, Leg], np
 
 
 def known_leg(
-    trial: Trial, options: DummyOptions, pathway: Pathway, motion: SegmentMotion, lowpass: Callable
+    prepared: PreparedTrial, options: DummyOptions, pathway: Pathway, motion: SegmentMotion
 ) -> LegKnowledge:
     """What a pathway takes as known of the leg (m, kg, s), and how well it is known.
 
@@ -328,16 +348,14 @@ def known_leg(
         return LegKnowledge(options.leg, markers, {}, motion)
     later = None
     if "marker_sampling_s" in sources and pathway.marker_instants == "aligned":
-        labels = trial.axes["marker"].tolist()
-        positions = marker_positions(trial.values(MARKER_SIGNALS["aligned"]), labels, markers)
+        labels, time = prepared.markers, prepared.time
+        positions = marker_positions(prepared.trial.values(MARKER_SIGNALS["aligned"]), labels, markers)
         lag = sources["marker_sampling_s"].standard_uncertainty * np.array(
             [labels.index(label) for label in markers.labels]
         )
-        filtered = lowpass(positions)
-        moved = filtered + lag[:, None] * derivative(trial.time, filtered.reshape(len(filtered), -1)).reshape(
-            filtered.shape
-        )
-        later = motion_of_markers(trial.time, moved, markers, options.leg.com_m)
+        filtered = prepared.filtered(positions)
+        rate = derivative(time, filtered.reshape(len(filtered), -1)).reshape(filtered.shape)
+        later = motion_of_markers(time, filtered + lag[:, None] * rate, markers, options.leg.com_m)
     return LegKnowledge(options.leg, markers, sources, motion, later)
 
 
@@ -374,8 +392,8 @@ def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) ->
     return trial.values(MARKER_SIGNALS[instants])[:, columns, 1].astype(float).mean(axis=1)
 
 
-def _noise_at_rest(trial: Trial, options: DummyOptions, lowpass, at_rest: np.ndarray) -> float:
-    labels = trial.axes["marker"].tolist()
-    columns = [labels.index(label) for label in options.leg_markers.labels]
-    positions = trial.values(MARKER_SIGNALS["as-sampled"])[:, columns, 1:]
-    return float(np.sqrt(np.mean((positions - lowpass(positions))[at_rest] ** 2)))
+def _noise_at_rest(prepared: PreparedTrial, options: DummyOptions) -> float:
+    """Root mean square of what the filter removes from the leg's markers at rest (m per coordinate)."""
+    columns = [prepared.markers.index(label) for label in options.leg_markers.labels]
+    positions = prepared.trial.values(MARKER_SIGNALS["as-sampled"])[:, columns, 1:]
+    return float(np.sqrt(np.mean((positions - prepared.filtered(positions))[prepared.at_rest] ** 2)))

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tepsipe.identification.likelihood.channels import DummyMarkers, levelled, make_channels
-from tepsipe.identification.likelihood.result import JointLikelihood, changes_by
+from tepsipe.identification.likelihood.result import LikelihoodEstimates, changes_by
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import Source
 
@@ -53,13 +53,13 @@ class LikelihoodData:
 
 
 def marker_contributions(
-    found: JointLikelihood, data: LikelihoodData, sources: Mapping[str, Source]
+    found: LikelihoodEstimates, data: LikelihoodData, sources: Mapping[str, Source]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """What sources that move markers contribute to I, B, K, at the working amplitude and of small movements.
 
     Parameters
     ----------
-    found : JointLikelihood
+    found : LikelihoodEstimates
         The estimates (units there).
     data : LikelihoodData
         What they were fitted to (s, m, m/s).

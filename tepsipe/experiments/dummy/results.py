@@ -9,7 +9,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, with_budget
 from tepsipe.experiments.dummy.foot_treadmill import TreadmillCheck
 from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis
-from tepsipe.identification.likelihood.result import JointLikelihood
+from tepsipe.identification.likelihood.result import LikelihoodEstimates
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged
@@ -24,7 +24,7 @@ SMALL = {f"{quantity}_small": quantity for quantity in PARAMETERS}
 
 
 def joint_estimates(
-    names: tuple[str, str, str, str], found: JointLikelihood, budget: Budget, count: int
+    names: tuple[str, str, str, str], found: LikelihoodEstimates, budget: Budget, count: int
 ) -> list[Estimate]:
     """I, B, K of small movements, delay (s) of the angle after the foot, and softening where there is some.
 
@@ -32,7 +32,7 @@ def joint_estimates(
     ----------
     names : tuple of str
         Experiment, condition, pathway and estimator.
-    found : JointLikelihood
+    found : LikelihoodEstimates
         The fit.
     budget : Budget
         Uncertainty of I, B, K of small movements (their units).
@@ -62,7 +62,7 @@ def joint_estimates(
     return rows
 
 
-def joint_facts(found: JointLikelihood) -> dict:
+def likelihood_facts(found: LikelihoodEstimates) -> dict:
     """Noise levels, timing and softening of a fit, as plain numbers (units in the keys)."""
     fit = found.fit
     facts = {
@@ -170,8 +170,8 @@ def dummy_estimates(
             )
         )
         rows.append(Estimate(*names, "VAF_trial", "%", regression.vaf_trial, n_perturbations=count))
-        if name in analysis.joint_likelihoods:
-            found = analysis.joint_likelihoods[name]
+        if name in analysis.likelihood_estimates:
+            found = analysis.likelihood_estimates[name]
             rows += joint_estimates(names, found, analysis.small_budgets[name], count)
         if name in analysis.output_errors:
             of_angle = analysis.output_errors[name].vaf_angle
@@ -226,7 +226,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
         "treadmill_errors": {
             name: _treadmill_error(check) for name, check in analysis.checks.items() if check.error
         },
-        "joint_likelihood": {name: joint_facts(f) for name, f in analysis.joint_likelihoods.items()},
+        "joint_likelihood": {name: likelihood_facts(f) for name, f in analysis.likelihood_estimates.items()},
         "estimators": {name: pathway.estimator for name, pathway in analysis.pathways.items()},
         "condition_numbers": {
             name: float(np.mean([fit.condition_number for fit in regression.fits]))

@@ -13,14 +13,26 @@ Output error uses neither torque nor windows, always one angle at rest, and one 
 All estimates come from the functions that the pathways of the study use.
 """
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
-from tepsipe.experiments.dummy.foot_pathways import FootOptions, foot_delay, foot_side, windows_from_onset
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, belt_fixed_position
+from tepsipe.experiments.dummy.foot_pathways import (
+    FOOT_TORQUES,
+    FootOptions,
+    foot_delay,
+    foot_side,
+    windows_from_onset,
+)
+from tepsipe.experiments.dummy.leg_pathways import (
+    DummyOptions,
+    Pathway,
+    belt_fixed_position,
+    leg_motion,
+)
 from tepsipe.identification.estimators import (
     LEAST_SQUARES,
     LEAST_SQUARES_THESIS,
@@ -31,14 +43,15 @@ from tepsipe.identification.estimators import (
 from tepsipe.identification.regression.windows import WindowedFits
 from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, foot_torque, foot_torque_as_printed
-from tepsipe.mechanics.segment_kinematics import SegmentMotion, marker_positions, motion_of_markers
+from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
+from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
+from tepsipe.signals.perturbations import Perturbation
+from tepsipe.treadmill.prepared import Filter, PreparedTrial, prepare_trial
 
 CHOICES = ("torque", "filter", "filtered", "reference", "window", "estimator")
-TORQUES = ("leg-thesis", "leg", "foot-thesis", "foot")
-FILTERED = ("all signals", "torque only", "motion only")
+TORQUES = ("leg-thesis", "leg", *FOOT_TORQUES)
+FILTERED = ALL_SIGNALS, TORQUE_ONLY, MOTION_ONLY = ("all signals", "torque only", "motion only")
 REFERENCES = ("first and last rest", "per segment")
 WINDOWS = ("command length", "actual length", "longer")
 NONE, WHOLE_TRIAL = "none", "whole trial"
@@ -102,14 +115,6 @@ class Specification:
         return tuple(getattr(self, choice) for choice in CHOICES)
 
 
-@dataclass(frozen=True)
-class _Signals:
-    """Motion (rad, m) and torques (N·m) with one filter, for leg and foot, each on its own clock."""
-
-    motions: dict[str, SegmentMotion]
-    torques: dict[str, np.ndarray]
-
-
 def unfiltered(x: np.ndarray, rate_hz: float) -> np.ndarray:
     """``x`` unchanged (any unit), at any rate (Hz)."""
     return x
@@ -126,11 +131,11 @@ class Forwards:
         return self.lowpass(x - x[0], rate_hz) + x[0]
 
 
-def filters(dummy: DummyOptions, options: SpecificationOptions) -> dict[str, Callable]:
+def filters(dummy: DummyOptions, options: SpecificationOptions) -> dict[str, Filter]:
     """Name -> filter, the study's first (cutoffs in Hz)."""
     cutoff, order = dummy.lowpass_cutoff_hz, dummy.lowpass_order
     return {
-        f"bidirectional {cutoff:g} Hz": Lowpass(cutoff, order, True),
+        f"bidirectional {cutoff:g} Hz": dummy.lowpass,
         f"unidirectional {cutoff:g} Hz": Forwards(Lowpass(cutoff, order, False)),
         f"bidirectional {options.other_cutoff_hz:g} Hz": Lowpass(options.other_cutoff_hz, order, True),
         NONE: unfiltered,
@@ -170,84 +175,103 @@ def specify_dummy(
         If no perturbation or no rest is found, a marker is missing, a window reaches into the next
         perturbation, or a combination does not determine the parameters.
     """
-    rate, name = trial.rate_hz, f"dummy/{condition}"
     known = filters(dummy, options)
     standard = next(iter(known))
-    velocity = known[standard](trial.values("belt_velocity"), rate)
-    perturbations = perturbations_of(velocity, rate, dummy.window, "belt velocity")
-    at_rest = rest_samples(trial.time, dummy.window)
-    delay = foot_delay(trial, name, foot, known[standard], at_rest)
-    signals = {key: _signals(trial, name, dummy, foot, x, at_rest, delay) for key, x in known.items()}
-    windows = {
-        kind: windows_from_onset(perturbations, length, rate, trial.time.size, name)
-        for kind, length in zip(WINDOWS, (options.command_s, None, options.longer_s), strict=True)
+    prepared = prepare_trial(trial, f"dummy/{condition}", dummy.lowpass, dummy.window)
+    delay_s = foot_delay(prepared, foot)
+    signals = {
+        key: _signals(prepared.behind(lowpass), dummy, foot, delay_s) for key, lowpass in known.items()
     }
-    before = round(options.before_segment_s * rate)
-    rows = []
-
-    def add(choices: tuple[str, ...], regression: WindowedFits) -> None:
-        rows.append(
-            Specification(
-                condition,
-                *choices,
-                _role(choices, standard, as_printed, recommended),
-                *map(float, regression.mean),
-                float(regression.vaf_per_perturbation.mean()),
-            )
+    found = [*_by_torque(prepared, signals, options), *_by_angle(prepared, signals, dummy)]
+    rows = [
+        Specification(
+            condition,
+            *choices,
+            _role(choices, standard, as_printed, recommended),
+            *map(float, fits.mean),
+            float(fits.vaf_per_perturbation.mean()),
         )
-
-    for torque in TORQUES:
-        side = torque.partition("-")[0]
-        for key, lowpass in known.items():
-            for filtered in FILTERED if key != NONE else (NONE,):
-                of_motion = signals[NONE if filtered == "torque only" else key]
-                of_torque = signals[key if filtered in (FILTERED[0], NONE) else NONE]
-                motion, values = of_motion.motions[side], of_torque.torques[torque]
-                if filtered == "torque only":
-                    values = lowpass(values, rate)
-                for window, chosen in windows.items():
-                    for estimator in (LEAST_SQUARES_THESIS, LEAST_SQUARES):
-                        for reference in REFERENCES:
-                            rest = at_rest if reference == REFERENCES[0] else before
-                            regression = _regress(motion, values, chosen, rest, estimator)
-                            add((torque, key, filtered, reference, window, estimator), regression)
-    position = belt_fixed_position(trial, dummy.belt_fixed_labels, "aligned")
-    for key, lowpass in known.items():
-        record = Record(
-            motion=signals[key].motions["leg"],
-            foot_position=lowpass(position, rate),
-            belt_velocity=lowpass(trial.values("belt_velocity"), rate),
-            leg=dummy.leg,
-            perturbations=perturbations,
-            at_rest=at_rest,
-        )
-        filtered = NONE if key == NONE else FILTERED[0]
-        add((NONE, key, filtered, REFERENCES[0], WHOLE_TRIAL, OUTPUT_ERROR), estimate(OUTPUT_ERROR, record))
+        for choices, fits in found
+    ]
     return sorted(rows, key=lambda row: (row.K_Nm_per_rad, row.choices))
 
 
-def _signals(
-    trial: Trial,
-    name: str,
-    dummy: DummyOptions,
-    foot: FootOptions,
-    lowpass: Callable,
-    at_rest: np.ndarray,
-    delay_s: float,
-) -> _Signals:
+@dataclass(frozen=True)
+class _Signals:
+    """A trial behind one filter: motion (rad, m) of the leg by side, torques (N·m) by their equation.
+
+    The sides are leg and foot, each on its own clock.
+    """
+
+    prepared: PreparedTrial
+    motions: dict[str, SegmentMotion]
+    torques: dict[str, np.ndarray]
+
+
+def _signals(prepared: PreparedTrial, dummy: DummyOptions, foot: FootOptions, delay_s: float) -> _Signals:
     """Motion and torques with all signals filtered."""
-    leg, labels = dummy.leg, trial.axes["marker"].tolist()
-    on_leg = marker_positions(trial.values("marker_position"), labels, dummy.leg_markers)
-    motion = motion_of_markers(trial.time, lowpass(on_leg, trial.rate_hz), dummy.leg_markers, leg.com_m)
+    motion = leg_motion(prepared, dummy, "aligned")
+    side = foot_side(prepared, foot, motion, delay_s)
     torques = {
-        key: derive(leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
+        key: derive(dummy.leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
         for key, derive in TORQUE_PATHWAYS.items()
+    } | {key: side.torque(key, foot.foot, dummy.leg, side.measured) for key in FOOT_TORQUES}
+    return _Signals(prepared, {"leg": motion, "foot": side.motion}, torques)
+
+
+def _by_torque(
+    prepared: PreparedTrial, signals: dict[str, _Signals], options: SpecificationOptions
+) -> Iterator[tuple[tuple[str, ...], WindowedFits]]:
+    """Choices and estimates by least squares of a torque."""
+    lengths_s = (options.command_s, None, options.longer_s)
+    windows = {
+        kind: windows_from_onset(prepared, length_s)
+        for kind, length_s in zip(WINDOWS, lengths_s, strict=True)
     }
-    side = foot_side(trial, name, foot, lowpass, at_rest, motion, delay_s)
-    load = side.measured
-    torques["foot"] = foot_torque(foot.foot, load["Fy"], load["Fz"], load["Mx"], side.y_a, side.y_a_dd)
-    torques["foot-thesis"] = foot_torque_as_printed(foot.foot, leg, load["Fy"], side.motion.y_dd)
-    return _Signals({"leg": motion, "foot": side.motion}, torques)
+    before = round(options.before_segment_s * prepared.rate_hz)
+    rests = dict(zip(REFERENCES, (prepared.at_rest, before), strict=True))
+    for torque, (key, filtered) in product(TORQUES, _filtered_signals(signals)):
+        motion, values = _of_filtered(signals, torque, key, filtered)
+        for window, estimator, reference in product(windows, (LEAST_SQUARES_THESIS, LEAST_SQUARES), rests):
+            fits = _regress(motion, values, windows[window], rests[reference], estimator)
+            yield (torque, key, filtered, reference, window, estimator), fits
+
+
+def _filtered_signals(signals: dict[str, _Signals]) -> Iterator[tuple[str, str]]:
+    """Every filter with every choice of the signals that pass it."""
+    for key in signals:
+        for filtered in FILTERED if key != NONE else (NONE,):
+            yield key, filtered
+
+
+def _of_filtered(
+    signals: dict[str, _Signals], torque: str, key: str, filtered: str
+) -> tuple[SegmentMotion, np.ndarray]:
+    """Motion and torque (N·m), of which only those named by ``filtered`` pass the filter."""
+    only_torque, only_motion = filtered == TORQUE_ONLY, filtered == MOTION_ONLY
+    motion = signals[NONE if only_torque else key].motions[torque.partition("-")[0]]
+    if only_torque:
+        return motion, signals[key].prepared.filtered(signals[NONE].torques[torque])
+    return motion, signals[NONE if only_motion else key].torques[torque]
+
+
+def _by_angle(
+    prepared: PreparedTrial, signals: dict[str, _Signals], dummy: DummyOptions
+) -> Iterator[tuple[tuple[str, ...], WindowedFits]]:
+    """Choices and estimates by output error, which uses neither torque nor windows."""
+    position = belt_fixed_position(prepared.trial, dummy.belt_fixed_labels, "aligned")
+    for key, of_filter in signals.items():
+        record = Record(
+            motion=of_filter.motions["leg"],
+            foot_position=of_filter.prepared.filtered(position),
+            belt_velocity=of_filter.prepared.belt_velocity,
+            leg=dummy.leg,
+            perturbations=prepared.perturbations,
+            at_rest=prepared.at_rest,
+        )
+        filtered = NONE if key == NONE else ALL_SIGNALS
+        choices = (NONE, key, filtered, REFERENCES[0], WHOLE_TRIAL, OUTPUT_ERROR)
+        yield choices, estimate(OUTPUT_ERROR, record)
 
 
 def _regress(
@@ -294,8 +318,8 @@ def _regress(
 
 def _role(choices: tuple[str, ...], standard: str, as_printed: Pathway, recommended: Pathway) -> str:
     for role, pathway in ((AS_PRINTED, as_printed), (RECOMMENDED, recommended)):
-        own = (pathway.torque, standard, FILTERED[0], REFERENCES[0], WINDOWS[1], pathway.estimator)
-        if choices == own and pathway.marker_instants == "aligned":
+        by_pathway = (pathway.torque, standard, ALL_SIGNALS, REFERENCES[0], WINDOWS[1], pathway.estimator)
+        if choices == by_pathway and pathway.marker_instants == "aligned":
             return role
     return OTHER
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tepsipe.errors import InputError
-from tepsipe.experiments.dummy.leg_pathways import DummyOptions
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, leg_motion
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -18,15 +18,15 @@ from tepsipe.io.trial import Trial
 from tepsipe.mechanics.forward_dynamics import (
     ForwardSimulation,
     Joint,
+    Start,
     rest_angle_of_standing,
     simulate_dummy,
 )
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS, Foot
-from tepsipe.mechanics.segment_kinematics import segment_motion
-from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
+from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.treadmill.prepared import prepare_trial
 
 MEASURED_TORQUES = {"tau": "leg-thesis", "tau_consistent": "leg"}
 
@@ -81,7 +81,7 @@ def simulate_condition(
     foot: Foot,
     joints: dict[str, np.ndarray],
     step_s: float,
-    engine: str = "pybullet",
+    engine: str,
 ) -> SimulatedCondition:
     """Simulate a recorded trial with every set of parameters.
 
@@ -110,20 +110,9 @@ def simulate_condition(
     InputError
         If the recording cannot be processed, or the dummy cannot be simulated.
     """
-    rate, time = trial.rate_hz, trial.time
-    velocity = butterworth_lowpass(
-        trial.values("belt_velocity"), rate, options.lowpass_cutoff_hz, options.lowpass_order
-    )
-    at_rest = rest_samples(time, options.window)
-    motion = segment_motion(
-        time,
-        trial.values("marker_position"),
-        options.leg_markers,
-        options.leg.com_m,
-        labels=trial.axes["marker"].tolist(),
-        cutoff_hz=options.lowpass_cutoff_hz,
-        order=options.lowpass_order,
-    )
+    prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
+    time, velocity, at_rest = prepared.time, prepared.belt_velocity, prepared.at_rest
+    motion = leg_motion(prepared, options, "aligned")
     torques = {}
     for name, pathway in MEASURED_TORQUES.items():
         torque = TORQUE_PATHWAYS[pathway](
@@ -141,14 +130,14 @@ def simulate_condition(
             foot,
             Joint(inertia, damping, stiffness, reference),
             step_s,
-            standing,
-            engine=engine,
+            engine,
+            Start(standing, 0.0),
         )
     return SimulatedCondition(
         time=time,
         theta=motion.theta - standing,
         torques=torques,
-        perturbations=perturbations_of(velocity, rate, options.window, "belt velocity"),
+        perturbations=prepared.perturbations,
         joints=joints,
         simulations=simulations,
     )

@@ -301,7 +301,7 @@ def sweep_trial(
     draws: int,
     seed: int,
     others: Iterable[SimulatedTrial],
-    predicted_draws: int = 25,
+    predicted_draws: int,
     cutoff_hz: float = 20.0,
     order: int = 4,
 ) -> list[NoiseCell]:

@@ -5,10 +5,9 @@ import numpy as np
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.noise.trial import SimulatedTrial
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.forward_dynamics import Joint, simulate_dummy
+from tepsipe.mechanics.forward_dynamics import Joint, refuse_unstable, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot
-from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import perturbations_of, rest_samples
+from tepsipe.treadmill.prepared import prepare_trial
 
 
 def simulate_trial(
@@ -18,7 +17,7 @@ def simulate_trial(
     foot: Foot,
     parameters: np.ndarray,
     step_s: float,
-    engine: str = "pybullet",
+    engine: str,
 ) -> SimulatedTrial:
     """Simulate the dummy, upright at rest, on the belt motion of a recorded trial.
 
@@ -49,20 +48,18 @@ def simulate_trial(
     InputError
         If no perturbation is found or the dummy cannot be simulated.
     """
-    velocity = butterworth_lowpass(
-        trial.values("belt_velocity"), trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order
-    )
-    velocity = velocity - np.median(velocity[rest_samples(trial.time, options.window)])
-    found = perturbations_of(velocity, trial.rate_hz, options.window, "belt velocity")
+    prepared = prepare_trial(trial, "belt velocity", options.lowpass, options.window)
+    velocity = prepared.belt_velocity
+    joint = Joint(*parameters)
+    refuse_unstable(options.leg, joint)
     s = simulate_dummy(
-        trial.time,
-        velocity,
+        prepared.time,
+        velocity - np.median(velocity[prepared.at_rest]),
         options.leg,
         foot,
-        Joint(*parameters),
+        joint,
         step_s,
-        must_stand=True,
-        engine=engine,
+        engine,
     )
     return SimulatedTrial(
         name=name,
@@ -78,7 +75,7 @@ def simulate_trial(
         f_y=s.f_y,
         f_z=s.f_z,
         m_x=s.m_x,
-        windows=np.array([[p.start, p.stop] for p in found]),
+        windows=np.array([[p.start, p.stop] for p in prepared.perturbations]),
         leg=options.leg,
         foot=foot,
         truth=np.asarray(parameters, dtype=float),

@@ -10,7 +10,7 @@ import numpy as np
 from tepsipe.errors import InputError, listed, quoted
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
 from tepsipe.mechanics.engines.interface import Joint
-from tepsipe.mechanics.forward_dynamics import ForwardSimulation, simulate_dummy
+from tepsipe.mechanics.forward_dynamics import ForwardSimulation, refuse_unstable, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.filters import Lowpass
@@ -215,9 +215,9 @@ class Design:
 
     joint: Joint
     leg: Leg
+    rig: Rig
     protocol: Protocol
     foot: Foot = field(default_factory=lambda: Foot(mass_kg=2.1, height_m=0.055))
-    rig: Rig = field(default_factory=Rig)
     sources: Mapping[str, Source] = field(default_factory=dict)
 
     @classmethod
@@ -347,9 +347,8 @@ def expected_motion(design: Design) -> ExpectedMotion:
     velocity = belt_velocity(protocol, moved, time)
     stride = math.ceil(1.0 / (rig.camera_rate_hz * STEP_S) - 1e-9)
     step = 1.0 / (rig.camera_rate_hz * stride)
-    simulated = simulate_dummy(
-        time, velocity, design.leg, design.foot, design.joint, step, must_stand=True, engine="equations"
-    )
+    refuse_unstable(design.leg, design.joint)
+    simulated = simulate_dummy(time, velocity, design.leg, design.foot, design.joint, step, "equations")
     if simulated.fell_at_s is not None:
         raise InputError(
             "protocol: expected a leg that stays upright, found that it falls "

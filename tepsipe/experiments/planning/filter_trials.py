@@ -14,13 +14,12 @@ from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.planning.filtering import delay_samples, filtered_motion, late
 from tepsipe.identification.estimators import LEAST_SQUARES, LEAST_SQUARES_OWN_ZERO, Record, estimate
 from tepsipe.io.trial import Trial
-from tepsipe.mechanics.inverse_dynamics import foot_torque, leg_torque
-from tepsipe.mechanics.segment_kinematics import SegmentMotion
+from tepsipe.mechanics.inverse_dynamics import leg_torque
 from tepsipe.signals.filters import Lowpass
-from tepsipe.signals.perturbations import Perturbation, perturbations_of, rest_samples
 from tepsipe.treadmill.compensation import compensated_loads
+from tepsipe.treadmill.prepared import prepare_trial
 from tepsipe.treadmill.registry import FittedModel
-from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
+from tepsipe.treadmill.trial_recordings import recordings_of_loads
 
 LEG, FOOT, COMPENSATED = "leg", "foot", "foot-compensated"
 # window of the torque from the foot, as in the study: most of K is in the swing that follows (s)
@@ -82,63 +81,31 @@ def filter_estimates(
     InputError
         If no perturbation or no rest is found, or a marker or model is missing.
     """
-    rate, time = trial.rate_hz, trial.time
-    detection = Lowpass(dummy.lowpass_cutoff_hz, dummy.lowpass_order, True)
-    windows = perturbations_of(
-        detection(trial.values("belt_velocity"), rate), rate, dummy.window, "belt velocity"
-    )
-    at_rest = rest_samples(time, dummy.window)
-    labels = trial.axes["marker"].tolist()
+    detected = prepare_trial(trial, name, dummy.lowpass, dummy.window)
+    delay_s = foot_delay(detected, options)
+    prepared = detected.behind(lowpass)
+    rate, time, leg = prepared.rate_hz, prepared.time, dummy.leg
     positions = trial.values("marker_position")
-    motion = filtered_motion(time, positions, labels, dummy.leg_markers, dummy.leg.com_m, lowpass)
-    own, behind_s = late(windows, lowpass, rate), delay_samples(lowpass, rate) / rate
-    torque = leg_torque(dummy.leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
-    found = [_estimates(LEG, motion, torque, own, at_rest, LEAST_SQUARES, time - behind_s, lowpass)]
-    long = windows_from_onset(own, FOOT_WINDOW_S, rate, time.size, name)
-    delay = foot_delay(trial, name, options, detection, at_rest)
-    side = foot_side(trial, name, options, lowpass, at_rest, motion, delay)
-    recordings = recordings_of_loads(
-        trial,
-        name,
-        name,
-        lowpass,
-        at_rest,
-        side.measured,
-        dict.fromkeys(COMPONENTS, np.zeros(time.size)),
-        options.foot.mass_kg + dummy.leg.mass_kg,
-        np.ones(time.size, dtype=bool),
-        tuple(p.start for p in windows),
-    )
-    as_measured = {component: recording.load for component, recording in recordings.items()}
+    motion = filtered_motion(time, positions, prepared.markers, dummy.leg_markers, leg.com_m, lowpass)
+    side = foot_side(prepared, options, motion, delay_s)
+    recordings = recordings_of_loads(prepared, side.measured, options.foot.mass_kg + leg.mass_kg)
     behind = {component: replace(model, lowpass=lowpass) for component, model in models.items()}
-    for pathway, loads in (
-        (FOOT, as_measured),
-        (COMPENSATED, compensated_loads(behind, recordings)),
-    ):
-        torque = foot_torque(
-            options.foot, loads["Fy"], side.measured["Fz"], loads["Mx"], side.y_a, side.y_a_dd
-        )
-        found.append(
-            _estimates(
-                pathway, side.motion, torque, long, at_rest, LEAST_SQUARES_OWN_ZERO, time - behind_s, lowpass
-            )
-        )
+    compensated = compensated_loads(behind, recordings)
+    moved = replace(prepared, perturbations=late(prepared.perturbations, lowpass, rate))
+    after_foot = windows_from_onset(moved, FOOT_WINDOW_S)
+    torque = leg_torque(leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
+    fitted = [(LEG, motion, torque, moved.perturbations, LEAST_SQUARES)]
+    for pathway, loads in ((FOOT, side.measured), (COMPENSATED, compensated)):
+        torque = side.torque("foot", options.foot, leg, loads)
+        fitted.append((pathway, side.motion, torque, after_foot, LEAST_SQUARES_OWN_ZERO))
+    # the windows before the delay of the filter
+    earlier = time - delay_samples(lowpass, rate) / rate
+    found = []
+    for pathway, motion, torque, windows, estimator in fitted:
+        record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=prepared.at_rest)
+        spans = [(float(earlier[p.start]), float(earlier[p.stop - 1])) for p in windows]
+        found.append(FilteredEstimates(pathway, lowpass, estimate(estimator, record).parameters, spans))
     return found
-
-
-def _estimates(
-    pathway: str,
-    motion: SegmentMotion,
-    torque: np.ndarray,
-    windows: list[Perturbation],
-    at_rest: np.ndarray,
-    estimator: str,
-    time: np.ndarray,
-    lowpass: Lowpass,
-) -> FilteredEstimates:
-    record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=at_rest)
-    spans = [(float(time[p.start]), float(time[p.stop - 1])) for p in windows]
-    return FilteredEstimates(pathway, lowpass, estimate(estimator, record).parameters, spans)
 
 
 def lowpasses(

@@ -3,7 +3,7 @@
 The command is v(t) = sum_j c_j N_j(t), with cubic B-splines N_j on equal knots, 0 with its slope at both
 ends. Through the drive, as long as its force is not at its limit, the belt's motion is linear in c, and so
 are its limits: |l_i' c| <= 1 for velocity, displacement, acceleration and jerk at every instant. The
-information of the likelihood of a linear joint is a sum over frequencies (`expect_joint`),
+information of the likelihood of a linear joint is a sum over frequencies (`expected_fit`),
 
     F(c) = sum over f of F_f |Y_f(c)|^2,    Y_f(c) = sum_j c_j Y_fj
 
@@ -184,7 +184,7 @@ def optimise_pulse(design: Design, expected: ExpectedFit, limits: Limits) -> Opt
     starts = _starts(problem)
     if not design.protocol.pulse.one_way:
         problem, starts = _returning(problem, starts)
-    found = max((_climb(problem, c) for c in starts), key=lambda c: problem.weights(c)[1])
+    found = max((_gauss_newton(problem, c) for c in starts), key=lambda c: problem.weights(c)[1])
     w, value = problem.weights(found)
     bound = min(_bound(problem, w), _bound(problem, problem.weights(problem.scaled(starts[0]))[0]))
     command = problem.basis @ found
@@ -211,7 +211,7 @@ def _returning(problem: _Problem, starts: list[np.ndarray]) -> tuple[_Problem, l
     return problem, [c for c in (inner.T @ start for start in starts) if np.linalg.norm(c) > 1e-6]
 
 
-def _climb(problem: _Problem, start: np.ndarray) -> np.ndarray:
+def _gauss_newton(problem: _Problem, start: np.ndarray) -> np.ndarray:
     """Frank-Wolfe steps with a search along each."""
     c = problem.scaled(start)
     value = problem.weights(c)[1]

@@ -2,7 +2,7 @@
 
     u^2(n) = (u_A^2 - u_R^2) n_0 / n + u_R^2 + u_B^2
 
-u_A is that of the estimator with the planned number n_0, from its own covariance (`expect_joint`,
+u_A is that of the estimator with the planned number n_0, from its own covariance (`expected_fit`,
 `window_noise`); the Cramer-Rao bound is given beside that of the likelihood. u_R is the part of u_A that
 comes through the rest to which windowed least squares refers: it falls with the time of rest only. u_B comes
 from the tolerances of the calibration, as in the budgets of the dummy.
@@ -33,7 +33,7 @@ from tepsipe.experiments.planning.design import (
 from tepsipe.experiments.planning.filtering import filtered, filtered_motion, late
 from tepsipe.experiments.planning.window_noise import window_noise
 from tepsipe.identification.likelihood.channels import dummy_markers
-from tepsipe.identification.likelihood.likelihood import ExpectedFit, expect_joint, fit_joint
+from tepsipe.identification.likelihood.likelihood import ExpectedFit, expected_fit, maximise_likelihood
 from tepsipe.identification.likelihood.result import working_covariance
 from tepsipe.identification.regression.windows import WindowedFits, regress_torque
 from tepsipe.mechanics.impedance_model import PARAMETERS
@@ -215,9 +215,9 @@ def expected_likelihood(design: Design, motion: ExpectedMotion) -> ExpectedFit:
     positions, labels, fixed = exact_markers(design, motion)
     markers = dummy_markers(positions, labels, rig.leg_markers, fixed)
     log = motion.simulated.foot_y_d
-    exact = fit_joint(motion.time, markers, log, design.leg, motion.at_rest, softening=False)
+    exact = maximise_likelihood(motion.time, markers, log, design.leg, motion.at_rest, softening=False)
     softening = design.protocol.pathway == JOINT_LIKELIHOOD
-    return expect_joint(exact, rig.marker_noise_m, rig.log_noise_of_sample_m_per_s, softening=softening)
+    return expected_fit(exact, rig.marker_noise_m, rig.log_noise_of_sample_m_per_s, softening=softening)
 
 
 def _budget(design: Design, type_a: np.ndarray, contributions: dict[str, np.ndarray]) -> Budget:

@@ -202,10 +202,10 @@ class Limits:
                     "raise it"
                 )
 
-    def hold(self, other: "Limits", tolerance: float = 1e-6) -> bool:
+    def hold(self, other: "Limits") -> bool:
         """Whether the peaks of a motion (m/s, m, m/s², m/s³) are within these limits."""
         pairs = zip(vars(other).values(), vars(self).values(), strict=True)
-        return all(peak <= limit * (1.0 + tolerance) for peak, limit in pairs)
+        return all(peak <= limit * (1.0 + 1e-6) for peak, limit in pairs)
 
 
 def peaks_of(velocity_m_per_s: np.ndarray) -> Limits:

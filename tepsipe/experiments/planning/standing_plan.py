@@ -25,22 +25,21 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.plan import COVERAGE, quantity_row
 from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
-from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.fit import (
     QUANTITIES,
     FreeReflexOptions,
-    fit_free_reflex,
     inside_window,
 )
 from tepsipe.identification.regression.generalised import integrated_wiener, squared_exponential
 from tepsipe.signals.filters import butterworth_lowpass
 
 RATE_HZ = 250.0
-# epochs, baseline and quiet stretches as those of a standing trial (s)
-BEFORE_S, AFTER_S, BASELINE_S, QUIET_S = 0.12, 0.2, 0.1, 1.12
+# epochs and baseline as those of a standing trial (s)
+BEFORE_S, AFTER_S, BASELINE_S = 0.12, 0.2, 0.1
 # of the peak velocity, where the onset of a pulse is seen (-)
 ONSET_SHARE = 0.1
 MOST_RESPONSES = 100_000
+WINDOW_S = 0.08  # that is fitted
 # choices of the estimator as shipped; a test holds them equal to the configuration
 OPTIONS = FreeReflexOptions(
     lowpass_cutoff_hz=60.0,
@@ -75,8 +74,6 @@ class StandingDesign:
         Usable responses (-).
     drive : Drive
         The belt's drive (Hz, s, m/s²).
-    window_s : float
-        Fitted window (s).
     type_b : float
         Standard uncertainty of B and K from everything but sway, over their values (-).
     options : FreeReflexOptions
@@ -92,7 +89,6 @@ class StandingDesign:
     pulse: Pulse = field(default_factory=lambda: pulse_of("sine", 0.4, 0.1))
     number: int = 40
     drive: Drive = field(default_factory=Drive)
-    window_s: float = 0.08
     type_b: float = 0.075
     options: FreeReflexOptions = OPTIONS
 
@@ -102,7 +98,7 @@ class StandingDesign:
         Raises
         ------
         InputError
-            If a number is not positive, or the window is longer than the epochs.
+            If a number is not positive, or the share of Type B is none.
         """
         positive = ("stiffness_Nm_per_rad", "damping_Nms_per_rad", "lever_m", "sway_Nm", "sway_s", "noise_Nm")
         for name in (*positive, "number"):
@@ -110,10 +106,9 @@ class StandingDesign:
                 raise InputError(
                     f"standing: expected a positive {name}, found {getattr(self, name):g}: correct it"
                 )
-        if not 0.03 <= self.window_s <= AFTER_S or not 0.0 <= self.type_b < 1.0:
+        if not 0.0 <= self.type_b < 1.0:
             raise InputError(
-                f"standing: expected a window of 0.03 to {AFTER_S:g} s and a share of Type B from 0 to 1, "
-                f"found {self.window_s:g} s and {self.type_b:g}: correct one of the two"
+                f"standing: expected a share of Type B from 0 to 1, found {self.type_b:g}: correct it"
             )
 
     @property
@@ -174,7 +169,7 @@ class StandingPlan:
     def type_a_with(self, number: int) -> np.ndarray:
         """Type A of I (NaN), B, K, shape (3,) (their units), after a number of responses (-)."""
         time, design = epoch_time(), self.design
-        inside = inside_window(time, design.window_s)
+        inside = inside_window(time, WINDOW_S)
         response, options = self.response[inside], design.options
         of_sway = sway_covariance(design)[np.ix_(inside, inside)]
         size = options.discrepancy * np.abs(response[:, 0]).max()
@@ -247,14 +242,14 @@ def baseline_of(time: np.ndarray) -> np.ndarray:
 def sway_covariance(design: StandingDesign) -> np.ndarray:
     """S for a whole epoch, relative to its baseline, shape (n, n), in squared units of the torque (N·m)."""
     time = epoch_time()
-    covariance = _stationary(design, time.size)
+    covariance = stationary_covariance(design, time.size)
     mean = np.where(baseline_of(time), 1.0 / baseline_of(time).sum(), 0.0)
     relative = np.eye(time.size) - mean
     return relative @ covariance @ relative.T
 
 
-def _stationary(design: StandingDesign, samples: int) -> np.ndarray:
-    """Covariance of sway and noise at regular samples (squared N·m)."""
+def stationary_covariance(design: StandingDesign, samples: int) -> np.ndarray:
+    """Covariance of sway and noise at regular samples, shape (samples, samples), in squared units (N·m)."""
     lag = np.abs(np.subtract.outer(np.arange(samples), np.arange(samples))) / RATE_HZ / design.sway_s
     smooth = design.sway_Nm**2 * (1.0 + lag) * np.exp(-lag)
     margin = 40  # beyond which a filter does not see the ends
@@ -262,55 +257,3 @@ def _stationary(design: StandingDesign, samples: int) -> np.ndarray:
     passed = butterworth_lowpass(wide, RATE_HZ, design.options.lowpass_cutoff_hz, 4)[margin:-margin]
     noise = passed @ passed.T
     return smooth + design.noise_Nm**2 * noise / noise.diagonal().mean()
-
-
-def draw_standing_estimates(plan: StandingPlan, rng: np.random.Generator, draws: int) -> np.ndarray:
-    """B and K of simulated experiments by the estimator itself, to check a plan.
-
-    Parameters
-    ----------
-    plan : StandingPlan
-        The experiment (units there).
-    rng : numpy.random.Generator
-        Draws sway and noise.
-    draws : int
-        Number of experiments (-).
-
-    Returns
-    -------
-    ndarray, shape (draws, 2)
-        B (N·m·s/rad) and K (N·m/rad).
-    """
-    time, design = epoch_time(), plan.design
-    quiet_time = np.arange(round(QUIET_S * RATE_HZ) + 1) / RATE_HZ
-    roots = [
-        np.linalg.cholesky(_stationary(design, n) + 1e-9 * np.eye(n)) for n in (time.size, quiet_time.size)
-    ]
-    found = np.empty((draws, 2))
-    for k in range(draws):
-        sway, quiet = (
-            rng.standard_normal((count, len(root))) @ root.T
-            for count, root in zip((design.number, 40), roots, strict=True)
-        )
-        perturbed = np.repeat(plan.response[None], design.number, axis=0)
-        perturbed[:, :, 0] += sway - sway[:, baseline_of(time)].mean(axis=1, keepdims=True)
-        still = np.zeros((*quiet.shape, 3))
-        still[:, :, 0] = quiet
-        epochs = BroadbandEpochs(
-            time=time,
-            perturbed=perturbed,
-            quiet_time=quiet_time,
-            quiet=still,
-            slopes={},
-            draws=np.zeros((0, time.size)),
-            peak_m_per_s=plan.peak_m_per_s,
-            carried_kg=80.0,
-            calibrated_kg=None,
-            centre=None,
-            centre_used=False,
-            apparent=None,
-            skin_m=0.0,
-        )
-        fit = fit_free_reflex([epochs], design.window_s, design.options, [], 2, rng)
-        found[k] = fit.parameters[0]
-    return found

@@ -12,7 +12,9 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.identification.cascade.fit import ParallelCascadeFit, ParallelCascadeOptions
-from tepsipe.identification.cascade.parallel_cascade import MUSCLE_BOUNDS, identify_cascade
+from tepsipe.identification.cascade.muscle import MUSCLE_BOUNDS
+from tepsipe.identification.cascade.parallel_cascade import identify_cascade
+from tepsipe.identification.cascade.record import make_record
 from tepsipe.io.estimates import Estimate, flagged, recommended
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
@@ -218,7 +220,7 @@ def analyse_parallel_cascade(
         If the record is too short or the joint does not move.
     """
     kept, training, block = _parts(trial, options)
-    return identify_cascade(
+    record = make_record(
         trial.values("angle"),
         trial.values("torque"),
         trial.rate_hz,
@@ -226,10 +228,8 @@ def analyse_parallel_cascade(
         training,
         lambda x: butterworth_lowpass(x, trial.rate_hz, options.lowpass_cutoff_hz, options.lowpass_order),
         reflex,
-        block,
-        options.bootstrap_draws,
-        rng,
     )
+    return identify_cascade(record, block, options.bootstrap_draws, rng)
 
 
 def position_manipulator_estimates(

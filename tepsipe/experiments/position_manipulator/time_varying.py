@@ -13,6 +13,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.identification.time_varying import (
+    MovedJoint,
     VaryingImpedance,
     impedance_by_schedule,
     impedance_in_windows,
@@ -128,35 +129,36 @@ def analyse_time_varying(
         If the realisations or the schedule do not determine the impedance.
     """
     rate, time = trial.rate_hz, fit.arrays["time"]
-    signals = (fit.arrays["angle"], fit.arrays["torque"], rate)
-    common = {
-        "draws": options.bootstrap_draws,
-        "rng": rng,
-        "reflex_torque": fit.arrays.get("reflex/reflex_torque"),
-    }
+    arrays = fit.arrays
+    joint = MovedJoint(arrays["angle"], arrays["torque"], rate, arrays.get("reflex/reflex_torque"))
+    draws = options.bootstrap_draws
     first = round((time[0] - trial.time[0]) * rate)
     if "trigger" in trial.signals:
         starts = np.flatnonzero(trial.values("trigger")) - first
         return impedance_of_ensemble(
-            *signals,
+            joint,
             starts,
             length_s=_realisation_s(starts, rate, options),
             segment_s=options.segment_s,
             step_s=options.segment_step_s,
-            **common,
+            draws=draws,
+            rng=rng,
         )
     if "schedule" in trial.signals:
         schedule = trial.values("schedule")[first : first + time.size]
-        return impedance_by_schedule(*signals, schedule, bins=options.bins, piece_s=options.piece_s, **common)
+        return impedance_by_schedule(
+            joint, schedule, bins=options.bins, piece_s=options.piece_s, draws=draws, rng=rng
+        )
     lasts = time.size / rate
     if lasts < max(options.window_s + options.window_step_s, 4.0 * options.block_s):
         return None
     found = impedance_in_windows(
-        *signals,
+        joint,
         window_s=options.window_s,
         step_s=options.window_step_s,
         block_s=options.block_s,
-        **common,
+        draws=draws,
+        rng=rng,
     )
     return VaryingImpedance(**(vars(found) | {"at": found.at + time[0]}))
 

@@ -130,19 +130,13 @@ class StandingEpochs:
         return self.onsets_s.size
 
 
-def cut_standing_epochs(
-    trial: Trial, standing: StandingTrial, name: str, options: EpochOptions
-) -> StandingEpochs:
+def cut_standing_epochs(standing: StandingTrial, options: EpochOptions) -> StandingEpochs:
     """Epochs of all reliable perturbations.
 
     Parameters
     ----------
-    trial : Trial
-        Electromyograms (uV) and hidden markers.
     standing : StandingTrial
-        Angles (rad), torque (N·m) and onsets (s).
-    name : str
-        Names the trial in messages.
+        Angles (rad), torque (N·m), onsets (s), and the trial's electromyograms (uV).
     options : EpochOptions
         Choices (units in their names).
 
@@ -156,13 +150,14 @@ def cut_standing_epochs(
     InputError
         If there is not enough unperturbed time, or markers were hidden in all of it.
     """
+    trial, name = standing.trial, standing.prepared.name
     left_out = []
     kept = np.zeros(standing.onsets_s.size, dtype=bool)
     if standing.fault is not None:
         left_out.append(f"{name}: left out as a whole: {standing.fault}")
     else:
         for k in range(kept.size):
-            fault = _perturbation_fault(trial, standing, k, options)
+            fault = _perturbation_fault(standing, k, options)
             kept[k] = fault is None
             if fault is not None:
                 left_out.append(f"{name}: perturbation at {standing.onsets_s[k]:.2f} s left out: {fault}")
@@ -174,7 +169,7 @@ def cut_standing_epochs(
             kept[:] = False
     onsets = standing.onsets_s[kept]
     window = options.before_s, options.after_s
-    quiet = quiet_onsets(trial, standing, name, options)
+    quiet = quiet_onsets(standing, options)
     rate = trial.rate_hz
     signals = {key: getattr(standing, key) for key in UNITS}
     signals |= {f"torque/{key}": x for key, x in standing.torque.items()}
@@ -209,7 +204,7 @@ def cut_standing_epochs(
     )
 
 
-def quiet_onsets(trial: Trial, standing: StandingTrial, name: str, options: EpochOptions) -> np.ndarray:
+def quiet_onsets(standing: StandingTrial, options: EpochOptions) -> np.ndarray:
     """Instants (s) of unperturbed standing with all markers visible and all signals recorded.
 
     Raises
@@ -217,9 +212,9 @@ def quiet_onsets(trial: Trial, standing: StandingTrial, name: str, options: Epoc
     InputError
         If there is not enough unperturbed time, or markers were hidden in all of it.
     """
-    clocks = standing.time, trial.axes.get("emg_time", standing.time)
+    clocks = standing.time, standing.trial.axes.get("emg_time", standing.time)
     start, end = max(clock[0] for clock in clocks), min(clock[-1] for clock in clocks)
-    found = start + unperturbed_onsets(
+    onsets = start + unperturbed_onsets(
         float(end - start),
         np.column_stack([standing.onsets_s, standing.ends_s]) - start,
         _quiet_after(standing),
@@ -227,22 +222,21 @@ def quiet_onsets(trial: Trial, standing: StandingTrial, name: str, options: Epoc
         options.after_s,
         None,
     )
-    seen = [_longest_hidden(trial, standing, at, options)[0] <= options.max_gap_s for at in found]
+    seen = [_longest_hidden(standing, at, options)[0] <= options.max_gap_s for at in onsets]
     if not any(seen):
+        name = standing.prepared.name
         raise InputError(
             f"{name}: expected unperturbed standing with every marker visible, found a hidden marker in all "
-            f"{found.size} unperturbed epochs: check what stood between markers and cameras"
+            f"{onsets.size} unperturbed epochs: check what stood between markers and cameras"
         )
-    return found[seen]
+    return onsets[seen]
 
 
-def _longest_hidden(
-    trial: Trial, standing: StandingTrial, at: float, options: EpochOptions
-) -> tuple[float, str]:
+def _longest_hidden(standing: StandingTrial, at: float, options: EpochOptions) -> tuple[float, str]:
     """Longest time (s) for which a marker was hidden in the window around an instant, and its name."""
     inside = (standing.time >= at - options.before_s) & (standing.time <= at + options.after_s)
     lengths = [
-        max((stop - start for start, stop in runs_of(hidden & inside)), default=0) / trial.rate_hz
+        max((stop - start for start, stop in runs_of(hidden & inside)), default=0) / standing.prepared.rate_hz
         for hidden in standing.hidden.T
     ]
     return max(zip(lengths, standing.labels, strict=True), key=lambda pair: pair[0])
@@ -260,7 +254,7 @@ def _from_baseline(responses: np.ndarray, zero: np.ndarray) -> np.ndarray:
     return responses - responses[:, zero].mean(axis=1, keepdims=True)
 
 
-def _perturbation_fault(trial: Trial, standing: StandingTrial, k: int, options: EpochOptions) -> str | None:
+def _perturbation_fault(standing: StandingTrial, k: int, options: EpochOptions) -> str | None:
     """Reason why the response to a perturbation is unreliable, one sentence; None if it is reliable."""
     onset, end, time = standing.onsets_s[k], standing.ends_s[k], standing.time
     if onset - options.before_s < time[0] or onset + options.after_s > time[-1]:
@@ -282,7 +276,7 @@ def _perturbation_fault(trial: Trial, standing: StandingTrial, k: int, options: 
                 f"marker {label!r} was hidden while the belt moved, so its position is unknown: check "
                 "what stood between it and the cameras"
             )
-    longest, label = _longest_hidden(trial, standing, onset, options)
+    longest, label = _longest_hidden(standing, onset, options)
     if longest > options.max_gap_s:
         return (
             f"marker {label!r} was hidden for {longest:.2g} s of the response, and at most "

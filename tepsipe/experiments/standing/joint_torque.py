@@ -4,17 +4,15 @@ Symbols: y forward along the belt, z up; angles of segments from the vertical, p
 towards +y. The ankle angle is the angle of the shank minus that of the foot, the knee angle that of the thigh
 minus that of the shank (extension positive). The trunk has no marker, so the hip angle is unknown. The torque
 is that of both ankles.
-
-Trials with steps, lifted feet or other support are refused.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from tepsipe.errors import InputError, listed
-from tepsipe.experiments.standing.options import BELTS, TORQUES, Person, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.options import TORQUES, Person, StandingOptions, TorquePathway
+from tepsipe.experiments.standing.stance import Stance, stance_fault
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import (
     PlateLoad,
@@ -25,124 +23,17 @@ from tepsipe.mechanics.inverse_dynamics import (
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.onsets import ramp_onset
-from tepsipe.signals.perturbations import Perturbation, perturbations_of
-from tepsipe.signals.resampling import runs_of
 from tepsipe.signals.time_alignment import advanced, marker_delay
 from tepsipe.treadmill.compensation import compensated_loads
+from tepsipe.treadmill.prepared import PreparedTrial, prepare_trial
+from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel, pick
-from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
+from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
 
-
-def stance_fault(
-    trial: Trial,
-    options: StandingOptions,
-    positions: np.ndarray,
-    hidden: np.ndarray,
-    shank: np.ndarray,
-    belt_velocity: np.ndarray,
-    f_z: np.ndarray,
-) -> str | None:
-    """Reason why a trial is not one of quiet standing: a step, a stumble, or weight on another support.
-
-    Parameters
-    ----------
-    trial : Trial
-        Forces of both belts (N).
-    options : StandingOptions
-        Person, belt and limits (units in their names).
-    positions : ndarray, shape (n, markers, 2)
-        y, z of the filtered markers (m).
-    hidden : ndarray of bool, shape (n, person's markers)
-        True where a marker was hidden (-): bridged positions are ignored.
-    shank, belt_velocity, f_z : ndarray, shape (n,)
-        Angle of the shank (rad), belt (m/s) and vertical force on the feet's belt (N).
-
-    Returns
-    -------
-    str or None
-        One sentence (times in s), or None if the person stood still.
-    """
-    time, rate, limits, person = trial.time, trial.rate_hz, options.limits, options.person
-    labels = trial.axes["marker"].tolist()
-    travelled = scipy.interpolate.CubicSpline(time, belt_velocity).antiderivative()(time)
-    for label in person.foot.labels:
-        y, z = positions[:, labels.index(label)].T
-        seen = ~_widened(hidden[:, person.labels.index(label)], round(0.1 * rate))
-        slid = y - travelled
-        # the logged velocity of the belt drifts, and so does its integral: only a shift within 2 s counts
-        shift = np.abs(slid - _median_before(slid, seen, round(2.0 * rate)))
-        lift = np.abs(z - np.median(z[seen])) if seen.any() else np.zeros(z.size)
-        for what, amount, most in (
-            ("moved on the belt", shift, limits.foot_shift_m),
-            ("was lifted", lift, limits.foot_lift_m),
-        ):
-            beyond = np.flatnonzero(seen & (amount > most))
-            if beyond.size:
-                return (
-                    f"the foot's marker {label!r} {what} by {100.0 * amount[seen].max():.2g} cm at "
-                    f"{time[beyond[0]]:.1f} s, where standing allows {100.0 * most:g} cm: a step, repeat "
-                    "the trial"
-                )
-    weight = person.mass_kg * person.body.gravity_m_per_s2
-    other = (
-        trial.axes["belt"].tolist().index(BELTS[options.belt])
-        if BELTS[options.belt] in trial.axes["belt"]
-        else None
-    )
-    if other is not None:
-        aside = options.lowpass(trial.values("force")[:, other, 2].astype(float), rate)
-        beyond = np.flatnonzero(np.abs(aside) > limits.other_belt * weight)
-        if beyond.size:
-            return (
-                f"{np.abs(aside).max() / weight:.0%} of the weight was on the other belt at "
-                f"{time[beyond[0]]:.1f} s, where standing allows {limits.other_belt:.0%}: a step, repeat "
-                "the trial"
-            )
-    for start, stop in runs_of(f_z < (1.0 - limits.unloading) * weight):
-        if stop - start > limits.unloading_s * rate:
-            return (
-                f"{1.0 - f_z[start:stop].min() / weight:.0%} of the weight left the plate at "
-                f"{time[start]:.1f} s for {(stop - start) / rate:.2g} s, where standing allows "
-                f"{limits.unloading:.0%}: a stumble into the harness, repeat the trial"
-            )
-    lean = np.abs(shank - np.median(shank))
-    seen = ~_widened(hidden.any(axis=1), round(0.1 * rate))
-    beyond = np.flatnonzero(seen & (lean > limits.lean_rad))
-    if beyond.size:
-        return (
-            f"the shank leaned {np.degrees(lean[seen].max()):.2g} degrees from upright at "
-            f"{time[beyond[0]]:.1f} s, where standing allows {np.degrees(limits.lean_rad):.2g}: a stumble, "
-            "repeat the trial"
-        )
-    return None
-
-
-def _widened(marked: np.ndarray, samples: int) -> np.ndarray:
-    """Boolean array with every run of True extended by ``samples`` at both ends, shape (n,)."""
-    wide = marked.copy()
-    for start, stop in runs_of(marked):
-        wide[max(0, start - samples) : stop + samples] = True
-    return wide
-
-
-def _median_before(x: np.ndarray, seen: np.ndarray, samples: int) -> np.ndarray:
-    """Median of the visible samples among the ``samples`` before each, shape (n,), about every 0.1 s.
-
-    A centred median would follow a marker that moves to another place and stays there (unit of ``x``).
-    """
-    places = np.arange(0, x.size, max(1, samples // 20))
-    medians = np.empty(places.size)
-    # most stretches are whole and visible, and as long as each other
-    shown = np.concatenate([[0], np.cumsum(seen)])
-    start, stop = np.maximum(0, places - samples), places + 1
-    whole = (stop - start == samples + 1) & (shown[stop] - shown[start] == samples + 1)
-    if whole.any():
-        stretches = np.lib.stride_tricks.sliding_window_view(x, samples + 1)
-        medians[whole] = np.median(stretches[start[whole]], axis=1)
-    for k in np.flatnonzero(~whole):
-        part = slice(start[k], stop[k])
-        medians[k] = np.median(x[part][seen[part]] if seen[part].any() else x[part])
-    return np.interp(np.arange(x.size), places, medians)
+# largest difference of the mass on the belt from the person's, as a fraction of it
+MASS_WITHIN = 0.15
+# largest root mean square distance of markers from one rigid segment (m)
+LOOSE_M = 0.01
 
 
 @dataclass(frozen=True)
@@ -151,12 +42,10 @@ class StandingTrial:
 
     Attributes
     ----------
-    time : ndarray, shape (n,)
-        Instants (s).
+    prepared : PreparedTrial
+        The trial as ingested, with its perturbations; at rest where it is far from any of them.
     onsets_s, ends_s : ndarray, shape (perturbations,)
         Instants at which the belt starts and stops moving (s).
-    unperturbed : ndarray of bool, shape (n,)
-        Samples far from any perturbation (-).
     belt_velocity, f_y, y_cop : ndarray, shape (n,)
         Belt (m/s), fore-aft force as measured (N), centre of pressure, eq (3-13) (m).
     ankle, ankle_d, ankle_dd : ndarray, shape (n,)
@@ -170,17 +59,16 @@ class StandingTrial:
     labels : tuple of str
         Names of the markers.
     hidden : ndarray of bool, shape (n, markers)
-        True where a marker was hidden (-).
+        True where a marker was hidden.
     delay_s : float
         Delay of the markers relative to the belt, which is corrected (s).
     fault : str or None
         Reason for omitting the whole trial, one sentence; None if the person stood still.
     """
 
-    time: np.ndarray
+    prepared: PreparedTrial
     onsets_s: np.ndarray
     ends_s: np.ndarray
-    unperturbed: np.ndarray
     belt_velocity: np.ndarray
     f_y: np.ndarray
     y_cop: np.ndarray
@@ -196,6 +84,21 @@ class StandingTrial:
     hidden: np.ndarray
     delay_s: float
     fault: str | None
+
+    @property
+    def trial(self) -> Trial:
+        """The trial as ingested, with the units of its signals."""
+        return self.prepared.trial
+
+    @property
+    def time(self) -> np.ndarray:
+        """Instants (s), shape (n,)."""
+        return self.prepared.time
+
+    @property
+    def unperturbed(self) -> np.ndarray:
+        """True for the samples far from any perturbation, shape (n,)."""
+        return self.prepared.at_rest
 
 
 def process_standing(
@@ -231,58 +134,36 @@ def process_standing(
         If no perturbation is found, a marker, belt or model is missing, markers do not move as rigid
         segments, the weight on the plate is not that of the person, or a pathway is unknown.
     """
-    time, rate, person = trial.time, trial.rate_hz, options.person
-    moving = options.lowpass(trial.values("belt_velocity"), rate)
-    perturbations = perturbations_of(moving, rate, options.window, name)
-    unperturbed = _unperturbed(time, rate, perturbations, options, name)
-    loads = filtered_load(trial, name, options.belt, options.lowpass)
-    carried_kg = _carried_mass(loads["Fz"], unperturbed, options, name)
+    prepared = prepare_trial(trial, name, options.lowpass, options.window, options.quiet_after_s)
+    time, still, person = prepared.time, prepared.at_rest, options.person
+    belt = prepared.belt_velocity - np.median(prepared.belt_velocity[still])
+    loads = prepared.load(options.belt)
+    carried_kg = _carried_mass(loads["Fz"][still], options, name)
     labels = _labels(trial, person, name)
     positions = trial.values("marker_position")[:, :, 1:].astype(float)
-    coarse = options.lowpass(positions, rate)
-    belt = moving - np.median(moving[unperturbed])
-    riding = coarse[:, [labels.index(label) for label in person.foot.labels], 0].mean(axis=1)
     hidden = trial.values("marker_hidden")[:, [labels.index(label) for label in person.labels]]
-    _refuse_loose_segments(coarse[~hidden.any(axis=1)], labels, person, name)
-    poses = segment_poses(coarse, labels, person)
-    fine = segment_poses(options.stretch_lowpass(positions, rate), labels, person)
-    fault = stance_fault(trial, options, coarse, hidden, poses["shank"], belt, loads["Fz"])
+    filtered = prepared.filtered(positions)
+    _refuse_loose_segments(filtered[~hidden.any(axis=1)], labels, person, name)
+    poses = segment_poses(filtered, labels, person)
+    sharp = segment_poses(options.stretch_lowpass(positions, prepared.rate_hz), labels, person)
+    fault = stance_fault(prepared, Stance(filtered, hidden, poses["shank"], belt, loads["Fz"]), options)
+    riding = filtered[:, [labels.index(label) for label in person.foot.labels], 0].mean(axis=1)
     # after a step the foot is not belt-fixed: report the step, not a delay of the markers
     try:
-        delay = marker_delay(time, riding, belt, name)
+        delay_s = marker_delay(time, riding, belt, name)
     except InputError:
         if fault is None:
             raise
-        delay = 0.0
-    poses, fine = ({key: advanced(time, x, delay) for key, x in p.items()} for p in (poses, fine))
+        delay_s = 0.0
+    poses, sharp = ({key: advanced(time, x, delay_s) for key, x in p.items()} for p in (poses, sharp))
+    above_rest = {component: loads[component] - loads[component][still].mean() for component in COMPONENTS}
+    recordings = recordings_of_loads(prepared, above_rest, carried_kg)
     ankle = poses["shank"] - poses["foot"]
     ankle_d = derivative(time, ankle)
-    recordings = recordings_of_loads(
-        trial,
-        name,
-        name,
-        options.lowpass,
-        unperturbed,
-        {key: loads[key] - loads[key][unperturbed].mean() for key in COMPONENTS},
-        dict.fromkeys(COMPONENTS, np.zeros(time.size)),
-        carried_kg,
-        np.ones(time.size, dtype=bool),
-        tuple(p.start for p in perturbations),
-    )
-    torque = {}
-    for key, pathway in pathways.items():
-        used = {c: loads[c] for c in COMPONENTS}
-        if pathway.treadmill_model is not None:
-            chosen = {c: pick(models.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}
-            found = compensated_loads(chosen, recordings)
-            used = {c: found[c] + loads[c][unperturbed].mean() for c in COMPONENTS}
-        plate = PlateLoad(f_y=used["Fy"], f_z=loads["Fz"], m_x=used["Mx"])
-        torque[key] = _torque(pathway.torque, person, plate, poses, time)
     return StandingTrial(
-        time=time,
-        onsets_s=np.array([_onset(trial, p.start, p.stop) for p in perturbations]),
-        ends_s=np.array([time[min(p.stop, time.size - 1)] for p in perturbations]),
-        unperturbed=unperturbed,
+        prepared=prepared,
+        onsets_s=np.array([_onset(trial, p.start, p.stop) for p in prepared.perturbations]),
+        ends_s=np.array([time[min(p.stop, time.size - 1)] for p in prepared.perturbations]),
         belt_velocity=belt,
         f_y=loads["Fy"],
         y_cop=loads["Mx"] / loads["Fz"],
@@ -293,42 +174,30 @@ def process_standing(
         thigh=poses["thigh"],
         knee=poses["thigh"] - poses["shank"],
         stretch_velocity={
-            "ankle": derivative(time, fine["shank"] - fine["foot"]),
-            "knee": derivative(time, fine["thigh"] - fine["shank"]),
+            "ankle": derivative(time, sharp["shank"] - sharp["foot"]),
+            "knee": derivative(time, sharp["thigh"] - sharp["shank"]),
         },
-        torque=torque,
+        torque={
+            key: _torque(
+                pathway.torque, person, _plate(pathway, loads, still, recordings, models), poses, time
+            )
+            for key, pathway in pathways.items()
+        },
         labels=person.labels,
         hidden=hidden,
-        delay_s=delay,
+        delay_s=delay_s,
         fault=fault,
     )
 
 
-def _unperturbed(
-    time: np.ndarray, rate_hz: float, perturbations: list[Perturbation], options: StandingOptions, name: str
-) -> np.ndarray:
-    """Samples far from any perturbation, shape (n,)."""
-    unperturbed = np.ones(time.size, dtype=bool)
-    margin = round(options.window.rest_margin_s * rate_hz)
-    for p in perturbations:
-        unperturbed[max(0, p.start - margin) : p.stop + round(options.quiet_after_s * rate_hz)] = False
-    if unperturbed.sum() < rate_hz:
-        raise InputError(
-            f"{name}: expected at least 1 s of unperturbed standing, found {unperturbed.sum() / rate_hz:.2g} "
-            "s: shorten quiet_after_s in the configuration or perturb less often"
-        )
-    return unperturbed
-
-
-def _carried_mass(f_z: np.ndarray, unperturbed: np.ndarray, options: StandingOptions, name: str) -> float:
-    """Mass on the belt (kg), which must be about that of the person."""
+def _carried_mass(f_z: np.ndarray, options: StandingOptions, name: str) -> float:
+    """Mass on the belt (kg) by the unperturbed vertical force (N); it must be about the person's."""
     person = options.person
-    mass = float(f_z[unperturbed].mean()) / person.body.gravity_m_per_s2
-    if abs(mass - person.mass_kg) > 0.15 * person.mass_kg:
+    mass = float(f_z.mean()) / person.body.gravity_m_per_s2
+    if abs(mass - person.mass_kg) > MASS_WITHIN * person.mass_kg:
         raise InputError(
             f"{name}: expected about {person.mass_kg:g} kg on the {options.belt} belt, found {mass:.3g} "
-            "kg: correct "
-            "standing.person.mass_kg, plate_treadmill.belt, or the calibration matrix"
+            "kg: correct standing.person.mass_kg, plate_treadmill.belt, or the calibration matrix"
         )
     return mass
 
@@ -345,27 +214,6 @@ def _labels(trial: Trial, person: Person, name: str) -> list[str]:
     return labels
 
 
-def _torque(
-    kind: str, person: Person, plate: PlateLoad, poses: dict[str, np.ndarray], time: np.ndarray
-) -> np.ndarray:
-    """Torque of both ankles from one free body (N·m), shape (n,)."""
-
-    def acceleration(key: str) -> np.ndarray:
-        return derivative(time, derivative(time, poses[key]))
-
-    feet = (person.feet, person.body.gravity_m_per_s2, plate, poses["ankle_point"], poses["foot_com"])
-    if kind == "ankle":
-        return standing_torque(*feet, acceleration("foot_com"), acceleration("foot"))
-    if kind == "ankle-thesis":
-        return standing_torque_as_printed(*feet, acceleration("foot_com"))
-    if kind == "single-joint":
-        shank_dd, ankle_dd = acceleration("shank"), acceleration("ankle_point")
-        return single_joint_torque(person.body, poses["shank"], shank_dd, ankle_dd)
-    raise InputError(
-        f"expected a torque of {', '.join(TORQUES)}, found {kind!r}: correct torque in standing.pathways"
-    )
-
-
 def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Person, name: str) -> None:
     """Raise InputError if a segment's markers, y and z (m) where all are seen, are not those of one body."""
     if not positions.size:
@@ -374,7 +222,7 @@ def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Per
         markers = getattr(person, segment)
         columns = [labels.index(label) for label in markers.labels]
         pose = fit_rigid_segment(positions[:, columns], markers.layout_m, np.zeros(2))
-        if pose.marker_residual_rms_m > 0.01:
+        if pose.marker_residual_rms_m > LOOSE_M:
             raise InputError(
                 f"{name}: expected the markers of the {segment} to move as one rigid body, found them "
                 f"{1e3 * pose.marker_residual_rms_m:.3g} mm from it on average: check their layout in the "
@@ -429,3 +277,40 @@ def _onset(trial: Trial, start: int, stop: int) -> float:
     sign = np.sign(velocity[-1] - np.median(velocity))
     # the detected start precedes the motion by up to the width of the filter
     return float(ramp_onset(time, sign * velocity, trial.time[max(0, start - round(0.02 * rate))]))
+
+
+def _plate(
+    pathway: TorquePathway,
+    loads: dict[str, np.ndarray],
+    still: np.ndarray,
+    recordings: dict[str, BeltRecording],
+    models: dict[str, dict[str, FittedModel]],
+) -> PlateLoad:
+    """Load of the plate as measured, or less that which a treadmill model predicts (N, N·m)."""
+    used = {component: loads[component] for component in COMPONENTS}
+    if pathway.treadmill_model is not None:
+        chosen = {c: pick(models.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}
+        compensated = compensated_loads(chosen, recordings)
+        used = {c: compensated[c] + loads[c][still].mean() for c in COMPONENTS}
+    return PlateLoad(f_y=used["Fy"], f_z=loads["Fz"], m_x=used["Mx"])
+
+
+def _torque(
+    kind: str, person: Person, plate: PlateLoad, poses: dict[str, np.ndarray], time: np.ndarray
+) -> np.ndarray:
+    """Torque of both ankles from one free body (N·m), shape (n,)."""
+
+    def acceleration(key: str) -> np.ndarray:
+        return derivative(time, derivative(time, poses[key]))
+
+    feet = (person.feet, person.body.gravity_m_per_s2, plate, poses["ankle_point"], poses["foot_com"])
+    if kind == "ankle":
+        return standing_torque(*feet, acceleration("foot_com"), acceleration("foot"))
+    if kind == "ankle-thesis":
+        return standing_torque_as_printed(*feet, acceleration("foot_com"))
+    if kind == "single-joint":
+        shank_dd, ankle_dd = acceleration("shank"), acceleration("ankle_point")
+        return single_joint_torque(person.body, poses["shank"], shank_dd, ankle_dd)
+    raise InputError(
+        f"expected a torque of {', '.join(TORQUES)}, found {kind!r}: correct torque in standing.pathways"
+    )

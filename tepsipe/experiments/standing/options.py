@@ -9,6 +9,8 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 
 TORQUES = ("ankle-thesis", "ankle", "single-joint")
+# models of the delayed torque of the muscles; the last is that of `tepsipe.experiments.standing.free_reflex`
+NONE, VELOCITY, EMG, FREE = ACTIVE = ("none", "velocity", "emg", "free")
 BELTS = {"left": "right", "right": "left"}
 
 
@@ -84,6 +86,11 @@ class Person:
         """Names of all markers, each once (no unit)."""
         return tuple(dict.fromkeys((*self.foot.labels, *self.shank.labels, *self.thigh.labels)))
 
+    @property
+    def weight(self) -> float:
+        """Weight of the whole body (N)."""
+        return self.mass_kg * self.body.gravity_m_per_s2
+
 
 @dataclass(frozen=True)
 class StanceLimits:
@@ -153,3 +160,22 @@ class StandingOptions:
             quiet_after_s=analysis["quiet_after_s"],
             limits=StanceLimits(**stance),
         )
+
+
+@dataclass(frozen=True)
+class StandingEstimator:
+    """One estimator of parameters from responses.
+
+    Attributes
+    ----------
+    window_s : float
+        Length of the fitted window from the onset (s).
+    inertia : bool
+        Whether I is estimated; the torque does not contain the inertia of the feet or of the body.
+    active : {"none", "velocity", "emg", "free"}
+        Model of the delayed torque of the muscles.
+    """
+
+    window_s: float
+    inertia: bool
+    active: str

@@ -88,7 +88,6 @@ def fit_joint(
     printed: dict[str, dict[str, float]],
     fitted: list[str],
     fixed: dict[str, float],
-    start: RubberJoint = START,
 ) -> JointFit:
     """Fit the free constants of a joint to printed I, B, K by weighted nonlinear least squares.
 
@@ -104,8 +103,6 @@ def fit_joint(
         Conditions that are used.
     fixed : dict of str to float
         Constants that are not fitted, and their values.
-    start : RubberJoint
-        Where the search begins.
 
     Returns
     -------
@@ -156,7 +153,7 @@ def fit_joint(
     bounds = [[math.log(max(limit[name], 1e-6)) for name in free] for limit in (LOWEST, HIGHEST)]
     found = scipy.optimize.least_squares(
         lambda x: at(x)[0],
-        [math.log(getattr(start, name)) for name in free],
+        [math.log(getattr(START, name)) for name in free],
         jac=lambda x: at(x)[1],
         bounds=bounds,
         xtol=1e-3,

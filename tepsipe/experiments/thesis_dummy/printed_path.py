@@ -16,8 +16,9 @@ from tepsipe.mechanics.inverse_dynamics import Leg
 from tepsipe.mechanics.joint_torque import leg_pathway_torque
 from tepsipe.mechanics.rubber_joint import RubberJoint, swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
-from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.perturbations import Perturbation, WindowOptions, perturbations_of, rest_samples
+from tepsipe.signals.filters import Lowpass, butterworth_lowpass
+from tepsipe.signals.perturbations import Perturbation, WindowOptions, rest_samples
+from tepsipe.treadmill.prepared import prepare_trial
 
 BEFORE_S, AFTER_S = 0.1, 0.3  # of the pulse that is averaged, around its onset and after its end
 
@@ -111,8 +112,8 @@ def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> B
         If no perturbation is found.
     """
     rate, recorded = trial.rate_hz, trial.values("belt_velocity").astype(float)
-    filtered = butterworth_lowpass(recorded, rate, path.cutoff_hz, path.order)
-    found = perturbations_of(filtered, rate, path.window, "belt velocity")
+    lowpass = Lowpass(path.cutoff_hz, path.order, True)
+    found = prepare_trial(trial, "belt velocity", lowpass, path.window).perturbations
     before = int(BEFORE_S * rate)
     length = before + max(p.stop - p.start for p in found) + int(AFTER_S * rate)
     pulses = np.array([recorded[p.start - before : p.start - before + length] for p in found])

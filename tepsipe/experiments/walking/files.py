@@ -19,7 +19,6 @@ def read_recording(
     columns: Mapping[str, str | None],
     rate_hz: float,
     max_gap_s: float,
-    delimiter: str = ",",
 ) -> WalkingRecording:
     """Read one leg of a walking trial and bring it to a regular clock.
 
@@ -35,8 +34,6 @@ def read_recording(
         Rate of the regular clock (Hz).
     max_gap_s : float
         Longest step between two time stamps (s).
-    delimiter : str
-        Character between columns.
 
     Returns
     -------
@@ -48,7 +45,7 @@ def read_recording(
     InputError
         If the table cannot be read, its time runs backwards, or has a longer gap.
     """
-    table = read_text_table(path, dict(columns), delimiter)
+    table = read_text_table(path, dict(columns), ",")
     time = table.pop("time")
     steps = np.diff(time)
     if time.size < 2 or steps.min() < 0.0 or steps.max() > max_gap_s or not np.isfinite(time).all():
@@ -67,9 +64,7 @@ def read_recording(
     return WalkingRecording(str(path), rate_hz, clock, **own, state=signals, supplied_moment=supplied)
 
 
-def read_events(
-    path: str | Path | None, columns: Mapping[str, str | None], delimiter: str = ","
-) -> dict[str, np.ndarray]:
+def read_events(path: str | Path | None, columns: Mapping[str, str | None]) -> dict[str, np.ndarray]:
     """Read heel strikes, toe-offs and onsets of pulses of one leg.
 
     Parameters
@@ -79,8 +74,6 @@ def read_events(
         there is none.
     columns : mapping of str to str or None
         heel_strike, toe_off, pulse -> name in the header; None where there are none.
-    delimiter : str
-        Character between columns.
 
     Returns
     -------
@@ -94,9 +87,7 @@ def read_events(
     """
     if path is None:
         return {kind: np.zeros(0) for kind in EVENTS}
-    lines = [
-        line.split(delimiter) for line in read_text(path, "a table of events").splitlines() if line.strip()
-    ]
+    lines = [line.split(",") for line in read_text(path, "a table of events").splitlines() if line.strip()]
     names = [name.strip() for name in lines[0]] if lines else []
     found = {}
     for kind in EVENTS:

@@ -157,7 +157,7 @@ class PhaseImpedance:
 def estimate_impedance(
     deviations: Deviations,
     options: WalkingOptions,
-    sources: Mapping[str, Source] | None = None,
+    sources: Mapping[str, Source] | None,
     rising: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> PhaseImpedance:
     """I, B and K of one phase with combined 95 % intervals.

@@ -21,6 +21,8 @@ from tepsipe.signals.filters import butterworth_lowpass
 
 # of every recording
 SIGNALS = ("angle", "vertical", "anterior", "cop", "ankle_x", "ankle_y", "other_vertical")
+SEGMENT_S = 5.0  # length of the segments of a spectral estimate
+COMPARED_HZ = 6.0  # cutoff of the moments that are compared
 CONTACT_N = 30.0  # below this force the centre of pressure is not defined
 
 
@@ -77,7 +79,7 @@ def ankle_moment(recording: WalkingRecording) -> np.ndarray:
     return np.where(contact, moment, 0.0)
 
 
-def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float, segment_s: float = 5.0) -> float:
+def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float) -> float:
     """Frequency at which a supplied moment has lost half of the power of the reference (Hz).
 
     The gain is that of the open-loop spectral estimate from the reference, |S_ry / S_rr|, averaged over three
@@ -91,18 +93,16 @@ def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float, segm
         Moment of full bandwidth, for example `ankle_moment` (N·m).
     rate_hz : float
         Sampling rate (Hz).
-    segment_s : float
-        Length of the averaged segments (s).
 
     Raises
     ------
     InputError
         If the recording is shorter than four segments.
     """
-    length = round(segment_s * rate_hz)
+    length = round(SEGMENT_S * rate_hz)
     if moment.size < 4 * length:
         raise InputError(
-            f"moment: expected at least {4 * segment_s:g} s to estimate its bandwidth, found "
+            f"moment: expected at least {4 * SEGMENT_S:g} s to estimate its bandwidth, found "
             f"{moment.size / rate_hz:.3g} s: record longer"
         )
     frequency, cross = scipy.signal.csd(reference, moment, rate_hz, nperseg=length)
@@ -113,7 +113,7 @@ def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float, segm
     return float(frequency[beyond[0]]) if beyond.size else 0.5 * rate_hz
 
 
-def agreement(recording: WalkingRecording, stance: np.ndarray, cutoff_hz: float = 6.0) -> float:
+def agreement(recording: WalkingRecording, stance: np.ndarray) -> float:
     """RMS difference in stance between the supplied moment and that from force and CoP (N·m).
 
     Both are low-passed alike. A large difference says that this side's moment cannot be rebuilt, for
@@ -125,8 +125,6 @@ def agreement(recording: WalkingRecording, stance: np.ndarray, cutoff_hz: float 
         With a supplied moment (N·m).
     stance : ndarray of bool, shape (n,)
         Samples that are compared.
-    cutoff_hz : float
-        Cutoff of the low-pass (Hz).
 
     Raises
     ------
@@ -139,5 +137,5 @@ def agreement(recording: WalkingRecording, stance: np.ndarray, cutoff_hz: float 
             "compare nothing"
         )
     both = np.stack([recording.supplied_moment, ankle_moment(recording)], axis=1)
-    filtered = butterworth_lowpass(both, recording.rate_hz, cutoff_hz)
+    filtered = butterworth_lowpass(both, recording.rate_hz, COMPARED_HZ)
     return float(np.sqrt(np.mean(np.diff(filtered[stance], axis=1) ** 2)))

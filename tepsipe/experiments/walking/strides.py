@@ -15,6 +15,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.walking.recording import CONTACT_N, WalkingRecording
 
 SHORTEST_CONTACT_S = 0.15
+MARGIN_S = 0.05  # of the stance at both ends, which does not count as stance
 ODD_STANCE = 0.25  # largest difference from the median stance, relative
 
 
@@ -37,7 +38,7 @@ class Strides:
     start: np.ndarray
     stance: np.ndarray
     end: np.ndarray
-    dropped: tuple[str, ...] = ()
+    dropped: tuple[str, ...]
 
     def __len__(self) -> int:
         """Number of strides (-)."""
@@ -47,11 +48,11 @@ class Strides:
         """Some of the strides (units as here)."""
         return Strides(self.start[which], self.stance[which], self.end[which], self.dropped)
 
-    def in_stance(self, time: np.ndarray, margin_s: float = 0.05) -> np.ndarray:
-        """Whether each instant (s) lies in the stance of a stride, ``margin_s`` (s) from its ends."""
+    def in_stance(self, time: np.ndarray) -> np.ndarray:
+        """Whether each instant (s) lies in the stance of a stride, and not near its ends."""
         inside = np.zeros(time.size, dtype=bool)
         for start, stance in zip(self.start, self.stance, strict=True):
-            inside |= (time > start + margin_s) & (time < start + stance - margin_s)
+            inside |= (time > start + MARGIN_S) & (time < start + stance - MARGIN_S)
         return inside
 
 
@@ -71,7 +72,7 @@ class Pulses:
 
     onset: np.ndarray
     stride: np.ndarray
-    dropped: tuple[str, ...] = ()
+    dropped: tuple[str, ...]
 
 
 def segment_strides(

@@ -1,7 +1,7 @@
 """SIPE in the torque-controlled manipulator, from one trial to its parameters (thesis section 3-1-1)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -164,8 +164,8 @@ class WristalyzerAnalysis:
     profile: StiffnessProfile
     many_starts: list[AdmittanceFit]
     tried: list[tuple[float, AdmittanceFit, AdmittanceFit]]
-    regression: PeriodFit | None = None
-    budgets: dict[str, Budget] = field(default_factory=dict)
+    regression: PeriodFit | None
+    budgets: dict[str, Budget]
 
 
 def analyse_wristalyzer(

@@ -33,39 +33,27 @@ Intervals: blocks are drawn with replacement, and for each draw terms, kernel an
 from folds drawn with replacement, so that they include these choices, but not that of the delay, which is
 assumed where the record does not determine it, nor the bias of the penalty. Percentiles of draws from n
 blocks are too narrow; they are expanded (`tepsipe.statistics.bootstrap.expanded_tail`).
-
-Muscle model: a second-order low-pass of three parameters in place of a free reflex response,
-
-    tau_R(s) = G w^2 / (s^2 + 2 zeta w s + w^2) u(s) exp(-s delay),   w = 2 pi frequency
-
-Frequency and damping minimise the weighted error, the rest is linear; the pathways of the selected structure
-share frequency and damping.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from tepsipe.identification.cascade.fit import (
-    MuscleFit,
     ParallelCascadeFit,
-    ParallelCascadeOptions,
     Relaxing,
     ShortRange,
     SlowTorque,
     Structure,
 )
-from tepsipe.identification.cascade.normal_equations import block_sums, solve_bounded, solve_drawn
-from tepsipe.identification.cascade.pathways import delayed, muscle_response
+from tepsipe.identification.cascade.muscle import fit_muscle
+from tepsipe.identification.cascade.normal_equations import block_sums, solve_drawn
 from tepsipe.identification.cascade.record import (
+    REFLEX_GROUPS,
     CascadeRecord,
     Design,
-    groups_of,
     kernel_responses,
     make_design,
-    make_record,
 )
 from tepsipe.identification.cascade.selection import (
     Selection,
@@ -81,111 +69,8 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.bootstrap import expanded_tail
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
-# frequency (Hz) and damping ratio (-) of the muscle: starting values, bounds, and step of the logarithms for
-# numerical derivatives
-MUSCLE_START = (2.0, 1.0)
-MUSCLE_BOUNDS = ((0.2, 20.0), (0.2, 5.0))
-SLOPE = 1e-3
-
-
-def fit_muscle(
-    record: CascadeRecord, structure: Structure, blocks: list[slice], times: np.ndarray, samples: int
-) -> MuscleFit:
-    """Frequency and damping by optimisation, the rest by regression, structure as selected.
-
-    Parameters
-    ----------
-    record : CascadeRecord
-        Weighted record (units there).
-    structure : Structure
-        Structure with a reflex (units there).
-    blocks : list of slice
-        Samples of the bootstrapped blocks.
-    times : ndarray, shape (draws, blocks)
-        How often each of them counts (-).
-    samples : int
-        Length of the response (samples).
-
-    Returns
-    -------
-    MuscleFit
-        The muscle (units there).
-    """
-    names = [name for name in groups_of(structure) if name in ("reflex", "gain_slope", "unloading")]
-    inputs = {
-        name: delayed(record.reflex_input(name, structure), structure.delay_s, record.rate_hz)
-        for name in names
-    }
-    rest = make_design(record, structure, {name: inputs[name][record.kept, None] for name in names})
-    training = slice(0, record.training)
-    target = record.white_torque[training]
-    fixed = np.setdiff1d(np.arange(rest.scale.size), [rest.groups[name].start for name in names])
-    x = rest.white[training][:, fixed]
-    normal, right = x.T @ x, x.T @ target
-    penalty = structure.penalty * record.training * rest.penalty[np.ix_(fixed, fixed)]
-    bounded = np.concatenate([rest.bounded[fixed], np.zeros(len(names), dtype=bool)])
-
-    def responses(constants: np.ndarray) -> np.ndarray:
-        through = [muscle_response(inputs[name], record.rate_hz, *np.exp(constants)) for name in names]
-        return np.column_stack(through)[record.kept]
-
-    def error(constants: np.ndarray) -> float:
-        through = record.whiten(responses(constants))[training]
-        cross = x.T @ through
-        own = through.T @ through
-        whole = np.block(
-            [[normal + penalty, cross], [cross.T, own + 1e-9 * np.trace(own) * np.eye(len(names))]]
-        )
-        sides = np.concatenate([right, through.T @ target])
-        p = solve_bounded(whole[None], sides[None], bounded)[0]
-        return float(p @ whole @ p - 2.0 * p @ sides)
-
-    found = scipy.optimize.minimize(
-        error,
-        np.log(MUSCLE_START),
-        method="Nelder-Mead",
-        bounds=np.log(MUSCLE_BOUNDS),
-        options={"xatol": 1e-3, "fatol": 1e-6 * float(target @ target), "maxfev": 120},
-    )
-    made = responses(found.x)
-    design = make_design(record, structure, {name: made[:, [k]] for k, name in enumerate(names)})
-    solution = fit_once(record, design, structure)
-    predicted = design.columns @ solution
-    frequency, damping = np.exp(found.x)
-    gains = np.array([(solution / design.scale)[design.groups[name].start] for name in names])
-    # one Gauss-Newton step per draw: derivatives of the torque by both logarithms are regressors
-    steps = [(responses(found.x + s) - responses(found.x - s)) @ gains for s in SLOPE * np.eye(2)]
-    slopes = record.whiten(np.column_stack(steps) / (2.0 * SLOPE))
-    drawn = solve_drawn(
-        block_sums(np.hstack([design.white, slopes]), record.white_torque, blocks),
-        times,
-        np.pad(structure.penalty * design.penalty, (0, 2)),
-        np.concatenate([design.bounded, [False, False]]),
-    )
-    at = design.groups["reflex"].start
-    w = 2.0 * np.pi * frequency
-    time = np.arange(samples) / record.rate_hz
-    muscle = ([w**2], [1.0, 2.0 * damping * w, w**2])
-    return MuscleFit(
-        constants=np.array([gains[0], frequency, damping]),
-        bootstrap=np.column_stack(
-            [
-                drawn[:, at] / design.scale[at],
-                frequency * np.exp(drawn[:, -2]),
-                damping * np.exp(drawn[:, -1]),
-            ]
-        ),
-        response=gains[0] * scipy.signal.impulse(muscle, T=time)[1],
-        predicted=predicted,
-        vaf=evaluate_held_out(record.used, predicted, record.training),
-    )
-
-
 # fraction of the area of a response that counts as its duration (-)
 LASTING = 0.95
-
-
-REFLEX_GROUPS = ("reflex", "gain_slope", "unloading")
 
 
 @dataclass(frozen=True)
@@ -212,33 +97,14 @@ class _Drawn:
 
 
 def identify_cascade(
-    angle: np.ndarray,
-    torque: np.ndarray,
-    rate_hz: float,
-    kept: slice,
-    training: int,
-    lowpass: Callable[[np.ndarray], np.ndarray],
-    options: ParallelCascadeOptions,
-    block: int,
-    draws: int,
-    rng: np.random.Generator,
+    record: CascadeRecord, block: int, draws: int, rng: np.random.Generator
 ) -> ParallelCascadeFit:
     """Fit both pathways to the first part of a record and predict all of it from the angle.
 
     Parameters
     ----------
-    angle, torque : ndarray, shape (n,)
-        Whole record, unfiltered (rad, N·m).
-    rate_hz : float
-        Sampling rate (Hz).
-    kept : slice
-        Samples that are used; the angle before them determines the reflex at their start.
-    training : int
-        Number of them, from the first on, that are fitted (samples).
-    lowpass : function of ndarray to ndarray
-        Zero-lag low-pass for signals and regressors, along axis 0.
-    options : ParallelCascadeOptions
-        Choices (units in their names).
+    record : CascadeRecord
+        From `make_record` (rad, N·m).
     block, draws : int
         Length of the bootstrapped blocks (samples), and number of draws (-).
     rng : numpy.random.Generator
@@ -248,14 +114,9 @@ def identify_cascade(
     -------
     ParallelCascadeFit
         Structure, pathways, prediction (rad, N·m, s).
-
-    Raises
-    ------
-    InputError
-        If the joint does not move.
     """
-    selection = select_structure(make_record(angle, torque, rate_hz, kept, training, lowpass, options))
-    record, structure = selection.record, selection.structure
+    selection = select_structure(record)
+    record, structure, training = selection.record, selection.structure, record.training
     blocks = [slice(k * block, (k + 1) * block) for k in range(training // block)]
     drawn_blocks = rng.integers(0, len(blocks), (draws, len(blocks)))
     times = np.array([np.bincount(draw, minlength=len(blocks)) for draw in drawn_blocks], dtype=float)
@@ -275,7 +136,7 @@ def identify_cascade(
     stiffening, stiffening_drawn = (x[..., 0] for x in found.mapped("stiffening", np.array([[2.0]])))
     reflex_torque = found.torque(*REFLEX_GROUPS)
     spread = np.mean((record.used[:training] - record.used[:training].mean()) ** 2)
-    lag, smooth = _shown_response(found.solution[found.design.groups["intrinsic"]], rate_hz, lowpass)
+    lag, smooth = _shown_response(found.solution[found.design.groups["intrinsic"]], record)
     return ParallelCascadeFit(
         structure=structure,
         blocks=len(blocks),
@@ -510,10 +371,10 @@ def _slow_torque(record: CascadeRecord, predicted: np.ndarray) -> SlowTorque:
     )
 
 
-def _shown_response(h: np.ndarray, rate_hz: float, lowpass) -> tuple[np.ndarray, np.ndarray]:
+def _shown_response(h: np.ndarray, record: CascadeRecord) -> tuple[np.ndarray, np.ndarray]:
     """Lag (s) and low-pass filtered h / T (N·m/rad per s), over twice the range of lags."""
-    reach = h.size // 2
+    rate_hz, reach = record.rate_hz, h.size // 2
     room = round(0.25 * rate_hz)
     padded = np.concatenate([np.zeros(room), h * rate_hz, np.zeros(room)])
     shown = slice(room - reach, room + h.size + reach)
-    return np.arange(-2 * reach, 2 * reach + 1) / rate_hz, lowpass(padded)[shown]
+    return np.arange(-2 * reach, 2 * reach + 1) / rate_hz, record.lowpass(padded)[shown]

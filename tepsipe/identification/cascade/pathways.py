@@ -9,34 +9,9 @@ import numpy as np
 import scipy
 
 from tepsipe.mechanics.impedance_model import simulate_angle
-from tepsipe.signals.differentiation import derivative
 
 
-def rectified_velocity(
-    angle: np.ndarray, rate_hz: float, direction: int, threshold: float = 0.0
-) -> np.ndarray:
-    """Velocity of an angle in one direction: theta' beyond a threshold, else 0.
-
-    Parameters
-    ----------
-    angle : ndarray, shape (n,)
-        theta (rad).
-    rate_hz : float
-        Sampling rate (Hz).
-    direction : {1, -1}
-        Sign of the velocity that is kept (-).
-    threshold : float
-        Speed below which there is no response; it is subtracted above (rad/s).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        u (rad/s).
-    """
-    return rectified(derivative(np.arange(angle.size) / rate_hz, angle), direction, threshold)
-
-
-def rectified(velocity: np.ndarray, direction: int, threshold: float = 0.0) -> np.ndarray:
+def rectified(velocity: np.ndarray, direction: int, threshold: float) -> np.ndarray:
     """Velocity beyond a threshold in one direction (1 or -1), else 0; all of shape (n,), in rad/s."""
     return np.where(direction * velocity > threshold, velocity - direction * threshold, 0.0)
 

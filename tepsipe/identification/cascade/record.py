@@ -175,20 +175,20 @@ def kernel_responses(pole_per_s: float, options: ParallelCascadeOptions, rate_hz
 
 
 def make_record(angle, torque, rate_hz, kept, training, lowpass, options) -> CascadeRecord:
-    """Filtered record; arguments as for `tepsipe.identification.cascade.parallel_cascade.identify_cascade`.
+    """Filtered record of which the first part is fitted.
 
     Parameters
     ----------
     angle, torque : ndarray, shape (n,)
-        Whole record (rad, N·m).
+        Whole record, unfiltered (rad, N·m).
     rate_hz : float
         Sampling rate (Hz).
     kept : slice
-        Samples that are used.
+        Samples that are used; the angle before them determines the reflex at their start.
     training : int
-        Number of them that are fitted (samples).
+        Number of them, from the first on, that are fitted (samples).
     lowpass : function of ndarray to ndarray
-        Low-pass along axis 0.
+        Zero-lag low-pass for signals and regressors, along axis 0.
     options : ParallelCascadeOptions
         Choices (units in their names).
 
@@ -345,7 +345,7 @@ def _penalty(groups: dict[str, slice], structure: Structure, given: dict) -> np.
     penalty = np.zeros((size, size))
     lags = groups["intrinsic"].stop
     penalty[:lags, :lags] = np.diag((np.abs(np.arange(lags) - lags // 2) > 1).astype(float))
-    for name in ("reflex", "gain_slope", "unloading"):
+    for name in REFLEX_GROUPS:
         own = groups[name]
         count = own.stop - own.start
         if name in given or not count:
@@ -358,4 +358,5 @@ def _penalty(groups: dict[str, slice], structure: Structure, given: dict) -> np.
     return penalty
 
 
-GROUPS = ("intrinsic", "stops", "relaxing", "stiffening", "reflex", "gain_slope", "unloading", "offset")
+REFLEX_GROUPS = ("reflex", "gain_slope", "unloading")
+GROUPS = ("intrinsic", "stops", "relaxing", "stiffening", *REFLEX_GROUPS, "offset")

@@ -1,4 +1,4 @@
-"""Channels of the joint likelihood: motion of the foot, angle of the leg and logged velocity of the belt.
+"""Channels of the likelihood: motion of the foot, angle of the leg and logged velocity of the belt.
 
 Marker j, at the longitudinal offset l_j and the anterior offset a_j of the leg (both 0 on the foot), moves by
 
@@ -72,7 +72,7 @@ class DummyMarkers:
 
 @dataclass(frozen=True)
 class Channels:
-    """What the likelihood is made of.
+    """Motion of foot, leg and belt, and the noise of the markers.
 
     Attributes
     ----------
@@ -93,12 +93,12 @@ class Channels:
     geometry : ndarray, shape (2, 2)
         Covariance of Y and theta per sigma² (1, 1/m; 1/m, 1/m²).
     residuals : ndarray, shape (n, k)
-        What the markers leave over (m).
+        Residuals of the markers (m).
     joint_offset_m, joint_offset_error_m : float
         d, the height of the markers' origin over the joint, and its standard error (m); 0 if no marker is on
         the foot alone.
     offset_slopes : ndarray, shape (2,)
-        What an error of d adds to Y and theta, per theta (-, 1/m).
+        Change of Y and theta per error of d, relative to theta (-, 1/m).
     on_leg : ndarray of bool, shape (k,)
         Markers on the leg (-).
     """
@@ -314,7 +314,7 @@ def _measured_layout(
 def _joint_offset(
     residuals: np.ndarray, sine: np.ndarray, along: np.ndarray, on_leg: np.ndarray
 ) -> tuple[float, float]:
-    """Least-squares d (m) from what the markers leave over (m), and its standard error per sigma (-)."""
+    """Least-squares d (m) from the residuals of the markers (m), and its standard error per sigma (-)."""
     if on_leg.all():
         return 0.0, 0.0
     design = np.column_stack([np.ones(along.size), along])

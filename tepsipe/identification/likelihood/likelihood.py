@@ -42,63 +42,9 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.identification.likelihood.channels import Channels, DummyMarkers, make_channels
-from tepsipe.identification.likelihood.model import LINEAR, SOFTENING, JointModel, Motion, Point, Spectra
+from tepsipe.identification.likelihood.model import LINEAR, SOFTENING, LegModel, Motion, Point, Spectra
 from tepsipe.identification.regression.windows import undetermined
 from tepsipe.mechanics.inverse_dynamics import Leg
-
-
-@dataclass(frozen=True)
-class Residuals:
-    """Likelihood at one point.
-
-    Attributes
-    ----------
-    foot : ndarray of complex, shape (m,)
-        Estimated spectrum of the foot (m times samples).
-    left : ndarray of complex, shape (c, m)
-        P W (z - m), with unit variance (-).
-    columns : ndarray of complex, shape (p, c, m)
-        u (1 over the units of the parameters).
-    by_noise : ndarray of complex, shape (p, c, m)
-        P W dh / |W h|, what noise in Y adds to u (1 over the units of the parameters).
-    direction : ndarray of complex, shape (c, m)
-        W h / |W h| (-).
-    """
-
-    foot: np.ndarray
-    left: np.ndarray
-    columns: np.ndarray
-    by_noise: np.ndarray
-    direction: np.ndarray
-
-    @property
-    def deviance(self) -> float:
-        """Twice the sum of squares (-)."""
-        return 2.0 * float(np.sum(np.abs(self.left) ** 2))
-
-    @property
-    def information(self) -> np.ndarray:
-        """F_0, shape (p, p) (1 over the units of the parameters, squared)."""
-        return _products(self.columns)
-
-    @property
-    def excess(self) -> np.ndarray:
-        """What noise in Y adds to F_0, shape (p, p) (units as F_0)."""
-        return _products(self.by_noise)
-
-    @property
-    def gradient(self) -> np.ndarray:
-        """2 Re sum u^H P W (z - m), shape (p,) (1 over the units of the parameters)."""
-        left = self.left.ravel()
-        columns = self.columns.reshape(len(self.columns), -1)
-        return 2.0 * (columns.real @ left.real + columns.imag @ left.imag)
-
-
-def _products(columns: np.ndarray) -> np.ndarray:
-    """2 Re sum of u_i^H u_j, shape (p, p)."""
-    flat = columns.reshape(len(columns), -1)
-    return 2.0 * (flat.real @ flat.real.T + flat.imag @ flat.imag.T)
-
 
 # chi-square of C and B_s above which phi_h is chosen by the trial (-)
 SOFTENS = 16.0
@@ -112,13 +58,66 @@ _STEPS, _NOISE_STEPS = 60, 15
 
 
 @dataclass(frozen=True)
-class JointFit:
+class Residuals:
+    """Residuals at one point, with their derivatives: all that a Gauss-Newton step needs.
+
+    Attributes
+    ----------
+    foot : ndarray of complex, shape (m,)
+        Estimated spectrum of the foot (m times samples).
+    whitened : ndarray of complex, shape (c, m)
+        P W (z - m), with unit variance (-).
+    columns : ndarray of complex, shape (p, c, m)
+        u (1 over the units of the parameters).
+    by_noise : ndarray of complex, shape (p, c, m)
+        P W dh / |W h|, contribution of noise in Y to u (1 over the units of the parameters).
+    direction : ndarray of complex, shape (c, m)
+        W h / |W h| (-).
+    """
+
+    foot: np.ndarray
+    whitened: np.ndarray
+    columns: np.ndarray
+    by_noise: np.ndarray
+    direction: np.ndarray
+
+    @property
+    def deviance(self) -> float:
+        """Twice the sum of squares (-)."""
+        return 2.0 * float(np.sum(np.abs(self.whitened) ** 2))
+
+    @property
+    def information(self) -> np.ndarray:
+        """F_0, shape (p, p) (1 over the units of the parameters, squared)."""
+        return _products(self.columns)
+
+    @property
+    def excess(self) -> np.ndarray:
+        """Part of F_0 that is due to noise in Y, shape (p, p) (units as F_0)."""
+        return _products(self.by_noise)
+
+    @property
+    def gradient(self) -> np.ndarray:
+        """2 Re sum u^H P W (z - m), shape (p,) (1 over the units of the parameters)."""
+        residual = self.whitened.ravel()
+        columns = self.columns.reshape(len(self.columns), -1)
+        return 2.0 * (columns.real @ residual.real + columns.imag @ residual.imag)
+
+
+def _products(columns: np.ndarray) -> np.ndarray:
+    """2 Re sum of u_i^H u_j, shape (p, p)."""
+    flat = columns.reshape(len(columns), -1)
+    return 2.0 * (flat.real @ flat.real.T + flat.imag @ flat.imag.T)
+
+
+@dataclass(frozen=True)
+class LikelihoodFit:
     """The likelihood's maximum.
 
     Attributes
     ----------
     point : Point
-        Parameters (units in `joint_model`).
+        Parameters (units in `tepsipe.identification.likelihood.model`).
     covariance : ndarray, shape (p, p)
         Of the fitted ones.
     residuals : Residuals
@@ -127,7 +126,7 @@ class JointFit:
         sigma_v (m/s); None without a log.
     channels : Channels
         What was fitted.
-    model : JointModel
+    model : LegModel
         Its equations.
     """
 
@@ -136,10 +135,10 @@ class JointFit:
     residuals: Residuals
     log_noise_m_per_s: float | None
     channels: Channels
-    model: JointModel
+    model: LegModel
 
     def value(self, name: str) -> float:
-        """Value of a parameter (units in `joint_model`)."""
+        """Value of a parameter (units in `tepsipe.identification.likelihood.model`)."""
         return self.point.values[name]
 
     def standard_error(self, name: str) -> float:
@@ -157,23 +156,23 @@ class JointFit:
         """Chi-square of C and B_s, with two degrees of freedom (-); 0 of a linear joint."""
         if not self.softens:
             return 0.0
-        own = [self.point.names.index(name) for name in SOFTENING[:2]]
-        both = self.point.x[own]
-        return float(both @ np.linalg.solve(self.covariance[np.ix_(own, own)], both))
+        places = [self.point.names.index(name) for name in SOFTENING[:2]]
+        both = self.point.x[places]
+        return float(both @ np.linalg.solve(self.covariance[np.ix_(places, places)], both))
 
 
-class _Task:
-    """One trial, its whitening, and the likelihood at a point."""
+class _Likelihood:
+    """Measured spectra of a trial, their noise, and the residuals of the model at a point."""
 
-    def __init__(self, channels: Channels, model: JointModel):
+    def __init__(self, channels: Channels, model: LegModel):
         self.channels, self.model = channels, model
         signals = [channels.foot, channels.angle, *([] if channels.log is None else [channels.log])]
         self.measured = scipy.fft.rfft(np.array(signals), axis=1)[:, model.bins]
         self.log_noise = None
         if channels.log is not None:
-            apart = self.measured[2] - model.s * self.measured[0]
+            difference = self.measured[2] - model.s * self.measured[0]
             high = np.abs(model.s) > 0.5 * np.abs(model.s[-1])
-            spread = np.mean(np.abs(apart[high]) ** 2) / channels.foot.size
+            spread = np.mean(np.abs(difference[high]) ** 2) / channels.foot.size
             of_markers = channels.marker_noise_m**2 * channels.geometry[0, 0]
             expected = float(spread - of_markers * np.mean(np.abs(model.s[high]) ** 2))
             # as long as the foot's markers are noisier than the log, the log's share is small
@@ -209,11 +208,11 @@ class _Task:
         return whole
 
     def residuals(self, point: Point) -> Residuals:
-        """Likelihood at a point."""
-        found: Spectra = self.model.spectra(point)
+        """Residuals at a point."""
+        predicted: Spectra = self.model.spectra(point)
         c, w = len(self.measured), self.whitening()
         # W is the same at all frequencies
-        h, z = w @ found.response[:c], w @ (self.measured - found.own[:c])
+        h, z = w @ predicted.response[:c], w @ (self.measured - predicted.independent[:c])
         size = np.sum(np.abs(h) ** 2, axis=0)
         direction = h / np.sqrt(size)
         foot = np.sum(h.conj() * z, axis=0) / size
@@ -221,21 +220,21 @@ class _Task:
         def project(x: np.ndarray) -> np.ndarray:
             return x - direction * np.sum(direction.conj() * x, axis=-2)[..., None, :]
 
-        of_response = project(w @ found.response_slopes[:, :c])
-        columns = of_response * foot + project(w @ found.own_slopes[:, :c])
+        of_response = project(w @ predicted.response_slopes[:, :c])
+        columns = of_response * foot + project(w @ predicted.independent_slopes[:, :c])
         scaled = of_response / np.sqrt(size)
         return Residuals(foot, project(z), columns, scaled, direction)
 
-    def update_log_noise(self, found: Residuals) -> None:
+    def update_log_noise(self, current: Residuals) -> None:
         """One scoring step of the restricted likelihood for sigma_v."""
         if self.log_noise is None:
             return
-        own = 1.0 - np.abs(found.direction[2]) ** 2
-        step = (np.sum(np.abs(found.left[2]) ** 2) - own.sum()) / np.sum(own**2)
+        share = 1.0 - np.abs(current.direction[2]) ** 2
+        step = (np.sum(np.abs(current.whitened[2]) ** 2) - share.sum()) / np.sum(share**2)
         self.log_noise = max(self.log_noise * float(np.exp(0.5 * np.clip(step, -1.5, 1.5))), self._least)
 
 
-def fit_joint(
+def maximise_likelihood(
     time: np.ndarray,
     markers: DummyMarkers,
     belt_velocity: np.ndarray | None,
@@ -243,8 +242,8 @@ def fit_joint(
     at_rest: np.ndarray,
     *,
     softening: bool = True,
-) -> JointFit:
-    """Maximise the joint likelihood of one trial.
+) -> LikelihoodFit:
+    """Maximise the likelihood of one trial.
 
     A function of the geometry: with another ``leg``, other offsets in ``markers`` or other instants of one
     channel it gives the estimates that this geometry would have given (0.05 s for a trial of 70 s).
@@ -266,7 +265,7 @@ def fit_joint(
 
     Returns
     -------
-    JointFit
+    LikelihoodFit
         Parameters and their covariance.
 
     Raises
@@ -275,17 +274,17 @@ def fit_joint(
         If the markers do not move, or the angle does not determine the parameters.
     """
     channels = make_channels(time, markers, belt_velocity, at_rest)
-    task = _Task(channels, JointModel(channels, leg))
-    linear = _climb(task, _start(task))
+    likelihood = _Likelihood(channels, LegModel(channels, leg))
+    linear = _gauss_newton(likelihood, _start(likelihood))
     if not softening:
         return linear
-    return _softened(task, linear)
+    return _fit_softening(likelihood, linear)
 
 
-def _start(task: _Task) -> Point:
+def _start(likelihood: _Likelihood) -> Point:
     """J, B, K by iterated linear regression of the equation of motion (Sanathanan and Koerner 1963)."""
-    s, model = task.model.s, task.model
-    foot, angle = task.first_foot()[model.bins], task.measured[1]
+    s, model = likelihood.model.s, likelihood.model
+    foot, angle = likelihood.first_foot()[model.bins], likelihood.measured[1]
     columns = np.array([s**2 * angle, s * angle, angle, np.ones_like(s), s])
     target = -model.coupling * s**2 * foot
     weight = 1.0 / (np.abs(s) ** 2 + (2.0 * np.pi) ** 2)
@@ -293,47 +292,83 @@ def _start(task: _Task) -> Point:
         stacked = np.concatenate([(columns * weight).real, (columns * weight).imag], axis=1).T
         aim = np.concatenate([(target * weight).real, (target * weight).imag])
         scale = np.linalg.norm(stacked, axis=0)
-        found = np.linalg.lstsq(stacked / scale, aim, rcond=None)[0] / scale
-        found[:3] = np.where(found[:3] > 0.0, found[:3], [model.own_inertia, 1e-4, 1e-3])
-        weight = 1.0 / np.abs(found[0] * s**2 + found[1] * s + found[2])
+        solution = np.linalg.lstsq(stacked / scale, aim, rcond=None)[0] / scale
+        solution[:3] = np.where(solution[:3] > 0.0, solution[:3], [model.leg_inertia, 1e-4, 1e-3])
+        inertia, damping, elastic = solution[:3]
+        weight = 1.0 / np.abs(inertia * s**2 + damping * s + elastic)
     names = tuple(
-        n for n in LINEAR if task.log_noise is not None or n not in ("lag", "gain", "jump", "drift")
+        n for n in LINEAR if likelihood.log_noise is not None or n not in ("lag", "gain", "jump", "drift")
     )
-    values = dict.fromkeys(LINEAR, 0.0) | {"gain": 1.0, "J": found[0], "B": found[1]}
-    elastic = model.weight * float(np.cos(task.channels.theta_0_rad))
-    return Point(names, {k: float(v) for k, v in (values | {"K": found[2] + elastic}).items()})
+    weight_moment = model.weight * float(np.cos(likelihood.channels.theta_0_rad))
+    values = dict.fromkeys(LINEAR, 0.0) | {"gain": 1.0, "J": inertia, "B": damping}
+    values["K"] = elastic + weight_moment
+    return Point(names, {name: float(value) for name, value in values.items()})
 
 
-def _climb(task: _Task, point: Point, limits: tuple[float, float] | None = None) -> JointFit:
+def _gauss_newton(
+    likelihood: _Likelihood, point: Point, limits: tuple[float, float] | None = None
+) -> LikelihoodFit:
     """Gauss-Newton steps, halved where the likelihood falls; ``limits`` are those of phi_h (rad)."""
-    found = task.residuals(point)
+    current = likelihood.residuals(point)
     for count in range(_STEPS):
         if count < _NOISE_STEPS:
-            task.update_log_noise(found)
-            found = task.residuals(point)
-        step, scale = _solve(found)
+            likelihood.update_log_noise(current)
+            current = likelihood.residuals(point)
+        step, errors = _step_and_errors(current)
         for _ in range(12):
             trial = _within(point.moved(step), limits)
-            if _possible(task, trial):
-                tried = task.residuals(trial)
-                if tried.deviance <= found.deviance * (1.0 + 1e-12):
+            if _is_feasible(likelihood, trial):
+                tried = likelihood.residuals(trial)
+                if tried.deviance <= current.deviance * (1.0 + 1e-12):
                     break
             step = 0.5 * step
         else:
             break
-        moved, gained = np.abs(step) / scale, found.deviance - tried.deviance
-        point, found = trial, tried
-        if count > 3 and (moved.max() < 1e-3 or (count > _NOISE_STEPS and gained < 1e-8 * found.deviance)):
+        moved, gained = np.abs(step) / errors, current.deviance - tried.deviance
+        point, current = trial, tried
+        ended = count > _NOISE_STEPS and gained < 1e-8 * current.deviance
+        if count > 3 and (moved.max() < 1e-3 or ended):
             break
     else:
         raise undetermined("no convergence")
-    covariance = _covariance(found) + _by_offset(task, found)
-    return JointFit(point, covariance, found, task.log_noise, task.channels, task.model)
+    covariance = _covariance(current) + _by_offset(likelihood, current)
+    return LikelihoodFit(
+        point, covariance, current, likelihood.log_noise, likelihood.channels, likelihood.model
+    )
 
 
-def _covariance(found: Residuals) -> np.ndarray:
+def _step_and_errors(current: Residuals) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Newton step of the parameters, and their standard errors (their units)."""
+    information = current.information
+    scale = np.sqrt(np.diag(information))
+    if not (np.isfinite(information).all() and (scale > 0.0).all()):
+        raise undetermined("an angle that does not depend on the foot's motion")
+    normal = information / np.outer(scale, scale)
+    if np.linalg.cond(normal) > 1e12:
+        raise undetermined("sensitivities that depend on each other")
+    inverse = np.linalg.inv(normal)
+    return inverse @ (current.gradient / scale) / scale, np.sqrt(np.diag(inverse)) / scale
+
+
+def _within(point: Point, limits: tuple[float, float] | None) -> Point:
+    if limits is None or "log_phi_h" not in point.values:
+        return point
+    half = float(np.clip(point.values["log_phi_h"], *np.log(limits)))
+    return replace(point, values=point.values | {"log_phi_h": half})
+
+
+def _is_feasible(likelihood: _Likelihood, point: Point) -> bool:
+    """J > 0, K above the critical stiffness, and a response that does not outgrow the trial."""
+    v, leg_inertia = point.values, likelihood.model.leg_inertia
+    elastic = v["K"] - likelihood.model.weight * np.cos(likelihood.channels.theta_0_rad)
+    longest = likelihood.channels.foot.size / likelihood.channels.rate_hz
+    grows = -v["B"] / max(2.0 * v["J"], 1e-9) * longest
+    return 0.05 * leg_inertia < v["J"] < 50.0 * leg_inertia and elastic > 0.0 and grows < 20.0
+
+
+def _covariance(current: Residuals) -> np.ndarray:
     """F^-1 F_0 F^-1, shape (p, p)."""
-    return _sandwich(found.information - found.excess, found.information)
+    return _sandwich(current.information - current.excess, current.information)
 
 
 def _sandwich(normal: np.ndarray, information: np.ndarray) -> np.ndarray:
@@ -349,30 +384,75 @@ def _sandwich(normal: np.ndarray, information: np.ndarray) -> np.ndarray:
     return covariance
 
 
-def _by_offset(task: _Task, found: Residuals, normal: np.ndarray | None = None) -> np.ndarray:
-    """What the standard error of the joint's place adds to the covariance, shape (p, p)."""
-    channels = task.channels
-    moved = np.zeros_like(task.measured)
-    moved[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, task.measured[1])
-    moved = task.whitening() @ moved
-    moved = moved - found.direction * np.sum(found.direction.conj() * moved, axis=0)
-    step = _step_by(found, replace(found, left=moved).gradient, normal)
+def _by_offset(likelihood: _Likelihood, current: Residuals, normal: np.ndarray | None = None) -> np.ndarray:
+    """Contribution of the standard error of the joint's place to the covariance, shape (p, p)."""
+    channels = likelihood.channels
+    moved = np.zeros_like(likelihood.measured)
+    moved[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, likelihood.measured[1])
+    moved = likelihood.whitening() @ moved
+    moved = moved - current.direction * np.sum(current.direction.conj() * moved, axis=0)
+    step = _step_by(current, replace(current, whitened=moved).gradient, normal)
     return np.outer(step, step)
 
 
-def _step_by(found: Residuals, gradient: np.ndarray, normal: np.ndarray | None = None) -> np.ndarray:
+def _step_by(current: Residuals, gradient: np.ndarray, normal: np.ndarray | None = None) -> np.ndarray:
     """F^-1 g, shape (p,): how far a gradient g (p,) moves the maximum (units of the parameters)."""
-    scale = np.sqrt(np.diag(found.information))
-    normal = (found.information - found.excess if normal is None else normal) / np.outer(scale, scale)
+    scale = np.sqrt(np.diag(current.information))
+    normal = (current.information - current.excess if normal is None else normal) / np.outer(scale, scale)
     return np.linalg.solve(normal, gradient / scale) / scale
 
 
-def step_to(found: JointFit, channels: Channels) -> np.ndarray:
+def _fit_softening(likelihood: _Likelihood, linear: LikelihoodFit) -> LikelihoodFit:
+    """Fit of a joint that softens, with the linear joint as a special case."""
+    largest = float(np.percentile(np.abs(linear.model.motion.phi), 99.9))
+    tried = [(_deviance_decrease(likelihood, linear, share * largest), share) for share in _HALVES]
+    best = max(tried)[1] if max(tried)[0] > SOFTENS else 1.0
+    start = _with_softening(likelihood, linear, best * largest)
+    limits = (_HALF_RANGE[0] * largest, _HALF_RANGE[1] * largest)
+    fixed = _gauss_newton(likelihood, start, limits)
+    # without softening phi_h has no meaning
+    if fixed.softening_chi_square <= SOFTENS:
+        return fixed
+    kept, undetermined = likelihood.log_noise, {"b_0": _UNDETERMINED * largest, "log_phi_h": _UNDETERMINED}
+    for names in (("b_0", "log_phi_h"), ("b_0",)):
+        free = replace(fixed.point, names=(*fixed.point.names, *names))
+        try:
+            errors = np.sqrt(np.diag(_covariance(likelihood.residuals(free))))[-len(names) :]
+            if any(error > undetermined[n] for n, error in zip(names, errors, strict=True)):
+                continue
+            whole = _gauss_newton(likelihood, free, limits)
+        except InputError:
+            continue
+        inside = limits[0] * 1.01 < np.exp(whole.value("log_phi_h")) < limits[1] * 0.99
+        if inside and all(whole.standard_error(n) < undetermined[n] for n in names):
+            return whole
+        likelihood.log_noise = kept
+    likelihood.log_noise = kept
+    return fixed
+
+
+def _with_softening(likelihood: _Likelihood, linear: LikelihoodFit, half: float) -> Point:
+    """The linear joint with C and B_s of 0 for phi_h (rad)."""
+    rest = likelihood.model.bending_at_rest(linear.value("K"))
+    added = {"C": 0.0, "B_s": 0.0, "log_phi_h": float(np.log(half)), "b_0": rest}
+    return Point((*linear.point.names, "C", "B_s"), linear.point.values | added)
+
+
+def _deviance_decrease(likelihood: _Likelihood, linear: LikelihoodFit, half: float) -> float:
+    """Decrease of the deviance by one step with softening at phi_h (rad)."""
+    current = likelihood.residuals(_with_softening(likelihood, linear, half))
+    return float(current.gradient @ _step_and_errors(current)[0])
+
+
+# ---- without another fit ------------------------------------------------------------------------
+
+
+def step_to(fit: LikelihoodFit, channels: Channels) -> np.ndarray:
     """How far slightly other channels move the maximum, to first order: one step without another fit.
 
     Parameters
     ----------
-    found : JointFit
+    fit : LikelihoodFit
         The maximum (units in it); its noise levels are kept.
     channels : Channels
         The same trial, for example with other instants of one marker (m, rad, m/s).
@@ -380,21 +460,21 @@ def step_to(found: JointFit, channels: Channels) -> np.ndarray:
     Returns
     -------
     ndarray, shape (p,)
-        Change of the fitted parameters (units in `joint_model`).
+        Change of the fitted parameters (units in `tepsipe.identification.likelihood.model`).
     """
-    channels = replace(channels, marker_noise_m=found.channels.marker_noise_m)
-    task = _Task(channels, JointModel(channels, found.model.leg))
-    task.log_noise = found.log_noise_m_per_s
-    return _step_by(found.residuals, task.residuals(found.point).gradient - found.residuals.gradient)
+    channels = replace(channels, marker_noise_m=fit.channels.marker_noise_m)
+    likelihood = _Likelihood(channels, LegModel(channels, fit.model.leg))
+    likelihood.log_noise = fit.log_noise_m_per_s
+    return _step_by(fit.residuals, likelihood.residuals(fit.point).gradient - fit.residuals.gradient)
 
 
 @dataclass(frozen=True)
 class ExpectedFit:
-    """What the likelihood will be for signals with noise.
+    """Expected fit to signals with noise.
 
     Attributes
     ----------
-    fit : JointFit
+    fit : LikelihoodFit
         At the true parameters, with the expected covariance of the fitted ones.
     bound : ndarray, shape (p, p)
         Cramer-Rao bound of this covariance: F^-1, where noise in Y adds nothing.
@@ -403,19 +483,19 @@ class ExpectedFit:
         of the parameters, over (m times samples)²).
     """
 
-    fit: JointFit
+    fit: LikelihoodFit
     bound: np.ndarray
     by_foot: np.ndarray
 
 
-def expect_joint(
-    exact: JointFit, marker_noise_m: float, log_noise_m_per_s: float, *, softening: bool = True
+def expected_fit(
+    exact: LikelihoodFit, marker_noise_m: float, log_noise_m_per_s: float, *, softening: bool
 ) -> ExpectedFit:
     """Covariance that fits to noisy signals of a linear joint will have, from a fit to exact ones.
 
     Parameters
     ----------
-    exact : JointFit
+    exact : LikelihoodFit
         Fit of a linear joint to signals without noise, and with a log.
     marker_noise_m, log_noise_m_per_s : float
         Noise that is to come, of a marker in one direction (m) and of a sample of the log (m/s).
@@ -436,92 +516,22 @@ def expect_joint(
     share = marker_noise_m / known.marker_noise_m
     offset_error = known.joint_offset_error_m * share
     channels = replace(known, marker_noise_m=marker_noise_m, joint_offset_error_m=offset_error)
-    task = _Task(channels, exact.model)
-    task.log_noise = log_noise_m_per_s
+    likelihood = _Likelihood(channels, exact.model)
+    likelihood.log_noise = log_noise_m_per_s
     point = exact.point
     if softening:
         largest = float(np.percentile(np.abs(exact.model.motion.phi), 99.9))
-        point = _with_softening(task, exact, largest)
-    found = task.residuals(point)
+        point = _with_softening(likelihood, exact, largest)
+    current = likelihood.residuals(point)
     # without noise in Y, F_0 as computed is F
-    normal, added = found.information, found.excess
-    covariance = _sandwich(normal, normal + added) + _by_offset(task, found, normal)
+    normal, added = current.information, current.excess
+    covariance = _sandwich(normal, normal + added) + _by_offset(likelihood, current, normal)
     bound = _sandwich(normal, normal)
     size = np.sum(
-        np.abs(task.whitening() @ exact.model.spectra(point).response[: len(task.measured)]) ** 2, 0
+        np.abs(likelihood.whitening() @ exact.model.spectra(point).response[: len(likelihood.measured)]) ** 2,
+        0,
     )
-    scaled = found.by_noise * np.sqrt(size)
+    scaled = current.by_noise * np.sqrt(size)
     by_foot = 2.0 * np.einsum("acm,bcm->abm", scaled.conj(), scaled).real
-    fit = JointFit(point, covariance, found, log_noise_m_per_s, channels, exact.model)
+    fit = LikelihoodFit(point, covariance, current, log_noise_m_per_s, channels, exact.model)
     return ExpectedFit(fit, bound, by_foot)
-
-
-def _solve(found: Residuals) -> tuple[np.ndarray, np.ndarray]:
-    """Step of the parameters and their standard errors, as they stand (their units)."""
-    information = found.information
-    scale = np.sqrt(np.diag(information))
-    if not (np.isfinite(information).all() and (scale > 0.0).all()):
-        raise undetermined("an angle that does not depend on the foot's motion")
-    normal = information / np.outer(scale, scale)
-    if np.linalg.cond(normal) > 1e12:
-        raise undetermined("sensitivities that depend on each other")
-    inverse = np.linalg.inv(normal)
-    return inverse @ (found.gradient / scale) / scale, np.sqrt(np.diag(inverse)) / scale
-
-
-def _within(point: Point, limits: tuple[float, float] | None) -> Point:
-    if limits is None or "log_phi_h" not in point.values:
-        return point
-    half = float(np.clip(point.values["log_phi_h"], *np.log(limits)))
-    return replace(point, values=point.values | {"log_phi_h": half})
-
-
-def _possible(task: _Task, point: Point) -> bool:
-    """Whether a leg can move like this: an inertia, a spring, and no swing that outgrows the trial."""
-    v, own = point.values, task.model.own_inertia
-    elastic = v["K"] - task.model.weight * np.cos(task.channels.theta_0_rad)
-    longest = task.channels.foot.size / task.channels.rate_hz
-    grows = -v["B"] / max(2.0 * v["J"], 1e-9) * longest
-    return 0.05 * own < v["J"] < 50.0 * own and elastic > 0.0 and grows < 20.0
-
-
-def _softened(task: _Task, linear: JointFit) -> JointFit:
-    """Fit of a joint that softens, with the linear joint as a special case."""
-    largest = float(np.percentile(np.abs(linear.model.motion.phi), 99.9))
-    tried = [(_gain(task, linear, share * largest), share) for share in _HALVES]
-    best = max(tried)[1] if max(tried)[0] > SOFTENS else 1.0
-    start = _with_softening(task, linear, best * largest)
-    limits = (_HALF_RANGE[0] * largest, _HALF_RANGE[1] * largest)
-    fixed = _climb(task, start, limits)
-    # without softening phi_h has no meaning
-    if fixed.softening_chi_square <= SOFTENS:
-        return fixed
-    kept, undetermined = task.log_noise, {"b_0": _UNDETERMINED * largest, "log_phi_h": _UNDETERMINED}
-    for names in (("b_0", "log_phi_h"), ("b_0",)):
-        free = replace(fixed.point, names=(*fixed.point.names, *names))
-        try:
-            errors = np.sqrt(np.diag(_covariance(task.residuals(free))))[-len(names) :]
-            if any(error > undetermined[n] for n, error in zip(names, errors, strict=True)):
-                continue
-            whole = _climb(task, free, limits)
-        except InputError:
-            continue
-        inside = limits[0] * 1.01 < np.exp(whole.value("log_phi_h")) < limits[1] * 0.99
-        if inside and all(whole.standard_error(n) < undetermined[n] for n in names):
-            return whole
-        task.log_noise = kept
-    task.log_noise = kept
-    return fixed
-
-
-def _with_softening(task: _Task, linear: JointFit, half: float) -> Point:
-    """The linear joint with C and B_s of 0 for phi_h (rad)."""
-    rest = task.model.bending_at_rest(linear.value("K"))
-    added = {"C": 0.0, "B_s": 0.0, "log_phi_h": float(np.log(half)), "b_0": rest}
-    return Point((*linear.point.names, "C", "B_s"), linear.point.values | added)
-
-
-def _gain(task: _Task, linear: JointFit, half: float) -> float:
-    """Decrease of the deviance by one step with softening at phi_h (rad) (-)."""
-    found = task.residuals(_with_softening(task, linear, half))
-    return float(found.gradient @ _solve(found)[0])

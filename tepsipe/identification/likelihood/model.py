@@ -1,4 +1,4 @@
-"""Equations of the joint likelihood: spectra of foot, leg and log, and their derivatives.
+"""Equations of motion of a leg on a joint: spectra of foot, leg and log, and their derivatives.
 
 About the angle at rest theta_0, with phi = theta - theta_0, b = phi + b_0 the bending of the joint,
 b_0 = k_g sin(theta_0) / K where theta_0 is measured from the true vertical, k_g = m g r, p = m r,
@@ -93,7 +93,7 @@ class Point:
 
 
 def softening_forces(phi: np.ndarray, phi_d: np.ndarray, rest: float, half: float) -> dict[str, np.ndarray]:
-    """What softening adds to n per unit of C and B_s, and their derivatives with respect to log(phi_h), b_0.
+    """Torque of softening in n per unit of C and B_s, and its derivatives with respect to log(phi_h), b_0.
 
     Parameters
     ----------
@@ -130,20 +130,20 @@ class Spectra:
     Attributes
     ----------
     response : ndarray of complex, shape (3, m)
-        Of foot, angle and log per foot: 1, 1/m, 1/s.
-    own : ndarray of complex, shape (3, m)
-        What does not depend on the foot (m, rad, m/s times samples).
-    response_slopes, own_slopes : ndarray of complex, shape (p, 3, m)
+        h: foot, angle and log per motion of the foot (1, 1/m, 1/s).
+    independent : ndarray of complex, shape (3, m)
+        m: the parts that do not depend on the foot (m, rad, m/s times samples).
+    response_slopes, independent_slopes : ndarray of complex, shape (p, 3, m)
         Their derivatives with respect to the fitted parameters.
     """
 
     response: np.ndarray
-    own: np.ndarray
+    independent: np.ndarray
     response_slopes: np.ndarray
-    own_slopes: np.ndarray
+    independent_slopes: np.ndarray
 
 
-class JointModel:
+class LegModel:
     """The equations for one trial, its measured motion (rad, m/s²) and one leg (kg, m)."""
 
     def __init__(self, channels: Channels, leg: Leg):
@@ -153,7 +153,7 @@ class JointModel:
         self.s, self.bins = channels.s, channels.bins
         self.coupling = leg.mass_kg * leg.com_m * np.cos(channels.theta_0_rad)
         self.weight = leg.mass_kg * leg.com_m * leg.gravity_m_per_s2
-        self.own_inertia = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
+        self.leg_inertia = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
 
     def bending_at_rest(self, stiffness: float) -> float:
         """b_0 (rad) of a joint of K (N·m/rad)."""
@@ -211,7 +211,7 @@ class JointModel:
             force = force + v["C"] * forces["C"] + v["B_s"] * forces["B_s"]
         gain, forced = -self.coupling * s**2 * inverse, force * inverse
         one, none = np.ones_like(s), np.zeros_like(s)
-        # derivatives of response and own part: those of the angle by J, B, K are -phi'', -phi', -phi over D
+        # derivatives of both parts: those of the angle by J, B, K are -phi'', -phi', -phi over D
         of_angle = {
             "J": (-(s**2) * inverse * gain, -inverse * (s**2 * forced + free_dd)),
             "B": (-s * inverse * gain, -inverse * (s * forced + free_d)),

@@ -1,7 +1,7 @@
-"""Results of the joint likelihood: I, B, K at the working amplitude and for small movements, residuals.
+"""Estimates by the likelihood: I, B, K at the working amplitude and for small movements, residuals.
 
 Estimates are those of the linear joint nearest to the fitted law over the windows of the perturbations,
-mean over the windows (`joint_likelihood`). Intervals are Wald's. Contributions of the intervals from onset
+mean over the windows (`likelihood`). Intervals are Wald's. Contributions of the intervals from onset
 to onset, whose mean is the estimate, are for figures: with the residuals r(t) and columns u(t) of the
 likelihood in the time domain, n F^-1 sum of u r over the interval.
 
@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from tepsipe.identification.likelihood.channels import Channels
-from tepsipe.identification.likelihood.likelihood import JointFit, step_to
+from tepsipe.identification.likelihood.likelihood import LikelihoodFit, step_to
 from tepsipe.identification.likelihood.model import SOFTENING, softening_forces
 from tepsipe.identification.regression.output_error import intervals_as_windows, sums_by_interval
 from tepsipe.identification.regression.windows import WindowedFits
@@ -31,8 +31,8 @@ _LAW = ("J", "B", "K", *SOFTENING)
 
 
 @dataclass(frozen=True)
-class JointLikelihood(WindowedFits):
-    """I, B, K of the joint likelihood at the amplitude of the perturbations.
+class LikelihoodEstimates(WindowedFits):
+    """I, B, K by the likelihood at the amplitude of the perturbations.
 
     Torque (N·m) and VAF (%) are those of pathway ``leg``, for comparison only.
 
@@ -42,7 +42,7 @@ class JointLikelihood(WindowedFits):
         Measured and estimated theta (rad).
     theta_0_rad : float
         Angle at rest (rad).
-    fit : JointFit
+    fit : LikelihoodFit
         The likelihood's maximum, with delay, lag and noise levels.
     covariance : ndarray, shape (3, 3)
         Of I, B, K (units of the parameters).
@@ -55,7 +55,7 @@ class JointLikelihood(WindowedFits):
     angle: np.ndarray
     simulated: np.ndarray
     theta_0_rad: float
-    fit: JointFit
+    fit: LikelihoodFit
     covariance: np.ndarray
     small: np.ndarray
     small_covariance: np.ndarray
@@ -92,15 +92,15 @@ def _wald(values: np.ndarray, covariance: np.ndarray, confidence: float) -> Inte
     return Interval(error, values - half, values + half)
 
 
-def joint_impedance(
-    found: JointFit, motion: SegmentMotion, perturbations: list[Perturbation], at_rest: np.ndarray
-) -> JointLikelihood:
+def estimates_in_windows(
+    fit: LikelihoodFit, motion: SegmentMotion, perturbations: list[Perturbation], at_rest: np.ndarray
+) -> LikelihoodEstimates:
     """I, B, K of a fit, over the windows of the perturbations.
 
     Parameters
     ----------
-    found : JointFit
-        From `fit_joint`.
+    fit : LikelihoodFit
+        From `maximise_likelihood`.
     motion : SegmentMotion
         Filtered motion of the leg (s, rad, m), for the torque of ``leg``.
     perturbations : list of Perturbation
@@ -110,7 +110,7 @@ def joint_impedance(
 
     Returns
     -------
-    JointLikelihood
+    LikelihoodEstimates
         Estimates with their covariance (units in it).
 
     Raises
@@ -118,27 +118,27 @@ def joint_impedance(
     InputError
         If a window does not determine the parameters.
     """
-    names, own = _law_of(found)
-    covariance = found.covariance[np.ix_(own, own)]
-    change = _working_amplitude(found, names, perturbations)
-    small = np.array([found.value("J") - found.model.own_inertia, found.value("B"), found.value("K")])
-    linear = np.array([*small, *([found.value("C"), found.value("B_s")] if found.softens else [])])
+    names, places = _law_places(fit)
+    covariance = fit.covariance[np.ix_(places, places)]
+    change = _working_amplitude(fit, names, perturbations)
+    small = np.array([fit.value("J") - fit.model.leg_inertia, fit.value("B"), fit.value("K")])
+    linear = np.array([*small, *([fit.value("C"), fit.value("B_s")] if fit.softens else [])])
     working = change[:, : linear.size] @ linear
-    each = _contributions(found, change, own, perturbations)
+    each = _contributions(fit, change, places, perturbations)
     of_leg = intervals_as_windows(
         working + each - each.mean(axis=0),
         float(np.linalg.cond(covariance / np.sqrt(np.outer(*[np.diag(covariance)] * 2)))),
         motion,
-        found.model.leg,
+        fit.model.leg,
         perturbations,
         at_rest,
     )
-    return JointLikelihood(
+    return LikelihoodEstimates(
         **vars(of_leg),
-        angle=found.channels.angle + found.channels.theta_0_rad,
-        simulated=estimated_angle(found) + found.channels.theta_0_rad,
-        theta_0_rad=found.channels.theta_0_rad,
-        fit=found,
+        angle=fit.channels.angle + fit.channels.theta_0_rad,
+        simulated=estimated_angle(fit) + fit.channels.theta_0_rad,
+        theta_0_rad=fit.channels.theta_0_rad,
+        fit=fit,
         covariance=change @ covariance @ change.T,
         small=small,
         small_covariance=covariance[:3, :3],
@@ -146,13 +146,13 @@ def joint_impedance(
 
 
 def changes_by(
-    found: JointLikelihood, channels: Channels, perturbations: list[Perturbation]
+    estimates: LikelihoodEstimates, channels: Channels, perturbations: list[Perturbation]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What slightly other channels would change, to first order.
+    """Change of the estimates by slightly other channels, to first order.
 
     Parameters
     ----------
-    found : JointLikelihood
+    estimates : LikelihoodEstimates
         The estimates.
     channels : Channels
         The same trial with other markers (m, rad, m/s).
@@ -164,25 +164,25 @@ def changes_by(
     working, small : ndarray, shape (3,)
         Changes of I, B, K at the working amplitude and of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
     """
-    names, own = _law_of(found.fit)
-    law = step_to(found.fit, channels)[own]
-    return _working_amplitude(found.fit, names, perturbations) @ law, law[:3]
+    names, places = _law_places(estimates.fit)
+    law = step_to(estimates.fit, channels)[places]
+    return _working_amplitude(estimates.fit, names, perturbations) @ law, law[:3]
 
 
-def _law_of(found: JointFit) -> tuple[list[str], list[int]]:
+def _law_places(fit: LikelihoodFit) -> tuple[list[str], list[int]]:
     """Names and places of the fitted parameters that make up I, B, K."""
-    names = [name for name in _LAW if name in found.point.names]
-    return names, [found.point.names.index(name) for name in names]
+    names = [name for name in _LAW if name in fit.point.names]
+    return names, [fit.point.names.index(name) for name in names]
 
 
 def working_covariance(
-    found: JointFit, perturbations: list[Perturbation], of_parameters: np.ndarray
+    fit: LikelihoodFit, perturbations: list[Perturbation], of_parameters: np.ndarray
 ) -> np.ndarray:
     """Covariance of I, B, K over the windows of the perturbations.
 
     Parameters
     ----------
-    found : JointFit
+    fit : LikelihoodFit
         The fit.
     perturbations : list of Perturbation
         Windows (samples).
@@ -194,30 +194,30 @@ def working_covariance(
     ndarray, shape (3, 3)
         Units of I, B, K.
     """
-    names, own = _law_of(found)
-    change = _working_amplitude(found, names, perturbations)
-    return change @ of_parameters[np.ix_(own, own)] @ change.T
+    names, places = _law_places(fit)
+    change = _working_amplitude(fit, names, perturbations)
+    return change @ of_parameters[np.ix_(places, places)] @ change.T
 
 
-def _law_forces(found: JointFit) -> dict[str, np.ndarray]:
+def _law_forces(fit: LikelihoodFit) -> dict[str, np.ndarray]:
     """Torque of the law per unit of C and B_s, and its derivatives by log(phi_h) and b_0, shape (n,)."""
-    motion = found.model.motion
-    rest, half = found.value("b_0"), float(np.exp(found.value("log_phi_h")))
+    motion = fit.model.motion
+    rest, half = fit.value("b_0"), float(np.exp(fit.value("log_phi_h")))
     forces = softening_forces(motion.phi, motion.phi_d, rest, half)
     slopes = {
-        name: -found.value("C") * forces[f"C_{key}"] - found.value("B_s") * forces[f"B_s_{key}"]
+        name: -fit.value("C") * forces[f"C_{key}"] - fit.value("B_s") * forces[f"B_s_{key}"]
         for name, key in (("log_phi_h", "half"), ("b_0", "rest"))
     }
     return {"C": -forces["C"], "B_s": -forces["B_s"], **slopes}
 
 
-def _working_amplitude(found: JointFit, names: list[str], perturbations: list[Perturbation]) -> np.ndarray:
+def _working_amplitude(fit: LikelihoodFit, names: list[str], perturbations: list[Perturbation]) -> np.ndarray:
     """Derivatives of I, B, K over the windows with respect to the law's parameters, shape (3, p)."""
     change = np.zeros((len(PARAMETERS), len(names)))
     change[:, :3] = np.eye(3)
-    if not found.softens:
+    if not fit.softens:
         return change
-    forces, motion = _law_forces(found), found.model.motion
+    forces, motion = _law_forces(fit), fit.model.motion
     regressors = np.column_stack([motion.phi_dd, motion.phi_d, motion.phi])
     aims = np.column_stack([forces[name] for name in names[3:]])
     slopes = []
@@ -225,72 +225,75 @@ def _working_amplitude(found: JointFit, names: list[str], perturbations: list[Pe
         # trapezoids: the fit is that over a stretch of time, whatever the sampling rate
         weight = np.ones((p.stop - p.start, 1))
         weight[[0, -1]] = np.sqrt(0.5)
-        own = slice(p.start, p.stop)
-        slopes.append(np.linalg.lstsq(weight * regressors[own], weight * aims[own], rcond=None)[0])
+        window = slice(p.start, p.stop)
+        slope = np.linalg.lstsq(weight * regressors[window], weight * aims[window], rcond=None)
+        slopes.append(slope[0])
     change[:, 3:] = np.mean(slopes, axis=0)
     return change
 
 
-def estimated_angle(found: JointFit) -> np.ndarray:
+def estimated_angle(fit: LikelihoodFit) -> np.ndarray:
     """Estimated theta - theta_0 (rad), shape (n,), with the measured frequencies outside the band."""
-    spectra = found.model.spectra(found.point)
-    return _in_band(found, found.channels.angle, spectra.response[1] * found.residuals.foot + spectra.own[1])
+    spectra = fit.model.spectra(fit.point)
+    return _in_band(
+        fit, fit.channels.angle, spectra.response[1] * fit.residuals.foot + spectra.independent[1]
+    )
 
 
-def estimated_foot(found: JointFit) -> np.ndarray:
+def estimated_foot(fit: LikelihoodFit) -> np.ndarray:
     """Estimated position of the foot (m), shape (n,), with the measured frequencies outside the band.
 
     Without the ramp of its net displacement.
     """
-    return _in_band(found, found.channels.foot, found.residuals.foot)
+    return _in_band(fit, fit.channels.foot, fit.residuals.foot)
 
 
-def _in_band(found: JointFit, signal: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
+def _in_band(fit: LikelihoodFit, signal: np.ndarray, spectrum: np.ndarray) -> np.ndarray:
     """A signal (n,) with another spectrum in the band (m,) (units of both)."""
     whole = scipy.fft.rfft(signal)
-    whole[found.model.bins] = spectrum
+    whole[fit.model.bins] = spectrum
     return scipy.fft.irfft(whole, signal.size)
 
 
 def _contributions(
-    found: JointFit, change: np.ndarray, own: list[int], perturbations: list[Perturbation]
+    fit: LikelihoodFit, change: np.ndarray, places: list[int], perturbations: list[Perturbation]
 ) -> np.ndarray:
     """Contributions of the intervals to I, B, K, shape (intervals, 3); their mean is about 0."""
-    information = found.residuals.information - found.residuals.excess
-    mixed = change @ np.linalg.pinv(information)[own]
-    columns = np.einsum("qp,pcm->qcm", mixed, found.residuals.columns)
-    n = found.channels.angle.size
+    information = fit.residuals.information - fit.residuals.excess
+    mixed = change @ np.linalg.pinv(information)[places]
+    columns = np.einsum("qp,pcm->qcm", mixed, fit.residuals.columns)
+    n = fit.channels.angle.size
     whole = np.zeros((len(mixed) + 1, columns.shape[1], n // 2 + 1), dtype=complex)
-    whole[:-1, :, found.model.bins] = columns
-    whole[-1][:, found.model.bins] = found.residuals.left
+    whole[:-1, :, fit.model.bins] = columns
+    whole[-1][:, fit.model.bins] = fit.residuals.whitened
     signals = scipy.fft.irfft(whole, n)
     products = n * np.einsum("qcn,cn->nq", signals[:-1], signals[-1])
     return len(perturbations) * sums_by_interval(products, perturbations)
 
 
-def innovations(found: JointFit) -> np.ndarray:
+def innovations(fit: LikelihoodFit) -> np.ndarray:
     """White residuals in the time domain, with unit variance if the model holds.
 
     Parameters
     ----------
-    found : JointFit
-        From `fit_joint`.
+    fit : LikelihoodFit
+        From `maximise_likelihood`.
 
     Returns
     -------
     ndarray, shape (1, n) or (2, n)
         Of the angle, and of the foot's markers against the log where there is one (-).
     """
-    along, left = found.residuals.direction, found.residuals.left
-    channels, bins = len(left), found.model.bins
+    along, residual = fit.residuals.direction, fit.residuals.whitened
+    channels, bins = len(residual), fit.model.bins
     first = -along * along[1].conj()
     first[1] += 1.0
     first = first / np.sqrt(np.sum(np.abs(first) ** 2, axis=0))
     directions = [first]
     if channels == 3:
         directions.append(np.cross(along, first, axis=0).conj())
-    n = found.channels.angle.size
+    n = fit.channels.angle.size
     whole = np.zeros((len(directions), n // 2 + 1), dtype=complex)
     for k, direction in enumerate(directions):
-        whole[k, bins] = np.sum(direction.conj() * left, axis=0)
+        whole[k, bins] = np.sum(direction.conj() * residual, axis=0)
     return scipy.fft.irfft(whole, n) * n / np.sqrt(2.0 * bins.size)

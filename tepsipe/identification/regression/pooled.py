@@ -126,7 +126,7 @@ class _Pool:
         terms = [acceleration, rate, angle, np.tanh(rate / FRICTION_RATE), angle**3, change, torque]
         return self._lowpass(np.column_stack(terms))
 
-    def columns(self, phi=None, lost=None):
+    def columns(self, phi, lost=None):
         """Regressors and the torque as last column, of each record; ``lost`` adds the derivative by phi."""
         for (angle, rate, *_), fixed in zip(self.smooth, self.fixed, strict=True):
             if phi is None:

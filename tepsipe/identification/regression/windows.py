@@ -22,6 +22,9 @@ from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 
+# shift of the accelerations of the centre of mass, in either direction, that shows what a delay does (s)
+SKEW_S = 0.001
+
 
 @dataclass(frozen=True)
 class WindowedFits:
@@ -183,7 +186,6 @@ def damping_per_skew(
     torque_pathway: str,
     *,
     thesis: bool = False,
-    skew_s: float = 0.001,
 ) -> float:
     """Sensitivity of B to a delay of the leg's position relative to its angle.
 
@@ -191,8 +193,6 @@ def damping_per_skew(
     ----------
     motion, leg, perturbations, at_rest, torque_pathway, thesis
         As for `regress_perturbations`.
-    skew_s : float
-        Time by which the accelerations of the centre of mass are shifted in either direction (s).
 
     Returns
     -------
@@ -204,7 +204,7 @@ def damping_per_skew(
     InputError
         As `regress_perturbations`.
     """
-    instants = np.clip(motion.time[:, None] + [-skew_s, skew_s], motion.time[0], motion.time[-1])
+    instants = np.clip(motion.time[:, None] + [-SKEW_S, SKEW_S], motion.time[0], motion.time[-1])
     y_dd = scipy.interpolate.CubicSpline(motion.time, motion.y_dd)(instants)
     z_dd = scipy.interpolate.CubicSpline(motion.time, motion.z_dd)(instants)
     damping = [
@@ -218,7 +218,7 @@ def damping_per_skew(
         ).mean[1]
         for k in (0, 1)
     ]
-    return float((damping[1] - damping[0]) / (2.0 * skew_s))
+    return float((damping[1] - damping[0]) / (2.0 * SKEW_S))
 
 
 def undetermined(found: str) -> InputError:

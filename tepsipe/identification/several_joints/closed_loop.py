@@ -89,10 +89,10 @@ class Spectra:
     response: np.ndarray
     coherence: np.ndarray
 
-    def coherence_threshold(self, confidence: float = 0.95) -> float:
-        """Coherence (-) that unrelated signals exceed with the probability 1 - ``confidence`` (-)."""
+    def coherence_threshold(self) -> float:
+        """Coherence (-) that unrelated signals exceed with a probability of 5 %."""
         _, b, m = self.perturbation.shape
-        return float(scipy.special.betaincinv(m, b - m, confidence))
+        return float(scipy.special.betaincinv(m, b - m, 0.95))
 
 
 @dataclass(frozen=True)

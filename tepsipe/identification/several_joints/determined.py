@@ -10,6 +10,7 @@ alone, if at all.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Self
 
 import numpy as np
@@ -168,25 +169,33 @@ def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determi
     list of Entry
         Of K, then of B, by rows.
     """
-    setting, q, found = fit.setting, fit.parameters.size, []
-    limit, nan = limits.of(setting, q), float("nan")
-    for first, kind in ((0, "K"), (len(setting.pairs), "B")):
-        where = {pair: first + k for k, pair in enumerate(setting.pairs)}
-        for i, row in enumerate(names):
-            for j, column in enumerate(names):
-                k = where[(i, j) if (i, j) in where else (j, i)]
-                value, half = fit.interval(np.eye(q)[k])
-                share = max(half / fit.scale[k], 1.96 * known.errors[k])
-                name, said = f"{kind}_{row}_{column}", ""
-                if known.rank < known.unknowns:
-                    said = (
-                        f"{name} is not determined: the perturbations determine {known.rank} of "
-                        f"{known.unknowns} directions of the unknowns"
-                    )
-                elif share > limit[k]:
-                    said = (
-                        f"{name} is not determined: its 95 % interval is ±{100.0 * share:.2g} % of "
-                        f"sqrt({kind}_ii {kind}_jj), more than {100.0 * limit[k]:g} %"
-                    )
-                found.append(Entry(name, nan, nan, said) if said else Entry(name, value, half))
+    pairs = fit.setting.pairs
+    limit = limits.of(fit.setting, fit.parameters.size)
+    found = []
+    for kind, (i, row), (j, column) in product("KB", enumerate(names), enumerate(names)):
+        place = pairs.index((i, j) if (i, j) in pairs else (j, i))
+        k = place if kind == "K" else len(pairs) + place
+        found.append(_entry(fit, f"{kind}_{row}_{column}", k, limit[k], known))
     return found
+
+
+def _entry(fit: MatrixFit, name: str, k: int, limit: float, known: Determined) -> Entry:
+    """One element of K or B, the parameter at place ``k``, with its interval or the reason of its refusal."""
+    value, half = fit.interval(np.eye(fit.parameters.size)[k])
+    share = max(half / fit.scale[k], 1.96 * known.errors[k])
+    if known.rank < known.unknowns:
+        return _refused(
+            name,
+            f"the perturbations determine {known.rank} of {known.unknowns} directions of the unknowns",
+        )
+    if share > limit:
+        return _refused(
+            name,
+            f"its 95 % interval is ±{100.0 * share:.2g} % of sqrt({name[0]}_ii {name[0]}_jj), more than "
+            f"{100.0 * limit:g} %",
+        )
+    return Entry(name, value, half)
+
+
+def _refused(name: str, reason: str) -> Entry:
+    return Entry(name, float("nan"), float("nan"), f"{name} is not determined: {reason}")

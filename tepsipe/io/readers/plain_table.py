@@ -84,7 +84,6 @@ def read_plain_table(
     path: str | Path,
     what: str,
     is_header: Callable[[str], bool] | None = None,
-    below_header: int = 0,
     ragged: bool = False,
 ) -> PlainTable:
     """Read all columns of a text table.
@@ -100,8 +99,6 @@ def read_plain_table(
         What the file should be, for messages.
     is_header : callable, optional
         Whether a line is the header; by default the first line that is not skipped.
-    below_header : int
-        Further lines below the header that hold no numbers (-).
     ragged : bool
         Whether rows may end before the header does, as columns of a lower rate do; what is missing is NaN.
 
@@ -131,7 +128,7 @@ def read_plain_table(
             f"{path}: expected a header that names the columns, found {quoted(lines[header])}: add a first "
             "line with a name for every column"
         )
-    rows = [k for k in used if k > header][below_header:]
+    rows = [k for k in used if k > header]
     if not rows:
         raise InputError(f"{path}: expected samples under the header, found none: record or export it again")
     body = [lines[k] for k in rows]

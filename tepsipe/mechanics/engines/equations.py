@@ -87,7 +87,7 @@ def _integrate(task: Task) -> tuple[np.ndarray, np.ndarray, float | None]:
     at_end = zip(pull[2::2].tolist(), lean[2::2].tolist(), strict=True)
 
     # x = theta - theta_ref, w = theta'; for speed, the loop calls no function but the sine
-    x, w = task.start_angle_rad - rest, task.start_rate_rad_per_s
+    x, w = task.start.angle_rad - rest, task.start.rate_rad_per_s
     lowest, highest = -FALLEN_RAD - rest, FALLEN_RAD - rest
     sin, half, sixth = math.sin, 0.5 * h, h / 6.0
     angles, rates = [x], [w]

@@ -33,6 +33,23 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class Start:
+    """Where a simulation begins.
+
+    Attributes
+    ----------
+    angle_rad, rate_rad_per_s : float
+        theta (rad) and theta' (rad/s) at the first instant.
+    """
+
+    angle_rad: float
+    rate_rad_per_s: float
+
+
+UPRIGHT = Start(0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Task:
     """A dummy, the motion of its foot, and the clock; already checked.
 
@@ -52,7 +69,7 @@ class Task:
         Time between them (s).
     stride : int
         Steps of the simulation per recorded instant (-).
-    start_angle_rad, start_rate_rad_per_s : float
+    start : Start
         theta (rad) and theta' (rad/s) at the first instant.
     """
 
@@ -64,8 +81,7 @@ class Task:
     samples: int
     interval_s: float
     stride: int
-    start_angle_rad: float
-    start_rate_rad_per_s: float
+    start: Start
 
     @property
     def step_s(self) -> float:

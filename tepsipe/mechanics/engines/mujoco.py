@@ -119,7 +119,7 @@ def _swing(
     slope = 12.0 / h**3 * (0.5 * h * (v[:-1] + v[1:]) - gone)
     first = np.diff(v) / h - 0.5 * h * slope
     angle, rate, y_dd, y_ddd = data.qpos, data.qvel, data.act, data.ctrl
-    angle[0], rate[0] = task.start_angle_rad, task.start_rate_rad_per_s
+    angle[0], rate[0] = task.start.angle_rad, task.start.rate_rad_per_s
     model.opt.disableflags |= SENSORS_OFF
     angles, rates = [angle.item()], [rate.item()]
     for a, b in zip(first.tolist(), slope.tolist(), strict=True):

@@ -39,7 +39,7 @@ def simulate(task: Task) -> Swing:
     h = task.step_s
     pushed = np.diff(task.path(h * np.arange(-1, task.steps + 1)), 2) / h**2
     with _built(task.leg, task.foot, task.joint, h) as dummy:
-        theta, theta_d, fell_after_s = _swing(dummy, pushed, task.start_angle_rad, task.start_rate_rad_per_s)
+        theta, theta_d, fell_after_s = _swing(dummy, pushed, task.start.angle_rad, task.start.rate_rad_per_s)
         theta, theta_d = theta[:: task.stride], theta_d[:: task.stride]
         elapsed = task.elapsed(theta.size)
         theta_dd, on_leg, on_foot = _reactions(dummy, task.velocity(elapsed, 1), theta, theta_d)

@@ -27,7 +27,6 @@ from tepsipe.experiments.standing.free_reflex.joint_centre import (
 from tepsipe.experiments.standing.joint_torque import StandingTrial
 from tepsipe.experiments.standing.options import StandingOptions
 from tepsipe.io.result import Result
-from tepsipe.io.trial import Trial
 from tepsipe.signals.epochs import cut_epochs
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.held_out import HeldOut, Subject, predicted_error
@@ -118,14 +117,12 @@ class BroadbandEpochs:
             # pieces that start at the same time stand together: start, epoch, time, signal
             pieces = np.moveaxis(pieces[:, ::step], (1, 3), (0, 2))
             still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
-            found = (pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3)
-            self._stretches[first, last] = found
+            stretches = (pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3)
+            self._stretches[first, last] = stretches
         return self._stretches[first, last]
 
 
 def cut_broadband(
-    trial: Trial,
-    name: str,
     standing: StandingTrial,
     epochs: StandingEpochs,
     options: StandingOptions,
@@ -137,10 +134,6 @@ def cut_broadband(
 
     Parameters
     ----------
-    trial : Trial
-        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
-    name : str
-        Names the trial in messages.
     standing : StandingTrial
         The trial with the filter of all signals.
     epochs : StandingEpochs
@@ -164,11 +157,11 @@ def cut_broadband(
     """
     if not epochs.count:
         return None
-    centre = centre_from_sway(trial, options.person, standing.unperturbed, standing.hidden)
+    centre = centre_from_sway(standing.trial, options.person, standing.unperturbed, standing.hidden)
     used = centre is not None and _usable(centre)
     offset = centre.offset_m if centre is not None and used else np.zeros(2)
-    body = free_body(trial, name, standing, options, lowpass, models, offset)
-    start, rate = float(standing.time[0]), trial.rate_hz
+    body = free_body(standing, options, lowpass, models, offset)
+    start, rate = float(standing.time[0]), standing.prepared.rate_hz
     before = -cutting.baseline_s[0] + 0.02
 
     def cut(x: np.ndarray, at: np.ndarray, after: float):
@@ -176,10 +169,10 @@ def cut_broadband(
         zero = (found.time >= cutting.baseline_s[0] - 1e-9) & (found.time <= cutting.baseline_s[1] + 1e-9)
         return found.time, found.values - found.values[:, zero].mean(axis=1, keepdims=True)
 
-    apparent, skins_m = _pulses(trial, standing, epochs.onsets_s, options, lowpass, body.belt_dd, centre)
+    apparent, skins_m = _pulses(standing, epochs.onsets_s, options, lowpass, body.belt_dd, centre)
     body = replace(body, skins_m=skins_m)
     best = body.signals()
-    quiet_time, quiet = cut(best, quiet_onsets(trial, standing, name, cutting), cutting.after_s)
+    quiet_time, quiet = cut(best, quiet_onsets(standing, cutting), cutting.after_s)
     time, perturbed = cut(best, epochs.onsets_s, AFTER_S)
     moved = {
         source: (body.signals({source: STEP}) - body.signals({source: -STEP})) / (2.0 * STEP)
@@ -266,7 +259,6 @@ def _mean_draws(
 
 
 def _pulses(
-    trial: Trial,
     standing: StandingTrial,
     onsets_s: np.ndarray,
     options: StandingOptions,
@@ -280,28 +272,28 @@ def _pulses(
     """
     if onsets_s.size < 2:
         return None, (0.0, 0.0, 0.0)
-    person, labels = options.person, trial.axes["marker"].tolist()
-    positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), trial.rate_hz)
+    person, labels, rate = options.person, standing.prepared.markers, standing.prepared.rate_hz
+    positions = lowpass(standing.trial.values("marker_position")[:, :, 1:].astype(float), rate)
     peak = float(np.abs(standing.belt_velocity).max())
 
     def cut(x: np.ndarray) -> np.ndarray:
         at = onsets_s + standing.delay_s
-        return cut_epochs(x, trial.rate_hz, at, -PULSE_S[0], PULSE_S[1], float(standing.time[0])).values
+        return cut_epochs(x, rate, at, -PULSE_S[0], PULSE_S[1], float(standing.time[0])).values
 
     motion = relative_motion(positions, labels, person)
     at_rest = float(motion[standing.unperturbed, 0].mean())
     apparent = centre_from_pulses(cut(motion), at_rest)
     if centre is None:
         return apparent, (0.0, 0.0, 0.0)
-    own = relative_motion(positions, labels, person, own=True)
-    responses = cut(own)
-    first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * trial.rate_hz))].mean(axis=1, keepdims=True)
+    by_shank = relative_motion(positions, labels, person, own=True)
+    responses = cut(by_shank)
+    first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * rate))].mean(axis=1, keepdims=True)
 
     def skin_m(tissue_hz: float) -> float:
         wobbling = positions.copy()
-        motion = tissue_motion(positions, labels, person, belt_dd, peak, trial.rate_hz, tissue_hz)
+        motion = tissue_motion(positions, labels, person, belt_dd, peak, rate, tissue_hz)
         wobbling[..., 0] += STEP * motion
-        pattern = cut((relative_motion(wobbling, labels, person, own=True) - own) / STEP)
+        pattern = cut((relative_motion(wobbling, labels, person, own=True) - by_shank) / STEP)
         return tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)
 
     usual, lower, higher = map(skin_m, tissue_frequencies())
@@ -324,11 +316,11 @@ def broadband_result(epochs: BroadbandEpochs) -> Result:
     arrays["broadband/draws"], units["broadband/draws"] = epochs.draws.astype(np.float32), "Nm"
     facts = {key: getattr(epochs, key) for key in PLAIN}
     for key in ("centre", "apparent"):
-        found = getattr(epochs, key)
+        centre = getattr(epochs, key)
         facts[key] = (
             None
-            if found is None
-            else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(found).items()}
+            if centre is None
+            else {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in vars(centre).items()}
         )
     return Result(arrays, units, {"broadband": facts})
 

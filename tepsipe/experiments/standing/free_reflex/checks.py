@@ -1,4 +1,4 @@
-"""Checks of the standing person's K and B: what the responses themselves say about broken assumptions.
+"""Checks of the standing person's K and B, which find broken assumptions in the responses themselves.
 
 Each check compares two estimates of one thing, or a setting with what was seen. A difference fails it only if
 it exceeds what is expected of a healthy trial by more than chance, of which each check takes 1 in 100.
@@ -142,10 +142,10 @@ def difference_from_window(
     ]
     short = generalised_least_squares(records)
     by_source = {source.name: source.standard_uncertainty for source in sources}
-    apart = fit_errors(trials, short, records, inside, sources, options.discrepancy_s).minus(fit.errors)
-    contributions = dict(apart.contributions)
-    contributions[OWN_DISCREPANCY] = options.discrepancy * apart.discrepancy.reshape(-1, 2)
+    difference = fit_errors(trials, short, records, inside, sources, options.discrepancy_s).minus(fit.errors)
+    contributions = dict(difference.contributions)
+    contributions[OWN_DISCREPANCY] = options.discrepancy * difference.discrepancy.reshape(-1, 2)
     if DISCREPANCY in by_source:
-        contributions[DISCREPANCY] = by_source[DISCREPANCY] * apart.discrepancy.sum(axis=0)
-    type_a = np.sqrt((apart.scatter**2).sum(axis=0))
-    return apart.parameters, Budget(type_a, apart.freedom, contributions, fit.budget.freedom)
+        contributions[DISCREPANCY] = by_source[DISCREPANCY] * difference.discrepancy.sum(axis=0)
+    type_a = np.sqrt((difference.scatter**2).sum(axis=0))
+    return difference.parameters, Budget(type_a, difference.freedom, contributions, fit.budget.freedom)

@@ -86,7 +86,7 @@ class FreeReflexFit:
     budget : Budget
         Uncertainty of B and K.
     errors : FitErrors
-        What its sources do to B and K with their signs (their units), for differences from other fits.
+        Effect of each source on B and K with its sign (their units), for differences from other fits.
     window_s, reflex_onset_s : float
         Window and t_r (s).
     windows : ndarray, shape (w, 3)
@@ -188,8 +188,8 @@ def _sway(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
     """Overlapping stretches of quiet standing as long as the window, baseline-corrected as the responses."""
     first, last = np.flatnonzero(inside)[[0, -1]].tolist()
     step = max(1, round(QUIET_STEP_S / (trials[0].time[1] - trials[0].time[0])))
-    found = [trial.quiet_stretches(first, last, step) for trial in trials]
-    return found[0] if len(found) == 1 else np.concatenate(found)
+    stretches = [trial.quiet_stretches(first, last, step) for trial in trials]
+    return stretches[0] if len(stretches) == 1 else np.concatenate(stretches)
 
 
 def _sway_moments(trials: list[BroadbandEpochs], inside: np.ndarray) -> np.ndarray:
@@ -215,9 +215,9 @@ def _fitted(
     free = unit * integrated_wiener(time, onset_s)
     parameters = np.zeros(2)
     for _ in range(ROUNDS):
-        left = np.zeros(3)
-        left[[TORQUE, ANKLE_D, ANKLE]] = 1.0, *-parameters
-        covariance = np.tensordot(np.outer(left, left), moments, 2)
+        combination = np.zeros(3)
+        combination[[TORQUE, ANKLE_D, ANKLE]] = 1.0, *-parameters
+        covariance = np.tensordot(np.outer(combination, combination), moments, 2)
         records = [
             Record(
                 target=mean[:, TORQUE],
@@ -262,7 +262,7 @@ def fit_with_errors(
 
 def _windows(
     trials: list[BroadbandEpochs],
-    own: FitErrors,
+    chosen: FitErrors,
     options: FreeReflexOptions,
     sources: list[Source],
     onset_s: float,
@@ -274,14 +274,14 @@ def _windows(
     """
     low, high = options.windows_s
     lengths = np.linspace(low, high, max(2, round((high - low) / 0.01) + 1)).tolist()
-    found = [fit_with_errors(trials, w, onset_s, options, sources)[2] for w in lengths]
-    apart = np.array([errors.parameters for errors in found]) - own.parameters
+    by_length = [fit_with_errors(trials, w, onset_s, options, sources)[2] for w in lengths]
+    differences = np.array([errors.parameters for errors in by_length]) - chosen.parameters
     shared = sum(source.standard_uncertainty for source in sources if source.name == DISCREPANCY)
-    expected = sum(errors.minus(own).variance(shared) for errors in found)
-    seen = np.maximum((apart**2).sum(axis=0), 1e-300)
+    expected = sum(errors.minus(chosen).variance(shared) for errors in by_length)
+    seen = np.maximum((differences**2).sum(axis=0), 1e-300)
     beyond = np.sqrt(np.maximum(0.0, 1.0 - expected / seen))
-    tried = np.array([[w, *errors.parameters] for w, errors in zip(lengths, found, strict=True)])
-    return tried, apart * beyond / np.sqrt(len(lengths))
+    tried = np.array([[w, *errors.parameters] for w, errors in zip(lengths, by_length, strict=True)])
+    return tried, differences * beyond / np.sqrt(len(lengths))
 
 
 def _resampled(
@@ -328,5 +328,5 @@ def _curve(record: Record, parameters: np.ndarray, time: np.ndarray) -> dict[str
 def _vaf(curves: list[dict[str, np.ndarray]], before: np.ndarray) -> float:
     """VAF of B phi' + K phi before the reflex (%)."""
     torque = np.concatenate([curve["torque"][before] for curve in curves])
-    left = np.concatenate([curve["active"][before] for curve in curves])
-    return 100.0 * (1.0 - float(left @ left) / float(torque @ torque))
+    residual = np.concatenate([curve["active"][before] for curve in curves])
+    return 100.0 * (1.0 - float(residual @ residual) / float(torque @ torque))

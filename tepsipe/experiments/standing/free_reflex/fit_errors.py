@@ -1,4 +1,4 @@
-"""What each source of uncertainty does to B and K of a fit of mean responses, and to differences of fits.
+"""Effect of each source of uncertainty on B and K of a fit of mean responses, and on differences of fits.
 
 To first order, with the weights of the fit kept. Signs, draws and single responses are kept, too, so that of
 two fits of the same trials only what is not common to both remains in their difference.
@@ -121,14 +121,14 @@ def _of_responses(
     trials: list[BroadbandEpochs], fit: GeneralisedFit, records: list[Record], inside: np.ndarray
 ) -> np.ndarray:
     """Change of B and K by every response's deviation from the mean of its trial, shape (responses, 2)."""
-    found = []
+    changes = []
     for k, trial in enumerate(trials):
         around = (trial.perturbed[:, inside] - trial.perturbed[:, inside].mean(axis=0)) / trial.count
         regressors = [np.zeros((trial.count, *record.regressors.shape)) for record in records]
         target = [x[..., 0] for x in regressors]
         regressors[k], target[k] = around[..., [ANKLE_D, ANKLE]], around[..., TORQUE]
-        found.append(sensitivity(fit, records, target, regressors))
-    return np.concatenate(found)
+        changes.append(sensitivity(fit, records, target, regressors))
+    return np.concatenate(changes)
 
 
 def _of_signals(
@@ -139,15 +139,15 @@ def _of_signals(
     sources: list[Source],
 ) -> dict[str, np.ndarray]:
     """Signed contributions to B and K of the sources that move the signals, each of shape (1, 2)."""
-    found = {}
+    contributions = {}
     for source in sources:
         if source.name in trials[0].slopes:
             moved = [source.standard_uncertainty * trial.slopes[source.name][inside] for trial in trials]
             changes = sensitivity(
                 fit, records, [m[:, TORQUE] for m in moved], [m[:, [ANKLE_D, ANKLE]] for m in moved]
             )
-            found[source.name] = changes[None]
-    return found
+            contributions[source.name] = changes[None]
+    return contributions
 
 
 def _of_treadmill(
@@ -167,9 +167,9 @@ def _of_discrepancy(
     """Root of the covariance of B and K by a smooth misfit of the largest torque of each trial."""
     smooth = squared_exponential(time, length_s) + 1e-6 * np.eye(time.size)
     shapes = np.linalg.cholesky(smooth).T
-    found = []
+    roots = []
     for k, record in enumerate(records):
         peak = record.target[np.abs(record.target).argmax()]
         alone = [(peak if j == k else 0.0) * shapes for j in range(len(records))]
-        found.append(sensitivity(fit, records, alone))
-    return np.stack(found)
+        roots.append(sensitivity(fit, records, alone))
+    return np.stack(roots)

@@ -1,4 +1,4 @@
-"""The feet as a free body up to 60 Hz, and how its torque follows from what is not known exactly.
+"""The feet as a free body up to 60 Hz, and the change of its torque with each source of uncertainty.
 
 The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
 friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of
@@ -16,7 +16,6 @@ import scipy
 from tepsipe.experiments.standing.free_reflex.joint_centre import hindfoot
 from tepsipe.experiments.standing.joint_torque import StandingTrial, segment_poses
 from tepsipe.experiments.standing.options import Person, StandingOptions
-from tepsipe.io.trial import Trial
 from tepsipe.mechanics.anthropometry import Feet
 from tepsipe.mechanics.inverse_dynamics import PlateLoad, standing_torque
 from tepsipe.signals.differentiation import derivative
@@ -24,7 +23,7 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.time_alignment import advanced
 from tepsipe.treadmill.compensation import added_per_kg, compensated_draws, compensated_loads
 from tepsipe.treadmill.registry import FittedModel
-from tepsipe.treadmill.trial_recordings import COMPONENTS, filtered_load, recordings_of_loads
+from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
 
 SIGNALS = ("torque", "ankle", "ankle_d")
 # soft tissue on the shank: natural frequency (Hz) and damping ratio (-) of the one that is propagated
@@ -143,8 +142,6 @@ class FreeBody:
 
 
 def free_body(
-    trial: Trial,
-    name: str,
     standing: StandingTrial,
     options: StandingOptions,
     lowpass: Lowpass,
@@ -155,12 +152,8 @@ def free_body(
 
     Parameters
     ----------
-    trial : Trial
-        Forces (N), moments (N·m), markers (m) and belt velocity (m/s).
-    name : str
-        Names the trial in messages.
     standing : StandingTrial
-        The same trial with the filter of all signals (s).
+        The trial with the filter of all signals (s).
     options : StandingOptions
         Choices (units in their names).
     lowpass : Lowpass
@@ -180,36 +173,31 @@ def free_body(
     InputError
         If the belt or a marker is not in the trial, or the rate is not that of the calibration.
     """
-    time, rate, person = trial.time, trial.rate_hz, options.person
-    loads = filtered_load(trial, name, options.belt, lowpass)
-    labels = trial.axes["marker"].tolist()
-    positions = lowpass(trial.values("marker_position")[:, :, 1:].astype(float), rate)
+    prepared = standing.prepared.behind(lowpass)
+    time, rate, person, labels = prepared.time, prepared.rate_hz, options.person, prepared.markers
+    loads = prepared.load(options.belt)
+    positions = prepared.filtered(prepared.trial.values("marker_position")[:, :, 1:].astype(float))
     origin = np.asarray(offset_m, dtype=float)
     poses = segment_poses(positions, labels, person, origin) | {
         "foot": hindfoot(positions, labels, person)[0]
     }
-    rest = standing.unperturbed
-    carried_kg = float(loads["Fz"][rest].mean()) / person.body.gravity_m_per_s2
-    recordings = recordings_of_loads(
-        trial,
-        name,
-        name,
-        lowpass,
-        rest,
-        {key: loads[key] - loads[key][rest].mean() for key in COMPONENTS},
-        dict.fromkeys(COMPONENTS, np.zeros(time.size)),
-        carried_kg,
-        np.ones(time.size, dtype=bool),
-        tuple(np.searchsorted(time, standing.onsets_s).tolist()),
-    )
+    still = standing.unperturbed
+    carried_kg = float(loads["Fz"][still].mean()) / person.body.gravity_m_per_s2
+    above_rest = {component: loads[component] - loads[component][still].mean() for component in COMPONENTS}
+    # from where the belt starts: a detected start precedes it by the width of the filter
+    onsets = tuple(np.searchsorted(time, standing.onsets_s).tolist())
+    recordings = {
+        component: replace(recording, onsets=onsets)
+        for component, recording in recordings_of_loads(prepared, above_rest, carried_kg).items()
+    }
     belt_dd = recordings["Fy"].acceleration
     peak = float(np.abs(standing.belt_velocity).max())
     tissues = []
     for hz in tissue_frequencies():
         moved = positions.copy()
         moved[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate, hz)
-        other = segment_poses(moved, labels, person, origin)
-        changed = [other[key] - poses[key] for key in ("shank", "ankle_point")]
+        moved_poses = segment_poses(moved, labels, person, origin)
+        changed = [moved_poses[key] - poses[key] for key in ("shank", "ankle_point")]
         tissues.append(advanced(time, np.column_stack(changed) / STEP_M, standing.delay_s))
     poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
     used = {c: loads[c] for c in COMPONENTS}
@@ -217,13 +205,13 @@ def free_body(
     if models:
         # the constants are those of a frame and of friction, not of a filter
         models = {c: replace(m, lowpass=lowpass) for c, m in models.items()}
-        found = compensated_loads(models, recordings)
+        compensated = compensated_loads(models, recordings)
         by_draw = compensated_draws(models, recordings)
         height = poses["ankle_point"][:, 1]
-        draws = (by_draw["Mx"] - found["Mx"]) + height * (by_draw["Fy"] - found["Fy"])
+        draws = (by_draw["Mx"] - compensated["Mx"]) + height * (by_draw["Fy"] - compensated["Fy"])
         pressed = loads["Fz"] / person.body.gravity_m_per_s2 - carried_kg
         per_kg = added_per_kg(models, recordings)
-        used = {c: found[c] - pressed * per_kg[c] + loads[c][rest].mean() for c in COMPONENTS}
+        used = {c: compensated[c] - pressed * per_kg[c] + loads[c][still].mean() for c in COMPONENTS}
     table = np.column_stack([used["Fy"], loads["Fz"], used["Mx"]])
     return FreeBody(
         person=person,
@@ -277,11 +265,11 @@ def tissue_motion(
     numerator, denominator, _ = scipy.signal.cont2discrete(
         ([-1.0], [1.0, 2.0 * TISSUE_DAMPING * width, width**2]), 1.0 / rate_hz, method="bilinear"
     )
-    own = [labels.index(x) for x in person.shank.labels if x not in person.foot.labels]
+    columns = [labels.index(x) for x in person.shank.labels if x not in person.foot.labels]
     time = np.arange(len(belt_dd)) / rate_hz
-    driven = np.column_stack([belt_dd, derivative(time, derivative(time, positions[:, own, 0]))])
+    driven = np.column_stack([belt_dd, derivative(time, derivative(time, positions[:, columns, 0]))])
     motion = scipy.signal.lfilter(np.ravel(numerator), denominator, driven, axis=0)
     motion *= peak_m_per_s / TISSUE_SPEED / max(float(np.abs(motion[:, 0]).max()), 1e-300)
-    found = np.zeros(positions.shape[:2])
-    found[:, own] = motion[:, 1:]
-    return found
+    by_marker = np.zeros(positions.shape[:2])
+    by_marker[:, columns] = motion[:, 1:]
+    return by_marker

@@ -113,21 +113,21 @@ def hindfoot(positions: np.ndarray, labels: list[str], person: Person) -> tuple[
         two of its own.
     """
     segment = person.foot
-    own = _own(segment, person.shank)
-    layout = segment.layout_m[own]
+    places = _own(segment, person.shank)
+    layout = segment.layout_m[places]
     share = np.where(layout[:, 0] > 0.0, FOREFOOT_SHARE, 1.0)
-    columns = np.zeros((len(own), 2, 3))
+    columns = np.zeros((len(places), 2, 3))
     columns[:, 0, 0] = columns[:, 1, 1] = 1.0
     columns[:, 0, 2], columns[:, 1, 2] = share * layout[:, 1], -share * layout[:, 0]
-    moved = positions[:, [labels.index(segment.labels[k]) for k in own]] - layout
-    found = moved.reshape(len(moved), -1) @ np.linalg.pinv(columns.reshape(-1, 3)).T
-    return found[:, 2], found[:, :2]
+    moved = positions[:, [labels.index(segment.labels[k]) for k in places]] - layout
+    pose = moved.reshape(len(moved), -1) @ np.linalg.pinv(columns.reshape(-1, 3)).T
+    return pose[:, 2], pose[:, :2]
 
 
 def _own(segment: SegmentMarkers, other: SegmentMarkers) -> list[int]:
     """Markers of a segment that are not on another; all of them if less than two are."""
-    own = [k for k, label in enumerate(segment.labels) if label not in other.labels]
-    return own if len(own) >= 2 else list(range(len(segment.labels)))
+    places = [k for k, label in enumerate(segment.labels) if label not in other.labels]
+    return places if len(places) >= 2 else list(range(len(segment.labels)))
 
 
 def _own_pose(
@@ -138,9 +138,9 @@ def _own_pose(
     point: np.ndarray,
 ) -> SegmentPose:
     """Pose of a segment by its own markers; by all of them if it has less than two of its own."""
-    own = _own(segment, other)
-    columns = [labels.index(segment.labels[k]) for k in own]
-    return fit_rigid_segment(positions[:, columns], segment.layout_m[own], point)
+    places = _own(segment, other)
+    columns = [labels.index(segment.labels[k]) for k in places]
+    return fit_rigid_segment(positions[:, columns], segment.layout_m[places], point)
 
 
 def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
@@ -158,8 +158,9 @@ def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
     left_out = offset(total - sums) if k > 1 else np.full((1, 2), np.nan)
     error = np.sqrt((k - 1.0) / k * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
     foot = np.concatenate([p[:, 3] for p in around])
-    found = offset(total)
-    return JointCentre(found, found, found, error, float(np.sqrt(total[0] / total[3])), float(foot.std()), k)
+    centre = offset(total)
+    sway = float(np.sqrt(total[0] / total[3]))
+    return JointCentre(centre, centre, centre, error, sway, float(foot.std()), k)
 
 
 def _turn(angle: float) -> np.ndarray:
@@ -201,15 +202,15 @@ def centre_from_sway(
         motion = relative_motion(slow, labels, person, own=alone)
         pieces = [motion[a:b] for a, b in long]
         seen.append(_centre(pieces, float(np.mean([piece[:, 0].mean() for piece in pieces]))))
-    found, whole_shank = seen
+    by_shank, whole_shank = seen
     # the same point in the shank as all markers show it: on average over quiet standing
     columns = [labels.index(label) for label in person.shank.labels]
     whole = fit_rigid_segment(slow[unperturbed][:, columns], person.shank.layout_m, np.zeros(2))
-    own = _own_pose(slow[unperturbed], labels, person.shank, person.foot, found.offset_m)
-    y, z = (own.point - whole.point).T
+    pose = _own_pose(slow[unperturbed], labels, person.shank, person.foot, by_shank.offset_m)
+    y, z = (pose.point - whole.point).T
     cosine, sine = np.cos(whole.angle), np.sin(whole.angle)
     offset = np.array([np.mean(y * cosine - z * sine), np.mean(y * sine + z * cosine)])
-    return replace(found, offset_m=offset, moving_m=whole_shank.offset_m)
+    return replace(by_shank, offset_m=offset, moving_m=whole_shank.offset_m)
 
 
 def centre_from_pulses(motion: np.ndarray, mean_angle: float) -> JointCentre:
@@ -250,6 +251,6 @@ def tissue_from_pulses(
         Ankle angle in quiet standing (rad).
     """
     slopes = _turn(mean_angle).T @ own_m
-    left, shape = (x[..., 1:3] - x[..., :1] * slopes for x in (motion.mean(axis=0), pattern.mean(axis=0)))
+    residual, shape = (x[..., 1:3] - x[..., :1] * slopes for x in (motion.mean(axis=0), pattern.mean(axis=0)))
     size = float((shape**2).sum())
-    return float((left * shape).sum()) / size if size > 0.0 else 0.0
+    return float((residual * shape).sum()) / size if size > 0.0 else 0.0

@@ -8,6 +8,7 @@ import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of
+from tepsipe.experiments.standing.estimates import UNITS, Fits, StandingFit, generator
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.checks import difference_from_window, failed_checks, quotable
 from tepsipe.experiments.standing.free_reflex.fit import (
@@ -16,9 +17,8 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     FreeReflexOptions,
     fit_free_reflex,
 )
-from tepsipe.experiments.standing.thesis.impedance import FREE, UNITS, StandingEstimator, StandingFit
+from tepsipe.experiments.standing.options import FREE, StandingEstimator
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
-from tepsipe.experiments.standing.thesis.results import Fits, generator
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
@@ -30,7 +30,7 @@ CENTRE = ("joint_centre_anterior_m", "joint_centre_height_m")
 
 @dataclass(frozen=True)
 class FreeReflexChoices:
-    """What all fits with a free reflex torque share.
+    """Choices that all fits with a free reflex torque share.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ def fit_free(
     InputError
         If an estimator asks for an inertia, or as `fit_free_reflex`.
     """
-    found: Fits = {}
+    fits: Fits = {}
     sources = _sources(trials, choices.sources)
     for key, estimator in estimators.items() if trials else ():
         if estimator.active != FREE:
@@ -109,8 +109,8 @@ def fit_free(
         )
         check = _pre_reflex(trials, fit, estimators, choices.options, sources)
         flags = failed_checks(fit, trials, perturbations, check)
-        found[choices.pathway, key] = _as_fit(fit, trials, flags)
-    return found
+        fits[choices.pathway, key] = _as_fit(fit, trials, flags)
+    return fits
 
 
 def _sources(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> list[Source]:
@@ -184,9 +184,9 @@ def reflex_onset(
 
 def centre_facts(trials: list[BroadbandEpochs]) -> dict:
     """Facts on the joint's centre for the report: mean offset (m), whether it was used, soft tissue (m)."""
-    found = [trial.centre.offset_m for trial in trials if trial.centre is not None]
+    offsets = [trial.centre.offset_m for trial in trials if trial.centre is not None]
     return {
-        "joint_centre_m": np.mean(found, axis=0).tolist() if found else None,
+        "joint_centre_m": np.mean(offsets, axis=0).tolist() if offsets else None,
         "centre_used": bool(trials) and all(trial.centre_used for trial in trials),
         "skin_m": float(np.sqrt(np.mean([trial.skin_m**2 for trial in trials]))) if trials else 0.0,
     }
@@ -206,12 +206,12 @@ def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
     """Rows of the table of budgets for the estimates of a trial or task (units in them)."""
-    found = []
+    contributions = []
     for (pathway, estimator), fit in fits.items():
         if fit.budget is not None:
-            own = [r for r in rows if (r.pathway, r.estimator) == (pathway, estimator)]
-            found += contributions_of(own, fit.budget, list(fit.names))
-    return found
+            of_fit = [r for r in rows if (r.pathway, r.estimator) == (pathway, estimator)]
+            contributions += contributions_of(of_fit, fit.budget, list(fit.names))
+    return contributions
 
 
 def budget_arrays(fits: Fits) -> tuple[dict[str, np.ndarray], dict]:
@@ -279,27 +279,27 @@ def task_difference(
         Their budgets.
     """
     rows, contributions = [], []
-    own, other = (result.facts.get("budgets", {}) for result in (more, less))
-    for estimator in own:
-        if estimator not in other:
+    of_more, of_less = (result.facts.get("budgets", {}) for result in (more, less))
+    for estimator in of_more:
+        if estimator not in of_less:
             continue
         values = more.arrays[f"budget/{estimator}/values"] - less.arrays[f"budget/{estimator}/values"]
         budget = _shared(_budget_of(more, estimator), _budget_of(less, estimator))
         low, high = budget.interval(values)
-        flags = dict.fromkeys([*own[estimator]["flags"], *other[estimator]["flags"]])
-        found = [
+        flags = dict.fromkeys([*of_more[estimator]["flags"], *of_less[estimator]["flags"]])
+        estimates = [
             Estimate(
-                *("standing", name, own[estimator]["pathway"], estimator, quantity, UNITS[quantity]),
+                *("standing", name, of_more[estimator]["pathway"], estimator, quantity, UNITS[quantity]),
                 *(float(x[k]) for x in (values, budget.combined, low, high)),
-                n_perturbations=own[estimator]["responses"] + other[estimator]["responses"],
+                n_perturbations=of_more[estimator]["responses"] + of_less[estimator]["responses"],
                 u_type_a=float(budget.type_a[k]),
                 u_type_b=float(budget.type_b[k]),
             )
             for k, quantity in enumerate(QUANTITIES)
         ]
-        contributions += contributions_of(found, budget, list(QUANTITIES))
-        found.append(_over_critical(found[QUANTITIES.index("K")], critical_stiffness))
-        rows += flagged(found, *flags)
+        contributions += contributions_of(estimates, budget, list(QUANTITIES))
+        estimates.append(_over_critical(estimates[QUANTITIES.index("K")], critical_stiffness))
+        rows += flagged(estimates, *flags)
     return rows, contributions
 
 

@@ -22,8 +22,7 @@ Linear parameters follow from least squares; L, D and T are selected from a grid
 whole responses: perturbed and unperturbed responses are both resampled, torque and angle of each together.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -31,34 +30,13 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
+from tepsipe.experiments.standing.estimates import StandingFit
+from tepsipe.experiments.standing.options import EMG, NONE, VELOCITY, StandingEstimator
 from tepsipe.identification.cascade.pathways import delayed
-from tepsipe.io.estimates import Estimate, flagged
-from tepsipe.statistics.uncertainty import Budget
 
-# the last is fitted by `tepsipe.experiments.standing.free_reflex.fit`
-FREE = "free"
-ACTIVE = ("none", "velocity", "emg", FREE)
+PARAMETRIC = (NONE, VELOCITY, EMG)
 # time by which a zero-lag low-pass of about 20 Hz advances the start of a response (s)
 FILTER_WIDTH_S = 0.03
-
-
-@dataclass(frozen=True)
-class StandingEstimator:
-    """One estimator of parameters from responses.
-
-    Attributes
-    ----------
-    window_s : float
-        Length of the fitted window from the onset (s).
-    inertia : bool
-        Whether I is estimated; the torque does not contain the inertia of the feet or of the body.
-    active : {"none", "velocity", "emg", "free"}
-        Model of the delayed torque of the muscles.
-    """
-
-    window_s: float
-    inertia: bool
-    active: str
 
 
 @dataclass(frozen=True)
@@ -86,71 +64,7 @@ class ActiveOptions:
         return cls(**{key: tuple(times) for key, times in active.items()}, action=action)
 
 
-@dataclass(frozen=True)
-class StandingFit:
-    """Parameters of the ankles, from one trial or from several together.
-
-    Attributes
-    ----------
-    names : tuple of str
-        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), then gains of the active torque.
-    parameters : ndarray, shape (1 + draws, p)
-        Estimates from the responses (first row), and from resampled ones.
-    delays : dict of str to float
-        Selected T, L, D (s).
-    vaf : float
-        VAF of the mean responses in the window (%).
-    rotation_rad : float
-        Peak-to-peak mean rotation of the ankle in the window, mean over trials (rad).
-    active_peak : float
-        Peak active torque relative to the peak intrinsic torque in the window (-).
-    curves : list of dict of str to ndarray, shape (n,)
-        Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
-    responses : int
-        Number of responses (-).
-    delay_ranges : dict of str to (float, float)
-        Smallest and largest of the values tried for T, L, D (s) that the responses do not reject.
-    delays_at_bound : tuple of str
-        Those of T, L and D of which all values but the first, or all but the last, are rejected (no unit).
-    budget : Budget or None
-        Type A and B of the parameters in their order; None if only their scatter is known.
-    flags : tuple of str
-        Checks that the parameters failed (no unit).
-    windows : ndarray, shape (w, 3), or None
-        Window (s), B and K by it, where the estimator tries several.
-    """
-
-    names: tuple[str, ...]
-    parameters: np.ndarray
-    delays: dict[str, float]
-    vaf: float
-    rotation_rad: float
-    active_peak: float
-    curves: list[dict[str, np.ndarray]]
-    responses: int
-    delay_ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
-    delays_at_bound: tuple[str, ...] = ()
-    budget: Budget | None = None
-    flags: tuple[str, ...] = ()
-    windows: np.ndarray | None = None
-
-    def interval(self, name: str) -> tuple[float, float, float, float]:
-        """Value, standard error, and both ends of the 95 % interval of a parameter (its unit)."""
-        if self.budget is not None:
-            k = self.names.index(name)
-            low, high = self.budget.interval(self.parameters[0])
-            return float(self.parameters[0, k]), float(self.budget.combined[k]), float(low[k]), float(high[k])
-        draws = self.parameters[:, self.names.index(name)]
-        # resampling n responses within each trial underestimates their spread and the tails
-        n, freedom = self.responses, self.responses - len(self.curves)
-        deviations = np.sqrt(n / freedom) * (draws[1:] - draws[0])
-        tails = scipy.stats.t.ppf(0.975, freedom) / scipy.stats.norm.ppf(0.975)
-        low, high = tails * np.percentile(deviations, [2.5, 97.5])
-        value = float(draws[0])
-        return value, float(deviations.std()), value + float(low), value + float(high)
-
-
-UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
+# signal of the epochs that each linear parameter multiplies
 MOTION = {"I": "ankle_dd", "B": "ankle_d", "K": "ankle"}
 
 
@@ -183,6 +97,14 @@ class _Means:
     time: np.ndarray
     signals: dict[str, np.ndarray]
     drive: dict[str, np.ndarray]
+
+    def of(self, rows: slice) -> "_Means":
+        """Some of the resamplings."""
+        return _Means(
+            self.time,
+            {key: x[rows] for key, x in self.signals.items()},
+            {key: x[rows] for key, x in self.drive.items()},
+        )
 
 
 def _means(
@@ -228,12 +150,12 @@ def _active_columns(
     means: _Means, active: str, delays: dict[str, float], options: ActiveOptions, muscles: tuple[str, ...]
 ) -> list[np.ndarray]:
     """Regressors of the active torque, each of shape (1 + draws, n)."""
-    if active == "none":
+    if active == NONE:
         return []
     step = float(means.time[1] - means.time[0])
     # activity before the onset, minus the width of the filter, is no response
     answered = means.time >= -FILTER_WIDTH_S
-    if active == "emg":
+    if active == EMG:
         drive = {muscle: means.drive[muscle] * answered for muscle in muscles}
         return [options.action[muscle] * twitch(drive[muscle], step, delays["T"]) for muscle in muscles]
     angle, velocity = (means.signals[key] * answered for key in ("ankle", "ankle_d"))
@@ -282,87 +204,121 @@ def fit_standing(
     InputError
         If the model is unknown, or the window is longer than the responses.
     """
-    if estimator.active not in ACTIVE[:-1]:
-        raise InputError(
-            f"expected an active torque of {', '.join(ACTIVE[:-1])}, found {estimator.active!r}: "
-            "correct active in standing.estimators"
-        )
     time = trials[0].time
-    if estimator.window_s > time[-1] + 1e-9:
-        raise InputError(
-            f"expected a window within the responses of {time[-1]:g} s, found {estimator.window_s:g} s: "
-            "shorten it or lengthen the responses in the configuration"
-        )
+    _check(estimator, float(time[-1]))
     muscles: tuple[str, ...] = ()
-    if estimator.active == "emg":
-        shared = [set(responses.muscles) for responses in trials]
-        muscles = tuple(m for m in options.action if all(m in own for own in shared))
+    if estimator.active == EMG:
+        recorded = [set(responses.muscles) for responses in trials]
+        muscles = tuple(m for m in options.action if all(m in usable for usable in recorded))
         if not muscles:
             return (
                 "expected a muscle that acts at the ankle and has a usable channel in every trial, found none"
             )
     means = [_means(responses, pathway, muscles, draws, rng) for responses in trials]
     inside = (time >= -FILTER_WIDTH_S) & (time <= estimator.window_s)
-    linear = [name for name in MOTION if name != "I" or estimator.inertia]
+    linear = tuple(name for name in MOTION if name != "I" or estimator.inertia)
     torque = np.concatenate([m.signals[f"torque/{pathway}"][:, inside] for m in means], axis=1)
-
-    def regressors(delays: dict[str, float], rows: slice, kept: tuple[str, ...]) -> np.ndarray:
-        """Shape (rows, samples of all trials, p)."""
-        parts = []
-        for m in means:
-            part = _Means(
-                m.time,
-                {key: x[rows] for key, x in m.signals.items()},
-                {key: x[rows] for key, x in m.drive.items()},
-            )
-            columns = [part.signals[MOTION[name]] for name in linear]
-            columns += _active_columns(part, estimator.active, delays, options, kept)
-            parts.append(np.stack(columns, axis=-1)[:, inside])
-        return np.concatenate(parts, axis=1)
-
-    def left_by(delays: dict[str, float]) -> np.ndarray:
-        j = regressors(delays, slice(0, 1), muscles)[0]
-        return torque[0] - j @ _solve(j, torque[0], len(linear), estimator.active)
-
-    delays, ranges = _selected(_grid(estimator.active, options), left_by, len(means), len(linear))
-    if estimator.active == "emg":
-        first = _solve(regressors(delays, slice(0, 1), muscles)[0], torque[0], len(linear), "emg")
+    regression = _Regression(means, inside, torque, linear, estimator.active, options)
+    delays, ranges = _selected_delays(regression, muscles)
+    if estimator.active == EMG:
+        gains = regression.best(delays, muscles)[len(linear) :]
         # gains at their bound of 0 remain there
-        muscles = tuple(m for m, gain in zip(muscles, first[len(linear) :], strict=True) if gain > 0.0)
-    j = regressors(delays, slice(None), muscles)
-    normal = np.einsum("dnp,dnq->dpq", j, j)
+        muscles = tuple(m for m, gain in zip(muscles, gains, strict=True) if gain > 0.0)
+    regressors = regression.regressors(delays, muscles)
+    normal = np.einsum("dnp,dnq->dpq", regressors, regressors)
     try:
-        parameters = np.linalg.solve(normal, np.einsum("dnp,dn->dp", j, torque)[..., None])[..., 0]
+        parameters = np.linalg.solve(normal, np.einsum("dnp,dn->dp", regressors, torque)[..., None])[..., 0]
     except np.linalg.LinAlgError:
         return (
             f"expected a window that determines I, B, K and the muscles' gains, found "
             f"{estimator.window_s:g} s, which is too short: lengthen it"
         )
-    predicted = j[0] @ parameters[0]
-    intrinsic = j[0][:, : len(linear)] @ parameters[0][: len(linear)]
-    ends = np.cumsum([inside.sum()] * len(means))[:-1]
-    parts = [np.split(x, ends) for x in (torque[0], intrinsic, predicted - intrinsic)]
-    angles = [m.signals["ankle"][0, inside] for m in means]
-    gains = {"none": (), "velocity": ("G_plus", "G_minus", "P", "Q"), "emg": tuple(f"F_{m}" for m in muscles)}
+    gains = {NONE: (), VELOCITY: ("G_plus", "G_minus", "P", "Q"), EMG: tuple(f"F_{m}" for m in muscles)}
+    predicted = regressors[0] @ parameters[0]
+    intrinsic = regressors[0][:, : len(linear)] @ parameters[0][: len(linear)]
+    curves = regression.curves(intrinsic, predicted)
     return StandingFit(
         names=(*linear, *gains[estimator.active]),
         parameters=parameters,
         delays=delays,
         vaf=100.0 * (1.0 - float(np.sum((torque[0] - predicted) ** 2) / np.sum(torque[0] ** 2))),
-        rotation_rad=float(np.mean([np.ptp(angle) for angle in angles])),
+        rotation_rad=float(np.mean([np.ptp(curve["ankle"]) for curve in curves])),
         active_peak=float(np.abs(predicted - intrinsic).max() / np.abs(intrinsic).max()),
-        curves=[
-            {"time": time[inside], "torque": a, "intrinsic": b, "active": c, "ankle": angle}
-            for a, b, c, angle in zip(*parts, angles, strict=True)
-        ],
+        curves=curves,
         responses=sum(responses.count for responses in trials),
         delay_ranges=ranges,
         delays_at_bound=_at_bound(ranges, options),
     )
 
 
-def _selected(
-    grid: list[dict[str, float]], left_by: Callable[[dict[str, float]], np.ndarray], trials: int, linear: int
+def _check(estimator: StandingEstimator, longest_s: float) -> None:
+    """Refuse an unknown model, and a window longer than the responses (s)."""
+    if estimator.active not in PARAMETRIC:
+        raise InputError(
+            f"expected an active torque of {', '.join(PARAMETRIC)}, found {estimator.active!r}: "
+            "correct active in standing.estimators"
+        )
+    if estimator.window_s > longest_s + 1e-9:
+        raise InputError(
+            f"expected a window within the responses of {longest_s:g} s, found {estimator.window_s:g} s: "
+            "shorten it or lengthen the responses in the configuration"
+        )
+
+
+@dataclass(frozen=True)
+class _Regression:
+    """Mean responses of all trials in the fitted window, and the model that is fitted to their torque.
+
+    ``torque`` (N·m) has the shape (1 + draws, samples of all trials), ``inside`` selects the window.
+    """
+
+    means: list[_Means]
+    inside: np.ndarray
+    torque: np.ndarray
+    linear: tuple[str, ...]
+    active: str
+    options: ActiveOptions
+
+    def regressors(
+        self, delays: dict[str, float], muscles: tuple[str, ...], rows: slice = slice(None)
+    ) -> np.ndarray:
+        """Regressors of the torque, shape (rows, samples of all trials, p)."""
+        parts = []
+        for means in self.means:
+            part = means.of(rows)
+            columns = [part.signals[MOTION[name]] for name in self.linear]
+            columns += _active_columns(part, self.active, delays, self.options, muscles)
+            parts.append(np.stack(columns, axis=-1)[:, self.inside])
+        return np.concatenate(parts, axis=1)
+
+    def best(self, delays: dict[str, float], muscles: tuple[str, ...]) -> np.ndarray:
+        """Parameters of the responses themselves, without resampling, shape (p,)."""
+        regressors = self.regressors(delays, muscles, slice(0, 1))[0]
+        return _solve(regressors, self.torque[0], len(self.linear), self.active)
+
+    def residual(self, delays: dict[str, float], muscles: tuple[str, ...]) -> np.ndarray:
+        """Torque that the model leaves of the responses themselves (N·m), shape (samples of all trials,)."""
+        regressors = self.regressors(delays, muscles, slice(0, 1))[0]
+        return self.torque[0] - regressors @ _solve(regressors, self.torque[0], len(self.linear), self.active)
+
+    def curves(self, intrinsic: np.ndarray, predicted: np.ndarray) -> list[dict[str, np.ndarray]]:
+        """Torque, its intrinsic and its active part (N·m), and ankle angle (rad), trial by trial."""
+        ends = np.cumsum([self.inside.sum()] * len(self.means))[:-1]
+        parts = [np.split(x, ends) for x in (self.torque[0], intrinsic, predicted - intrinsic)]
+        return [
+            {
+                "time": means.time[self.inside],
+                "torque": torque,
+                "intrinsic": passive,
+                "active": active,
+                "ankle": means.signals["ankle"][0, self.inside],
+            }
+            for means, torque, passive, active in zip(self.means, *parts, strict=True)
+        ]
+
+
+def _selected_delays(
+    regression: _Regression, muscles: tuple[str, ...]
 ) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
     """T, L, D (s) with the smallest residuals, and for each the range that its profile does not reject.
 
@@ -371,16 +327,18 @@ def _selected(
     freedom. rho is the autocorrelation of the residuals, up to its first zero: neighbouring samples of
     filtered signals, and of what the model lacks, say the same.
     """
-    lefts = [left_by(delays) for delays in grid]
-    squares = np.array([left @ left for left in lefts])
+    grid = _grid(regression.active, regression.options)
+    residuals = [regression.residual(delays, muscles) for delays in grid]
+    squares = np.array([residual @ residual for residual in residuals])
     best = int(squares.argmin())
     if not grid[best]:
         return grid[best], {}
-    parts = np.split(lefts[best], trials)
+    parts = np.split(residuals[best], len(regression.means))
     lags = np.sum([np.correlate(x, x, "full")[x.size - 1 :] for x in parts], axis=0)
     ends = np.flatnonzero(lags <= 0.0)
     positive = lags[1 : ends[0] if ends.size else lags.size].sum() / max(lags[0], np.finfo(float).tiny)
-    freedom = max(lefts[best].size / (1.0 + 2.0 * positive) - linear - len(grid[best]), 1.0)
+    independent = residuals[best].size / (1.0 + 2.0 * positive)
+    freedom = max(independent - len(regression.linear) - len(grid[best]), 1.0)
     limit = (1.0 + scipy.special.stdtrit(freedom, 0.975) ** 2 / freedom) * squares[best]
     kept = [delays for delays, s in zip(grid, squares, strict=True) if s <= limit]
     return grid[best], {
@@ -400,23 +358,23 @@ def _at_bound(ranges: dict[str, tuple[float, float]], options: ActiveOptions) ->
 
 def _solve(j: np.ndarray, torque: np.ndarray, linear: int, active: str) -> np.ndarray:
     """Least squares; the gains of electromyograms are non-negative, because muscles only pull."""
-    if active != "emg":
+    if active != EMG:
         return np.linalg.lstsq(j, torque, rcond=None)[0]
     # I, B and K may have any sign: each is the difference of two non-negative unknowns
     scale = np.linalg.norm(j, axis=0)
     scale[scale == 0.0] = 1.0
     scaled = j / scale
     both = np.column_stack([scaled, -scaled[:, :linear]])
-    found = scipy.optimize.nnls(both, torque)[0]
-    solution = found[: j.shape[1]].copy()
-    solution[:linear] -= found[j.shape[1] :]
+    unknowns = scipy.optimize.nnls(both, torque)[0]
+    solution = unknowns[: j.shape[1]].copy()
+    solution[:linear] -= unknowns[j.shape[1] :]
     return solution / scale
 
 
 def _grid(active: str, options: ActiveOptions) -> list[dict[str, float]]:
-    if active == "none":
+    if active == NONE:
         return [{}]
-    if active == "emg":
+    if active == EMG:
         return [{"T": t} for t in options.twitch_s]
     return [
         {"T": t, "L": reflex, "D": balance}
@@ -424,43 +382,3 @@ def _grid(active: str, options: ActiveOptions) -> list[dict[str, float]]:
         for reflex in options.reflex_delay_s
         for balance in options.balance_delay_s
     ]
-
-
-def standing_estimates(
-    condition: str, pathway: str, estimator: str, fit: StandingFit, critical_stiffness: float
-) -> list[Estimate]:
-    """Tidy rows: I, B, K, K over m g h, rotation, VAF, and the selected delays (units in the rows).
-
-    ``critical_stiffness`` is m g h (N·m/rad).
-    """
-    about = ("standing", condition, pathway, estimator)
-    n = fit.responses
-    names = {"T": "twitch_time", "L": "reflex_delay", "D": "balance_delay"}
-    rows = []
-
-    def row(quantity: str, unit: str, name: str, scale: float) -> Estimate:
-        value, error, low, high = (scale * x for x in fit.interval(name))
-        found = Estimate(*about, quantity, unit, value, error, low, high, n_perturbations=n)
-        if fit.budget is not None:
-            k = fit.names.index(name)
-            u_a, u_b = scale * float(fit.budget.type_a[k]), scale * float(fit.budget.type_b[k])
-            found = replace(found, u_type_a=u_a, u_type_b=u_b)
-        return flagged([found], *fit.flags)[0]
-
-    for name in fit.names:
-        if name in UNITS:
-            rows.append(row(name, UNITS[name], name, 1.0))
-        if name == "K":
-            rows.append(row("K_over_mgh", "1", name, 1.0 / critical_stiffness))
-    plain = {
-        "rotation": ("rad", fit.rotation_rad),
-        "VAF_response": ("%", fit.vaf),
-    }
-    if fit.delays:
-        plain["active_torque_share"] = ("1", fit.active_peak)
-    rows += [Estimate(*about, key, unit, float(v), n_perturbations=n) for key, (unit, v) in plain.items()]
-    for key, value in fit.delays.items():
-        low, high = fit.delay_ranges[key]
-        own = Estimate(*about, names[key], "s", value, ci_low=low, ci_high=high, n_perturbations=n)
-        rows += flagged([own], *["at-bound"] * (key in fit.delays_at_bound))
-    return rows

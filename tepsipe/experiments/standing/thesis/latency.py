@@ -138,10 +138,10 @@ def muscle_latency(
     for responses in stretching:
         column = responses.muscles.index(muscle)
         usable = responses.usable[:, column]
-        own = responses.emg[usable][..., column]
+        emg_of_trial = responses.emg[usable][..., column]
         belt = responses.perturbed["belt_velocity"][usable]
         sizes.append(np.take_along_axis(belt, np.abs(belt).argmax(axis=1)[:, None], axis=1)[:, 0])
-        pooled.append(scipy.interpolate.CubicSpline(responses.emg_time, own, axis=1)(time))
+        pooled.append(scipy.interpolate.CubicSpline(responses.emg_time, emg_of_trial, axis=1)(time))
     emg = np.concatenate(pooled)
     if emg.shape[0] < 5:
         return f"expected at least 5 responses that stretch {muscle}, found {emg.shape[0]}"

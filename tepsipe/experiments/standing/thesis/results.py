@@ -4,20 +4,13 @@ Every fit has its own random generator, seeded by the study, the trial and the n
 pathway or estimator does not change the others.
 """
 
-import zlib
-
 import numpy as np
 
 from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_result
+from tepsipe.experiments.standing.estimates import Fits, StandingFit, generator, standing_estimates
 from tepsipe.experiments.standing.joint_torque import StandingTrial
-from tepsipe.experiments.standing.thesis.impedance import (
-    FREE,
-    ActiveOptions,
-    StandingEstimator,
-    StandingFit,
-    fit_standing,
-    standing_estimates,
-)
+from tepsipe.experiments.standing.options import FREE, StandingEstimator
+from tepsipe.experiments.standing.thesis.impedance import ActiveOptions, fit_standing
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency, latency_estimates
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -36,13 +29,6 @@ PROCESSED = {
     "y_cop": "m",
     "onsets_s": "s",
 }
-
-Fits = dict[tuple[str, str], StandingFit]
-
-
-def generator(seed: int, *names: str) -> np.random.Generator:
-    """Generator of one fit, independent of the others (seed and names without unit)."""
-    return np.random.default_rng([seed, zlib.crc32("/".join(names).encode())])
 
 
 def fit_all(
@@ -91,11 +77,11 @@ def fit_all(
     for key, estimator in estimators.items():
         for pathway in pathways if estimator.active != FREE else ():
             rng = generator(seed, name, pathway, key)
-            found = fit_standing(usable, pathway, estimator, options, draws, rng)
-            if isinstance(found, StandingFit):
-                fits[pathway, key] = found
+            fit = fit_standing(usable, pathway, estimator, options, draws, rng)
+            if isinstance(fit, StandingFit):
+                fits[pathway, key] = fit
             elif pathway == pathways[0]:
-                notes.append(f"{name}: estimator {key} left out: {found}")
+                notes.append(f"{name}: estimator {key} left out: {fit}")
     return fits, notes
 
 

@@ -1,0 +1,125 @@
+"""Fits to the responses of a standing person by any estimator, and their rows in the table of estimates."""
+
+import zlib
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import scipy
+
+from tepsipe.io.estimates import Estimate, flagged
+from tepsipe.statistics.uncertainty import Budget
+
+UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
+
+
+@dataclass(frozen=True)
+class StandingFit:
+    """Parameters of the ankles, from one trial or from several together.
+
+    Attributes
+    ----------
+    names : tuple of str
+        I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), then gains of the active torque.
+    parameters : ndarray, shape (1 + draws, p)
+        Estimates from the responses (first row), and from resampled ones.
+    delays : dict of str to float
+        Selected T, L, D (s).
+    vaf : float
+        VAF of the mean responses in the window (%).
+    rotation_rad : float
+        Peak-to-peak mean rotation of the ankle in the window, mean over trials (rad).
+    active_peak : float
+        Peak active torque relative to the peak intrinsic torque in the window (-).
+    curves : list of dict of str to ndarray, shape (n,)
+        Per trial: ``time`` (s), ``torque``, ``intrinsic``, ``active`` (N·m), ``ankle`` (rad).
+    responses : int
+        Number of responses (-).
+    delay_ranges : dict of str to (float, float)
+        Smallest and largest of the values tried for T, L, D (s) that the responses do not reject.
+    delays_at_bound : tuple of str
+        Those of T, L and D of which all values but the first, or all but the last, are rejected (no unit).
+    budget : Budget or None
+        Type A and B of the parameters in their order; None if only their scatter is known.
+    flags : tuple of str
+        Checks that the parameters failed (no unit).
+    windows : ndarray, shape (w, 3), or None
+        Window (s), B and K by it, where the estimator tries several.
+    """
+
+    names: tuple[str, ...]
+    parameters: np.ndarray
+    delays: dict[str, float]
+    vaf: float
+    rotation_rad: float
+    active_peak: float
+    curves: list[dict[str, np.ndarray]]
+    responses: int
+    delay_ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    delays_at_bound: tuple[str, ...] = ()
+    budget: Budget | None = None
+    flags: tuple[str, ...] = ()
+    windows: np.ndarray | None = None
+
+    def interval(self, name: str) -> tuple[float, float, float, float]:
+        """Value, standard error, and both ends of the 95 % interval of a parameter (its unit)."""
+        if self.budget is not None:
+            k = self.names.index(name)
+            low, high = self.budget.interval(self.parameters[0])
+            return float(self.parameters[0, k]), float(self.budget.combined[k]), float(low[k]), float(high[k])
+        draws = self.parameters[:, self.names.index(name)]
+        # resampling n responses within each trial underestimates their spread and the tails
+        n, freedom = self.responses, self.responses - len(self.curves)
+        deviations = np.sqrt(n / freedom) * (draws[1:] - draws[0])
+        tails = scipy.stats.t.ppf(0.975, freedom) / scipy.stats.norm.ppf(0.975)
+        low, high = tails * np.percentile(deviations, [2.5, 97.5])
+        value = float(draws[0])
+        return value, float(deviations.std()), value + float(low), value + float(high)
+
+
+# (pathway, estimator) -> fit
+Fits = dict[tuple[str, str], StandingFit]
+
+
+def generator(seed: int, *names: str) -> np.random.Generator:
+    """Generator of one fit, independent of the others (seed and names without unit)."""
+    return np.random.default_rng([seed, zlib.crc32("/".join(names).encode())])
+
+
+def standing_estimates(
+    condition: str, pathway: str, estimator: str, fit: StandingFit, critical_stiffness: float
+) -> list[Estimate]:
+    """Tidy rows: I, B, K, K over m g h, rotation, VAF, and the selected delays (units in the rows).
+
+    ``critical_stiffness`` is m g h (N·m/rad).
+    """
+    about = ("standing", condition, pathway, estimator)
+    n = fit.responses
+    names = {"T": "twitch_time", "L": "reflex_delay", "D": "balance_delay"}
+    rows = []
+
+    def row(quantity: str, unit: str, name: str, scale: float) -> Estimate:
+        value, error, low, high = (scale * x for x in fit.interval(name))
+        estimate = Estimate(*about, quantity, unit, value, error, low, high, n_perturbations=n)
+        if fit.budget is not None:
+            k = fit.names.index(name)
+            u_a, u_b = scale * float(fit.budget.type_a[k]), scale * float(fit.budget.type_b[k])
+            estimate = replace(estimate, u_type_a=u_a, u_type_b=u_b)
+        return flagged([estimate], *fit.flags)[0]
+
+    for name in fit.names:
+        if name in UNITS:
+            rows.append(row(name, UNITS[name], name, 1.0))
+        if name == "K":
+            rows.append(row("K_over_mgh", "1", name, 1.0 / critical_stiffness))
+    plain = {
+        "rotation": ("rad", fit.rotation_rad),
+        "VAF_response": ("%", fit.vaf),
+    }
+    if fit.delays:
+        plain["active_torque_share"] = ("1", fit.active_peak)
+    rows += [Estimate(*about, key, unit, float(v), n_perturbations=n) for key, (unit, v) in plain.items()]
+    for key, value in fit.delays.items():
+        low, high = fit.delay_ranges[key]
+        delay = Estimate(*about, names[key], "s", value, ci_low=low, ci_high=high, n_perturbations=n)
+        rows += flagged([delay], *["at-bound"] * (key in fit.delays_at_bound))
+    return rows

@@ -1,0 +1,153 @@
+"""Did the person stand still? Trials with steps, lifted feet or another support are refused as a whole."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from tepsipe.experiments.standing.options import BELTS, StandingOptions
+from tepsipe.signals.resampling import runs_of
+from tepsipe.treadmill.prepared import PreparedTrial
+
+# a marker bridges a gap: its position near the gap is not trusted either (s)
+AROUND_GAP_S = 0.1
+# a foot shifts if it moves within this time, because the logged velocity of the belt drifts (s)
+SHIFT_WITHIN_S = 2.0
+
+
+@dataclass(frozen=True)
+class Stance:
+    """Signals that show whether a person stands still.
+
+    Attributes
+    ----------
+    positions : ndarray, shape (n, markers, 2)
+        y, z of the filtered markers (m).
+    hidden : ndarray of bool, shape (n, person's markers)
+        True where a marker was hidden: bridged positions are ignored.
+    shank, belt_velocity, f_z : ndarray, shape (n,)
+        Angle of the shank (rad), belt (m/s) and vertical force on the feet's belt (N).
+    """
+
+    positions: np.ndarray
+    hidden: np.ndarray
+    shank: np.ndarray
+    belt_velocity: np.ndarray
+    f_z: np.ndarray
+
+
+def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
+    """Reason why a trial is not one of quiet standing: a step, a stumble, or weight on another support.
+
+    Parameters
+    ----------
+    prepared : PreparedTrial
+        Forces of both belts (N).
+    stance : Stance
+        The person's signals (m, rad, m/s, N).
+    options : StandingOptions
+        Person, belt and limits (units in their names).
+
+    Returns
+    -------
+    str or None
+        One sentence (times in s), or None if the person stood still.
+    """
+    return (
+        _step(prepared, stance, options)
+        or _other_support(prepared, options)
+        or _unloading(prepared, stance, options)
+        or _lean(prepared, stance, options)
+    )
+
+
+def _step(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
+    time, rate, limits, person = prepared.time, prepared.rate_hz, options.limits, options.person
+    travelled = scipy.interpolate.CubicSpline(time, stance.belt_velocity).antiderivative()(time)
+    for label in person.foot.labels:
+        y, z = stance.positions[:, prepared.markers.index(label)].T
+        seen = _seen(stance.hidden[:, person.labels.index(label)], rate)
+        slid = y - travelled
+        shift = np.abs(slid - _median_before(slid, seen, round(SHIFT_WITHIN_S * rate)))
+        lift = np.abs(z - np.median(z[seen])) if seen.any() else np.zeros(z.size)
+        for what, amount, most in (
+            ("moved on the belt", shift, limits.foot_shift_m),
+            ("was lifted", lift, limits.foot_lift_m),
+        ):
+            beyond = np.flatnonzero(seen & (amount > most))
+            if beyond.size:
+                return (
+                    f"the foot's marker {label!r} {what} by {100.0 * amount[seen].max():.2g} cm at "
+                    f"{time[beyond[0]]:.1f} s, where standing allows {100.0 * most:g} cm: a step, repeat "
+                    "the trial"
+                )
+    return None
+
+
+def _other_support(prepared: PreparedTrial, options: StandingOptions) -> str | None:
+    other, allowed = BELTS[options.belt], options.limits.other_belt
+    belts = prepared.trial.axes["belt"].tolist()
+    if other not in belts:
+        return None
+    force = prepared.trial.values("force")[:, belts.index(other), 2]
+    aside = np.abs(prepared.filtered(force.astype(float)))
+    beyond = np.flatnonzero(aside > allowed * options.person.weight)
+    if not beyond.size:
+        return None
+    return (
+        f"{aside.max() / options.person.weight:.0%} of the weight was on the other belt at "
+        f"{prepared.time[beyond[0]]:.1f} s, where standing allows {allowed:.0%}: a step, repeat the trial"
+    )
+
+
+def _unloading(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
+    f_z, rate, limits, weight = stance.f_z, prepared.rate_hz, options.limits, options.person.weight
+    for start, stop in runs_of(f_z < (1.0 - limits.unloading) * weight):
+        if stop - start > limits.unloading_s * rate:
+            return (
+                f"{1.0 - f_z[start:stop].min() / weight:.0%} of the weight left the plate at "
+                f"{prepared.time[start]:.1f} s for {(stop - start) / rate:.2g} s, where standing allows "
+                f"{limits.unloading:.0%}: a stumble into the harness, repeat the trial"
+            )
+    return None
+
+
+def _lean(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
+    lean, allowed = np.abs(stance.shank - np.median(stance.shank)), options.limits.lean_rad
+    seen = _seen(stance.hidden.any(axis=1), prepared.rate_hz)
+    beyond = np.flatnonzero(seen & (lean > allowed))
+    if not beyond.size:
+        return None
+    return (
+        f"the shank leaned {np.degrees(lean[seen].max()):.2g} degrees from upright at "
+        f"{prepared.time[beyond[0]]:.1f} s, where standing allows {np.degrees(allowed):.2g}: a stumble, "
+        "repeat the trial"
+    )
+
+
+def _seen(hidden: np.ndarray, rate_hz: float) -> np.ndarray:
+    """False from shortly before to shortly after every run of hidden samples, shape (n,)."""
+    seen, margin = ~hidden, round(AROUND_GAP_S * rate_hz)
+    for start, stop in runs_of(hidden):
+        seen[max(0, start - margin) : stop + margin] = False
+    return seen
+
+
+def _median_before(x: np.ndarray, seen: np.ndarray, samples: int) -> np.ndarray:
+    """Median of the visible samples among the ``samples`` before each, shape (n,), about every 0.1 s.
+
+    A centred median would follow a marker that moves to another place and stays there (unit of ``x``).
+    """
+    places = np.arange(0, x.size, max(1, samples // 20))
+    medians = np.empty(places.size)
+    # most stretches are whole and visible, and as long as each other
+    shown = np.concatenate([[0], np.cumsum(seen)])
+    start, stop = np.maximum(0, places - samples), places + 1
+    whole = (stop - start == samples + 1) & (shown[stop] - shown[start] == samples + 1)
+    if whole.any():
+        stretches = np.lib.stride_tricks.sliding_window_view(x, samples + 1)
+        medians[whole] = np.median(stretches[start[whole]], axis=1)
+    for k in np.flatnonzero(~whole):
+        part = slice(start[k], stop[k])
+        medians[k] = np.median(x[part][seen[part]] if seen[part].any() else x[part])
+    return np.interp(np.arange(x.size), places, medians)

@@ -1,0 +1,163 @@
+"""The opening of a trial on the treadmill: one filter, perturbations, rest, and loads of the plate.
+
+Every analysis of such a trial starts here. The perturbations are found in the measured belt velocity, so they
+are where the belt moved and not where it was told to move.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tepsipe.errors import InputError, listed
+from tepsipe.io.trial import Trial
+from tepsipe.signals.perturbations import (
+    Perturbation,
+    WindowOptions,
+    perturbations_of,
+    rest_samples,
+    unperturbed_samples,
+)
+
+# filters a signal, given with its rate (Hz)
+Filter = Callable[[np.ndarray, float], np.ndarray]
+
+
+@dataclass(frozen=True)
+class PreparedTrial:
+    """A trial on the treadmill, its filter, its perturbations and its rest.
+
+    Attributes
+    ----------
+    trial : Trial
+        Signals as ingested.
+    name : str
+        Names the trial in messages.
+    lowpass : callable
+        Filter of all signals; takes a signal and its rate (Hz).
+    belt_velocity : ndarray, shape (n,)
+        Filtered velocity of the belt (m/s).
+    perturbations : list of Perturbation
+        Their positions (samples).
+    at_rest : ndarray of bool, shape (n,)
+        Samples at rest.
+    """
+
+    trial: Trial
+    name: str
+    lowpass: Filter
+    belt_velocity: np.ndarray
+    perturbations: list[Perturbation]
+    at_rest: np.ndarray
+
+    @property
+    def time(self) -> np.ndarray:
+        """Instants (s), shape (n,)."""
+        return self.trial.time
+
+    @property
+    def rate_hz(self) -> float:
+        """Sampling rate (Hz)."""
+        return self.trial.rate_hz
+
+    @property
+    def markers(self) -> list[str]:
+        """Names of the markers, in the order of their positions (m)."""
+        return self.trial.axes["marker"].tolist()
+
+    @property
+    def onsets(self) -> tuple[int, ...]:
+        """First samples of the perturbations."""
+        return tuple(p.start for p in self.perturbations)
+
+    def filtered(self, x: np.ndarray) -> np.ndarray:
+        """``x``, shape (n, ...), behind the filter (unit of ``x``)."""
+        return self.lowpass(x, self.rate_hz)
+
+    def from_rest(self, x: np.ndarray) -> np.ndarray:
+        """``x``, shape (n,) or (n, c), less the straight line through its samples at rest (unit of ``x``)."""
+        return zero_line(x, self.time, self.at_rest)
+
+    def behind(self, lowpass: Filter) -> "PreparedTrial":
+        """The same perturbations and rest (samples) with another filter of all signals."""
+        velocity = lowpass(self.trial.values("belt_velocity"), self.rate_hz)
+        return replace(self, lowpass=lowpass, belt_velocity=velocity)
+
+    def load(self, belt: str) -> dict[str, np.ndarray]:
+        """Fy, Fz (N) and Mx (N·m) of one belt, filtered, each of shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the belt is not in the trial.
+        """
+        belts = self.trial.axes["belt"].tolist()
+        if belt not in belts:
+            raise InputError(
+                f"{self.name}: expected forces of the belt {belt!r}, found {listed(belts)}: "
+                "correct plate_treadmill.belt"
+            )
+        column = belts.index(belt)
+        force, moment = self.trial.values("force")[:, column], self.trial.values("moment")[:, column]
+        columns = {"Fy": force[:, 1], "Fz": force[:, 2], "Mx": moment[:, 0]}
+        return {key: self.filtered(x.astype(float)) for key, x in columns.items()}
+
+    def load_from_rest(self, belt: str) -> dict[str, np.ndarray]:
+        """`load` (N, N·m), zero at rest but for Fz, each of shape (n,).
+
+        Raises
+        ------
+        InputError
+            If the belt is not in the trial.
+        """
+        load = self.load(belt)
+        zeroed = {key: self.from_rest(x) for key, x in load.items()}
+        # the vertical force keeps the weight on the plate, only its drift is removed
+        return zeroed | {"Fz": zeroed["Fz"] + load["Fz"][self.at_rest].mean()}
+
+
+def prepare_trial(
+    trial: Trial, name: str, lowpass: Filter, window: WindowOptions, quiet_after_s: float | None = None
+) -> PreparedTrial:
+    """Filter the belt of a trial and find its perturbations and its rest.
+
+    Parameters
+    ----------
+    trial : Trial
+        ``belt_velocity`` (m/s), and whatever the analysis needs.
+    name : str
+        Names the trial in messages.
+    lowpass : callable
+        Filter of all signals; takes a signal and its rate (Hz).
+    window : WindowOptions
+        Search for perturbations and rest (s).
+    quiet_after_s : float, optional
+        For a person, who never rests: all time counts as rest that is far from perturbations, by this after
+        them (s). Otherwise it is the first and the last rest.
+
+    Returns
+    -------
+    PreparedTrial
+        The trial with its filter.
+
+    Raises
+    ------
+    InputError
+        If no perturbation or no rest is found.
+    """
+    velocity = lowpass(trial.values("belt_velocity"), trial.rate_hz)
+    perturbations = perturbations_of(velocity, trial.rate_hz, window, name)
+    if quiet_after_s is None:
+        at_rest = rest_samples(trial.time, window)
+    else:
+        margin_s = window.rest_margin_s
+        at_rest = unperturbed_samples(
+            trial.time.size, trial.rate_hz, perturbations, margin_s, quiet_after_s, name
+        )
+    return PreparedTrial(trial, name, lowpass, velocity, perturbations, at_rest)
+
+
+def zero_line(x: np.ndarray, time: np.ndarray, at_rest: np.ndarray) -> np.ndarray:
+    """``x`` less the straight line through its samples at rest, shape (n,) or (n, c) (unit of ``x``)."""
+    basis = np.column_stack([np.ones_like(time), (time - time.mean()) / np.ptp(time)])
+    return x - basis @ np.linalg.lstsq(basis[at_rest], x[at_rest], rcond=None)[0]
