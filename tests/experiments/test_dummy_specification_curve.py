@@ -11,12 +11,11 @@ from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
 from tepsipe.experiments.dummy.specification_curve import (
     FILTERED,
     REFERENCES,
+    SPECIFICATIONS,
     WINDOWS,
     SpecificationOptions,
     filters,
-    read_specification,
     specify_dummy,
-    write_specification,
 )
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Foot
@@ -96,8 +95,8 @@ def test_pathway_with_other_instants_has_no_column(trial):
 
 
 def test_table_is_read_as_it_was_written(rows, tmp_path):
-    write_specification(tmp_path / "specification.csv", rows)
-    back = read_specification(tmp_path / "specification.csv")
+    SPECIFICATIONS.write(tmp_path / "specification.csv", rows)
+    back = SPECIFICATIONS.read(tmp_path / "specification.csv")
     assert [row.choices for row in back] == [row.choices for row in rows]
     assert [row.role for row in back] == [row.role for row in rows]
     assert [row.K_Nm_per_rad for row in back] == pytest.approx([row.K_Nm_per_rad for row in rows], rel=1e-9)

@@ -13,12 +13,11 @@ from tepsipe.reporting.numbers.planned import planned_data
 from tepsipe.reporting.planned import (
     BOUND,
     NUMBER,
+    PLANNED_ROWS,
     RATIO,
     TYPE_A,
     plan_of_thesis,
     planned_value,
-    read_planned,
-    write_planned,
 )
 
 LEG_OF_DUMMY, FOOT_OF_DUMMY = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027), Foot(2.1, 0.055)
@@ -27,8 +26,8 @@ LEG_OF_DUMMY, FOOT_OF_DUMMY = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027)
 @pytest.fixture(scope="module")
 def rows(tmp_path_factory):
     path = tmp_path_factory.mktemp("planned") / "planned.csv"
-    write_planned(path, plan_of_thesis(LEG_OF_DUMMY, FOOT_OF_DUMMY, Joint(0.015, 0.1, 10.0), {}))
-    return read_planned(path)
+    PLANNED_ROWS.write(path, plan_of_thesis(LEG_OF_DUMMY, FOOT_OF_DUMMY, Joint(0.015, 0.1, 10.0), {}))
+    return PLANNED_ROWS.read(path)
 
 
 def test_uncertainty_falls_with_amplitude_and_no_estimator_is_below_its_bound(rows):

@@ -14,8 +14,8 @@ from tepsipe.experiments.dummy.results import (
     dummy_estimates,
     dummy_result,
 )
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
@@ -32,5 +32,5 @@ rows = dummy_estimates(snakemake.wildcards.condition, found, intervals)
 result = dummy_result(found)
 result.facts["checks"] = check_facts(verdict)
 write_result(output.fit, result)
-write_estimates(output.estimates, quoted_rows(flag_rows(rows, verdict), verdict))
-write_budgets(output.uncertainty, dummy_contributions(rows, found))
+ESTIMATES.write(output.estimates, quoted_rows(flag_rows(rows, verdict), verdict))
+CONTRIBUTIONS.write(output.uncertainty, dummy_contributions(rows, found))

@@ -24,8 +24,8 @@ from tepsipe.experiments.standing.thesis.results import (
     standing_result,
     stiffness_by_window,
 )
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import recommended, write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES, recommended
 from tepsipe.io.result import read_result, write_result
 from tepsipe.signals.onsets import OnsetOptions
 
@@ -87,6 +87,6 @@ result = standing_result(trials, fits, choices.pathway, latencies, facts, window
 write_result(snakemake.output.fit, with_budgets(result, fits))
 stretch = choices.sources.get("latency_s")
 rows = fit_estimates(task, fits, person.body.critical_stiffness, latencies, stretch)
-write_budgets(snakemake.output.uncertainty, budget_rows(rows, fits))
+CONTRIBUTIONS.write(snakemake.output.uncertainty, budget_rows(rows, fits))
 quoted = to_quote(broadband, fits, params.recommended)
-write_estimates(snakemake.output.estimates, recommended(rows, **params.recommended) if quoted else rows)
+ESTIMATES.write(snakemake.output.estimates, recommended(rows, **params.recommended) if quoted else rows)

@@ -4,22 +4,20 @@ import job
 
 job.start(snakemake)
 
-import csv
-
 import numpy as np
 
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.figures.wristalyzer_amplitudes import plot_amplitudes
+from tepsipe.reporting.recovery import RECOVERIES
 
 ESTIMATOR = "spectral-fit-periods"
 pooled = read_result(snakemake.input.pooled)
 names = list(pooled.facts["conditions"])
 rows = {
     (row.condition, row.quantity): row
-    for path in snakemake.input.estimates
-    for row in read_estimates(path)
+    for row in ESTIMATES.read(*snakemake.input.estimates)
     if row.estimator == ESTIMATOR
 }
 fitted = {
@@ -28,12 +26,11 @@ fitted = {
 }
 truth = None
 if snakemake.input.recovery:
-    with open(snakemake.input.recovery[0], newline="", encoding="utf-8") as file:
-        true = {
-            (row["condition"], row["quantity"]): float(row["truth"])
-            for row in csv.DictReader(file)
-            if row["experiment"] == "wristalyzer" and row["estimator"] == ESTIMATOR
-        }
+    true = {
+        (row.condition, row.quantity): row.truth
+        for row in RECOVERIES.read(*snakemake.input.recovery)
+        if row.experiment == "wristalyzer" and row.estimator == ESTIMATOR
+    }
     if all((c, "K") in true for c in names):
         truth = {quantity: np.array([true[c, quantity] for c in names]) for quantity in ("B", "K")}
 shares = {

@@ -8,11 +8,7 @@ from dummy_choices import dummy_options
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
 from tepsipe.experiments.dummy.leg_pathways import Pathway
-from tepsipe.experiments.dummy.specification_curve import (
-    SpecificationOptions,
-    specify_dummy,
-    write_specification,
-)
+from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS, SpecificationOptions, specify_dummy
 from tepsipe.io.trial import read_trial
 from tepsipe.mechanics.inverse_dynamics import Foot
 
@@ -32,4 +28,4 @@ found = specify_dummy(
     Pathway(**(snakemake.params.as_printed | {"marker_instants": "aligned"})),
     Pathway(**snakemake.params.recommended),
 )
-write_specification(snakemake.output.table, found)
+SPECIFICATIONS.write(snakemake.output.table, found)

@@ -8,9 +8,10 @@ from dummy_choices import dummy_options
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
 from tepsipe.experiments.planning.filter_trials import filter_estimates, lowpasses
+from tepsipe.io.tables import write_records
 from tepsipe.io.trial import read_trial
 from tepsipe.mechanics.inverse_dynamics import Foot
-from tepsipe.reporting.plan_tables import window_rows, write_rows
+from tepsipe.reporting.plan_tables import window_rows
 from tepsipe.treadmill.registry import load_treadmill_models, pick
 
 geometry, foot = snakemake.params.geometry, snakemake.params.foot
@@ -37,4 +38,4 @@ for lowpass in lowpasses(**filters):
         lowpass,
     )
     rows += window_rows(condition, found)
-write_rows(snakemake.output.windows, rows)
+write_records(snakemake.output.windows, rows)

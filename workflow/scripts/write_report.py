@@ -11,15 +11,15 @@ from pathlib import Path
 import pandas as pd
 from typeset import typeset
 
-from tepsipe.experiments.dummy.specification_curve import read_specification
-from tepsipe.experiments.position_manipulator.time_varying import read_varying
-from tepsipe.experiments.thesis_dummy.tables import read_cells
-from tepsipe.io.budget_table import read_budgets
-from tepsipe.io.estimates import read_estimates
+from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS
+from tepsipe.experiments.position_manipulator.time_varying import VARYING_ROWS
+from tepsipe.experiments.thesis_dummy.tables import CELL_ROWS
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.names import short_name
-from tepsipe.reporting.laboratory import read_laboratory
-from tepsipe.reporting.ledger import read_ledger
+from tepsipe.reporting.laboratory import LABORATORY_ROWS
+from tepsipe.reporting.ledger import CELL_VERDICTS
 from tepsipe.reporting.numbers import (
     abstract,
     budget,
@@ -42,9 +42,9 @@ from tepsipe.reporting.numbers import (
     wristalyzer,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
-from tepsipe.reporting.planned import read_planned
+from tepsipe.reporting.planned import PLANNED_ROWS
 from tepsipe.reporting.thesis_tables import read_table
-from tepsipe.treadmill.calibration import read_scores
+from tepsipe.treadmill.calibration import MODEL_SCORES
 
 choices, experiments = snakemake.params.choices, snakemake.params.experiments
 fits, paths = {}, iter(snakemake.input.fits)
@@ -78,17 +78,17 @@ data = {
     "slips": {},
     "reported": None if reported is None else study.reported_data(reported, snakemake.params.start_stiffness),
     "claims": None if claims is None else study.claims_data(claims),
-    "cells": cells_data(read_ledger(*snakemake.input.cells)) if snakemake.input.cells else None,
+    "cells": cells_data(CELL_VERDICTS.read(*snakemake.input.cells)) if snakemake.input.cells else None,
     "recovery": None if recovery is None else study.recovery_data(shown),
     "laboratory": None
     if recovery is None
-    else laboratory.laboratory_data(read_laboratory(snakemake.input.recovery[1])),
+    else laboratory.laboratory_data(LABORATORY_ROWS.read(snakemake.input.recovery[1])),
     "provenance": study.provenance_data(provenance),
     "flags": study.flags_data(estimates),
     "names": study.names_data(estimates, choices),
     "budgets": budget.budgets_data(
-        read_budgets(snakemake.input.uncertainty),
-        read_estimates(snakemake.input.estimates),
+        CONTRIBUTIONS.read(snakemake.input.uncertainty),
+        ESTIMATES.read(snakemake.input.estimates),
         snakemake.params.foot_pathway,
     ),
     "choices": choices,
@@ -118,14 +118,14 @@ if "wristalyzer" in experiments:
 if "dummy" in experiments:
     data["dummy"] = dummy.dummy_data(fits["dummy"], estimates, choices["dummy"], recovery, amplitudes)
     data["dummy"]["belt"] = shown_signals.belt_signals(fits["dummy"])
-    specifications = read_specification(snakemake.input.specification[0])
+    specifications = SPECIFICATIONS.read(snakemake.input.specification[0])
     data["dummy"]["specification"] = dummy.specification_data(specifications)
 if snakemake.input.thesis_dummy:
     found, cells = snakemake.input.thesis_dummy
-    data["thesis_dummy"] = thesis_dummy.thesis_dummy_data(read_result(found), read_cells(cells))
+    data["thesis_dummy"] = thesis_dummy.thesis_dummy_data(read_result(found), CELL_ROWS.read(cells))
 if snakemake.input.planned:
     data["planned"] = planned.planned_data(
-        read_planned(snakemake.input.planned[0]), snakemake.params.planned_joint
+        PLANNED_ROWS.read(snakemake.input.planned[0]), snakemake.params.planned_joint
     )
 if snakemake.input.forward:
     forward = pd.read_csv(snakemake.input.forward[0], dtype=text_columns)
@@ -148,7 +148,7 @@ if snakemake.input.noise:
 if "weight" in experiments:
     plate, scores = snakemake.input.plate
     data["weight"] = treadmill.weight_data(
-        fits, read_result(plate), read_scores(scores), estimates, choices["weight"]
+        fits, read_result(plate), MODEL_SCORES.read(scores), estimates, choices["weight"]
     ) | {"belt": snakemake.params.belt_of_models}
 if "weight" in experiments and "dummy" in experiments:
     data["foot"] = treadmill.foot_data(estimates, choices["dummy"], recovery, amplitudes)
@@ -175,7 +175,7 @@ if snakemake.input.participants:
 if "belt" in experiments:
     calibration, scores = snakemake.input.belt
     data["belt"] = treadmill.treadmill_data(
-        read_result(calibration), read_scores(scores), choices["belt"], snakemake.params.roles
+        read_result(calibration), MODEL_SCORES.read(scores), choices["belt"], snakemake.params.roles
     )
 if "position_manipulator" in experiments:
     data["position_manipulator"] = position_manipulator.manipulator_data(
@@ -188,7 +188,7 @@ if snakemake.input.operating_points:
     points, lines = (pd.read_csv(path, dtype=text) for path in snakemake.input.operating_points)
     data["operating_points"] = operating_points.operating_points_data(points, lines)
 if snakemake.input.time_varying:
-    rows = read_varying(snakemake.input.time_varying[0])
+    rows = VARYING_ROWS.read(snakemake.input.time_varying[0])
     data["time_varying"] = time_varying.time_varying_data(rows, list(fits["position_manipulator"]))
 data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
 data["summary"] = summary.summary_of(data)
