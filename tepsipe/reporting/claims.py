@@ -10,6 +10,7 @@ import numpy as np
 from tepsipe.errors import InputError
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.experiments.weight import shapes, speed_at_peak, usual_weight
+from tepsipe.experiments.wristalyzer.names import MODULUS
 from tepsipe.io.tables import Table
 from tepsipe.reporting import further_measures
 from tepsipe.reporting.findings import Findings
@@ -128,7 +129,7 @@ def _modulus_fits_at_start(f: Findings) -> float:
     found = [
         e.value
         for e in f.estimates
-        if (e.experiment, e.estimator, e.quantity) == ("wristalyzer", "spectral-fit-modulus", "K")
+        if (e.experiment, e.estimator, e.quantity) == ("wristalyzer", MODULUS, "K")
     ]
     return float(sum(abs(k - START_STIFFNESS) < 5e-4 for k in found))
 

@@ -14,8 +14,8 @@ import scipy
 
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import QUOTED, Estimate
+from tepsipe.io.recovery_table import Recovery
 from tepsipe.io.tables import Table
-from tepsipe.reporting.recovery import Recovery
 from tepsipe.statistics.coverage import CONFIDENCE, Share, share_of
 
 SHIFTED = "shifted"  # all laboratories that are not of the first set, together

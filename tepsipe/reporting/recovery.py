@@ -2,51 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from tepsipe.io.estimates import Estimate
-from tepsipe.io.tables import Table, Undefinable
+from tepsipe.io.recovery_table import Recovery
 
 SMALL, AT_WORK = "small movements", "the fitted windows"
 AT_PHASE = "the phase to which K belongs"
-
-
-@dataclass(frozen=True)
-class Recovery:
-    """One estimate and its true value; the fields are the columns of ``tables/recovery.csv``.
-
-    Attributes
-    ----------
-    experiment, condition, pathway, estimator, quantity, unit : str
-        The estimate, as in `tepsipe.io.estimates.Estimate`.
-    truth : float
-        The laboratory's constant, or the value of the nearest linear joint (``unit``).
-    value : float
-        The estimate (``unit``).
-    relative_error : float or None
-        (value - truth) / truth; None where it is not finite.
-    covered : bool or None
-        True if the 95 % interval contains the truth; None without an interval.
-    truth_of : str
-        Movements for which the truth holds.
-    """
-
-    experiment: str
-    condition: str
-    pathway: str
-    estimator: str
-    quantity: str
-    unit: str
-    truth: float
-    value: Undefinable
-    relative_error: float | None
-    covered: bool | None
-    truth_of: str
-
-
-RECOVERIES = Table(Recovery, "estimates beside the truth")
 
 
 def recovery_of(estimate: Estimate, truth: float, truth_of: str = SMALL) -> Recovery:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.io.csv_file import write_cells
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.readers.text_file import read_text
-from tepsipe.io.tables import write_cells
 
 # SEM_x is the thesis's "standard error of the mean" as printed, SE_x the standard error
 PARAMETER_ROWS = ["I", "B", "K", "SEM_I", "SEM_B", "SEM_K", "SE_I", "SE_B", "SE_K"]

@@ -9,15 +9,14 @@ from scipy import stats
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.wristalyzer.analysis import (
-    WristalyzerOptions,
     analyse_wristalyzer,
     cross_validate_wristalyzer,
     cross_validation_estimates,
-    prepare,
     wristalyzer_contributions,
     wristalyzer_estimates,
     wristalyzer_result,
 )
+from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, prepare
 from tepsipe.identification.admittance_fit import Bounds
 from tepsipe.statistics.uncertainty import Source
 
@@ -63,13 +62,13 @@ def rows_of(analysis, estimator):
 
 
 def test_whole_periods_recover_the_joint_through_the_filter():
-    found = analyse(trial_with()).fits["spectral-fit-periods"]
+    found = analyse(trial_with()).fitted["spectral-fit-periods"]
     assert found.parameters == pytest.approx(JOINT, rel=1e-3)
 
 
 def test_averaged_bins_recover_inertia_and_stiffness_and_bias_damping():
     averaged, whole = (
-        analyse(trial_with()).fits[name].parameters for name in ("spectral-fit", "spectral-fit-periods")
+        analyse(trial_with()).fitted[name].parameters for name in ("spectral-fit", "spectral-fit-periods")
     )
     assert averaged[[0, 2]] == pytest.approx(JOINT[[0, 2]], rel=0.03)
     assert abs(averaged[1] / JOINT[1] - 1.0) > 10.0 * abs(whole[1] / JOINT[1] - 1.0)
@@ -86,7 +85,7 @@ def test_rows_hold_every_quantity_of_every_estimator(noisy):
 
 @pytest.mark.parametrize("estimator", ["spectral-fit", "spectral-fit-periods"])
 def test_intervals_have_the_freedom_of_the_frequencies_that_were_fitted(estimator, noisy):
-    fitted = noisy.spectra[estimator].band(*OPTIONS.fit_band_hz).frequency_hz.size
+    fitted = noisy.fitted[estimator].spectrum.band(*OPTIONS.fit_band_hz).frequency_hz.size
     assert noisy.budgets[estimator].freedom_a == 2 * fitted - 3
     quantile = stats.t.ppf(0.975, noisy.budgets[estimator].effective_freedom[1])
     row = rows_of(noisy, estimator)["B"]
@@ -104,7 +103,7 @@ def test_interval_of_stiffness_over_periods_holds_the_joint_and_the_modulus_has_
 
 
 def test_error_is_the_sum_of_squares_that_the_fit_left(noisy):
-    assert rows_of(noisy, "spectral-fit")["error"].value == noisy.fits["spectral-fit"].cost
+    assert rows_of(noisy, "spectral-fit")["error"].value == noisy.fitted["spectral-fit"].search.cost
     assert rows_of(noisy, "spectral-fit")["error"].unit == "1"
 
 
@@ -117,8 +116,8 @@ def test_angle_is_predicted_from_the_torque_alone():
 
 def test_trial_without_a_period_is_fitted_from_averaged_bins_only():
     found = analyse(trial_with(), replace(OPTIONS, perturbation_period_s=None))
-    assert set(found.fits) == {"spectral-fit", "spectral-fit-modulus"}
-    assert found.profile.interval[0] < found.fits["spectral-fit"].parameters[2]
+    assert set(found.fitted) == {"spectral-fit", "spectral-fit-modulus"}
+    assert found.profile.interval[0] < found.fitted["spectral-fit"].parameters[2]
 
 
 def test_record_that_nothing_is_left_of_is_refused():
@@ -144,7 +143,7 @@ def test_cross_validation_predicts_every_trial_with_every_trials_parameters():
     own = [rows_of(a, "spectral-fit")["VAF_trial"].value for a in (stiff, soft)]
     assert np.diag(matrix) == pytest.approx(own)
     assert (matrix[~np.eye(2, dtype=bool)] < 80.0).all()
-    crossed = soft.prepared.prediction_vaf(stiff.fits["spectral-fit"].parameters)
+    crossed = soft.prepared.prediction_vaf(stiff.fitted["spectral-fit"].parameters)
     assert matrix[0, 1] == pytest.approx(crossed)
 
 
@@ -187,9 +186,7 @@ QUICK = replace(
 
 
 def of_estimator(analysis, estimator):
-    if estimator == "period-regression":
-        return analysis.regression.parameters
-    return analysis.fits[estimator].parameters
+    return analysis.fitted[estimator].parameters
 
 
 @pytest.mark.parametrize("name", SOURCES)

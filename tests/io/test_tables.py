@@ -7,7 +7,8 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.io.tables import NO_COLUMN, Table, Undefinable, write_records
+from tepsipe.io.csv_file import write_records
+from tepsipe.io.tables import NO_COLUMN, Table, Undefinable
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import yaml
 from tepsipe.errors import InputError
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.reporting.coverage import (
     COVERAGE_ROWS,
     DROPPED_ROWS,
@@ -29,7 +30,7 @@ from tepsipe.reporting.coverage import (
 from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.numbers.coverage import _list, coverage_data
-from tepsipe.reporting.recovery import RECOVERIES, recovery_of
+from tepsipe.reporting.recovery import recovery_of
 from tepsipe.statistics.coverage import clopper_pearson, share_of
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of

@@ -9,7 +9,7 @@ import pytest
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.several_joints import MODELS, epochs_of, estimate, predict, read_draws
-from tepsipe.io.tables import write_records
+from tepsipe.io.csv_file import write_records
 from tepsipe.reporting.figures.several_joints import plot_several_joints
 from tepsipe.reporting.numbers.several_joints import joints_data
 from tepsipe.reporting.several_joints import element_rows, model_rows, movement, set_rows

@@ -10,9 +10,10 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.io.result import Result, read_result, write_result
 from tepsipe.reporting.claims import CLAIM_VERDICTS, MEASURES, Findings, check_claims
-from tepsipe.reporting.recovery import RECOVERIES, compare_with_truth, recovery_of, true_parameters
+from tepsipe.reporting.recovery import compare_with_truth, recovery_of, true_parameters
 from tepsipe.reporting.thesis_tables import ROWS, lay_out_table, read_table, write_table
 
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}

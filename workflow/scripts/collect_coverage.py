@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.reporting.coverage import (
     COVERAGE_ROWS,
     DROPPED_ROWS,
@@ -21,7 +22,6 @@ from tepsipe.reporting.coverage import (
     outcomes_of,
 )
 from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
-from tepsipe.reporting.recovery import RECOVERIES
 
 laboratories, outcomes = [], []
 tables = zip(

@@ -6,7 +6,8 @@ job.start(snakemake)
 
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.readers.text_table import read_text_table
-from tepsipe.reporting.recovery import RECOVERIES, compare_phases_with_truth
+from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.reporting.recovery import compare_phases_with_truth
 
 curves = {
     condition: read_text_table(path, {name: name for name in ("percent", "I", "B", "K")}, ",")

@@ -5,9 +5,10 @@ import job
 job.start(snakemake)
 
 from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.laboratory import LABORATORY_ROWS, laboratory_rows
-from tepsipe.reporting.recovery import RECOVERIES, compare_with_truth
+from tepsipe.reporting.recovery import compare_with_truth
 from tepsipe.reporting.true_motion import linear_truth, linear_truth_standing, read_true_motion
 
 params = snakemake.params

@@ -7,12 +7,12 @@ job.start(snakemake)
 import numpy as np
 
 from tepsipe.experiments.wristalyzer.analysis import (
-    WristalyzerOptions,
     analyse_wristalyzer,
     wristalyzer_contributions,
     wristalyzer_estimates,
     wristalyzer_result,
 )
+from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
 from tepsipe.identification.admittance_fit import Bounds
 from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES

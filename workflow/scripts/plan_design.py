@@ -12,7 +12,7 @@ from plan_choices import design_of
 from tepsipe.experiments.planning.design import FOOT, LEG
 from tepsipe.experiments.planning.monte_carlo import draw_estimates
 from tepsipe.experiments.planning.plan import plan_experiment
-from tepsipe.io.tables import write_records
+from tepsipe.io.csv_file import write_records
 from tepsipe.reporting.plan_tables import checked_rows
 
 name, plan = snakemake.wildcards.design, snakemake.params.plan

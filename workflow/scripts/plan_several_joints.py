@@ -15,7 +15,7 @@ from tepsipe.experiments.planning.several_joints import (
     read_draws,
     sets_of,
 )
-from tepsipe.io.tables import write_records
+from tepsipe.io.csv_file import write_records
 from tepsipe.reporting.several_joints import element_rows, model_rows, set_rows
 
 joints = snakemake.params.joints

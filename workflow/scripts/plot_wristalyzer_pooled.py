@@ -6,19 +6,19 @@ job.start(snakemake)
 
 import numpy as np
 
+from tepsipe.experiments.wristalyzer.names import PERIODS
 from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.figures.wristalyzer_amplitudes import plot_amplitudes
-from tepsipe.reporting.recovery import RECOVERIES
 
-ESTIMATOR = "spectral-fit-periods"
 pooled = read_result(snakemake.input.pooled)
 names = list(pooled.facts["conditions"])
 rows = {
     (row.condition, row.quantity): row
     for row in ESTIMATES.read(*snakemake.input.estimates)
-    if row.estimator == ESTIMATOR
+    if row.estimator == PERIODS
 }
 fitted = {
     quantity: np.array([[row.value, row.ci_low, row.ci_high] for row in (rows[c, quantity] for c in names)]).T
@@ -29,7 +29,7 @@ if snakemake.input.recovery:
     true = {
         (row.condition, row.quantity): row.truth
         for row in RECOVERIES.read(*snakemake.input.recovery)
-        if row.experiment == "wristalyzer" and row.estimator == ESTIMATOR
+        if row.experiment == "wristalyzer" and row.estimator == PERIODS
     }
     if all((c, "K") in true for c in names):
         truth = {quantity: np.array([true[c, quantity] for c in names]) for quantity in ("B", "K")}

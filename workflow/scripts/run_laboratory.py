@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
-from tepsipe.reporting.recovery import RECOVERIES
+from tepsipe.io.recovery_table import RECOVERIES
 from workflow.support.laboratories import TABLES, forget, run
 
 about, folder = snakemake.params.about, Path(snakemake.output.laboratory).parent / "study"

@@ -13,6 +13,7 @@ from tepsipe.experiments.forward.study import (
     simulate_condition,
     simulation_result,
 )
+from tepsipe.experiments.wristalyzer.names import AS_PRINTED, PATHWAY
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
@@ -22,7 +23,7 @@ geometry, condition = snakemake.params.geometry, snakemake.wildcards.condition
 in_manipulator = ESTIMATES.read(*snakemake.input.wristalyzer)
 on_belt = ESTIMATES.read(snakemake.input.estimates)
 joints = {
-    "wristalyzer": mean_parameters(in_manipulator, "admittance", "spectral-fit"),
+    "wristalyzer": mean_parameters(in_manipulator, PATHWAY, AS_PRINTED),
     "tep": mean_parameters(on_belt, snakemake.params.as_printed),
     "corrected": mean_parameters(on_belt, snakemake.params.recommended),
 }

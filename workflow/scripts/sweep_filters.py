@@ -8,7 +8,7 @@ from dummy_choices import dummy_options
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
 from tepsipe.experiments.planning.filter_trials import filter_estimates, lowpasses
-from tepsipe.io.tables import write_records
+from tepsipe.io.csv_file import write_records
 from tepsipe.io.trial import read_trial
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.reporting.plan_tables import window_rows

@@ -5,6 +5,8 @@ from itertools import permutations
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS as OF_MANIPULATOR
+from tepsipe.experiments.wristalyzer.names import PATHWAY
 from tepsipe.identification.estimators import ESTIMATORS
 from tepsipe.reporting.laboratory import MECHANISMS
 from workflow.support.experiments import EXPERIMENTS, PARTS
@@ -496,7 +498,7 @@ class Study:
     def table_pathways(self, table: str) -> list[list]:
         """[pathway, estimator or None] of the thesis as printed, and as recommended."""
         if table_experiment(table) == "wristalyzer":
-            return [["admittance", "spectral-fit"], ["admittance", "spectral-fit-periods"]]
+            return [[PATHWAY, name] for name, estimator in OF_MANIPULATOR.items() if estimator.in_table]
         return [[self.settings["dummy"][key], None] for key in ("as_printed", "recommended")]
 
     def budgeted_foot(self) -> str | None:
