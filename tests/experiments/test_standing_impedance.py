@@ -10,13 +10,12 @@ from emg_builders import ramp_burst
 from standing_builders import RESPONSE_TIME, SIZES, bent, responses_with, twitched
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions, twitch
 from tepsipe.experiments.standing.thesis.impedance import (
-    ActiveOptions,
     StandingEstimator,
     StandingFit,
     fit_standing,
     standing_estimates,
-    twitch,
 )
 from tepsipe.experiments.standing.thesis.results import fit_all
 

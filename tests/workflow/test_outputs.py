@@ -8,7 +8,7 @@ import yaml
 from tepsipe.experiments.dummy import foot_pathways, leg_pathways
 from tepsipe.experiments.noise import filtered_noise
 from tepsipe.experiments.standing import joint_torque
-from tepsipe.experiments.standing.thesis import impedance
+from tepsipe.experiments.standing.muscle_torque import ACTIVE
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.signals import onsets
 from tepsipe.treadmill import registry
@@ -295,7 +295,7 @@ def test_schema_knows_the_names_that_the_library_knows(root):
         (leg["marker_instants"], leg_pathways.MARKER_SIGNALS),
         (foot["torque"], foot_pathways.FOOT_TORQUES),
         (person["torque"], joint_torque.TORQUES),
-        (standing["estimators"]["additionalProperties"]["properties"]["active"], impedance.ACTIVE),
+        (standing["estimators"]["additionalProperties"]["properties"]["active"], list(ACTIVE)),
         (standing["latency"]["properties"]["detector"], onsets.DETECTORS),
         (schema["$defs"]["noise_estimators"]["items"], filtered_noise.PROCESSINGS),
         (schema["$defs"]["family"]["items"], registry.FAMILY),

@@ -5,8 +5,9 @@ import numpy as np
 from tepsipe.experiments.standing.epochs import EpochOptions
 from tepsipe.experiments.standing.free_reflex.fit import FreeReflexOptions
 from tepsipe.experiments.standing.free_reflex.results import FreeReflexChoices
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import Person, StanceLimits, StandingOptions
-from tepsipe.experiments.standing.thesis.impedance import ActiveOptions, StandingEstimator
+from tepsipe.experiments.standing.thesis.impedance import StandingEstimator
 from tepsipe.mechanics.anthropometry import both_feet, standing_body
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.emg import EmgOptions

@@ -5,6 +5,7 @@ from itertools import permutations
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.standing.muscle_torque import ACTIVE
 from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS as OF_MANIPULATOR
 from tepsipe.experiments.wristalyzer.names import PATHWAY
 from tepsipe.identification.estimators import ESTIMATORS
@@ -510,7 +511,7 @@ class Study:
     def active_estimators(self) -> list[str]:
         """Estimators of the standing person that separate the muscle torque."""
         choices = self.settings["standing"]["estimators"]
-        return [name for name, choice in choices.items() if choice["active"] not in ("none", "free")]
+        return [name for name, choice in choices.items() if ACTIVE[choice["active"]].separates]
 
     def dummy_windows(self) -> dict[str, float | None]:
         """Pathway of the dummy with estimates of windows -> length (s), None if that of the pulse."""

@@ -15,7 +15,8 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     FreeReflexOptions,
     fit_free_reflex,
 )
-from tepsipe.experiments.standing.thesis.impedance import FREE, UNITS, StandingEstimator, StandingFit
+from tepsipe.experiments.standing.muscle_torque import FREE, NONE
+from tepsipe.experiments.standing.thesis.impedance import UNITS, StandingEstimator, StandingFit
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.experiments.standing.thesis.results import Fits, generator
 from tepsipe.io.budget_table import Contribution
@@ -123,7 +124,7 @@ def _pre_reflex(
 ) -> tuple[np.ndarray, Budget] | None:
     """B and K in the first window without active torque less those of a fit, and the budget of this."""
     for estimator in estimators.values():
-        plain = estimator.active == "none" and not estimator.inertia
+        plain = estimator.active == NONE and not estimator.inertia
         if plain and estimator.window_s <= options.windows_s[1]:
             return difference_from_window(trials, fit, estimator.window_s, options, sources)
     return None

@@ -4,19 +4,7 @@
 
 for mean responses relative to unperturbed standing. phi is the ankle angle, tau the torque of both ankles.
 In the pre-reflex window, before the first reflex can generate force, tau_active is 0. Later the muscles
-contribute:
-
-    none       tau_active = 0: B and K then include the effect of reflexes in the window
-    velocity   tau_active = h * [ G_+ [phi'(t - L)]_+  -  G_- [-phi'(t - L)]_+  +  P phi(t - D)
-                               +  Q phi'(t - D) ]
-    emg        tau_active = h * sum_m F_m e_m(t)
-    free       tau_active of unknown shape: `tepsipe.experiments.standing.free_reflex.fit`
-
-with the delays L of the reflex and D of balance (s), gains G, P, Q, rectified electromyogram e_m (uV), torque
-per drive F_m >= 0 (N·m/uV), with the sign of the muscle's action at the ankle, and twitch response h,
-critically damped and of second order with time constant T (s) (Milner-Brown, Stein & Yemm 1973):
-
-    T^2 x'' + 2 T x' + x = u
+contribute; `tepsipe.experiments.standing.muscle_torque` has the models of tau_active, with delays L, D and T.
 
 Linear parameters follow from least squares; L, D and T are selected from a grid. The uncertainty is that of
 whole responses: perturbed and unperturbed responses are both resampled, torque and angle of each together.
@@ -30,15 +18,15 @@ import scipy
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
-from tepsipe.identification.cascade.pathways import delayed
+from tepsipe.experiments.standing.muscle_torque import (
+    ACTIVE,
+    BY_LEAST_SQUARES,
+    FILTER_WIDTH_S,
+    ActiveOptions,
+    MeanResponses,
+)
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.statistics.uncertainty import Budget
-
-# the last is fitted by `tepsipe.experiments.standing.free_reflex.fit`
-FREE = "free"
-ACTIVE = ("none", "velocity", "emg", FREE)
-# time by which a zero-lag low-pass of about 20 Hz advances the start of a response (s)
-FILTER_WIDTH_S = 0.03
 
 
 @dataclass(frozen=True)
@@ -51,32 +39,13 @@ class StandingEstimator:
         Length of the fitted window from the onset (s).
     inertia : bool
         Whether I is estimated; the torque does not contain the inertia of the feet or of the body.
-    active : {"none", "velocity", "emg", "free"}
-        Model of the delayed torque of the muscles.
+    active : str
+        Model of the delayed torque of the muscles, of `tepsipe.experiments.standing.muscle_torque.ACTIVE`.
     """
 
     window_s: float
     inertia: bool
     active: str
-
-
-@dataclass(frozen=True)
-class ActiveOptions:
-    """Values that are tried for the torque of the muscles.
-
-    Attributes
-    ----------
-    twitch_s, reflex_delay_s, balance_delay_s : tuple of float
-        T, L and D that are tried (s).
-    action : dict of str to float
-        Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward (-); others do not act at
-        the ankle.
-    """
-
-    twitch_s: tuple[float, ...]
-    reflex_delay_s: tuple[float, ...]
-    balance_delay_s: tuple[float, ...]
-    action: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -147,40 +116,9 @@ UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 MOTION = {"I": "ankle_dd", "B": "ankle_d", "K": "ankle"}
 
 
-def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
-    """Twitch response of muscles at rest at first, T^2 x'' + 2 T x' + x = u, along the last axis (unit of u).
-
-    Parameters
-    ----------
-    u : ndarray, shape (..., n)
-        Drive (any unit).
-    step_s, twitch_s : float
-        Sampling interval and T (s).
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-        x (unit of ``u``), by the bilinear rule.
-    """
-    ratio = 2.0 * twitch_s / step_s
-    denominator = np.array([(1.0 + ratio) ** 2, 2.0 * (1.0 - ratio**2), (1.0 - ratio) ** 2])
-    return scipy.signal.lfilter(
-        np.array([1.0, 2.0, 1.0]) / denominator[0], denominator / denominator[0], u, axis=-1
-    )
-
-
-@dataclass(frozen=True)
-class _Means:
-    """Mean responses of one trial relative to unperturbed standing, per resampling: shape (1 + draws, n)."""
-
-    time: np.ndarray
-    signals: dict[str, np.ndarray]
-    drive: dict[str, np.ndarray]
-
-
 def _means(
     responses: StandingEpochs, pathway: str, muscles: tuple[str, ...], draws: int, rng: np.random.Generator
-) -> _Means:
+) -> MeanResponses:
     count = responses.count
     quiet = next(iter(responses.unperturbed.values())).shape[0]
     weights = np.vstack([np.ones(count), rng.multinomial(count, np.full(count, 1.0 / count), draws)])
@@ -201,7 +139,7 @@ def _means(
         return parts(weights, usable) @ perturbed - parts(beside, unperturbed_usable) @ unperturbed
 
     wanted = [*MOTION.values(), f"torque/{pathway}"]
-    return _Means(
+    return MeanResponses(
         responses.time,
         {key: mean(responses.perturbed[key], responses.unperturbed[key]) for key in wanted},
         {
@@ -215,29 +153,6 @@ def _means(
             if muscle in muscles
         },
     )
-
-
-def _active_columns(
-    means: _Means, active: str, delays: dict[str, float], options: ActiveOptions, muscles: tuple[str, ...]
-) -> list[np.ndarray]:
-    """Regressors of the active torque, each of shape (1 + draws, n)."""
-    if active == "none":
-        return []
-    step = float(means.time[1] - means.time[0])
-    # activity before the onset, minus the width of the filter, is no response
-    answered = means.time >= -FILTER_WIDTH_S
-    if active == "emg":
-        drive = {muscle: means.drive[muscle] * answered for muscle in muscles}
-        return [options.action[muscle] * twitch(drive[muscle], step, delays["T"]) for muscle in muscles]
-    angle, velocity = (means.signals[key] * answered for key in ("ankle", "ankle_d"))
-
-    def late(x: np.ndarray, delay_s: float) -> np.ndarray:
-        return delayed(x.T, delay_s, 1.0 / step).T
-
-    stretch = late(velocity, delays["L"])
-    columns = [np.maximum(stretch, 0.0), np.minimum(stretch, 0.0)]
-    columns += [late(x, delays["D"]) for x in (angle, velocity)]
-    return [twitch(column, step, delays["T"]) for column in columns]
 
 
 def fit_standing(
@@ -275,9 +190,9 @@ def fit_standing(
     InputError
         If the model is unknown, or the window is longer than the responses.
     """
-    if estimator.active not in ACTIVE[:-1]:
+    if estimator.active not in BY_LEAST_SQUARES:
         raise InputError(
-            f"expected an active torque of {', '.join(ACTIVE[:-1])}, found {estimator.active!r}: "
+            f"expected an active torque of {', '.join(BY_LEAST_SQUARES)}, found {estimator.active!r}: "
             "correct active in standing.estimators"
         )
     time = trials[0].time
@@ -286,8 +201,8 @@ def fit_standing(
             f"expected a window within the responses of {time[-1]:g} s, found {estimator.window_s:g} s: "
             "shorten it or lengthen the responses in the configuration"
         )
-    muscles: tuple[str, ...] = ()
-    if estimator.active == "emg":
+    model, muscles = ACTIVE[estimator.active], ()
+    if model.by_muscle:
         shared = [set(responses.muscles) for responses in trials]
         muscles = tuple(m for m in options.action if all(m in own for own in shared))
         if not muscles:
@@ -303,23 +218,23 @@ def fit_standing(
         """Shape (rows, samples of all trials, p)."""
         parts = []
         for m in means:
-            part = _Means(
+            part = MeanResponses(
                 m.time,
                 {key: x[rows] for key, x in m.signals.items()},
                 {key: x[rows] for key, x in m.drive.items()},
             )
             columns = [part.signals[MOTION[name]] for name in linear]
-            columns += _active_columns(part, estimator.active, delays, options, kept)
+            columns += model.regressors(part, delays, options, kept)
             parts.append(np.stack(columns, axis=-1)[:, inside])
         return np.concatenate(parts, axis=1)
 
     def left_by(delays: dict[str, float]) -> np.ndarray:
         j = regressors(delays, slice(0, 1), muscles)[0]
-        return torque[0] - j @ _solve(j, torque[0], len(linear), estimator.active)
+        return torque[0] - j @ _solve(j, torque[0], len(linear), model.by_muscle)
 
-    delays, ranges = _selected(_grid(estimator.active, options), left_by, len(means), len(linear))
-    if estimator.active == "emg":
-        first = _solve(regressors(delays, slice(0, 1), muscles)[0], torque[0], len(linear), "emg")
+    delays, ranges = _selected(model.grid(options), left_by, len(means), len(linear))
+    if model.by_muscle:
+        first = _solve(regressors(delays, slice(0, 1), muscles)[0], torque[0], len(linear), True)
         # gains at their bound of 0 remain there
         muscles = tuple(m for m, gain in zip(muscles, first[len(linear) :], strict=True) if gain > 0.0)
     j = regressors(delays, slice(None), muscles)
@@ -336,9 +251,8 @@ def fit_standing(
     ends = np.cumsum([inside.sum()] * len(means))[:-1]
     parts = [np.split(x, ends) for x in (torque[0], intrinsic, predicted - intrinsic)]
     angles = [m.signals["ankle"][0, inside] for m in means]
-    gains = {"none": (), "velocity": ("G_plus", "G_minus", "P", "Q"), "emg": tuple(f"F_{m}" for m in muscles)}
     return StandingFit(
-        names=(*linear, *gains[estimator.active]),
+        names=(*linear, *model.gains_of(muscles)),
         parameters=parameters,
         delays=delays,
         vaf=100.0 * (1.0 - float(np.sum((torque[0] - predicted) ** 2) / np.sum(torque[0] ** 2))),
@@ -383,7 +297,7 @@ def _selected(
 
 def _at_bound(ranges: dict[str, tuple[float, float]], options: ActiveOptions) -> tuple[str, ...]:
     """Those of T, L and D of which only the first or the last of several values tried is not rejected."""
-    tried = {"T": options.twitch_s, "L": options.reflex_delay_s, "D": options.balance_delay_s}
+    tried = options.tried
     return tuple(
         key
         for key, (low, high) in ranges.items()
@@ -391,9 +305,9 @@ def _at_bound(ranges: dict[str, tuple[float, float]], options: ActiveOptions) ->
     )
 
 
-def _solve(j: np.ndarray, torque: np.ndarray, linear: int, active: str) -> np.ndarray:
-    """Least squares; the gains of electromyograms are non-negative, because muscles only pull."""
-    if active != "emg":
+def _solve(j: np.ndarray, torque: np.ndarray, linear: int, pulling: bool) -> np.ndarray:
+    """Least squares; the gains of muscles that only pull are non-negative."""
+    if not pulling:
         return np.linalg.lstsq(j, torque, rcond=None)[0]
     # I, B and K may have any sign: each is the difference of two non-negative unknowns
     scale = np.linalg.norm(j, axis=0)
@@ -404,19 +318,6 @@ def _solve(j: np.ndarray, torque: np.ndarray, linear: int, active: str) -> np.nd
     solution = found[: j.shape[1]].copy()
     solution[:linear] -= found[j.shape[1] :]
     return solution / scale
-
-
-def _grid(active: str, options: ActiveOptions) -> list[dict[str, float]]:
-    if active == "none":
-        return [{}]
-    if active == "emg":
-        return [{"T": t} for t in options.twitch_s]
-    return [
-        {"T": t, "L": reflex, "D": balance}
-        for t in options.twitch_s
-        for reflex in options.reflex_delay_s
-        for balance in options.balance_delay_s
-    ]
 
 
 def standing_estimates(

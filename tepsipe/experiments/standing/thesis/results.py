@@ -10,9 +10,8 @@ import numpy as np
 
 from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_result
 from tepsipe.experiments.standing.joint_torque import StandingTrial
+from tepsipe.experiments.standing.muscle_torque import FREE, NONE, ActiveOptions
 from tepsipe.experiments.standing.thesis.impedance import (
-    FREE,
-    ActiveOptions,
     StandingEstimator,
     StandingFit,
     fit_standing,
@@ -167,7 +166,7 @@ def stiffness_by_window(
     usable = [responses for responses in trials if responses.count]
     rows = []
     for window in windows_s if usable else []:
-        fit = fit_standing(usable, pathway, StandingEstimator(window, False, "none"), options, draws, rng)
+        fit = fit_standing(usable, pathway, StandingEstimator(window, False, NONE), options, draws, rng)
         value, _, low, high = fit.interval("K")
         rows.append([window, value, low, high])
     return np.array(rows).reshape(-1, 4)
