@@ -16,9 +16,10 @@ from tepsipe.experiments.wristalyzer.analysis import (
     wristalyzer_estimates,
     wristalyzer_result,
 )
+from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS, RECOMMENDED, Estimator, Fitted
 from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, prepare
 from tepsipe.identification.admittance_fit import Bounds
-from tepsipe.statistics.uncertainty import Source
+from tepsipe.statistics.uncertainty import Budget, Source
 
 JOINT = np.array([0.015, 0.1, 8.0])
 START = np.array([0.001, 0.1, 5.0])
@@ -225,3 +226,35 @@ def test_budget_rows_hold_scatter_and_every_source_of_every_estimator():
         own = [c.u for c in table if (c.estimator, c.quantity) == (row.estimator, row.quantity)]
         if own:
             assert row.standard_error == pytest.approx(np.sqrt(np.sum(np.square(own))))
+
+
+def test_estimator_in_the_registry_is_fitted_and_becomes_rows_with_its_budget(monkeypatch):
+    half = JOINT / 2.0
+
+    def function(record):
+        assert record.recorded("torque").size == record.prepared.kept.stop - record.prepared.kept.start
+        scatter = 0.1 * half
+        return Fitted(half, Budget(scatter, 10.0, {}), flags=("not-converged",))
+
+    monkeypatch.setitem(ESTIMATORS, "half", Estimator("half of the joint", function))
+    found = analyse(trial_with(), QUICK)
+    rows = rows_of(found, "half")
+    assert list(rows) == ["I", "B", "K", "VAF_trial"]
+    assert [rows[q].value for q in "IBK"] == half.tolist()
+    assert {row.flags for row in rows.values()} == {"not-converged"}
+    assert not any(row.recommended for row in rows.values())
+    table = wristalyzer_contributions(list(rows.values()), found.budgets)
+    assert {row.source for row in table} == {"scatter"} and rows["K"].u_type_a == pytest.approx(
+        0.05 * JOINT[2]
+    )
+    assert "half" not in wristalyzer_result(found).facts["converged"]
+
+
+def test_registry_names_what_is_recommended_and_what_a_trial_without_a_period_allows():
+    assert set(RECOMMENDED) <= set(ESTIMATORS)
+    assert not ESTIMATORS[RECOMMENDED[-1]].needs_period
+    assert [name for name, one in ESTIMATORS.items() if one.in_table] == [
+        "spectral-fit",
+        "spectral-fit-periods",
+    ]
+    assert all(one.meaning for one in ESTIMATORS.values())

@@ -187,5 +187,3 @@ ACTIVE = {
         "reflex torque of any smooth shape from its earliest instant on, by generalised least squares"
     ),
 }
-# models that are fitted by least squares
-BY_LEAST_SQUARES = tuple(name for name, model in ACTIVE.items() if model.regressors is not None)

@@ -20,7 +20,6 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
 from tepsipe.experiments.standing.muscle_torque import (
     ACTIVE,
-    BY_LEAST_SQUARES,
     FILTER_WIDTH_S,
     ActiveOptions,
     MeanResponses,
@@ -190,9 +189,10 @@ def fit_standing(
     InputError
         If the model is unknown, or the window is longer than the responses.
     """
-    if estimator.active not in BY_LEAST_SQUARES:
+    known = [name for name, model in ACTIVE.items() if model.regressors is not None]
+    if estimator.active not in known:
         raise InputError(
-            f"expected an active torque of {', '.join(BY_LEAST_SQUARES)}, found {estimator.active!r}: "
+            f"expected an active torque of {', '.join(known)}, found {estimator.active!r}: "
             "correct active in standing.estimators"
         )
     time = trials[0].time
