@@ -28,7 +28,7 @@ truth = None
 if snakemake.input.recovery:
     true = {
         (row.condition, row.quantity): row.truth
-        for row in RECOVERIES.read(*snakemake.input.recovery)
+        for row in RECOVERIES.read(snakemake.input.recovery[0])
         if row.experiment == "wristalyzer" and row.estimator == PERIODS
     }
     if all((c, "K") in true for c in names):
