@@ -4,7 +4,7 @@
 # make quick      the same without tests that are slow or run a study
 # make soak       the same for the campaign of damaged files, bad inputs and kills: at most 90 minutes (benchmarks/soak)
 # make lint       the same for the lint and format checks
-# make format     rewrite the code in the project's format
+# make format     rewrite the code in the project's format, and the tables of config/README.md
 # make wheel-test build a wheel, install it into an environment of its own, run the library's tests there
 #
 # make PYTHON=... another interpreter: CPython 3.11 (which alone has PyBullet), 3.12 or 3.13
@@ -48,6 +48,7 @@ format: environment
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow/rules
+	$(BIN)/python -m workflow.settings
 
 wheel-test:
 	$(PYTHON) tests/installed_wheel.py -n $(CORES)

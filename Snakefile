@@ -89,17 +89,13 @@ rule all:
 
 
 onstart:
-    start_jobs_when_jobs_end()
     runs.note_run()
-    start_jobs_warm()
 
 
 onsuccess:
-    warm.stop()
     runs.forget_run()
 
 
 onerror:
-    warm.stop()
     runs.forget_run()
     say_what_stopped(log)

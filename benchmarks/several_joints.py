@@ -18,19 +18,20 @@ import numpy as np
 import yaml
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "workflow" / "scripts")]
-
-from joint_choices import chain_of, limits_of, points_of
+sys.path.insert(0, str(ROOT))
 
 from tepsipe.experiments.planning.several_joints import (
     EXACT,
     UNKNOWN,
     WITHIN,
+    Point,
     Recording,
     epochs_of,
     estimate,
     sets_of,
 )
+from tepsipe.identification.several_joints.determined import Limits
+from tepsipe.mechanics.segment_chain import Chain
 from tepsipe.virtual_lab.chain_trials import chain_person, chain_protocol
 from tepsipe.virtual_lab.standing_chain import STEP_S, record_chain
 
@@ -134,7 +135,8 @@ def main() -> None:
     protocol = chain_protocol(joints["perturbations"], joints["protocol"], "auto")
     if given.epochs is not None:
         protocol = replace(protocol, epochs=given.epochs)
-    chain, points, limits = chain_of(joints), points_of(joints), limits_of(joints)
+    chain, limits = Chain.from_settings(joints["person"]), Limits.from_percent(**joints["limits"])
+    points = {name: Point.from_settings(one) for name, one in joints["perturbations"].items()}
     tolerance = 0.01 * joints["inertia_percent"]
     found = {(case[0], chosen): [] for case in chosen_cases for chosen in case[2] or sets_of(points)}
     for symmetric, of_person in ((True, person), (False, asymmetric(person))):

@@ -27,14 +27,20 @@ import yaml  # noqa: E402
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tepsipe.experiments.standing.epochs import cut_standing_epochs  # noqa: E402
+from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs  # noqa: E402
 from tepsipe.experiments.standing.free_reflex.broadband import cut_broadband  # noqa: E402
-from tepsipe.experiments.standing.free_reflex.results import fit_free, reflex_onset  # noqa: E402
-from tepsipe.experiments.standing.joint_torque import process_standing  # noqa: E402
-from tepsipe.experiments.standing.options import (  # noqa: E402
-    TorquePathway,
+from tepsipe.experiments.standing.free_reflex.results import (  # noqa: E402
+    FreeReflexChoices,
+    fit_free,
+    reflex_onset,
 )
-from tepsipe.experiments.standing.thesis.impedance import fit_standing  # noqa: E402
+from tepsipe.experiments.standing.joint_torque import process_standing  # noqa: E402
+from tepsipe.experiments.standing.options import StandingOptions, TorquePathway  # noqa: E402
+from tepsipe.experiments.standing.thesis.impedance import (  # noqa: E402
+    ActiveOptions,
+    StandingEstimator,
+    fit_standing,
+)
 from tepsipe.experiments.standing.thesis.latency import muscle_latency  # noqa: E402
 from tepsipe.ingest.plate_treadmill import TreadmillOptions  # noqa: E402
 from tepsipe.ingest.standing import ingest_standing_files  # noqa: E402
@@ -43,13 +49,6 @@ from tepsipe.signals.filters import Lowpass  # noqa: E402
 from tepsipe.signals.onsets import OnsetOptions  # noqa: E402
 from tepsipe.virtual_lab.person_mechanisms import MECHANISMS, without  # noqa: E402
 from tepsipe.virtual_lab.standing_trial import make_standing_trial  # noqa: E402
-from workflow.scripts.standing_choices import (  # noqa: E402
-    active_options,
-    epoch_options,
-    estimators_of,
-    free_reflex_choices,
-    standing_options,
-)
 from workflow.support.settings import settings_of  # noqa: E402
 
 DURATION_S, INTERVAL_S = 45.0, (3.6, 3.8)
@@ -125,14 +124,16 @@ class Analysis:
         config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
         self.section = section = settings_of(config)["standing"]
         analysis = section["analysis"]
-        self.standing = standing_options(section["person"], section["belt"], analysis, section["stance"])
-        self.cutting = epoch_options(analysis, section["emg"], section["ingest"]["max_gap_s"])
+        self.standing = StandingOptions.from_settings(
+            section["person"], section["belt"], analysis, section["stance"]
+        )
+        self.cutting = EpochOptions.from_settings(analysis, section["emg"], section["ingest"]["max_gap_s"])
         action = {muscle: choice["ankle_action"] for muscle, choice in section["muscles"].items()}
-        self.active = active_options(section["active"], action)
+        self.active = ActiveOptions.from_settings(section["active"], action)
         self.action = action
-        self.estimators = estimators_of(section["estimators"])
+        self.estimators = {key: StandingEstimator(**one) for key, one in section["estimators"].items()}
         self.estimator = self.estimators[ESTIMATOR]
-        self.choices = free_reflex_choices(
+        self.choices = FreeReflexChoices.from_settings(
             section["recommended"]["pathway"],
             section["free_reflex"],
             settings_of(config)["uncertainty"]["standing"],

@@ -1460,7 +1460,7 @@ SETTINGS = [
         (
             "a band from high to low",
             ("standing.emg.band_hz", [300.0, 20.0]),
-            "configuration: expected standing.emg.band_hz from low to high between 0 and inf",
+            "configuration: expected standing.emg.band_hz from low to high, found [300.0, 20.0]: turn it",
         ),
         (
             "a start beyond its bound",

@@ -1,6 +1,8 @@
 """Motions and spectra whose parameters are known, made without the library's formulas."""
 
+import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -57,6 +59,16 @@ def belt_pulses(time, onsets_s, peak_m_per_s):
     return position, velocity, acceleration
 
 
+def _belt_acceleration(t, onsets_s, peak_m_per_s):
+    """Belt acceleration of `belt_pulses` at one instant."""
+    found = 0.0
+    for onset in onsets_s:
+        x = (t - onset - 4.0 * PULSE_S) / PULSE_S
+        found += (x * x - 1.0) * math.exp(-0.5 * x * x)
+    return peak_m_per_s * math.exp(0.5) / PULSE_S * found
+
+
+@lru_cache(maxsize=64)
 def swing(joint, onsets_s=(2.0, 4.0, 6.0), peak_m_per_s=0.3, duration_s=10.0, leg=LEG):
     """The leg's motion, exact, from its non-linear equation of motion.
 
@@ -66,14 +78,19 @@ def swing(joint, onsets_s=(2.0, 4.0, 6.0), peak_m_per_s=0.3, duration_s=10.0, le
     about_ankle = leg.inertia_kgm2 + m * r**2 + joint.inertia
     neutral = joint.rest - m * g * r * np.sin(joint.rest) / joint.stiffness
 
-    def angular_acceleration(t, th, w):
-        push = m * r * belt_pulses(t, onsets_s, peak_m_per_s)[2] * np.cos(th)
+    def angular_acceleration(belt, th, w, sin, cos):
         bent = joint.damping * w + joint.stiffness * (th - neutral)
-        return (m * g * r * np.sin(th) - push - bent) / about_ankle
+        return (m * g * r * sin(th) - m * r * belt * cos(th) - bent) / about_ankle
+
+    def rates(t, x):
+        th, w = x.tolist()  # numbers of Python are several times as fast, one by one
+        return w, angular_acceleration(
+            _belt_acceleration(t, onsets_s, peak_m_per_s), th, w, math.sin, math.cos
+        )
 
     time = np.arange(round(duration_s * RATE_HZ)) / RATE_HZ
     solution = solve_ivp(
-        lambda t, x: (x[1], angular_acceleration(t, x[0], x[1])),
+        rates,
         (0.0, time[-1]),
         (joint.rest, 0.0),
         method="DOP853",
@@ -83,8 +100,8 @@ def swing(joint, onsets_s=(2.0, 4.0, 6.0), peak_m_per_s=0.3, duration_s=10.0, le
         max_step=0.02,
     )
     th, w = solution.y
-    w_rate = angular_acceleration(time, th, w)
     position, velocity, acceleration = belt_pulses(time, onsets_s, peak_m_per_s)
+    w_rate = angular_acceleration(acceleration, th, w, np.sin, np.cos)
     motion = SegmentMotion(
         time=time,
         theta=th,
@@ -95,7 +112,11 @@ def swing(joint, onsets_s=(2.0, 4.0, 6.0), peak_m_per_s=0.3, duration_s=10.0, le
         marker_residual_rms_m=0.0,
     )
     torque = joint.inertia * w_rate + joint.damping * w + joint.stiffness * (th - neutral)
-    return Swing(time, position, velocity, acceleration, motion, torque)
+    made = Swing(time, position, velocity, acceleration, motion, torque)
+    for x in (*vars(made).values(), *vars(motion).values()):
+        if isinstance(x, np.ndarray):
+            x.flags.writeable = False  # others get the same
+    return made
 
 
 def second_order_response(parameters, frequency_hz):

@@ -4,6 +4,7 @@ The person is one inverted pendulum on feet that do not turn; its ankles' torque
 at rest. Markers, plate and electromyograms are those of an ideal laboratory: no noise but the muscles' own.
 """
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -109,11 +110,17 @@ class Stance:
         """Belt position (m), velocity (m/s) and acceleration (m/s2)."""
         return sine_pulses(time, self.onsets_s, self.peak_m_per_s, self.pulse_s)
 
-    def angular_acceleration(self, time, th, w):
-        """Of a pendulum on a moving belt whose ankles bear its weight at rest (rad/s2)."""
+    def belt_acceleration(self, t):
+        """Belt acceleration (m/s2) at one instant."""
+        omega = 2.0 * math.pi / self.pulse_s
+        inside = (onset for onset in self.onsets_s if 0.0 <= t - onset <= self.pulse_s)
+        return sum(math.cos(omega * (t - onset)) * self.peak_m_per_s * omega for onset in inside)
+
+    def angular_acceleration(self, belt, th, w, sin=np.sin, cos=np.cos):
+        """Of a pendulum whose ankles bear its weight at rest, on an accelerated belt (m/s2, rad/s2)."""
         m, h = PERSON.body.mass_kg, PERSON.body.com_m
-        resisted = m * G * h * np.sin(LEAN_RAD) + self.stiffness * (th - LEAN_RAD) + self.damping * w
-        moment = m * G * h * np.sin(th) - m * h * self.belt(time)[2] * np.cos(th)
+        resisted = m * G * h * math.sin(LEAN_RAD) + self.stiffness * (th - LEAN_RAD) + self.damping * w
+        moment = m * G * h * sin(th) - m * h * belt * cos(th)
         return (moment - resisted) / (PERSON.body.inertia_kgm2 + m * h**2)
 
 
@@ -131,7 +138,9 @@ def _swaying(stance):
 
         def rates(t, x, first=start + 1e-9, last=stop - 1e-9):
             # at an edge the belt's acceleration jumps: each piece has its own side of it
-            return x[1], stance.angular_acceleration(min(max(t, first), last), x[0], x[1])
+            th, w = x.tolist()  # numbers of Python are several times as fast, one by one
+            belt = stance.belt_acceleration(min(max(t, first), last))
+            return w, stance.angular_acceleration(belt, th, w, math.sin, math.cos)
 
         piece = solve_ivp(
             rates, (start, stop), state, "DOP853", dense_output=True, rtol=1e-9, atol=1e-12, max_step=0.05
@@ -149,7 +158,7 @@ def sway(stance, time):
     th, w = np.empty((2, at.size))
     for k in np.unique(which):
         th[which == k], w[which == k] = pieces[k](at[which == k])
-    return th, w, stance.angular_acceleration(at, th, w)
+    return th, w, stance.angular_acceleration(stance.belt(at)[2], th, w)
 
 
 def plate_wrench(stance, time):

@@ -94,14 +94,13 @@ def warm_process():
 
 
 def snakemake(project, *arguments, config="tiny"):
-    """Run Snakemake as the command line does, jobs in forks: without the starts of Python."""
-    plugins = str(Path(project) / "workflow/plugins")
-    options = ["-c1", *arguments, "--executor", "warm", "--configfile", f"config/{config}.yaml"]
-    return warm_process().run(options, project, plugins)
+    """Run Snakemake as the command line does, in a fork of a process that has imported it."""
+    options = ["-c1", *arguments, "--configfile", f"config/{config}.yaml"]
+    return warm_process().run(options, project)
 
 
 def users_snakemake(project, *arguments, cores=2, config="tiny", env=None):
-    """Run Snakemake by the command that users type: every process and every job is a Python of its own."""
+    """Run Snakemake by the command that users type, in a Python of its own."""
     command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
     command += ["--configfile", f"config/{config}.yaml"]
     return subprocess.run(command, cwd=project, capture_output=True, text=True, env=env)

@@ -3,6 +3,8 @@
 import ast
 from pathlib import Path
 
+from syntax import nodes
+
 ROOT = Path(__file__).parents[1]
 MODULES = sorted(path for part in ("tepsipe", "workflow") for path in (ROOT / part).rglob("*.py"))
 # "unknown column 'x': did you mean 'y'?" says the same in fewer words
@@ -23,7 +25,7 @@ def text_of(node):
 
 def refusals(path):
     """Line and text of every InputError that a module raises with a message of its own."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes(path):
         call = node.exc if isinstance(node, ast.Raise) else None
         if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "InputError":
             text = text_of(call.args[0])

@@ -2,9 +2,11 @@
 
 import ast
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 import pytest
+from syntax import imports
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
@@ -34,22 +36,11 @@ def name_of(path):
 NAMES = {name_of(path): path for path in MODULES}
 
 
-def statements(path, at_import_only):
-    """Import statements of a module; those inside functions run later."""
-    tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
-    waiting = list(tree.body)
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            yield node
-        elif not (at_import_only and isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)):
-            waiting += list(ast.iter_child_nodes(node))
-
-
+@cache
 def imported(path, at_import_only=False):
     """Full names that a module imports: modules of the library by their own name."""
     found = set()
-    for node in statements(path, at_import_only):
+    for node in imports(path, at_import_only):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         else:
@@ -63,7 +54,10 @@ def room(name):
     return [*name.split("."), ""][1]
 
 
-ARROWS = {name: {n for n in imported(path) if n in NAMES} for name, path in NAMES.items()}
+@cache
+def arrows(name):
+    """Modules of the library that one of them imports."""
+    return imported(NAMES[name]) & NAMES.keys()
 
 
 def test_every_room_has_its_floor():
@@ -75,7 +69,7 @@ def test_every_room_has_its_floor():
 @pytest.mark.parametrize("name", [n for n in NAMES if room(n) in FLOORS])
 def test_a_module_imports_from_lower_floors_or_its_own_room(name):
     own = room(name)
-    for other in map(room, ARROWS[name] - {"tepsipe"}):
+    for other in map(room, arrows(name) - {"tepsipe"}):
         assert other == own or FLOORS[other] < FLOORS[own], f"{name} imports from {other}"
 
 
@@ -85,7 +79,7 @@ def test_no_circle():
     def visit(name, trail):
         assert name not in trail, " -> ".join([*trail[trail.index(name) :], name])
         if name not in done:
-            for other in ARROWS[name] - {"tepsipe"}:
+            for other in arrows(name) - {"tepsipe"}:
                 visit(other, [*trail, name])
             done.add(name)
 

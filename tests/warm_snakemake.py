@@ -14,14 +14,7 @@ import traceback
 from pathlib import Path
 
 # of others: what a study imports of this project belongs to the study's own copy
-PACKAGES = ("snakemake.cli", "snakemake.report", "jsonschema", "yaml")
-# what scripts need in forks of forks
-OF_SCRIPTS = (
-    *("ezc3d", "h5py", "edfio", "pandas", "matplotlib.pyplot"),
-    *(f"matplotlib.backends.backend_{name}" for name in ("svg", "agg")),
-    *(f"scipy.{name}" for name in ("fft", "interpolate", "io", "linalg", "ndimage", "optimize", "signal")),
-    *("scipy.special", "scipy.stats"),
-)
+PACKAGES = ("snakemake.cli", "snakemake.report", "pydantic", "yaml")
 
 
 class WarmSnakemake:
@@ -32,11 +25,11 @@ class WarmSnakemake:
             [sys.executable, __file__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
 
-    def run(self, arguments, folder, plugins):
-        """What ``subprocess.run`` would return of ``python -m snakemake`` in a folder, with plugins."""
+    def run(self, arguments, folder):
+        """What ``subprocess.run`` would return of ``python -m snakemake`` in a folder."""
         with tempfile.TemporaryDirectory() as temporary:
             said = [str(Path(temporary) / name) for name in ("stdout", "stderr")]
-            call = {"arguments": list(arguments), "folder": str(folder), "plugins": plugins, "said": said}
+            call = {"arguments": list(arguments), "folder": str(folder), "said": said}
             self._process.stdin.write(json.dumps(call) + "\n")
             self._process.stdin.flush()
             status = int(self._process.stdout.readline())
@@ -46,7 +39,7 @@ class WarmSnakemake:
 
 def serve():
     """Answer every line of the standard input with an exit status."""
-    for package in (*PACKAGES, *OF_SCRIPTS):
+    for package in PACKAGES:
         importlib.import_module(package)
     for line in sys.stdin:
         call = json.loads(line)
@@ -56,10 +49,9 @@ def serve():
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 
 
-def run(arguments, folder, plugins, said):
+def run(arguments, folder, said):
     """Exit status of Snakemake in a folder; what it says goes to two files."""
     from snakemake.cli import main
-    from snakemake_interface_executor_plugins.registry import ExecutorPluginRegistry
 
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -67,8 +59,6 @@ def run(arguments, folder, plugins, said):
         os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT), stream)
     os.chdir(folder)
     sys.path[0] = folder
-    sys.path.insert(1, plugins)
-    ExecutorPluginRegistry().collect_plugins()
     sys.argv = [str(Path(sys.modules["snakemake"].__file__).with_name("__main__.py")), *arguments]
     status = 0
     try:

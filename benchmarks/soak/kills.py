@@ -2,11 +2,11 @@
 
     .venv/bin/python benchmarks/soak/kills.py --kills 20 --seed 1
 
-Each time one of three is killed with SIGKILL: Snakemake alone (its jobs go on), Snakemake and all its jobs
-(as at a power cut), or one job (as where memory runs out). It is a violation if a resumed run fails, if a job
-that was killed is not named with its signal, or if a result differs by a byte. Logs and the HTML report,
-which holds times, are not compared. A study that is complete before all kills are done is compared, removed
-and made again.
+Each time one of three is killed with SIGKILL: Snakemake alone (its jobs must end with it), Snakemake and all
+its jobs (as at a power cut), or one job (as where memory runs out). It is a violation if a resumed run fails,
+if a job that was killed is not named with its signal, or if a result differs by a byte. Logs and the HTML
+report, which holds times, are not compared. A study that is complete before all kills are done is compared,
+removed and made again.
 """
 
 import argparse
@@ -34,6 +34,7 @@ TARGETS = ("snakemake", "snakemake and jobs", "one job")
 EARLIEST_S, LATEST_S = 0.5, 14.0
 NOT_COMPARED = ("logs/", "report/report.html")
 SAID = "said.txt"
+PRELOADED = "workflow.support.preload"  # in the command of the fork server and of its forks
 SIGKILL = "found it stopped by the signal SIGKILL"
 
 
@@ -146,6 +147,8 @@ def _kill(process: subprocess.Popen, project: Path, row: Kill, rng: np.random.Ge
         except ProcessLookupError:  # it has just ended
             row.target += ", which had ended"
     process.wait()
+    if row.target == "snakemake" and not _jobs_end(project):
+        row.violation = "jobs go on without their run"
     said = _said(project)
     if not victims and process.returncode == 0:
         return False
@@ -157,19 +160,30 @@ def _kill(process: subprocess.Popen, project: Path, row: Kill, rng: np.random.Ge
     return True
 
 
+def _jobs_end(project: Path, longest_s: float = 20.0) -> bool:
+    """Wait until no job is at work; False if one takes longer."""
+    deadline = time.monotonic() + longest_s
+    while any(_at_work(project)):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.05)
+    return True
+
+
 def _at_work(project: Path) -> tuple[list[int], list[int]]:
     """Process numbers of Snakemake, without those that unlock or report, and of its jobs."""
-    runs, jobs = [], {}
+    runs, forked = [], {}
     for process in psutil.process_iter(["cmdline", "cwd", "ppid"]):
         command = process.info["cmdline"] or []
         if process.info["cwd"] != str(project.resolve()):
             continue
-        if any(".snakemake/scripts/" in part for part in command):
-            jobs[process.pid] = process.info["ppid"]
+        if any(PRELOADED in part for part in command):
+            forked[process.pid] = process.info["ppid"]
         elif command[1:3] == ["-m", "snakemake"] and not {"--unlock", "--report"} & set(command):
             runs.append(process.pid)
-    # children of jobs read files under guard
-    return runs, [pid for pid, parent in jobs.items() if parent not in jobs]
+    # the fork server is no job, nor are children of jobs, which read files under guard
+    servers = {pid for pid, parent in forked.items() if parent not in forked}
+    return runs, [pid for pid, parent in forked.items() if parent in servers]
 
 
 def table(rows: list[dict]) -> str:

@@ -41,7 +41,7 @@ from tepsipe.virtual_lab.treadmill_files import (  # noqa: E402
     write_treadmill_log,
 )
 from tepsipe.virtual_lab.wristalyzer_trial import write_dflow_log  # noqa: E402
-from workflow.support.check import check_against_schema, check_config  # noqa: E402
+from workflow.settings.config import check_config  # noqa: E402
 from workflow.support.people import read_participants  # noqa: E402
 from workflow.support.trial_sheet import read_trial_sheet  # noqa: E402
 from workflow.support.yaml_file import read_settings  # noqa: E402
@@ -368,7 +368,6 @@ def configuration(folder: Path) -> list[Path]:
 def read_configuration(path: Path) -> dict:
     """A configuration that the study would accept."""
     content = read_settings(path)
-    check_against_schema(content, ROOT / "workflow/schemas/config.schema.yaml", str(path))
     check_config(content, str(path))
     return content
 

@@ -1,6 +1,7 @@
 """What the force plates and channels of a laboratory's recordings are."""
 
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -31,6 +32,13 @@ class ScaledChannel:
     channel: str
     m_per_s_per_unit: float | None = None
     offset: float = 0.0
+
+    @classmethod
+    def from_settings(cls, entry: dict) -> Self | None:
+        """Channel of its label, scale (m/s per unit) and offset; None without a label."""
+        if entry["channel"] is None:
+            return None
+        return cls(entry["channel"], entry["m_per_s_per_unit"], entry["offset"])
 
 
 @dataclass(frozen=True)
@@ -92,6 +100,27 @@ class RecordingOptions:
     velocity_markers: tuple[str, ...] = ()
     belt_command: ScaledChannel | None = None
     trigger: str | None = None
+
+    @classmethod
+    def from_settings(cls, recording: dict | None) -> Self:
+        """Options of a study (units in their names); None, of trials of several files, has the defaults."""
+        if recording is None:
+            return cls()
+        return cls(
+            forward=recording["axes"]["forward"],
+            up=recording["axes"]["up"],
+            plates={belt: tuple(numbers) for belt, numbers in recording["plates"].items()},
+            load_cells={
+                belt: tuple(LoadCell(**cell | {"position_m": tuple(cell["position_m"])}) for cell in cells)
+                for belt, cells in recording["load_cells"].items()
+            },
+            force_sign=recording["force_sign"],
+            reverse_origin=recording["reverse_origin"],
+            belt_velocity=ScaledChannel.from_settings(recording["belt_velocity"]),
+            velocity_markers=tuple(recording["belt_velocity"]["markers"]),
+            belt_command=ScaledChannel.from_settings(recording["belt_command"]),
+            trigger=recording["trigger"],
+        )
 
 
 def channel_of(recording: Recording, label: str, key: str) -> Channel:

@@ -7,17 +7,6 @@ from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.guarded import guarded
 
 
-class _State:
-    """Whether files are read without a child process."""
-
-    directly = False
-
-
-def read_directly() -> None:
-    """Read files (no unit) in this process from now on, which is a child itself and may crash."""
-    _State.directly = True
-
-
 def read_hdf5(
     read: Callable,
     path: str | Path,
@@ -47,7 +36,7 @@ def read_hdf5(
         If the file cannot be read, or takes more time or memory than allowed.
     """
     try:
-        return read(path) if _State.directly else guarded(read, path, what=path)
+        return guarded(read, path, what=path)
     except InputError:
         raise
     except Exception as error:  # h5py raises many kinds on damaged files

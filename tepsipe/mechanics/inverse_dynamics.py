@@ -11,6 +11,7 @@ about it (kg·m²), phi_f their angle (rad).
 
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -38,6 +39,12 @@ class Leg:
     com_m: float
     inertia_kgm2: float
     gravity_m_per_s2: float = 9.81
+
+    @classmethod
+    def from_settings(cls, geometry: dict) -> Self:
+        """Leg of the constants of a dummy: ``leg_mass_kg``, ``leg_com_m`` (kg, m) and so on."""
+        numbers = {name: geometry[f"leg_{name}"] for name in ("mass_kg", "com_m", "inertia_kgm2")}
+        return cls(**numbers, gravity_m_per_s2=geometry["gravity_m_per_s2"])
 
     def __post_init__(self):
         """Refuse what no leg can be.
@@ -143,6 +150,11 @@ class Foot:
 
     mass_kg: float
     height_m: float
+
+    @classmethod
+    def from_settings(cls, geometry: dict) -> Self:
+        """Foot of ``foot_mass_kg`` (kg) and ``foot_height_m`` (m)."""
+        return cls(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"])
 
 
 def foot_torque(

@@ -20,6 +20,7 @@ enter as factors only, so that masses that are not known are 2n unknowns.
 """
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -43,6 +44,12 @@ class Chain:
     com_m: tuple[float, ...]
     inertia_kgm2: tuple[float, ...]
     gravity_m_per_s2: float = 9.81
+
+    @classmethod
+    def from_settings(cls, person: dict) -> Self:
+        """Chain of lists of masses, lengths, centres of mass and moments of inertia (kg, m, kg m²)."""
+        lists = {key: tuple(person[key]) for key in ("mass_kg", "length_m", "com_m", "inertia_kgm2")}
+        return cls(**lists, gravity_m_per_s2=person["gravity_m_per_s2"])
 
     @property
     def constants(self) -> tuple[np.ndarray, np.ndarray]:

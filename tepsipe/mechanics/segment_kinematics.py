@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -26,6 +27,12 @@ class SegmentMarkers:
 
     labels: tuple[str, ...]
     layout_m: np.ndarray
+
+    @classmethod
+    def from_settings(cls, markers: list[dict]) -> Self:
+        """Markers of ``label``, ``anterior_offset_m`` and ``longitudinal_offset_m`` each (m)."""
+        layout = [[marker["anterior_offset_m"], marker["longitudinal_offset_m"]] for marker in markers]
+        return cls(tuple(marker["label"] for marker in markers), np.array(layout))
 
     def __post_init__(self):
         """Refuse a layout that determines no pose.

@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -82,6 +83,14 @@ class FamilyOptions:
     ripple: RippleOptions | None = field(default_factory=RippleOptions)
     frame: np.ndarray | None = None
     joint: Calibrated | None = None
+
+    @classmethod
+    def from_settings(cls, models: dict) -> Self:
+        """Options of a study; ``ripple`` (units in its names) is known of a travelling belt only."""
+        options = {key: value for key, value in models.items() if key not in ("family", "calibration_draws")}
+        if "ripple" in options:
+            options["ripple"] = RippleOptions(**options["ripple"])
+        return cls(**options)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from tepsipe.experiments.budgets import contributions_of, with_budget
 from tepsipe.io.budget_table import CONTRIBUTIONS, Contribution
 from tepsipe.io.estimates import ESTIMATES, Estimate, recommended
 from tepsipe.statistics.uncertainty import Budget, sources_of
-from workflow.support.check import check_against_schema
+from workflow.settings.config import check_config
 
 ROWS = [
     Estimate("dummy", "sine-0.3", "leg", "windowed-least-squares", "B", "Nms/rad", 0.1),
@@ -124,7 +124,7 @@ def test_settings_become_sources_and_null_switches_off():
 def test_a_wrong_source_stops_the_run_with_one_sentence(config, root, changes, words):
     config["uncertainty"]["dummy"] |= changes
     with pytest.raises(InputError) as error:
-        check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "my-study/config.yaml")
+        check_config(config, "my-study/config.yaml")
     text = str(error.value)
     assert text.startswith("my-study/config.yaml: ") and "\n" not in text
     for word in words:
@@ -133,7 +133,7 @@ def test_a_wrong_source_stops_the_run_with_one_sentence(config, root, changes, w
 
 def test_a_source_that_is_switched_off_is_accepted(config, root):
     config["uncertainty"]["dummy"]["leg_mass_kg"] = None
-    check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "configuration")
+    check_config(config, "configuration")
     assert "leg_mass_kg" not in sources_of(config["uncertainty"]["dummy"])
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from builders import LEG, RATE_HZ, Joint, assert_one_sentence, swing, trial_of
+from typst_builders import STUDY, chapter_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
@@ -22,7 +23,8 @@ from tepsipe.io.result import read_result, write_result
 from tepsipe.io.trial import Signal
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
-from tepsipe.reporting.numbers.simulations import forward_data
+from tepsipe.reporting.chapters import simulation
+from tepsipe.reporting.run import Run, report_content
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.statistics.goodness_of_fit import vaf
 
@@ -270,14 +272,13 @@ def test_report_tells_spans_of_vaf_and_which_legs_do_not_settle():
         )
         for quantity in ("theta", "tau", "tau_consistent")
     ]
-    data = forward_data(pd.DataFrame(map(vars, rows)), 0.001, "mujoco")
-    tep, corrected = data["rows"]
-    assert (tep["name"], corrected["name"]) == ("TEP-SIPE as printed", "TEP-SIPE, consistent")
-    assert tep["theta_perturbation"] == "10 to 20"
-    assert tep["tau_trial"] == "< \N{MINUS SIGN}1000 to 30"
-    assert corrected["theta_trial"] == "100"
-    assert (data["step_ms"], data["conditions"]) == ("1.0", "2")
-    assert data["engine"] == "the multi-body engine MuJoCo"
-    (told,) = data["unsettled"]
-    assert "S1" in told
-    assert "ends in a fall in S1" in told
+    study = STUDY | {"step_s": 0.001, "engine": "mujoco", "simulated": {"4_7": "sine-0.1", "4_8": "sine-0.2"}}
+    run = Run({"forward": pd.DataFrame(map(vars, rows))}, study=study)
+    tables = {"forward": run.tables["forward"].to_csv(index=False)}
+    words = chapter_words("simulation", report_content(run, {"simulation": simulation}), tables, cells=" | ")
+    # angle, printed and consistent torque: perturbations, then full dataset
+    assert "| TEP-SIPE as printed " + 3 * "| 10 to 20 | < \N{MINUS SIGN}1000 to 30 " in words
+    assert "| TEP-SIPE, consistent " + 3 * "| 100 | 100 " in words
+    assert "all 2 conditions are simulated with a step of 1.0 ms by the multi-body engine MuJoCo." in words
+    assert "with the parameters of TEP-SIPE as printed it ends in a fall in S1" in words
+    assert words.count(" in a fall ") == 1 and "S1, S2" not in words

@@ -1,11 +1,13 @@
 """The noise study from a recorded belt to its tables: trials, cells, rows, thesis Table 4-4."""
 
+import re
 from dataclasses import fields
 
 import numpy as np
 import pandas as pd
 import pytest
 from builders import LEG, RATE_HZ, assert_one_sentence, belt_pulses, trial_of
+from typst_builders import STUDY, chapter_words, evaluated
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
@@ -17,8 +19,9 @@ from tepsipe.experiments.noise.trial import SIGNALS, simulated_result, simulated
 from tepsipe.io.result import read_result, write_result
 from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
+from tepsipe.reporting.chapters import noise
 from tepsipe.reporting.noise_table import TABLE_4_4, TABLE_COLUMNS, table_4_4
-from tepsipe.reporting.numbers.simulations import noise_data
+from tepsipe.reporting.run import Run, report_content
 from tepsipe.reporting.thesis_tables import read_table, write_table
 from tepsipe.signals.perturbations import WindowOptions
 
@@ -337,19 +340,20 @@ def test_table_of_a_sweep_holds_the_truth_where_there_is_no_noise(rows):
 def test_report_tells_how_far_estimates_are_off(rows, config):
     choices = config["noise"] | {"table_snr_db": LEVELS_DB[1], "table_estimators": ESTIMATORS, "draws": 6}
     noisy = pd.DataFrame([vars(r) for r in rows if r.noise_on != "none"])
-    data = noise_data(noisy, choices)
-    assert [(r["estimator"], r["noise_on"]) for r in data["rows"]] == [
-        (e, target) for e in ESTIMATORS for target in ("tau", "theta", "both")
-    ]
-    assert data["cells"] == "12"
-    assert (data["level"], data["draws"]) == ("30", "6")
-    assert [float(x) for x in data["truth"]] == list(TRUTH)
-    for told in data["rows"]:
+    table = pd.DataFrame(columns=["quantity", "estimator", "pathway", "tau", "theta", "both"])
+    run = Run({"noise": noisy, "table_4_4": table}, settings={"noise": choices}, study=STUDY)
+    data = report_content(run, {"noise": noise}) | {"cells": None}
+    tables = {name: own.to_csv(index=False) for name, own in run.tables.items()}
+    words = chapter_words("noise", data, tables)
+    assert "with 6 draws of the noise for each of 12 combinations" in words
+    assert "with noise at 30 dB it obtained" in words and "on the recorded belt" in words
+    assert re.search(r"I = 0\.0150 .* B = 0\.100 .* K = 10\.0 N·m/rad, as in Table 4-4", words)
+    cells = [(estimator, target) for estimator in ESTIMATORS for target in ("tau", "theta", "both")]
+    asked = [f'means("{estimator}", "{target}", "K").last()' for estimator, target in cells]
+    for cell, told in zip(cells, evaluated(asked, "chapters/noise.typ", data, tables), strict=True):
         own = [
             r.mean
             for r in rows
-            if (r.estimator, r.noise_on, r.snr_db, r.quantity)
-            == (told["estimator"], told["noise_on"], LEVELS_DB[1], "K")
+            if (r.estimator, r.noise_on, r.snr_db, r.quantity) == (*cell, LEVELS_DB[1], "K")
         ]
-        off = 10.0 * abs(own[0] - 10.0)
-        assert float(told["K_off"]) == pytest.approx(off, abs=0.51)
+        assert float(told) == pytest.approx(10.0 * abs(own[0] - 10.0), abs=0.51)

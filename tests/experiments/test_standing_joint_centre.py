@@ -187,6 +187,9 @@ class Smooth(Stance):
         parts = (1.0 - c) ** 2 / (2.0 * omega), s * (1.0 - c), omega * (c - np.cos(2.0 * phases))
         return [scale * part.sum(axis=0).reshape(np.shape(time)) for part in parts]
 
+    def belt_acceleration(self, t):
+        return float(self.belt(t)[2])
+
 
 @pytest.mark.parametrize("window_s", [0.04, 0.06, 0.08])
 def test_smooth_pulses_return_the_truth_to_a_thousandth(window_s):

@@ -9,9 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tepsipe.experiments.standing.epochs import cut_standing_epochs
+from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import TorquePathway
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions
+from tepsipe.experiments.standing.options import StandingOptions, TorquePathway
+from tepsipe.experiments.standing.thesis.impedance import StandingEstimator
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.experiments.standing.thesis.results import fit_all
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
@@ -44,21 +46,16 @@ PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle", "ankle-thesis"
 @pytest.fixture(scope="module")
 def choices(shipped_config):
     """The section of the standing person, and the library's options that its scripts make of it."""
-    from workflow.scripts.standing_choices import (
-        active_options,
-        epoch_options,
-        estimators_of,
-        standing_options,
-    )
     from workflow.support.settings import settings_of
 
     section = settings_of(shipped_config)["standing"]
     analysis = section["analysis"]
-    standing = standing_options(section["person"], section["belt"], analysis, section["stance"])
-    cutting = epoch_options(analysis, section["emg"], section["ingest"]["max_gap_s"])
+    standing = StandingOptions.from_settings(section["person"], section["belt"], analysis, section["stance"])
+    cutting = EpochOptions.from_settings(analysis, section["emg"], section["ingest"]["max_gap_s"])
     ankle_action = {name: muscle["ankle_action"] for name, muscle in section["muscles"].items()}
-    active = active_options(section["active"], ankle_action)
-    return section, standing, cutting, estimators_of(section["estimators"]), active
+    active = ActiveOptions.from_settings(section["active"], ankle_action)
+    estimators = {name: StandingEstimator(**choice) for name, choice in section["estimators"].items()}
+    return section, standing, cutting, estimators, active
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from tepsipe.identification.estimators import Record, estimate
 from tepsipe.identification.likelihood.channels import DummyMarkers, dummy_markers
 from tepsipe.identification.likelihood.likelihood import fit_joint
 from tepsipe.identification.likelihood.model import Point
-from tepsipe.identification.likelihood.result import innovations
+from tepsipe.identification.likelihood.result import _law_forces, innovations
 from tepsipe.mechanics.rubber_joint import RubberJoint
 from tepsipe.mechanics.rubber_joint import swing as rubber_swing
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
@@ -110,6 +110,22 @@ def test_derivatives_are_those_of_the_model(still):
         expected = ((ahead.response - behind.response) * foot + ahead.own - behind.own) / (2.0 * step[k])
         slope = at.response_slopes[k] * foot + at.own_slopes[k]
         assert np.abs(slope - expected).max() < 1e-4 * np.abs(expected).max(), name
+
+
+def test_derivatives_of_the_softening_law_are_those_of_its_torque(small):
+    found = fit(small, softening=True)
+    law = {"C": 3.0, "B_s": 0.05, "log_phi_h": float(np.log(0.02)), "b_0": 0.005}
+    point = Point(found.point.names, found.point.values | law)
+
+    def torque(values):
+        moved = replace(found, point=replace(point, values=point.values | values))
+        return sum(moved.value(name) * _law_forces(moved)[name] for name in ("C", "B_s"))
+
+    slopes = _law_forces(replace(found, point=point))
+    for name, value in law.items():
+        step = 1e-6 * value
+        slope = (torque({name: value + step}) - torque({name: value - step})) / (2.0 * step)
+        assert np.abs(slopes[name] - slope).max() < 1e-5 * np.abs(slope).max(), name
 
 
 def test_a_leg_taken_twice_as_heavy_doubles_every_parameter(small, rng):

@@ -11,7 +11,7 @@ from tepsipe.errors import InputError
 from tepsipe.identification.regression.windows import damping_per_skew, regress_perturbations
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers, segment_motion
 from tepsipe.signals.differentiation import derivative
-from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
+from tepsipe.signals.perturbations import WindowOptions, perturbations_of
 from tepsipe.statistics.bootstrap import bootstrap_mean
 from tepsipe.statistics.least_squares import least_squares_line
 
@@ -194,20 +194,6 @@ def test_markers_that_do_not_ride_on_one_body_are_refused(upright):
     assert_one_sentence(caught.value, "rigid body")
 
 
-def test_rest_is_the_time_before_and_after_the_perturbations_without_their_margins():
-    time = np.arange(0.0, 10.0, 0.01)
-    at_rest = time[rest_samples(time, WINDOW)]
-    first, last = at_rest[at_rest < 5.0], at_rest[at_rest > 5.0]
-    assert (first[0], first[-1]) == pytest.approx((0.1, 1.9), abs=0.011)
-    assert (last[0], last[-1]) == pytest.approx((9.09, 9.89), abs=0.011)
-
-
-def test_trial_without_rest_is_refused():
-    with pytest.raises(InputError) as caught:
-        rest_samples(np.arange(0.0, 10.0, 0.01), replace(WINDOW, rest_after_s=0.1))
-    assert_one_sentence(caught.value, "rest")
-
-
 def test_leg_that_does_not_move_does_not_determine_the_parameters(upright):
     still = np.zeros_like(upright.motion.theta)
     motion = replace(upright.motion, theta=still, theta_d=still, theta_dd=still)
@@ -220,30 +206,6 @@ def test_unknown_torque_is_refused(upright):
     with pytest.raises(InputError) as caught:
         regress(upright, "legg")
     assert_one_sentence(caught.value, "'leg', 'leg-thesis'", "'legg'")
-
-
-def test_bootstrapped_interval_covers_a_known_mean_in_about_95_percent_of_draws(rng):
-    mean, covered = np.array([10.0, -0.2]), np.zeros(2)
-    repeats = 400
-    for _ in range(repeats):
-        values = mean + [1.0, 0.05] * rng.standard_normal((14, 2))
-        interval = bootstrap_mean(values, 400, rng)
-        covered += (interval.low <= mean) & (mean <= interval.high)
-    assert (0.90 * repeats <= covered).all()
-    assert (covered <= 0.99 * repeats).all()
-
-
-def test_bootstrapped_standard_error_is_that_of_a_mean(rng):
-    values = rng.standard_normal((14, 1))
-    interval = bootstrap_mean(values, 20000, rng)
-    assert interval.standard_error == pytest.approx(values.std(ddof=1) / np.sqrt(14.0), rel=0.03)
-
-
-def test_a_single_perturbation_says_nothing_about_its_spread(rng):
-    interval = bootstrap_mean(np.array([[0.1, 10.0]]), 100, rng)
-    assert np.isposinf(interval.standard_error).all()
-    assert np.isneginf(interval.low).all()
-    assert np.isposinf(interval.high).all()
 
 
 def test_interval_over_noisy_perturbations_covers_the_joint(rng):

@@ -10,7 +10,6 @@ from dflow_builders import write_mocap, write_record, write_rows
 from tepsipe.errors import InputError
 from tepsipe.ingest.dflow import DFlowOptions, read_dflow_files
 from tepsipe.io.readers.file_kind import DFLOW, kind_of
-from tepsipe.signals.time_alignment import common_signal_delay
 
 RATE_HZ = 100.0
 SECONDS = 20.0
@@ -173,18 +172,6 @@ def test_compressed_files_are_the_same(files):
     assert np.array_equal(
         a.channels["LeftBeltSpeed"].values, b.channels["LeftBeltSpeed"].values, equal_nan=True
     )
-
-
-def test_delay_of_two_records_of_one_signal(rng):
-    time = np.arange(0.0, 12.0, 0.01)
-    reference = belt_pulses(time, ONSETS_S[:3], 0.3)[1]
-    signal = 3.0 * belt_pulses(time[:-100] - 0.3456, ONSETS_S[:3], 0.3)[1] + 1.0
-    reference[30:40] = np.nan
-    delay, correlation, gain = common_signal_delay(reference, signal, 100.0, 2.0)
-    assert delay == pytest.approx(0.3456, abs=5e-4)
-    assert correlation > 0.95
-    assert gain == pytest.approx(1.0 / 3.0, rel=0.05)
-    assert common_signal_delay(np.ones(100), signal, 100.0, 0.5) == (0.0, 0.0, 0.0)
 
 
 # ---- what is refused ---------------------------------------------------------------------------

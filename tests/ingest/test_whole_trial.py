@@ -11,7 +11,7 @@ from standing_builders import CUTTING, OPTIONS
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
 from tepsipe.experiments.standing.epochs import cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
 from tepsipe.experiments.standing.muscle_torque import ActiveOptions
@@ -72,7 +72,6 @@ def ingested(dummy_files, one_file, options, labels):
 @pytest.fixture(scope="module")
 def dummy(shipped_config):
     """Options of the dummy's analysis, with the rests of the short laboratory."""
-    from workflow.scripts.dummy_choices import dummy_options
     from workflow.support.settings import settings_of
 
     section = settings_of(shipped_config)["dummy"]
@@ -80,7 +79,7 @@ def dummy(shipped_config):
     analysis.pop("bootstrap_draws")
     geometry = section["geometry"]
     foot = FootOptions(Foot(geometry["foot_mass_kg"], geometry["foot_height_m"]), "ankle", FIXED, "right")
-    return dummy_options(geometry, analysis, FIXED), foot
+    return DummyOptions.from_settings(geometry, analysis, FIXED), foot
 
 
 def leg(trial, dummy):
@@ -513,13 +512,13 @@ def test_electromyograms_of_unknown_unit_or_several_rates_are_refused(
 
 
 def test_settings_of_the_builder_are_these_options(shipped_config):
-    from workflow.scripts.recording_choices import recording_options
-
     section = shipped_config["plate_treadmill"]["recording"]
-    assert recording_options(section | single_c3d_settings()) == replace(
+    assert RecordingOptions.from_settings(section | single_c3d_settings()) == replace(
         USE, load_cells={"left": (), "right": ()}
     )
-    markers = recording_options(section | single_c3d_settings(belt_velocity=False, markers=FIXED))
+    markers = RecordingOptions.from_settings(
+        section | single_c3d_settings(belt_velocity=False, markers=FIXED)
+    )
     assert markers.belt_velocity is None
     assert markers.velocity_markers == FIXED
 

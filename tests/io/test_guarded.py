@@ -41,6 +41,15 @@ def children():
     return set(path.read_text().split()) if path.exists() else set()
 
 
+def is_at_work(number):
+    """Whether a process has not ended, as Linux lists it; one that nobody has waited for has ended."""
+    status = Path(f"/proc/{number}/stat")
+    try:
+        return status.read_text().rpartition(") ")[2][0] not in "ZX"
+    except OSError:
+        return False
+
+
 def open_files():
     return sorted(path.name for path in Path("/proc/self/fd").glob("*"))
 
@@ -270,3 +279,28 @@ def test_nothing_that_costs_is_added_to_a_good_file():
         guarded(np.ones, 100_000, what=FILE)
     spent = os.times()
     assert sum(spent[:4]) - sum(start[:4]) < 10 * 0.05
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are listed on Linux only")
+def test_a_child_ends_with_the_process_that_reads(tmp_path):
+    def read_slowly():
+        (tmp_path / "child").write_text(str(os.getpid()))
+        time.sleep(0.5)
+        return np.ones(10_000_000)  # more than a pipe holds
+
+    parent = os.fork()
+    if parent == 0:
+        guarded(read_slowly, what=FILE)
+        os._exit(0)
+    while not (tmp_path / "child").is_file() or not (tmp_path / "child").read_text():
+        time.sleep(0.01)
+    os.kill(parent, signal.SIGKILL)
+    os.waitpid(parent, 0)
+    child = int((tmp_path / "child").read_text())
+    deadline = time.monotonic() + 10.0
+    while is_at_work(child) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    left = is_at_work(child)
+    if left:
+        os.kill(child, signal.SIGKILL)
+    assert not left, "the child has not ended"

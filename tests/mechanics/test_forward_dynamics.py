@@ -1,6 +1,5 @@
 """The dummy in every engine: against an exact integration, each other, and physics by hand; refusals."""
 
-import ast
 import hashlib
 import importlib.util
 import itertools
@@ -17,6 +16,7 @@ import pytest
 from builders import LEG, assert_one_sentence
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
+from syntax import imports
 
 import tepsipe
 from tepsipe.errors import InputError
@@ -233,6 +233,14 @@ def test_free_swing_has_its_natural_frequency_and_keeps_its_energy(joint, engine
     assert np.ptp(energy) < 1e-4 * 0.5 * joint.stiffness_Nm_per_rad * 0.001**2
 
 
+def test_rate_is_that_of_the_angle_even_with_long_steps(engine):
+    joint = Joint(0.0, 0.0, 60.0)
+    found = run(*still(4.0), joint, start_angle_rad=0.001, engine=engine, step_s=0.004)
+    natural = math.sqrt((60.0 - K_G) / about_ankle(joint))
+    size = np.hypot(found.theta, found.theta_d / natural)
+    assert size == pytest.approx(0.001, rel=1e-3)
+
+
 @pytest.mark.parametrize(("damping", "state"), [(0.1, "settles"), (-0.05, "grows"), (3.0, "settles")])
 def test_swing_grows_at_the_rate_that_is_reported(damping, state, engine):
     joint = Joint(0.02, damping, 10.0)
@@ -414,30 +422,11 @@ def test_another_pybullet_is_left_alone(monkeypatch, capfd):
 # ---- which engine --------------------------------------------------------------------------------
 
 
-def imported_packages(path):
-    """First parts of the names that a module imports, anywhere in it."""
-    names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            names |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            names.add(node.module.partition(".")[0])
-    return names
-
-
-def test_engine_is_known_to_its_own_modules_only():
-    library = Path(tepsipe.__file__).parent
-    modules = {path: imported_packages(path) for path in library.rglob("*.py")}
-    assert len(modules) > 60
-    for package in ("pybullet", "mujoco"):
-        knowing = [path for path, names in modules.items() if package in names]
-        # one of the analysis, one of the virtual laboratory, which share no code
-        assert set(knowing) == {
-            library / f"mechanics/engines/{package}.py",
-            library / f"virtual_lab/chain_{package}.py",
-        }
-    assert modules[library / "mechanics/engines/equations.py"] == {"math", "numpy", "tepsipe"}
-    # and what has to be installed is asked for
+def test_equations_need_no_engine_and_what_has_to_be_installed_is_asked_for():
+    """Which module imports an engine is in test_walls.py."""
+    found = imports(Path(tepsipe.__file__).parent / "mechanics/engines/equations.py")
+    names = {getattr(node, "module", None) or node.names[0].name for node in found}
+    assert {name.partition(".")[0] for name in names} == {"math", "numpy", "tepsipe"}
     assert set(engines.INSTALLED_BY) == {"pybullet", "mujoco"}
 
 

@@ -26,7 +26,7 @@ from tepsipe.new_study.pairing import experiment_by_name, group_files, key_of
 from tepsipe.new_study.settings import Plan, flow, yaml_text
 from tepsipe.new_study.study import FILES, new_study
 from tepsipe.new_study.treadmill_trials import muscles_of
-from workflow.support.check import check_against_schema
+from workflow.settings.config import check_config
 from workflow.support.people import read_participants
 from workflow.support.placeholders import refuse_placeholders
 from workflow.support.trial_sheet import read_trial_sheet
@@ -85,7 +85,7 @@ def test_dummy_of_the_instruments_files(dummy_files, tmp_path, config, root):
     whole = settings(config, tmp_path / "lab-study")
     with pytest.raises(ValueError, match=r"leg_mass_kg.*MISSING"):
         refuse_placeholders(whole, "configuration")
-    check_against_schema(filled(whole), root / "workflow/schemas/config.schema.yaml", "configuration")
+    check_config(filled(whole), "configuration")
     (row,) = read_trial_sheet(tmp_path / "lab-study" / "trials.tsv", "lab").values()
     assert (row.experiment, row.condition) == ("dummy", "sine-0.5")
     assert set(row.files) == {"log", "calibration", "markers"}
@@ -109,7 +109,7 @@ def test_single_c3d_of_the_dummy(dummy_files, tmp_path, config, root):
     text = (tmp_path / "study" / "config.yaml").read_text()
     assert "trial_07.c3d that follows a low marker" in text
     whole = filled(settings(config, tmp_path / "study"))
-    check_against_schema(whole, root / "workflow/schemas/config.schema.yaml", "configuration")
+    check_config(whole, "configuration")
     (row,) = read_trial_sheet(tmp_path / "study" / "trials.tsv", "mine").values()
     assert set(row.files) == {"log"}
     assert "taken for dummy by its content" in (tmp_path / "study" / "trials.tsv").read_text()
@@ -179,7 +179,7 @@ def test_wristalyzer_is_ready_to_run(wristalyzer_files, tmp_path, config, root):
     assert own["pathvars"]["results"] == "results/wrist"
     whole = settings(config, tmp_path / "wrist")
     refuse_placeholders(whole, "configuration")
-    check_against_schema(whole, root / "workflow/schemas/config.schema.yaml", "configuration")
+    check_config(whole, "configuration")
     (row,) = read_trial_sheet(tmp_path / "wrist" / "trials.tsv", "lab").values()
     assert row.condition == "s01-16"
     assert row.files["command"].endswith("s01_16_cmd.txt")

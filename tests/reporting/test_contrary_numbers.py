@@ -7,13 +7,10 @@ import pandas as pd
 import pytest
 
 from tepsipe.reporting.numbers.abstract import _standing
-from tepsipe.reporting.numbers.dummy import _vaf_of_trial
 from tepsipe.reporting.numbers.figure_findings import figure_findings_of
 from tepsipe.reporting.numbers.position_manipulator import _raises
-from tepsipe.reporting.numbers.shown_signals import belt_signals, muscle_signals, simulated_signals
-from tepsipe.reporting.numbers.simulations import _of_noise
+from tepsipe.reporting.numbers.shown_signals import muscle_signals
 from tepsipe.reporting.numbers.treadmill import foot_data
-from tepsipe.reporting.numbers.wristalyzer import _leaks
 
 DASH = "\N{EN DASH}"
 
@@ -37,56 +34,10 @@ def test_velocities_of_the_foot_are_those_of_the_sheet(amplitudes, told):
     assert found["clear_from"] == told
 
 
-def noise(**means):
-    """Mean K at one SNR by estimator and noisy signal; B without error, the apparent K 6."""
-    rows = []
-    for estimator, of_signal in means.items():
-        for noise_on, value in zip(("tau", "theta", "both"), of_signal, strict=True):
-            names = {"estimator": estimator.replace("_", "-"), "noise_on": noise_on}
-            rows.append(names | {"quantity": "K", "mean": value, "apparent": 6.0})
-            rows.append(names | {"quantity": "B", "mean": 0.1, "apparent": 0.1})
-    return _of_noise(pd.DataFrame(rows), [0.015, 0.1, 10.0])
-
-
-def test_noise_is_told_as_in_the_thesis_only_where_it_is_so():
-    usual = noise(
-        as_printed=(3.0, 9.0, 6.1), recommended=(10.0, 10.1, 10.1), recommended_regression=(10.0, 8.0, 8.0)
-    )
-    assert usual["iv_accurate"] and usual["ls_biased"] and usual["method_sound"]
-    assert usual["near_apparent"] and usual["filter_dominates"]
-    assert (usual["iv_error"], usual["ls_error"], usual["alone"]) == ("1.0", "20.0", "50")
-    contrary = noise(
-        as_printed=(10.0, 10.0, 10.0),
-        recommended=(20.0, 20.0, 20.0),
-        recommended_regression=(10.0, 10.0, 10.0),
-    )
-    for name in ("iv_accurate", "ls_biased", "method_sound", "near_apparent", "filter_dominates"):
-        assert contrary[name] is False, name
-
-
-def test_an_estimator_that_was_not_computed_proves_nothing():
-    found = noise(as_printed=(3.0, 9.0, 6.1))
-    assert (found["iv_error"], found["method_sound"], found["ls_biased"]) == (DASH, False, False)
-
-
 @pytest.mark.parametrize(("reflex", "raises"), [([81.0, 91.0], True), ([81.0, 89.0], False)])
 def test_reflex_raises_the_held_out_vaf_only_if_it_does_in_every_trial(reflex, raises):
     rows = {"regression": [80.0, 90.0]}
     assert _raises(lambda name, _: pd.Series(rows.get(name, reflex))) is raises
-
-
-@pytest.mark.parametrize(("crossed", "told"), [([97.0, 98.0], True), ([60.0, 98.0], False)])
-def test_vaf_depends_on_the_trial_only_if_parameters_matter_less(crossed, told):
-    rows = [("VAF_trial", 90.0), ("VAF_trial", 99.0), *(("VAF_cross_validated", x) for x in crossed)]
-    own = pd.DataFrame(rows, columns=["quantity", "value"]).assign(pathway="leg-thesis")
-    assert _vaf_of_trial(own, "leg-thesis") is told
-    assert _vaf_of_trial(own[own.quantity == "VAF_trial"], "leg-thesis") is False
-
-
-@pytest.mark.parametrize(("samples", "leaks"), [(12288, True), (10240, False)])
-def test_a_record_of_whole_periods_does_not_leak(samples, leaks):
-    fit = SimpleNamespace(facts={"kept_samples": [1536, 1536 + samples], "rate_hz": 256.0})
-    assert _leaks({"0.16": fit}, 10.0) is leaks
 
 
 @pytest.mark.parametrize(
@@ -104,33 +55,6 @@ def test_latencies_without_an_onset_have_no_error(latency, told):
 
     words = "".join(piece for paragraph in _standing({"standing": person}) for _, piece in paragraph)
     assert words.endswith(f"the largest error is 3.1 % in stiffness{told}")
-
-
-def forward(angle, torque):
-    """VAF (%) of three sets of parameters in S1 and S52: of the angle and of the printed torque."""
-    rows = []
-    for condition in ("sine-0.1", "sine-0.5-8s"):
-        for k, name in enumerate(("wristalyzer", "tep", "corrected")):
-            for quantity, values in (("theta", angle), ("tau", torque), ("tau_consistent", angle)):
-                vaf = {"vaf_trial": values[k], "vaf_perturbation": values[k]}
-                rows.append({"condition": condition, "parameter_set": name, "quantity": quantity, **vaf})
-    return {"signals": simulated_signals(pd.DataFrame(rows), {"4_7": "sine-0.1", "4_8": "sine-0.5-8s"})}
-
-
-@pytest.mark.parametrize(
-    ("angle", "best", "worst"),
-    [
-        ((90.0, -2000.0, 80.0), "the Wristalyzer", "TEP-SIPE as printed"),
-        ((1.0, 99.0, 2.0), "TEP-SIPE as printed", "the Wristalyzer"),
-    ],
-)
-def test_captions_of_simulations_name_the_parameters_that_predict_best(angle, best, worst):
-    found = figure_findings_of({"simulation": forward(angle, angle[::-1])})
-    assert f"best by the parameters of {best} in 2 of 2 conditions" in found["4_10"]
-    assert f"the parameters of {best} predict the angle best" in found["4_8"] and "S52" in found["4_8"]
-    assert f"those of {worst} worst" in found["4_7"]
-    assert ("below \N{MINUS SIGN}1000 %" in found["4_7"]) is (min(angle) < -1000.0)
-    assert figure_findings_of({"simulation": {"compared": None}}) == {}
 
 
 @pytest.mark.parametrize("lines", [[], ["1.6", "6.3"]])
@@ -171,24 +95,6 @@ def test_captions_of_a_joint_follow_its_records(usual):
     assert ("predicts every" in found["position_manipulator_prediction"]) is usual
 
 
-@pytest.mark.parametrize("delay", [0, 5])
-def test_caption_of_the_pulses_measures_peak_and_delay_of_the_belt(delay):
-    time = np.arange(0.0, 2.0, 0.004)
-    command = -np.sin(2.0 * np.pi * (time - 1.0) / 0.1) * (np.abs(time - 1.05) < 0.05)
-    belt = 0.8 * np.roll(command, delay)
-    fit = SimpleNamespace(
-        arrays={
-            "time": time,
-            "belt_velocity": belt,
-            "belt_command": command,
-            "windows": np.array([[250, 280]]),
-        }
-    )
-    assert belt_signals({"S1": fit}) == {"peak": "80", "delay": f"{4 * delay}"}
-    fit.arrays["belt_command"] = 0.0 * command
-    assert belt_signals({"S1": fit}) is None
-
-
 def test_muscles_without_an_onset_have_no_latency_in_a_caption():
     time = np.array([-0.1, 0.05, 0.1])
     activity = np.array([[9.0, 1.0, 4.0], [0.0, 0.0, 0.0]])
@@ -209,29 +115,3 @@ def test_muscles_without_an_onset_have_no_latency_in_a_caption():
     assert found["plain"]["relax"]["K"] == "\N{MINUS SIGN}50.0 to 400"
     silent = muscle_signals({}, {"relax": task(None)}, "changepoint")
     assert (silent["largest"], silent["latency"]) == (None, None)
-
-
-@pytest.mark.parametrize("usual", [True, False])
-def test_captions_tell_the_usual_findings_only_where_they_hold(usual):
-    manipulator = {
-        "vaf": "90", "natural_frequency": "4.1", "cross_validated": "85", "one_minimum": usual,
-        "modulus_depends": True, "periodic": {"shift_damping": "3.0" if usual else "30.0"},
-    }  # fmt: skip
-    dummy = {
-        "printed_stiffness": "5", "printed_inertia": "0.06", "falls": usual, "signs_explain": usual,
-        "recommended_mean_stiffness": "9", "printed_mean_stiffness": "6", "vaf_lower": usual,
-        "vaf_of_trial": usual,
-    }  # fmt: skip
-    noise = {
-        "figure_stiffness": "15", "level": "20", "iv_error": "0.2", "method_sound": usual,
-        "shown": {"as-printed": "1.0 to 9.9", "recommended": "15.0"} if usual else None,
-    }  # fmt: skip
-    found = figure_findings_of({"wristalyzer": manipulator, "dummy": dummy, "noise": noise, "weight": None})
-    for name in ("starting_values", "pathways", "torque", "noise"):
-        assert (name in found) is usual, name
-    assert ("more on the predicted trial" in found["dummy_cross_validation"]) is usual
-    assert ("K falls" in found["4_4"]) is usual
-    assert ("the same admittance" in found["averaging"]) is usual
-    assert ("4_12" in found) is usual
-    if usual:
-        assert "K = 1.0 to 9.9 N·m/rad for a simulated K of 15 N·m/rad" in found["4_12"]

@@ -1,16 +1,12 @@
 """Chapters on a human joint and on a recorded treadmill, of data that show the opposite of the usual."""
 
-import html
-import json
-import re
-import shutil
-import unicodedata
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 from joint_builders import fit_of, rows_of
+from typst_builders import typeset_words
 
 from tepsipe.reporting.numbers.position_manipulator import manipulator_data
 from tepsipe.reporting.numbers.treadmill import treadmill_data
@@ -86,28 +82,17 @@ def belt(usual):
 
 
 @pytest.fixture(scope="module", params=[True, False], ids=["usual", "contrary"])
-def told(request, root, tmp_path_factory):
+def told(request):
     """Whether the data are usual, and words of both chapters, typeset without figures."""
-    typst = pytest.importorskip("typst")
-    folder = tmp_path_factory.mktemp("report") / "report"
-    shutil.copytree(root / "report", folder)
-    (folder / "figures").mkdir()
-    for caption in (folder / "captions").glob("figure_*.rst"):
-        (folder / f"figures/{caption.stem}.svg").write_text(
-            '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
-        )
     data = {"belt": belt(request.param), "position_manipulator": manipulator(request.param)}
-    data["choices"] = {"position_manipulator": CHOICES}
-    (folder / "report.json").write_text(json.dumps({"title": "t", "names": {}} | data))
-    (folder / "two.typ").write_text(
+    data |= {"title": "t", "names": {}, "choices": {"position_manipulator": CHOICES}}
+    source = (
         '#set heading(numbering: "1.1")\n'
         '#include "chapters/belt.typ"\n#include "chapters/position_manipulator.typ"\n'
         '#include "chapters/position_manipulator_methods.typ"\n'
         '#bibliography("references.bib", style: "ieee")\n'
     )
-    page = typst.compile(str(folder / "two.typ"), root=str(folder), ignore_system_fonts=True, format="html")
-    words = html.unescape(re.sub(r"<[^>]+>", "", page.decode()))
-    return request.param, " ".join(unicodedata.normalize("NFKC", words).split())
+    return request.param, typeset_words(source, data)
 
 
 USUAL = (

@@ -1,7 +1,7 @@
-"""Coverage of intervals: shares of clusters, rows of the study, dropped sources, drawn laboratories."""
+"""Coverage of intervals: rows of the study, dropped sources, drawn laboratories."""
 
+import contextlib
 import json
-import math
 import os
 from dataclasses import replace
 
@@ -31,52 +31,13 @@ from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.numbers.coverage import _list, coverage_data
 from tepsipe.reporting.recovery import recovery_of
-from tepsipe.statistics.coverage import clopper_pearson, share_of
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
 from workflow.support.start import merged_settings
+from workflow.support.stopped import write_record
 
 SETS = {"nominal": {}, "shifted-means": {"shift": 1.0}, "heavy-tails": {"student_freedom": 3}}
 COVERAGE = {"laboratories": 6, "seed": 1, "also_evaluated": [], "sets": SETS}
-
-
-# ---- shares ------------------------------------------------------------------------------------
-
-
-def test_interval_of_a_share_is_that_of_clopper_and_pearson():
-    # all of ten: low = 0.025^(1/10); none of ten: high = 1 - 0.025^(1/10)
-    assert clopper_pearson(10, 10) == pytest.approx((0.025**0.1, 1.0))
-    assert clopper_pearson(0, 10) == pytest.approx((0.0, 1.0 - 0.025**0.1))
-    # tables of the binomial distribution: 0.443905 to 0.974789 for 8 of 10
-    assert clopper_pearson(8, 10) == pytest.approx((0.443905, 0.974789), abs=1e-6)
-    low, _ = clopper_pearson(8, 10)
-    assert scipy.stats.binom.sf(7, 10, low) == pytest.approx(0.025)
-
-
-def test_independent_estimates_have_the_binomial_interval():
-    share = share_of([True] * 8 + [False] * 2, list(range(10)))
-    # one estimate per laboratory: var = 10/9 (8 0.2^2 + 2 0.8^2) / 100, n_eff = 0.16 / var = 9
-    assert (share.n, share.held, share.clusters, share.value) == (10, 8, 10, 0.8)
-    # not fewer than there are laboratories
-    assert (share.low, share.high) == pytest.approx(clopper_pearson(8, 10))
-
-
-def test_estimates_of_a_laboratory_count_together_when_they_agree():
-    held = [True, True] * 8 + [False, False] * 2
-    whole = share_of(held, [k // 2 for k in range(20)])
-    assert (whole.n, whole.clusters) == (20, 10)
-    # each laboratory wholly covered or not: as ten, not as twenty
-    assert (whole.low, whole.high) == pytest.approx(clopper_pearson(8, 10))
-    # x = 2, 1, 1, 0 of 2 each: p = 0.5, var = 4/3 (1 + 0 + 0 + 1) / 64 = 1/24, n_eff = 0.25 24 = 6
-    mixed = share_of([True, True, True, False, True, False, False, False], [0, 0, 1, 1, 2, 2, 3, 3])
-    assert (mixed.low, mixed.high) == pytest.approx(clopper_pearson(3, 6))
-
-
-def test_share_of_all_counts_laboratories_and_of_none_is_not_a_number():
-    all_held = share_of([True] * 20, [k // 4 for k in range(20)])
-    assert (all_held.low, all_held.high) == pytest.approx((0.025**0.2, 1.0))
-    nothing = share_of([], [])
-    assert nothing.n == 0 and math.isnan(nothing.value) and math.isnan(nothing.low)
 
 
 # ---- rows --------------------------------------------------------------------------------------
@@ -273,7 +234,7 @@ def test_report_is_typeset(tmp_path, root):
     typst = pytest.importorskip("typst")
     data = said(tmp_path, many(96, 100) + many(50, 60, "", "shifted-means"), [laboratory(1)])
     assert data["shifted"] and data["by_set"]["rows"]
-    for name in ("coverage.typ", "style.typ"):
+    for name in ("coverage.typ", "style.typ", "data.typ", "format.typ"):
         (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
     for name in ("coverage.svg", "intervals.svg"):
         (tmp_path / name).write_text('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>')
@@ -381,8 +342,8 @@ def stopped(monkeypatch, tmp_path, words, **found):
     def ends(folder, log):
         log.write_text(words, encoding="utf-8")
         if found:
-            (folder / laboratories.STOPPED).parent.mkdir(parents=True)
-            (folder / laboratories.STOPPED).write_text(json.dumps(found), encoding="utf-8")
+            with contextlib.chdir(folder):
+                write_record(**found)
         return 1
 
     monkeypatch.setattr(laboratories, "_snakemake", ends)
@@ -391,7 +352,7 @@ def stopped(monkeypatch, tmp_path, words, **found):
 
 def test_what_stops_a_laboratory_for_good_is_told_apart_from_what_may_pass(monkeypatch, tmp_path):
     sentence = "tepsipe: fit_dummy/sine: expected 8 markers, found 7: export it again"
-    about = {"rule": "fit_dummy", "log": "x.log", "said": sentence}
+    about = {"about": "fit_dummy/sine", "log": "x.log", "said": sentence}
     said = stopped(monkeypatch, tmp_path / "a", "", **about, lasting=True)
     assert said == sentence.removeprefix("tepsipe: ")
     with pytest.raises(OSError, match="expected 8 markers"):

@@ -1,14 +1,15 @@
 """The index of a run, and the sentences that it shares with the PDF."""
 
 import json
+import unicodedata
 from urllib.parse import unquote
 
-import pytest
 from page_builders import NASTY, parsed
+from typst_builders import first_page_of
 
-from tepsipe.reporting.numbers.abstract import abstract_of, pieces, source_of, warnings_of
+from tepsipe.reporting.numbers.abstract import abstract_of, pieces, warnings_of
 from tepsipe.reporting.numbers.study import provenance_data
-from tepsipe.reporting.pages.index import Listing, math_html, render_index, sentence
+from tepsipe.reporting.pages.index import Listing, render_index
 
 CLAIMS = {
     "total": "2",
@@ -60,8 +61,8 @@ RECORDED = {
 
 def report(**changed):
     data = RECORDED | changed
-    told = {"summary": [], "warnings": warnings_of(data)}
-    return data | told | {"source": source_of(data), "abstract": abstract_of(data)}
+    told = {"summary": [], "warnings": warnings_of(data), "abstract": abstract_of(data)}
+    return data | told | {"first_page": first_page_of(data | told, "./my%20study.pdf")}
 
 
 def listing(condition="trial1"):
@@ -74,14 +75,16 @@ def listing(condition="trial1"):
     )
 
 
-def plain(paragraph):
-    return "".join(words for _, words in paragraph)
+def plain(paragraphs):
+    return "".join(words for paragraph in paragraphs for _, words in paragraph)
+
+
+def source(**changed):
+    return " ".join(parsed(report(**changed)["first_page"]["source"]).words)
 
 
 def test_markup_of_a_template_is_not_sought_in_its_values():
-    found = pieces(
-        '_{task}_ has $2 I_"leg"$ = {a_b_c} *{x}* [@claims][cite thesis]', task="_$x$_", a_b_c="*1*", x="{y}"
-    )
+    found = pieces('_{task}_ has $2 I_"leg"$ = {a_b_c} *{x}* [@claims]', task="_$x$_", a_b_c="*1*", x="{y}")
     assert found == [
         ["emph", "_$x$_"],
         ["text", " has "],
@@ -90,21 +93,21 @@ def test_markup_of_a_template_is_not_sought_in_its_values():
         ["strong", "{y}"],
         ["text", " "],
         ["ref", "claims"],
-        ["cite", "thesis"],
     ]
 
 
 def test_source_tells_simulated_trials_from_recordings():
-    assert "2 trials in this report are recordings" in plain(source_of(RECORDED))
-    told = plain(source_of(RECORDED | {"recordings_source": "REKLAB, _GPL_"}))
-    assert told.endswith("Source: REKLAB, _GPL_")
-    assert "Of the 2 trials in this report, 1 were simulated" in plain(source_of(RECORDED | {"made": 1}))
+    assert "The 2 trials in this report are recordings listed" in source()
+    assert "The trial in this report is a recording listed" in source(trials=1)
+    assert source(recordings_source="REKLAB, _GPL_").endswith("Source: REKLAB, _GPL_")
+    assert "Of the 2 trials in this report, 1 were simulated" in source(made=1)
+    assert "All 2 trials in this report were simulated" in source(made=2)
 
 
 def test_abstract_has_what_the_study_has():
-    (paragraph,) = abstract_of(RECORDED)
-    assert "stiffness K is 40 N·m/rad" in plain(paragraph)
-    *_, last = abstract_of(RECORDED | {"claims": CLAIMS})
+    (paragraphs,) = abstract_of(RECORDED).values()
+    assert "stiffness K is 40 N·m/rad" in plain(paragraphs)
+    *_, last = abstract_of(RECORDED | {"claims": CLAIMS}).values()
     assert "Of the 2 claims of the thesis, 1 are reproduced" in plain(last)
 
 
@@ -118,31 +121,24 @@ def test_standing_person_is_told_task_by_task():
         "experiments": ["standing"],
         "standing": person | {"estimators": rows, "recovery": None},
     }
-    (paragraph,) = abstract_of(data)
+    (paragraphs,) = abstract_of(data).values()
+    (paragraph,) = paragraphs
     assert ["emph", "a_b"] in paragraph
-    assert "is 2 N·m/rad, 0.7 times" in plain(paragraph) and "is 3 N·m/rad" in plain(paragraph)
-    assert "is 1 " not in plain(paragraph) and ["emph", "d"] not in paragraph
+    assert "is 2 N·m/rad, 0.7 times" in plain(paragraphs) and "is 3 N·m/rad" in plain(paragraphs)
+    assert "is 1 " not in plain(paragraphs) and ["emph", "d"] not in paragraph
 
 
-@pytest.mark.parametrize(
-    ("formula", "html"),
-    [
-        ("I", "<i>I</i>"),
-        ("R^2", "<i>R</i><sup>2</sup>"),
-        ('2 I_"leg"', "2\N{THIN SPACE}<i>I</i><sub>leg</sub>"),
-        ("m g h", "<i>m</i>\N{THIN SPACE}<i>g</i>\N{THIN SPACE}<i>h</i>"),
-    ],
-)
-def test_formulas_are_shown_as_html(formula, html):
-    assert math_html(formula) == f'<span class="nowrap">{html}</span>'
-
-
-def test_sections_of_the_pdf_become_links_and_references_are_left_to_it():
-    html = sentence(pieces("As [cite thesis] says <b> $K$ = 10 N·m/rad ([@claims])."), "a b.pdf")
-    assert html == (
-        'As says &lt;b&gt; <span class="nowrap"><i>K</i></span>\xa0=\xa010\xa0N·m/rad '
-        '(<a href="./a%20b.pdf">the report</a>).'
+def test_formulas_sections_and_references_of_the_first_page_are_html():
+    told = pieces('As _x_ says <b> $2 I_"leg"$ = 10 N·m/rad ([@claims]).')
+    content = {"made": 1, "trials": 1, "summary": [told], "warnings": [], "abstract": {}}
+    page = first_page_of(content, "./a%20b.pdf")
+    assert "of the thesis were never published" in page["source"]
+    assert unicodedata.normalize("NFKC", page["findings"]).replace("\u2060", "") == (
+        "<p>As <em>x</em> says &lt;b> <math><mn>2</mn><msub><mi>I</mi><mtext>leg</mtext></msub></math> = 10 "
+        'N·m/rad (<a href="./a%20b.pdf">the report</a>).</p>'
     )
+    # a value stays on the line of its sign and of its unit
+    assert "</math>\xa0=\xa010\xa0N" in page["findings"]
 
 
 def test_index_links_every_file_relatively_and_needs_no_script():

@@ -72,7 +72,7 @@ def test_first_page_tells_the_means_over_people(tables):
         "cells": None,
         "participants": participants_data(*tables(PEOPLE), SHOWN),
     }
-    (paragraph,) = abstract_of(data)
+    ((paragraph,),) = abstract_of(data).values()
     text = "".join(piece for _, piece in paragraph)
     assert (
         "standing, as mean over participants, is 320 N·m/rad (relax, n = 2, 95 % interval 65.9 to 574)"

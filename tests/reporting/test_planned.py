@@ -1,7 +1,11 @@
 """What the planning says about the thesis's experiments, as table, chapter and claims."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from typst_builders import chapter_words
 
 from tepsipe.io.estimates import Estimate
 from tepsipe.mechanics.engines.interface import Joint
@@ -9,7 +13,6 @@ from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.reporting import planned
 from tepsipe.reporting.claims import EXPLANATIONS, MEASURES
 from tepsipe.reporting.findings import Findings
-from tepsipe.reporting.numbers.planned import planned_data
 from tepsipe.reporting.planned import (
     BOUND,
     NUMBER,
@@ -60,10 +63,28 @@ def test_the_treadmill_left_in_is_compared_with_the_leg():
     assert MEASURES["treadmill_left_in"](Findings(estimates, {}, "leg-thesis")) == pytest.approx(8.0)
 
 
-def test_the_chapter_follows_the_rows(rows):
+def chapter(rows, tmp_path):
+    PLANNED_ROWS.write(tmp_path / "planned.csv", rows)
     joint = {"inertia_Nms2_per_rad": 0.015, "damping_Nms_per_rad": 0.1, "stiffness_Nm_per_rad": [10.0, 15.0]}
-    data = planned_data(rows, joint)
-    assert data["halved"] == {"returning": False, "one_way": True}
-    assert len(data["designs"]) == len(planned.DESIGNS) and data["joint"]["K"] == "10"
-    assert data["filters"][0][1:] == ["0.0", "0.0", "0.0"]
-    assert data["filters"][1][3].startswith("\u2212")
+    study = {"study": {"planned_joint": joint}}
+    return chapter_words("planning", study, {"planned": tmp_path / "planned.csv"}, cells=" | ")
+
+
+def test_the_chapter_follows_the_rows(rows, tmp_path):
+    words = chapter(rows, tmp_path)
+    assert "cannot be halved" in words and "at the same peaks, less than half." in words
+    assert "K = 10 N·m/rad" in words
+    designs = re.findall(
+        r"\| (sine|minimum jerk) \| (0\.\d) \| (leg|foot, compensated|joint likelihood) \|", words
+    )
+    assert len(designs) == len(planned.DESIGNS)
+    assert "| zero-lag, all signals | 0.0 | 0.0 | 0.0 |" in words
+    changes = re.search(r"\| zero-lag, torque only \| (\S+) \| (\S+) \| (\S+) \|", words)
+    assert changes[3].startswith("\u2212")
+    assert re.search(r"one-sided, torque only \| \S+ \| \+\d", words)
+
+
+def test_the_chapter_of_other_pulses_tells_the_contrary(rows, tmp_path):
+    ratios = {"best, belt returns": 0.4, "best, one way": 0.9}
+    words = chapter([replace(r, value=ratios[r.design]) if r.measure == RATIO else r for r in rows], tmp_path)
+    assert "can be halved" in words and "0.900 times the uncertainty at the same peaks, ." in words

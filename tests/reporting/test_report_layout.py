@@ -9,11 +9,9 @@ from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.figures.protocol import TimeLine, draw_protocol
 from tepsipe.reporting.figures.schematics import draw_rigs, rig_at_rest
 from tepsipe.reporting.numbers.format import MINUS, fixed
-from tepsipe.reporting.numbers.simulations import noise_shown, noise_table
 from tepsipe.reporting.numbers.study import digest_of, recovery_data
 from tepsipe.reporting.numbers.summary import covered_of_recommended, summary_of
 from tepsipe.reporting.numbers.treadmill import matrix_data
-from tepsipe.reporting.thesis_tables import TableRow
 from tepsipe.treadmill.calibration import ModelScore
 
 
@@ -89,27 +87,6 @@ def test_recommended_estimates_are_counted_once_each():
 
 def test_studies_without_the_thesis_have_no_summary():
     assert summary_of({"reported": None, "experiments": ["dummy"]}) == []
-
-
-def test_table_of_the_noise_study_has_a_group_of_columns_for_each_processing():
-    columns = ["none", "tau"]
-    rows = [
-        TableRow("as-printed", "K = 10 Nm/rad", "K", "Nm/rad", [3.66, None], [10.0, 2.963]),
-        TableRow("as-printed", "K = 15 Nm/rad", "K", "Nm/rad", [8.0, 9.0], [10.0, 2.963]),
-        TableRow("recommended", "K = 10 Nm/rad", "K", "Nm/rad", [10.0, 9.99], [10.0, 2.963]),
-    ]
-    table = noise_table(rows, columns, 10.0)
-    assert table["groups"] == ["as-printed", "recommended"]
-    (row,) = table["rows"]
-    assert row["values"] == [["3.66", "\N{EN DASH}"], ["10.00", "9.99"]]
-    assert row["reported"] == ["10", "2.963"]
-    assert noise_shown(rows, 15.0) is None
-    assert noise_shown(rows, 10.0) is None  # nothing was computed with noise by the printed processing
-    with_noise = [
-        TableRow("as-printed", "K = 10 Nm/rad", "K", "Nm/rad", [3.66, -2.19], [10.0, 2.963]),
-        rows[2],
-    ]
-    assert noise_shown(with_noise, 10.0) == {"as-printed": f"{MINUS}2.2", "recommended": "10.0"}
 
 
 def test_models_stand_in_rows_and_evaluations_in_columns():

@@ -4,17 +4,15 @@ import math
 
 import pandas as pd
 import pytest
+from typst_builders import typeset_words
 
 from tepsipe.reporting.figures.names import short_name, unit_symbol, words
 from tepsipe.reporting.numbers.format import number, percent, span
 from tepsipe.reporting.numbers.study import (
-    flagged_cells,
     flags_data,
     provenance_data,
     slips_data,
-    table_data,
 )
-from tepsipe.reporting.thesis_tables import TableRow
 
 MINUS = "\N{MINUS SIGN}"
 
@@ -45,18 +43,45 @@ def test_percentage_and_span_are_printed_with_their_signs():
     assert span([2.0001, 2.0002]) == "2.00"
 
 
+TABLE = """pathway,estimator,quantity,unit,a,a_reported,b,b_reported
+leg,regression,K,Nm/rad,6.4801,6.722,,
+leg,regression,SEM_K,as printed,0.0123,,2.0e-4,0.342
+leg,regression,SE_K,Nm/rad,0.1,,0.2,
+foot,regression,VAF_trial,%,99.4321,99.8,71.26,
+foot,regression,I,Nms2/rad,0,-0.00001234,,
+"""
+HEADER = "experiment,condition,pathway,estimator,quantity,flags"
+
+
+def table_words(flagged=""):
+    tables = {"table_4_2": TABLE, "estimates": f"{HEADER}\ndummy,b,leg,regression,K,{flagged}\n"}
+    names = {"units": {"Nm/rad": "N·m/rad", "Nms2/rad": "N·m·s²/rad"}, "short_names": {"a": "A", "b": "B"}}
+    source = """#import "figures.typ": *
+    #for (k, block) in thesis-blocks("table_4_2").enumerate() [
+      block #block.pathway:
+      #thesis-table(block, [c], "t" + str(k), reported: k == 0, without: if k == 0 { () } else { ("I",) })
+    ]"""
+    words = typeset_words(source, names, tables, cells=" | ")
+    assert words.count("block") == 2
+    return words.split("block")[1:]
+
+
 def test_table_shows_values_beside_reported_ones_block_by_block():
-    rows = [
-        TableRow("leg", "regression", "K", "Nm/rad", [6.4801, None], [6.722, None]),
-        TableRow("leg", "regression", "SEM_K", "as printed", [0.0123, 2.0e-4], [None, 0.342]),
-        TableRow("foot", "regression", "VAF_trial", "%", [99.4321, 71.26], [99.8, None]),
-    ]
-    first, second = table_data(rows, ["a", "b"], ["A", "B"])
-    assert (first["pathway"], first["columns"]) == ("leg", ["A", "B"])
-    assert first["rows"][0]["values"] == ["6.480", "\N{EN DASH}"]
-    assert first["rows"][0]["reported"] == ["6.722", "\N{EN DASH}"]
-    assert first["rows"][1]["unit"] == ""
-    assert second["rows"][0]["values"] == ["99.43", "71.3"]
+    first, second = table_words()
+    dash = "\N{EN DASH}"
+    assert "| A | B |" in first and f"| K | N·m/rad | 6.480 6.722 | {dash} |" in first
+    assert "| SEM of K | | 0.012 | 2.0·10-4 0.342 |" in first.replace(MINUS, "-")
+    assert "| VAF of the full dataset | % | 99.43 | 71.3 |" in second
+    # reported values are left out, and rows
+    assert "99.8" not in second and "N·m·s2" not in second
+
+
+def test_values_of_flagged_estimates_have_a_dagger():
+    (first, _), (plain, _) = table_words("at-bound;undefined"), table_words()
+    dash, dagger = "\N{EN DASH}", "\N{DAGGER}"
+    assert f"| K | N·m/rad | 6.480 6.722 | {dash} {dagger} |" in first
+    assert f"| standard error of K | N·m/rad | 0.10 | 0.20 {dagger} |" in first
+    assert dagger not in plain
 
 
 def test_slip_of_the_print_is_told_for_the_conditions_that_are_shown():
@@ -134,12 +159,9 @@ def test_units_are_typeset_in_figures_and_kept_in_files():
         "N",
         "%",
     ]
-    row = TableRow("leg", "regression", "I", "Nms2/rad", [0.0], [None])
-    assert table_data([row], ["a"], ["A"])[0]["rows"][0]["unit"] == "N·m·s²/rad"
-    assert row.unit == "Nms2/rad"
 
 
-def test_flagged_estimates_are_counted_and_marked_by_a_dagger():
+def test_flagged_estimates_are_counted():
     frame = pd.DataFrame(
         {
             "pathway": "leg",
@@ -151,13 +173,6 @@ def test_flagged_estimates_are_counted_and_marked_by_a_dagger():
             "experiment": "dummy",
         }
     )
-    rows = [
-        TableRow("leg", "regression", "K", "Nm/rad", [6.4801, None], [None, None]),
-        TableRow("leg", "regression", "SE_K", "Nm/rad", [0.1, 0.2], [None, None]),
-    ]
-    (block,) = table_data(rows, ["a", "b"], ["A", "B"], flagged_cells(frame))
-    assert block["rows"][0]["values"] == ["6.480", "\N{EN DASH} \N{DAGGER}"]
-    assert block["rows"][1]["values"] == ["0.10", "0.20 \N{DAGGER}"]
     told = flags_data(frame)
     assert (told["count"], told["total"]) == (1, 3)
     assert [(kind["name"], kind["count"]) for kind in told["kinds"]] == [

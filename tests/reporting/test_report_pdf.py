@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from study_builders import estimates
+from typst_builders import findings_of, tables_of
+
+from workflow.support.captions import read_captions
 
 pytestmark = pytest.mark.study
 
@@ -124,13 +127,14 @@ def test_text_and_tables_can_be_read_in_print(pages):
 def test_every_caption_begins_with_the_finding_of_its_figure(study, words):
     data = json.loads((study / "results/report/report.json").read_text())
     plain = re.sub(r"\W", "", words)
-    shown = {path.stem.removeprefix("figure_") for path in (study / "report/captions").glob("figure_*.rst")}
-    shown &= {path.stem.removeprefix("figure_") for path in (study / "results/figures").glob("*.svg")}
+    captions = read_captions(study / "report/captions.yaml")
+    shown = {name for name in captions if (study / f"results/figures/{name}.svg").is_file()}
+    assert len(shown) > 40
+    told = findings_of(sorted(shown), data, tables_of(study / "results"))
     # a figure of many: the trials of Appendix B are not in the PDF
-    assert shown - {"b_trial"} <= set(data["figure_findings"])
-    for name in shown & set(data["figure_findings"]):
-        caption = re.sub(r"\W", "", data["figure_findings"][name])
-        assert re.search(r"Figure\d+" + re.escape(caption), plain), name
+    assert shown - {"figure_b_trial"} == set(told)
+    for name, text in told.items():
+        assert re.search(r"Figure\d+" + re.escape(re.sub(r"\W", "", text)), plain), name
 
 
 def test_no_text_of_a_figure_is_cut_off_at_its_edge(study):

@@ -1,12 +1,19 @@
 """Perturbations are found where the belt moved, whatever was commanded and however large they are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 from builders import RATE_HZ, assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
-from tepsipe.signals.perturbations import detect_perturbations, find_perturbations
+from tepsipe.signals.perturbations import (
+    WindowOptions,
+    detect_perturbations,
+    find_perturbations,
+    rest_samples,
+)
 
 TIME = np.arange(0.0, 12.0, 1.0 / RATE_HZ)
 
@@ -235,3 +242,30 @@ def test_pulses_on_a_real_belt_that_is_walked_on_are_all_found(real_data, rng):
         velocity, starts = with_pulses(speed, 0.4, rng)
         found = find_perturbations(np.arange(speed.size) / LONG_HZ, velocity, threshold_fraction=0.2)
         assert_all_found(found, starts)
+
+
+# ---- rest --------------------------------------------------------------------------------------
+
+REST = WindowOptions(
+    rest_before_s=2.0,
+    rest_after_s=1.0,
+    rest_margin_s=0.1,
+    threshold_fraction=0.05,
+    signal_to_noise=5.0,
+    merge_s=0.06,
+)
+
+
+def test_rest_is_the_time_before_and_after_the_perturbations_without_their_margins():
+    time = np.arange(0.0, 10.0, 0.01)
+    at_rest = time[rest_samples(time, REST)]
+    first, last = at_rest[at_rest < 5.0], at_rest[at_rest > 5.0]
+    assert (first[0], first[-1]) == pytest.approx((0.1, 1.9), abs=0.011)
+    assert (last[0], last[-1]) == pytest.approx((9.09, 9.89), abs=0.011)
+
+
+def test_trial_without_rest_is_refused():
+    for short in ({"rest_after_s": 0.1}, {"rest_before_s": 0.1}):
+        with pytest.raises(InputError) as caught:
+            rest_samples(np.arange(0.0, 10.0, 0.01), replace(REST, **short))
+        assert_one_sentence(caught.value, "rest")

@@ -6,7 +6,7 @@ from builders import assert_one_sentence, belt_pulses
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import butterworth_lowpass
-from tepsipe.signals.time_alignment import advanced, marker_delay
+from tepsipe.signals.time_alignment import advanced, common_signal_delay, marker_delay
 
 RATE_HZ = 250.0
 TIME = np.arange(2500) / RATE_HZ
@@ -64,3 +64,27 @@ def test_signals_are_taken_earlier_by_a_delay_and_held_at_their_ends():
     position, velocity = late_marker(0.003)
     again = advanced(TIME, position, marker_delay(TIME, position, velocity, "trial"))
     assert marker_delay(TIME, again, velocity, "trial") == pytest.approx(0.0, abs=2e-6)
+
+
+def test_delay_of_two_records_of_one_signal(rng):
+    time = np.arange(0.0, 12.0, 0.01)
+    reference = belt_pulses(time, ONSETS_S, 0.3)[1]
+    signal = 3.0 * belt_pulses(time[:-100] - 0.3456, ONSETS_S, 0.3)[1] + 1.0
+    reference[30:40] = np.nan
+    delay, correlation, gain = common_signal_delay(reference, signal, 100.0, 2.0)
+    assert delay == pytest.approx(0.3456, abs=5e-4)
+    assert correlation > 0.95
+    assert gain == pytest.approx(1.0 / 3.0, rel=0.05)
+    assert common_signal_delay(np.ones(100), signal, 100.0, 0.5) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("still", [0, 1])
+def test_lags_at_which_one_of_two_records_stands_still_do_not_count(still, rng):
+    """Only the first tenth of one record moves, so at half of the lags nothing of it overlaps."""
+    records = [np.zeros(400), rng.standard_normal(400)]
+    records[0][:40] = records[1][40:80]
+    for sign in (1.0, -1.0):
+        pair = [records[still], sign * records[1 - still]]
+        delay, correlation, _ = common_signal_delay(*pair, 100.0, 2.0)
+        assert delay == pytest.approx(-0.4 if still else 0.4, abs=0.01)
+        assert np.sign(correlation) == sign

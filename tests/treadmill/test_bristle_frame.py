@@ -4,6 +4,7 @@ Friction here is that of three elastic stops (Prandtl), which share no equation 
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from tepsipe.treadmill.held_out import (
     predicted_error,
     read_held_out,
 )
+from tepsipe.treadmill.pulse_windows import FINER, Bristles, bent, mean_state
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel, evaluate, fit_model
 from tepsipe.treadmill.trial_recordings import zeroed_per_pulse
 
@@ -113,6 +115,19 @@ def test_memory_and_lever_are_found_and_predict_another_mass_and_speed(remembere
         assert evaluate(fitted, [unseen[c]]).r2 > 0.99, c
     left = evaluate(models_of(calibrated)["Mx"], [unseen["Mx"]]).rms_after
     assert left < 0.7 * evaluate(without, [unseen["Mx"]]).rms_after
+
+
+def test_mean_state_is_that_of_pulses_one_after_the_other(rng):
+    count, rate_hz = np.array([3, 5]), 100.0
+    velocity = 0.02 * rng.standard_normal((2, 40))
+    bristles = Bristles(distance_m=1e-3, stribeck=0.5, stribeck_speed_m_per_s=0.01)
+    windows = SimpleNamespace(rate_hz=rate_hz / FINER, count=count)
+    for found, one, pulses in zip(mean_state(windows, velocity, bristles), velocity, count, strict=True):
+        (z,) = bent(np.tile(one, pulses)[None], bristles, rate_hz)[1]
+        each = z.reshape(pulses, -1)
+        before = np.append(0.0, each[:-1, -1])
+        assert found == pytest.approx((each - before[:, None]).mean(axis=0), abs=1e-12)
+        assert np.abs(found - each[0]).max() > 0.01
 
 
 def test_treadmill_without_memory_gets_a_model_without_bristles():

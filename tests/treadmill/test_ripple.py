@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from belt_builders import OPTIONS, RATE_HZ, RIPPLE, swaying_belt
+from belt_builders import OPTIONS, RATE_HZ, RIPPLE, belt_recording, swaying_belt
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.registry import evaluate, fit_model
-from tepsipe.treadmill.ripple import fit_ripple_tracker, spectrum_over_distance
+from tepsipe.treadmill.ripple import BLOCK_S, RippleTracker, fit_ripple_tracker, spectrum_over_distance
 
 ORDERS, SIZES = (0.57, 1.73), (2.0, 1.0)
 SHORT = replace(OPTIONS, fir_lead_s=0.0, fir_lag_s=0.02)
@@ -136,3 +136,17 @@ def test_spectrum_over_distance_shows_order_and_size_of_a_wave(rng):
     assert found.order_per_m[highest] == pytest.approx(0.57, abs=0.6 / 144.0)  # 144 m travelled
     assert 0.85 * 2.0 < np.sqrt(found.power[highest]) < 1.01 * 2.0
     assert spectrum_over_distance(replace(r, evaluated=np.arange(r.load.size) < 800), r.load) is None  # 9.6 m
+
+
+def test_amplitudes_of_the_second_block_are_drawn_to_zero_by_what_is_typical_of_them():
+    """Ridge noise^2 / amplitude^2 per wave: normal equations of the first block, by hand."""
+    still = np.zeros(2 * round(BLOCK_S * RATE_HZ))
+    belt = belt_recording(still + 1.2, still, still)
+    phase = 2.0 * np.pi * 1.5 * belt.position
+    belt = replace(belt, load=4.0 * np.cos(phase))
+    tracker = RippleTracker(Gain(), np.array([1.5]), np.array([0.5]), 3.0, 1e9, RATE_HZ)
+    first, second = np.split(np.arange(still.size), 2)
+    columns = np.column_stack([np.cos(phase), np.sin(phase)])
+    normal = columns[first].T @ columns[first] + np.eye(2) * 3.0**2 / 0.5**2
+    expected = columns[second] @ np.linalg.solve(normal, columns[first].T @ belt.load[first])
+    assert tracker.predict(belt)[second] == pytest.approx(expected, rel=1e-6)

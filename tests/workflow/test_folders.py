@@ -6,7 +6,7 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from workflow.support.check import check_against_schema
+from workflow.settings.config import check_config
 from workflow.support.folders import check_folders, check_paths, names_in_results
 from workflow.support.names import check_distinct, check_name
 
@@ -186,11 +186,11 @@ def test_names_that_are_one_file_elsewhere_are_refused(names):
 def test_text_that_would_end_a_script_of_the_html_report_is_refused(text, config, root):
     config["study"]["title"] = text
     with pytest.raises(InputError) as caught:
-        check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "configuration")
+        check_config(config, "configuration")
     assert_one_sentence(caught.value, "configuration")
     assert "HTML report" in str(caught.value)
     config["study"]["title"] = "K < 10 {B} & <b>bold</b>"
-    check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "configuration")
+    check_config(config, "configuration")
     config["dummy"]["pathways"]["{B}"] = config["dummy"]["pathways"]["leg"]
     with pytest.raises(InputError, match="expected a key without braces"):
-        check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "configuration")
+        check_config(config, "configuration")

@@ -3,16 +3,21 @@
 import re
 
 import pytest
-import yaml
 
 from tepsipe.experiments.dummy import foot_pathways, leg_pathways
 from tepsipe.experiments.noise import filtered_noise
 from tepsipe.experiments.standing import joint_torque
 from tepsipe.experiments.standing.muscle_torque import ACTIVE
+from tepsipe.identification.estimators import ESTIMATORS
+from tepsipe.mechanics.engines import ENGINES
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.signals import onsets
 from tepsipe.treadmill import registry
+from workflow.settings.config import Config
+from workflow.settings.dummy import ABOUT_ESTIMATORS
+from workflow.settings.structure import kind_at, names_of
 from workflow.support import outputs
+from workflow.support.captions import read_captions
 from workflow.support.experiments import APPENDIX, EXPERIMENTS, PARTS
 from workflow.support.settings import pick
 from workflow.support.study import Study, any_of, table_experiment
@@ -49,7 +54,7 @@ def test_experiment_has_columns_settings_and_captions_for_its_facts(name, config
     assert set(experiment.named) <= set(experiment.names) <= set(OPTIONAL_COLUMNS)
     assert bool(experiment.figures) == bool(experiment.category)
     for figure in experiment.figures:
-        assert (root / f"report/captions/{figure}.rst").is_file()
+        assert figure in read_captions(root / "report/captions.yaml")
 
 
 def test_every_figure_is_drawn_by_the_script_of_its_experiment_or_part(shipped, root):
@@ -64,10 +69,10 @@ def test_every_caption_is_used_and_there(shipped, root):
     used = {
         caption for name in [*EXPERIMENTS, *PARTS] for caption in outputs.figures_of(shipped, name).values()
     }
-    there = {path.stem for path in (root / "report/captions").glob("figure_*.rst")}
-    assert used == there
-    for name in outputs.captions(shipped):
-        caption = (root / f"report/captions/{name}.rst").read_text(encoding="utf-8")
+    captions = read_captions(root / "report/captions.yaml")
+    assert used == {name for name in captions if name.startswith("figure_")}
+    assert used.union(outputs.tables(shipped).values()) <= set(captions)
+    for name, caption in captions.items():
         # the index shows captions as plain text with literals
         assert not re.search(r"[`*{}|]|_\b|\.\. ", re.sub(r"``[^`]+``", "", caption)), name
 
@@ -281,23 +286,29 @@ def test_expression_for_names_finds_these_and_no_others():
     assert not re.compile(any_of([])).fullmatch("")
 
 
-# ---- the library's names in the schema ---------------------------------------------------------------
+# ---- the library's names in the model of the configuration ------------------------------------------
 
 
-def test_schema_knows_the_names_that_the_library_knows(root):
-    schema = yaml.safe_load((root / "workflow/schemas/config.schema.yaml").read_text(encoding="utf-8"))
-    dummy, standing = (schema["properties"][name]["properties"] for name in ("dummy", "standing"))
-    leg = dummy["pathways"]["additionalProperties"]["properties"]
-    foot = dummy["foot"]["properties"]["pathways"]["additionalProperties"]["properties"]
-    person = standing["pathways"]["additionalProperties"]["properties"]
-    for rule, names in (
-        (leg["torque"], TORQUE_PATHWAYS),
-        (leg["marker_instants"], leg_pathways.MARKER_SIGNALS),
-        (foot["torque"], foot_pathways.FOOT_TORQUES),
-        (person["torque"], joint_torque.TORQUES),
-        (standing["estimators"]["additionalProperties"]["properties"]["active"], list(ACTIVE)),
-        (standing["latency"]["properties"]["detector"], onsets.DETECTORS),
-        (schema["$defs"]["noise_estimators"]["items"], filtered_noise.PROCESSINGS),
-        (schema["$defs"]["family"]["items"], registry.FAMILY),
-    ):
-        assert set(rule["enum"]) == set(names)
+@pytest.mark.parametrize(
+    ("path", "names"),
+    [
+        ("dummy.pathways.*.torque", TORQUE_PATHWAYS),
+        ("dummy.pathways.*.marker_instants", leg_pathways.MARKER_SIGNALS),
+        ("dummy.foot.pathways.*.torque", foot_pathways.FOOT_TORQUES),
+        ("standing.pathways.*.torque", joint_torque.TORQUES),
+        ("standing.estimators.*.active", ACTIVE),
+        ("standing.latency.detector", onsets.DETECTORS),
+        ("noise.estimators.*", filtered_noise.PROCESSINGS),
+        ("weight.models.family.*", registry.FAMILY),
+        ("dummy.simulation.engine", [*ENGINES, "auto"]),
+    ],
+)
+def test_model_knows_the_names_that_the_library_knows(path, names):
+    assert set(names_of(kind_at(Config, tuple(path.split("."))))) == set(names)
+
+
+def test_every_estimator_is_documented(root):
+    text = (root / "config/README.md").read_text(encoding="utf-8")
+    for name, estimator in ESTIMATORS.items():
+        assert f"| {name} | | {estimator.meaning}" in text, name
+    assert set(ABOUT_ESTIMATORS) <= set(ESTIMATORS)

@@ -1,7 +1,6 @@
 """What is said of jobs that stop: in their log, or by the run in their place."""
 
 import errno
-import json
 import os
 import subprocess
 import sys
@@ -13,7 +12,7 @@ from builders import assert_one_sentence
 
 from tepsipe.virtual_lab import treadmill_files
 from workflow.support import runs
-from workflow.support.stopped import what_stopped
+from workflow.support.stopped import note_end, records, what_stopped
 
 SCRIPT = """
 import sys
@@ -42,12 +41,8 @@ def run_job(tmp_path, root):
     return run
 
 
-def records(folder):
-    return [json.loads(path.read_text()) for path in (folder / ".snakemake/tepsipe/jobs").glob("*.json")]
-
-
 def test_job_that_ends_leaves_an_empty_log_and_no_record(run_job, tmp_path):
-    done, log = run_job("assert __import__('os').path.exists('.snakemake/tepsipe/jobs/tmpabc.fit.json')")
+    done, log = run_job("from workflow.support.stopped import records; assert len(records()) == 1")
     assert (done.returncode, log) == (0, "")
     assert records(tmp_path) == []
 
@@ -82,17 +77,20 @@ def test_job_says_in_one_sentence_what_the_system_refused(run_job, tmp_path, bod
     assert log.startswith("tepsipe: fit/sine: ")
     assert_one_sentence(log.strip(), "tepsipe: fit/sine")
     assert words in log
-    assert records(tmp_path) == []
+    (record,) = records(tmp_path)
+    assert record["said"] == log.strip()
+    # the system may have room later; unusable input stays so
+    assert record["lasting"] == (body == REFUSED)
 
 
-def test_a_bug_leaves_its_trace(run_job):
+def test_a_bug_leaves_its_trace(run_job, tmp_path, monkeypatch):
     done, log = run_job("{}['nothing']")
     assert "KeyError" in log
     assert done.returncode == 1
-
-
-def a_job(log, rule="fit"):
-    return SimpleNamespace(rule=rule, wildcards=["sine"], log=[log])
+    (record,) = records(tmp_path)
+    assert (record["said"], record["lasting"]) == ("KeyError: 'nothing'", True)
+    monkeypatch.chdir(tmp_path)
+    assert what_stopped("run.log") == ["tepsipe: fit/sine: a bug, see job.log"]
 
 
 def test_sentence_that_finds_no_place_in_the_log_is_kept_in_the_record(run_job, tmp_path, monkeypatch):
@@ -100,27 +98,20 @@ def test_sentence_that_finds_no_place_in_the_log_is_kept_in_the_record(run_job, 
     done, _ = run_job(f"import shutil; shutil.rmtree('logs')\n{REFUSED}", "logs/job.log")
     assert "expected b" in done.stderr
     monkeypatch.chdir(tmp_path)
-    assert what_stopped([a_job("logs/job.log")]) == ["tepsipe: fit/sine: a.mat: expected b, found c: do d"]
+    assert what_stopped("run.log") == ["tepsipe: fit/sine: a.mat: expected b, found c: do d"]
 
 
 @pytest.mark.parametrize(
     ("number", "name", "words"),
     [(9, "SIGKILL", "memory"), (11, "SIGSEGV", "compiled library"), (15, "SIGTERM", "limit of time")],
 )
-@pytest.mark.parametrize("by_a_shell", [False, True])
 def test_job_that_a_signal_stopped_is_named_with_the_signal(
-    run_job, tmp_path, monkeypatch, number, name, words, by_a_shell
+    run_job, tmp_path, monkeypatch, number, name, words
 ):
     done, _ = run_job(f"import os; os.kill(os.getpid(), {number})")
-    assert done.returncode == -number
-    died = f"died with <Signals.{name}: {number}>."
-    ended = f"returned non-zero exit status {128 + number}." if by_a_shell else died
-    (tmp_path / "run.log").write_text(
-        "Command 'python tmpother.fit.py' died with <Signals.SIGFPE: 8>.\n"
-        f"Command 'set -euo pipefail;  python /x/.snakemake/scripts/tmpabc.fit.py' {ended}\n"
-    )
     monkeypatch.chdir(tmp_path)
-    (said,) = what_stopped([a_job("job.log")], "run.log")
+    note_end("fit/sine", "job.log", done.returncode)
+    (said,) = what_stopped("run.log")
     assert f"fit/sine: expected the job to end by itself, found it stopped by the signal {name}" in said
     assert words in said
     assert (tmp_path / "job.log").read_text() == f"{said}\n"
@@ -130,26 +121,37 @@ def test_job_that_a_signal_stopped_is_named_with_the_signal(
 
 def test_job_that_was_killed_before_its_record_is_named_by_its_rule(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "run.log").write_text("Command 'python /x/tmp_a1.fit.py' died with <Signals.SIGKILL: 9>.\n")
-    rule = SimpleNamespace(script="../scripts/fit.py")
-    (said,) = what_stopped([a_job("a.log", rule)], "run.log")
-    assert "stopped by the signal SIGKILL" in said
+    note_end("fit/sine", "a.log", -9)
+    (said,) = what_stopped("run.log")
+    assert "fit/sine: expected the job to end by itself, found it stopped by the signal SIGKILL" in said
+    note_end("fit/sine", "a.log", 0)  # tried again
+    assert records() == []
 
 
-def test_job_that_says_nothing_is_named_all_the_same(tmp_path, monkeypatch):
+def test_what_a_job_has_said_is_not_replaced(run_job, tmp_path, monkeypatch):
+    done, log = run_job(REFUSED)
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.log").write_text("")
-    (tmp_path / "bug.log").write_text("Traceback ...\nKeyError: 'x'\n")
-    said = what_stopped([a_job("a.log"), a_job("bug.log", "other")], "run.log")
+    note_end("fit/sine", "job.log", done.returncode)
+    assert what_stopped("run.log") == [log.strip()]
+    assert (tmp_path / "job.log").read_text() == log
+
+
+def test_job_that_says_nothing_is_named_all_the_same(run_job, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    note_end("fit/sine", "a.log", 1)
     nothing = "expected the job to say why it stopped, found nothing: see run.log, then run again"
-    assert said[0] == f"tepsipe: fit/sine: {nothing}"
-    assert said[1] == "tepsipe: other/sine: a bug, see bug.log"
+    assert what_stopped("run.log") == [f"tepsipe: fit/sine: {nothing}"]
+    # nobody saw how this one ended
+    run_job("import os; os.kill(os.getpid(), 9)")
+    assert what_stopped("run.log") == [f"tepsipe: fit/sine: {nothing}"] * 2
+    runs.note_run()
+    assert what_stopped("run.log") == [f"tepsipe: {nothing}"]
 
 
 def test_a_full_disk_is_named_where_not_even_a_log_could_be_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=1000))
-    (said,) = what_stopped([a_job("a.log")])
+    (said,) = what_stopped("run.log")
     assert f"{tmp_path}: expected space for the run, found the disk full" in said
     assert errno.ENOSPC == 28  # the number in HDF5's messages
 

@@ -1,4 +1,4 @@
-"""Numbers of the tiny study on one core, in forks of one process: the same bytes as by the users' command."""
+"""Numbers of the tiny study on one core and two, and under Snakemake's own executor: the same bytes."""
 
 import json
 
@@ -30,8 +30,10 @@ def kinds(names):
 
 def test_one_core_or_two_give_the_same_bytes(request, tmp_path):
     again = copy_project(tmp_path / "again")
-    run = snakemake(again, *(f"results/{name}" for name in TARGETS))
-    assert run.returncode == 0, run.stdout + run.stderr
+    targets = [f"results/{name}" for name in TARGETS]
+    for some in ((targets[0], "--executor", "local"), targets):
+        run = snakemake(again, *some)
+        assert run.returncode == 0, run.stdout + run.stderr
     second = digests(again / "results")
     # wanted no earlier: another process makes it meanwhile
     first = json.loads((request.getfixturevalue("study").parent / "digests.json").read_text())

@@ -11,13 +11,9 @@ from c3d_builders import single_c3d, single_c3d_settings
 from study_builders import OVERRIDES, snakemake, write_config, write_sheet
 
 from tepsipe.errors import InputError
-from workflow.scripts.recording_choices import recording_options
-from workflow.support.check import (
-    check_against_schema,
-    check_config,
-    check_one_treadmill,
-    check_recordings,
-)
+from tepsipe.ingest.recording_options import RecordingOptions
+from workflow.settings.config import check_config
+from workflow.support.check import check_one_treadmill, check_recordings
 from workflow.support.settings import settings_of
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, read_trial_sheet
@@ -77,7 +73,7 @@ def test_other_files_beside_it_are_refused(row, words, sheet):
 def configured(config, root, **recording):
     config = copy.deepcopy(config)
     config["plate_treadmill"]["recording"] |= recording
-    check_against_schema(config, root / "workflow/schemas/config.schema.yaml", "my-study")
+    check_config(config, "my-study")
     return config
 
 
@@ -138,7 +134,7 @@ def test_an_experiment_may_have_other_channels(config, root, sheet):
         ({"speed": "a"}, ["unknown key", "'plate_treadmill.recording.speed'"]),
     ],
 )
-def test_schema_of_recordings(recording, words, config, root):
+def test_keys_of_recordings(recording, words, config, root):
     with pytest.raises(InputError) as caught:
         configured(config, root, **recording)
     for word in words:
@@ -151,9 +147,8 @@ def test_examples_of_the_documentation_are_valid(config, root):
     assert len(examples) >= 4
     for example in examples:
         both = merged(config, yaml.safe_load(example))
-        check_against_schema(both, root / "workflow/schemas/config.schema.yaml", "c3d.md")
         check_config(both, "c3d.md")
-        recording_options(settings_of(both)["standing"]["recording"])
+        RecordingOptions.from_settings(settings_of(both)["standing"]["recording"])
 
 
 def merged(base, changes):

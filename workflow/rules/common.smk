@@ -7,7 +7,8 @@ from functools import partial
 from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import groups, outputs, runs, warm
+from workflow.support import groups, outputs, runs
+from workflow.support.captions import caption_file
 from workflow.support.laboratories import Laboratories
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
@@ -110,9 +111,16 @@ def meant_in(*names):
     return found
 
 
-def library_of(script):
-    """The modules that a script reaches: an edit of one re-runs the rule."""
-    return [here(path) for path in reached_by(f"workflow/scripts/{script}.py", workflow.basedir)]
+def library_of(script, *modules):
+    """The modules that a script reaches, and those that it loads by name: an edit of one re-runs the rule."""
+    starts = (f"workflow/scripts/{script}.py", *modules)
+    found = {path for start in starts for path in reached_by(start, workflow.basedir)}
+    return [here(path) for path in sorted(found.union(modules))]
+
+
+def chapter_modules(names):
+    """Modules of chapters of the report."""
+    return [f"tepsipe/reporting/chapters/{name}.py" for name in names]
 
 
 def here(path):
@@ -131,8 +139,13 @@ def laboratory_sources():
 def report_sources():
     """Typst sources, captions and references of the report."""
     folder = Path(workflow.basedir) / "report"
-    files = sorted(p for p in folder.rglob("*") if p.suffix in (".typ", ".rst", ".bib"))
+    files = sorted(p for p in folder.rglob("*") if p.suffix in (".typ", ".yaml", ".bib"))
     return [here(path) for path in files]
+
+
+def caption(name):
+    """File of a caption, for Snakemake's report."""
+    return caption_file(Path(workflow.basedir) / "report/captions.yaml", name)
 
 
 def figure_files(name, folder=None):
@@ -141,14 +154,14 @@ def figure_files(name, folder=None):
     Those in a folder of their own, for example of one participant, are not in the report.
     """
     files = {}
-    for figure, caption in outputs.figures_of(STUDY, name).items():
+    for figure, text in outputs.figures_of(STUDY, name).items():
         if folder is not None:
             files[figure] = f"<results>/figures/{folder}/{figure}.svg"
             files[f"{figure}_png"] = f"<results>/figures/{folder}/{figure}.png"
             continue
         files[figure] = report(
             f"<results>/figures/{figure}.svg",
-            caption=f"../../report/captions/{caption}.rst",
+            caption=caption(text),
             category=outputs.category_of(name),
             labels={"figure": figure.removeprefix("figure_").replace("_", "-")},
         )
@@ -156,23 +169,7 @@ def figure_files(name, folder=None):
     return files
 
 
-def start_jobs_when_jobs_end():
-    """On this computer Snakemake's scheduler need not look for work but when a job has ended.
-
-    Its limit of 100 starts in a second sets a timer after every start, and each timer, when it ends, the
-    next: hundreds of them come to look once a second, which costs more than any rule. A cluster keeps it.
-    """
-    if workflow.local_exec:
-        workflow.scheduler.job_rate_limiter = None
-
-
-def start_jobs_warm():
-    """On this computer jobs are forks of one process, where Snakemake's own executor starts them."""
-    if workflow.executor_plugin.name == "local":
-        warm.start(len(list(workflow.dag.needrun_jobs())))
-
-
 def say_what_stopped(log):
     """After a failed run: the sentence of every job that stopped, and where a bug left its trace."""
-    print("\nWhat stopped:", *what_stopped(workflow.scheduler.failed, *log[:1]), sep="\n", file=sys.stderr)
+    print("\nWhat stopped:", *what_stopped(next(iter(log), ".snakemake/log")), sep="\n", file=sys.stderr)
     print("Everything else is kept; the next run goes on from there.", file=sys.stderr)

@@ -1,5 +1,5 @@
 # How often intervals hold the truth: many laboratories, drawn from what the analysis assumes and from other
-# distributions. A job is a whole study of one laboratory, by the same rules, in one warm process.
+# distributions. A job is a whole study of one laboratory, by the same rules.
 
 
 # where a study is called coverage

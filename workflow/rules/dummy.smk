@@ -58,7 +58,7 @@ rule specify_dummy:
     output:
         table=report(
             "<results>/tables/specification.csv",
-            caption="../../report/captions/specification.rst",
+            caption=caption("specification"),
             category="TEP-SIPE on the ankle dummy",
             labels={"table": "specifications"},
         ),
@@ -152,7 +152,7 @@ rule fit_thesis_dummy:
         fit="<results>/fits/thesis_dummy.h5",
         table=report(
             "<results>/tables/thesis_dummy.csv",
-            caption="../../report/captions/thesis_dummy.rst",
+            caption=caption("thesis_dummy"),
             category="Tables",
             labels={"table": "the dummy of the thesis"},
         ),
@@ -181,7 +181,7 @@ rule plan_dummy:
     output:
         table=report(
             "<results>/tables/planned.csv",
-            caption="../../report/captions/planned.rst",
+            caption=caption("planned"),
             category="Tables",
             labels={"table": "planned uncertainty"},
         ),

@@ -50,13 +50,13 @@ rule collect_noise:
     output:
         noise=report(
             "<results>/tables/noise.csv",
-            caption="../../report/captions/noise.rst",
+            caption=caption("noise"),
             category="Tables",
             labels={"table": "noise study"},
         ),
         table=report(
             "<results>/tables/table_4_4.csv",
-            caption="../../report/captions/table_4_4.rst",
+            caption=caption("table_4_4"),
             category="Tables",
             labels={"table": "table_4_4"},
         ),

@@ -9,13 +9,13 @@ rule tabulate_operating_points:
     output:
         points=report(
             "<results>/tables/operating_points.csv",
-            caption="../../report/captions/operating_points.rst",
+            caption=caption("operating_points"),
             category="Tables",
             labels={"table": "operating points"},
         ),
         relations=report(
             "<results>/tables/operating_relations.csv",
-            caption="../../report/captions/operating_relations.rst",
+            caption=caption("operating_relations"),
             category="Tables",
             labels={"table": "stiffness against torque"},
         ),
@@ -71,7 +71,7 @@ rule tabulate_time_varying:
     output:
         table=report(
             "<results>/tables/time_varying.csv",
-            caption="../../report/captions/time_varying.rst",
+            caption=caption("time_varying"),
             category="Tables",
             labels={"table": "impedance that changes"},
         ),

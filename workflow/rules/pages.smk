@@ -177,7 +177,7 @@ rule write_belt_pages:
 rule write_index:
     input:
         data="<results>/report/report.json",
-        captions=[here(f"report/captions/{name}.rst") for name in outputs.captions(STUDY)],
+        captions=here("report/captions.yaml"),
         outputs=outputs.pages(STUDY),
         source=PAGE_SOURCE,
         library=library_of("write_index"),

@@ -9,13 +9,13 @@ rule tabulate_participants:
     output:
         participants=report(
             "<results>/tables/participants.csv",
-            caption="../../report/captions/participants.rst",
+            caption=caption("participants"),
             category="Tables",
             labels={"table": "participants"},
         ),
         group=report(
             "<results>/tables/group.csv",
-            caption="../../report/captions/group.rst",
+            caption=caption("group"),
             category="Tables",
             labels={"table": "means over participants"},
         ),

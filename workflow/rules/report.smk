@@ -29,31 +29,14 @@ rule write_report:
     input:
         source=report_sources(),
         figures=outputs.figures(STUDY),
-        fits=outputs.fits(STUDY),
-        forward=outputs.forward(STUDY),
-        noise=outputs.noise(STUDY),
-        specification=outputs.specification(STUDY),
-        thesis_dummy=outputs.thesis_dummy(STUDY),
-        planned=outputs.planned(STUDY),
-        pooled=outputs.pooled_wristalyzer(STUDY),
-        tasks=outputs.task_fits(STUDY),
-        plate=outputs.model_files(STUDY, "weight"),
-        belt=outputs.model_files(STUDY, "belt"),
-        estimates="<results>/tables/estimates.csv",
-        uncertainty="<results>/tables/uncertainty.csv",
-        tables=outputs.thesis_tables(STUDY),
-        participants=outputs.participants(STUDY),
-        operating_points=outputs.operating_points(STUDY),
-        time_varying=outputs.time_varying(STUDY),
-        recovery=outputs.recovery(STUDY),
-        claims=outputs.claims(STUDY),
-        cells=outputs.cells(STUDY),
+        fits=outputs.report_fits(STUDY),
+        tables=outputs.report_tables(STUDY),
         provenance="<results>/provenance.json",
-        library=library_of("write_report"),
+        library=library_of("write_report", *chapter_modules(outputs.chapters(STUDY))),
     output:
         pdf=report(
             f"<results>/report/{config['study']['name']}.pdf",
-            caption="../../report/captions/report.rst",
+            caption=caption("report"),
             category="Report",
             labels={"document": as_label(config["study"]["title"])},
         ),
@@ -63,29 +46,36 @@ rule write_report:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        title=as_it_is(config["study"]["title"]),
-        recordings_source=as_it_is(config["study"]["recordings_source"]),
-        reported=reported_of("tables", "values", "slips"),
-        experiments=STUDY.all_conditions(),
-        fitted=STUDY.all_conditions(fitted=True),
-        step_s=SETTINGS["dummy"]["simulation"]["step_s"],
-        engine=ENGINE,
-        planned_joint=SETTINGS["noise"]["joint"],
-        simulated={
-            f"4_{k}": STUDY.shown("dummy", SETTINGS["dummy"]["simulation"][f"figure_4_{k}_condition"])
-            for k in (7, 8)
-        },
-        amplitudes=STUDY.amplitudes("dummy"),
-        roles=STUDY.roles("belt"),
-        belt_of_models=STUDY.plates().get(STUDY.shown_plate()) if STUDY.by_belt else None,
-        foot_pathway=as_it_is(STUDY.budgeted_foot()),
-        tasks=STUDY.tasks(),
-        people={name: STUDY.person(name) for name in STUDY.participants("standing")},
-        shown_of_participants=groups.shown_estimators(STUDY),
-        choices=STUDY.printed(),
-        made=STUDY.all_made(),
-        best=STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
-        start_stiffness=SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
+        chapters=outputs.chapters(STUDY),
+        settings=STUDY.printed(),
+        study=as_it_is(
+            {
+                "title": config["study"]["title"],
+                "recordings_source": config["study"]["recordings_source"],
+                "reported": reported_of("tables", "values", "slips") or None,
+                "experiments": STUDY.all_conditions(),
+                "made": STUDY.all_made(),
+                "best": STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
+                "start_stiffness": SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
+                "step_s": SETTINGS["dummy"]["simulation"]["step_s"],
+                "engine": ENGINE,
+                "planned_joint": SETTINGS["noise"]["joint"],
+                "simulated": {
+                    f"4_{k}": STUDY.shown(
+                        "dummy", SETTINGS["dummy"]["simulation"][f"figure_4_{k}_condition"]
+                    )
+                    for k in (7, 8)
+                },
+                "amplitudes": STUDY.amplitudes("dummy"),
+                "roles": STUDY.roles("belt"),
+                "models": outputs.model_names(STUDY),
+                "belt_of_models": STUDY.plates().get(STUDY.shown_plate()) if STUDY.by_belt else None,
+                "foot_pathway": STUDY.budgeted_foot(),
+                "tasks": STUDY.tasks(),
+                "people": {name: STUDY.person(name) for name in STUDY.participants("standing")},
+                "shown_of_participants": groups.shown_estimators(STUDY),
+            }
+        ),
         source_folder=lambda w: here("report"),
     script:
         "../scripts/write_report.py"

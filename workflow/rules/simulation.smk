@@ -32,7 +32,7 @@ rule collect_forward:
     output:
         table=report(
             "<results>/tables/forward.csv",
-            caption="../../report/captions/forward.rst",
+            caption=caption("forward"),
             category="Tables",
             labels={"table": "forward simulations"},
         ),

@@ -9,13 +9,13 @@ rule collect_estimates:
     output:
         table=report(
             "<results>/tables/estimates.csv",
-            caption="../../report/captions/estimates.rst",
+            caption=caption("estimates"),
             category="Tables",
             labels={"table": "all estimates"},
         ),
         uncertainty=report(
             "<results>/tables/uncertainty.csv",
-            caption="../../report/captions/uncertainty.rst",
+            caption=caption("uncertainty"),
             category="Tables",
             labels={"table": "uncertainty, source by source"},
         ),
@@ -54,7 +54,7 @@ rule collect_treadmill_models:
     output:
         table=report(
             "<results>/tables/treadmill_models.csv",
-            caption="../../report/captions/treadmill_models.rst",
+            caption=caption("treadmill_models"),
             category="Tables",
             labels={"table": "models of the treadmill"},
         ),
@@ -75,7 +75,7 @@ rule lay_out_table:
     output:
         table=report(
             "<results>/tables/{table}.csv",
-            caption="../../report/captions/thesis_table.rst",
+            caption=caption("thesis_table"),
             category="Tables",
             labels={"table": "{table}"},
         ),
@@ -102,13 +102,13 @@ rule compare_with_truth:
     output:
         table=report(
             "<results>/tables/recovery.csv",
-            caption="../../report/captions/recovery.rst",
+            caption=caption("recovery"),
             category="Tables",
             labels={"table": "recovery of the truth"},
         ),
         laboratory=report(
             "<results>/tables/laboratory.csv",
-            caption="../../report/captions/laboratory.rst",
+            caption=caption("laboratory"),
             category="Tables",
             labels={"table": "virtual laboratory"},
         ),
@@ -137,7 +137,7 @@ rule judge_cells:
     output:
         table=report(
             "<results>/tables/cells.csv",
-            caption="../../report/captions/cells.rst",
+            caption=caption("cells"),
             category="Tables",
             labels={"table": "every printed cell"},
         ),
@@ -169,7 +169,7 @@ rule check_claims:
     output:
         table=report(
             "<results>/tables/claims.csv",
-            caption="../../report/captions/claims.rst",
+            caption=caption("claims"),
             category="Tables",
             labels={"table": "the thesis's claims"},
         ),

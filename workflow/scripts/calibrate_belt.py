@@ -4,17 +4,16 @@ import job
 
 job.start(snakemake)
 
-from model_choices import family_options
 
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.calibration import MODEL_SCORES, calibrate, table_plan, table_result
-from tepsipe.treadmill.registry import save_models
+from tepsipe.treadmill.registry import FamilyOptions, save_models
 from tepsipe.treadmill.table_summary import table_facts
 from tepsipe.treadmill.trial_recordings import table_recording
 
-analysis, options = snakemake.params.analysis, family_options(snakemake.params.models)
+analysis, options = snakemake.params.analysis, FamilyOptions.from_settings(snakemake.params.models)
 family, shown_hz = snakemake.params.models["family"], analysis["shown_cutoff_hz"]
 roles = dict(snakemake.params.roles)
 trials = {name: read_trial(path) for name, path in zip(roles, snakemake.input.trials, strict=True)}

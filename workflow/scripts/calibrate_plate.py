@@ -7,7 +7,6 @@ job.start(snakemake)
 from dataclasses import replace
 
 import numpy as np
-from model_choices import family_options
 
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
@@ -23,7 +22,7 @@ from tepsipe.treadmill.calibration import (
     plate_plan,
 )
 from tepsipe.treadmill.held_out import below_limit, held_out_residuals
-from tepsipe.treadmill.registry import save_models
+from tepsipe.treadmill.registry import FamilyOptions, save_models
 from tepsipe.treadmill.trial_recordings import (
     COMPONENTS,
     PlateOptions,
@@ -32,7 +31,7 @@ from tepsipe.treadmill.trial_recordings import (
     zeroed_per_pulse,
 )
 
-analysis, options = snakemake.params.analysis, family_options(snakemake.params.models)
+analysis, options = snakemake.params.analysis, FamilyOptions.from_settings(snakemake.params.models)
 family, draws = snakemake.params.models["family"], snakemake.params.models["calibration_draws"]
 window = WindowOptions(**analysis["window"])
 filters = [Lowpass(cutoff, analysis["lowpass_order"], True) for cutoff in analysis["cutoffs_hz"]]

@@ -5,8 +5,8 @@ import job
 job.start(snakemake)
 
 import pandas as pd
-from plan_choices import design_of
 
+from tepsipe.experiments.planning.design import Design
 from tepsipe.experiments.planning.filter_trials import lowpasses
 from tepsipe.io.csv_file import write_records
 from tepsipe.reporting.plan_tables import predicted_filters, simulated_filters
@@ -14,12 +14,13 @@ from tepsipe.reporting.true_motion import read_true_motion
 
 designs = [pd.read_csv(path) for path in snakemake.input.designs]
 pd.concat(designs).to_csv(snakemake.output.plan, index=False, float_format="%.10g", lineterminator="\n")
-plan, filters = snakemake.params.plan, dict(snakemake.params.plan["filters"])
-design = design_of(plan, filters.pop("design"), snakemake.params.geometry, snakemake.params.uncertainty)
+params = snakemake.params
+filters = dict(params.plan["filters"])
+design = Design.from_settings(params.plan, filters.pop("design"), params.geometry, params.uncertainty)
 every = lowpasses(**filters)
 truth = {
     condition: read_true_motion(path)
-    for condition, path in zip(snakemake.params.conditions, snakemake.input.truth, strict=True)
+    for condition, path in zip(params.conditions, snakemake.input.truth, strict=True)
 }
 windows = pd.concat([pd.read_csv(path) for path in snakemake.input.windows])
 rows = predicted_filters(design, every)

@@ -4,10 +4,14 @@ import job
 
 job.start(snakemake)
 
-from dummy_choices import dummy_options, known_inertia
-
-from tepsipe.experiments.dummy.checks import check_dummy, check_facts, flag_rows, quoted_rows
-from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
+from tepsipe.experiments.dummy.checks import (
+    check_dummy,
+    check_facts,
+    flag_rows,
+    known_inertia,
+    quoted_rows,
+)
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
 from tepsipe.experiments.dummy.results import (
     bootstrap_pathways,
     dummy_contributions,
@@ -20,7 +24,9 @@ from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
 params, output = snakemake.params, snakemake.output
-options = dummy_options(params.geometry, params.analysis, params.belt_fixed_labels, params.uncertainty)
+options = DummyOptions.from_settings(
+    params.geometry, params.analysis, params.belt_fixed_labels, params.uncertainty
+)
 pathways = {name: Pathway(**choice) for name, choice in params.pathways.items()}
 trial = read_trial(snakemake.input.trial)
 found = analyse_dummy(trial, options, pathways)

@@ -4,9 +4,8 @@ import job
 
 job.start(snakemake)
 
-from dummy_choices import dummy_options
-
 from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, analyse_foot
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.dummy.results import (
     bootstrap_pathways,
     dummy_contributions,
@@ -17,7 +16,6 @@ from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result, write_result
 from tepsipe.io.trial import read_trial
-from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.treadmill.held_out import read_held_out
 from tepsipe.treadmill.registry import load_treadmill_models
 
@@ -26,13 +24,12 @@ condition = snakemake.wildcards.condition
 found = analyse_foot(
     read_trial(snakemake.input.trial),
     f"dummy/{condition}",
-    dummy_options(geometry, snakemake.params.analysis, (), snakemake.params.uncertainty),
-    FootOptions(
-        foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
-        ankle_label=choice["ankle_label"],
-        belt_fixed_labels=tuple(choice["belt_fixed_labels"]),
-        belt=snakemake.params.belt,
-        held_out=read_held_out(read_result(snakemake.input.held_out[0])),
+    DummyOptions.from_settings(geometry, snakemake.params.analysis, (), snakemake.params.uncertainty),
+    FootOptions.from_settings(
+        geometry,
+        choice,
+        snakemake.params.belt,
+        read_held_out(read_result(snakemake.input.held_out[0])),
     ),
     {name: FootPathway(**pathway) for name, pathway in choice["pathways"].items()},
     {

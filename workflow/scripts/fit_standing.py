@@ -4,23 +4,22 @@ import job
 
 job.start(snakemake)
 
-from standing_choices import (
-    active_options,
-    epoch_options,
-    estimators_of,
-    free_reflex_choices,
-    standing_options,
-)
-
-from tepsipe.experiments.standing.epochs import cut_standing_epochs
+from tepsipe.experiments.standing.epochs import EpochOptions, cut_standing_epochs
 from tepsipe.experiments.standing.free_reflex.broadband import (
     broadband_result,
     cut_broadband,
     with_treadmill_error,
 )
-from tepsipe.experiments.standing.free_reflex.results import budget_rows, fit_free, with_budgets
+from tepsipe.experiments.standing.free_reflex.results import (
+    FreeReflexChoices,
+    budget_rows,
+    fit_free,
+    with_budgets,
+)
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import TorquePathway
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions
+from tepsipe.experiments.standing.options import StandingOptions, TorquePathway
+from tepsipe.experiments.standing.thesis.impedance import StandingEstimator
 from tepsipe.experiments.standing.thesis.results import (
     fit_all,
     fit_estimates,
@@ -39,25 +38,25 @@ from tepsipe.treadmill.registry import load_treadmill_models, pick
 params, analysis, condition = snakemake.params, snakemake.params.analysis, snakemake.wildcards.condition
 name = f"standing/{condition}"
 trial = read_trial(snakemake.input.trial)
-options = standing_options(params.person, params.belt, analysis, params.stance)
+options = StandingOptions.from_settings(params.person, params.belt, analysis, params.stance)
 person = options.person
 pathways = {key: TorquePathway(**pathway) for key, pathway in params.pathways.items()}
 loads = zip(("Fy", "Mx"), snakemake.input.models, strict=False)
 models = {load: load_treadmill_models(path) for load, path in loads}
 standing = process_standing(trial, name, options, pathways, models)
-cutting = epoch_options(analysis, params.emg, params.max_gap_s)
+cutting = EpochOptions.from_settings(analysis, params.emg, params.max_gap_s)
 responses = cut_standing_epochs(trial, standing, name, cutting)
-estimators = estimators_of(params.estimators)
+estimators = {key: StandingEstimator(**choice) for key, choice in params.estimators.items()}
 fits, notes = fit_all(
     [responses],
     name,
     list(params.pathways),
     estimators,
-    active_options(params.active, params.ankle_action),
+    ActiveOptions.from_settings(params.active, params.ankle_action),
     analysis["bootstrap_draws"],
     params.seed,
 )
-choices = free_reflex_choices(
+choices = FreeReflexChoices.from_settings(
     params.recommended["pathway"],
     params.free_reflex,
     params.uncertainty,

@@ -4,11 +4,10 @@ import job
 
 job.start(snakemake)
 
-from standing_choices import active_options, estimators_of, free_reflex_choices, person_of
-
 from tepsipe.experiments.standing.epochs import epochs_of
 from tepsipe.experiments.standing.free_reflex.broadband import broadband_of
 from tepsipe.experiments.standing.free_reflex.results import (
+    FreeReflexChoices,
     budget_rows,
     centre_facts,
     fit_free,
@@ -16,6 +15,9 @@ from tepsipe.experiments.standing.free_reflex.results import (
     to_quote,
     with_budgets,
 )
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions
+from tepsipe.experiments.standing.options import Person
+from tepsipe.experiments.standing.thesis.impedance import StandingEstimator
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.experiments.standing.thesis.results import (
     fit_all,
@@ -31,12 +33,12 @@ from tepsipe.signals.onsets import OnsetOptions
 
 params, task = snakemake.params, snakemake.wildcards.task
 name = f"standing/{task}"
-person = person_of(params.person)
+person = Person.from_settings(params.person)
 ankle_action = {muscle: choice["ankle_action"] for muscle, choice in params.muscles.items()}
-active = active_options(params.active, ankle_action)
+active = ActiveOptions.from_settings(params.active, ankle_action)
 stored = [read_result(path) for path in snakemake.input.responses]
 trials = [epochs_of(result) for result in stored]
-estimators = estimators_of(params.estimators)
+estimators = {key: StandingEstimator(**choice) for key, choice in params.estimators.items()}
 fits, notes = fit_all(
     trials,
     name,
@@ -56,7 +58,7 @@ for muscle, choice in params.muscles.items() if anyone else ():
         notes.append(f"{name}: latency of {muscle} left out: {found}")
     else:
         latencies.append(found)
-choices = free_reflex_choices(
+choices = FreeReflexChoices.from_settings(
     params.recommended["pathway"],
     params.free_reflex,
     params.uncertainty,

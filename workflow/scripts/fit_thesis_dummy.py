@@ -5,8 +5,8 @@ import job
 job.start(snakemake)
 
 import numpy as np
-from dummy_choices import dummy_options
 
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.thesis_dummy.inverse import (
     JOINTS,
     fit_joint,
@@ -19,7 +19,7 @@ from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
 params = snakemake.params
-options = dummy_options(params.geometry, params.analysis)
+options = DummyOptions.from_settings(params.geometry, params.analysis)
 order = [params.marker_labels.index(label) for label in options.leg_markers.labels]
 sampling = params.marker_sampling_hz
 trials = {

@@ -9,7 +9,6 @@ import math
 from pathlib import Path
 
 import numpy as np
-from walking_choices import options_of, read_trial
 
 from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.impedance import WalkingOptions
@@ -17,6 +16,7 @@ from tepsipe.experiments.walking.needed import NEEDED_ROWS, ExpectedPulse, neede
 from tepsipe.experiments.walking.recording import agreement, ankle_moment, bandwidth_hz
 from tepsipe.experiments.walking.results import WALKING_ROWS, walking_estimates, walking_rows
 from tepsipe.experiments.walking.strides import random_onsets
+from tepsipe.experiments.walking.trial import read_trial
 from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
 from tepsipe.signals.resampling import refuse_short
@@ -27,7 +27,7 @@ condition = snakemake.wildcards.condition
 recording, strides, events = read_trial(dict(params.files), settings, params.made)
 if not params.made:
     refuse_short(float(np.ptp(recording.time)), params.duration_s, recording.name)
-options = options_of(settings["analysis"])
+options = WalkingOptions.from_settings(settings["analysis"])
 onsets, pulsed = events["pulse"], events["pulse"].size > 0
 if not pulsed:  # pulses of no size at random strides: what the intervals say when nothing is known
     onsets = random_onsets(strides, options.phases_percent, np.random.default_rng(params.seed))

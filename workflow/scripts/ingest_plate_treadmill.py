@@ -4,11 +4,10 @@ import job
 
 job.start(snakemake)
 
-from recording_choices import recording_options
-
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.plausibility import plausible_trial
+from tepsipe.ingest.recording_options import RecordingOptions
 from tepsipe.ingest.whole_trial import ingest_files
 from tepsipe.io.trial import write_trial
 
@@ -19,7 +18,7 @@ trial = ingest_files(
     files,
     snakemake.params.marker_labels,
     options,
-    recording_options(recording),
+    RecordingOptions.from_settings(recording),
     snakemake.params.duration_s,
 )
 trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)

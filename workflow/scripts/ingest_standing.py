@@ -4,11 +4,10 @@ import job
 
 job.start(snakemake)
 
-from recording_choices import recording_options
-
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions
 from tepsipe.ingest.plausibility import plausible_trial
+from tepsipe.ingest.recording_options import RecordingOptions
 from tepsipe.ingest.standing import ingest_standing_files
 from tepsipe.io.trial import write_trial
 
@@ -23,7 +22,7 @@ trial = ingest_standing_files(
     snakemake.params.emg_trigger_threshold,
     options,
     snakemake.params.duration_s,
-    recording_options(recording),
+    RecordingOptions.from_settings(recording),
 )
 trial = plausible_trial(trial, Limits(**snakemake.params.plausible), Rig(**snakemake.params.rig), files)
 used = vars(options) | dict(snakemake.params.named) | ({} if recording is None else {"recording": recording})

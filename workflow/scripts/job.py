@@ -3,13 +3,12 @@
 Import it before anything that imports numpy: the number of threads is fixed when numpy starts. One
 thread gives the same numbers on any number of cores.
 
-A record of the job lies in ``.snakemake/tepsipe/jobs`` while it runs. If a signal stops the job, the record
-remains, and the run names the signal.
+A record of the job lies in ``.snakemake/tepsipe/jobs`` while it runs, and remains if the job stops: the run
+reports it at its end (`workflow/support/stopped.py`).
 """
 
 import atexit
 import errno
-import json
 import os
 import re
 import shutil
@@ -19,34 +18,25 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from workflow.support.forks import use_one_thread
+from workflow.support.threads import use_one_thread
 
 use_one_thread()
 
 from tepsipe.errors import InputError
-from workflow.support.warm import hand_over
+from workflow.support.stopped import forget, write_record
 
-RECORDS = Path(".snakemake") / "tepsipe" / "jobs"
-# a record of this size (bytes) has a block of its own, and can be written over when the disk is full
-BLOCK = 4096
 FULL = (errno.ENOSPC, errno.EDQUOT)
 READ_ONLY = (errno.EROFS, errno.EACCES, errno.EPERM)
 FREE_BYTES = 65536
 
 
 def start(snakemake) -> None:
-    """Report unusable input, a full disk or refused access by one sentence in the log, a bug by its trace.
-
-    Where the run has a warm process, a fork of it goes on from here, and this process ends as the fork ends.
-    """
-    hand_over()
+    """Report unusable input, a full disk or refused access by one sentence in the log, a bug by its trace."""
     about = "/".join([snakemake.rule, *snakemake.wildcards])
     trial = getattr(snakemake.input, "trial", None)
     if trial:
         about += f": {trial}"
-    record = RECORDS / f"{Path(sys.argv[0]).stem}.json"
-    content = {"about": about, "log": snakemake.log[0], "said": None}
-    outputs = Path(snakemake.output[0]).parent
+    log, outputs = str(snakemake.log[0]), Path(snakemake.output[0]).parent
 
     def say(kind, error, trace):
         sentence = sentence_of(error, outputs)
@@ -55,17 +45,18 @@ def start(snakemake) -> None:
         else:
             text = f"tepsipe: {about}: {sentence}\n"
         try:
-            with open(snakemake.log[0], "w", encoding="utf-8") as log:
-                log.write(text)
+            Path(log).write_text(text, encoding="utf-8")
         except OSError:
             print(text, file=sys.stderr)
-            _write(record, content | {"said": text})
-            atexit.unregister(_forget)
+        # what the system refused may pass: the same job may succeed when it is run again
+        lasting = isinstance(error, InputError) if sentence else not isinstance(error, OSError)
+        write_record(about, log, text, lasting)
+        atexit.unregister(forget)
 
-    _write(record, content)
-    atexit.register(_forget, record)
+    write_record(about, log)
+    atexit.register(forget, log)
     sys.excepthook = say
-    open(snakemake.log[0], "w").close()
+    open(log, "w").close()
 
 
 def sentence_of(error: BaseException, folder: Path) -> str | None:
@@ -112,22 +103,3 @@ def _is_full(folder: Path) -> bool:
         return shutil.disk_usage(folder).free < FREE_BYTES
     except OSError:
         return False
-
-
-def _write(record: Path, content: dict) -> None:
-    """Write a record in place; without space for it the job goes on without."""
-    text = json.dumps(content).ljust(BLOCK)
-    try:
-        record.parent.mkdir(parents=True, exist_ok=True)
-        with open(record, "r+" if record.exists() else "w", encoding="utf-8") as file:
-            file.write(text)
-    except OSError:
-        return
-
-
-def _forget(record: Path) -> None:
-    """The job has ended by itself."""
-    try:
-        record.unlink(missing_ok=True)
-    except OSError:
-        return

@@ -6,13 +6,12 @@ job.start(snakemake)
 
 from pathlib import Path
 
-from walking_choices import read_walk
-
 from tepsipe.errors import InputError
 from tepsipe.experiments.walking.recording import SIGNALS
+from tepsipe.experiments.walking.trial import read_trial
 from tepsipe.virtual_lab.walking_trial import make_walking_trial
 
-recording, strides = read_walk(snakemake.params.base, snakemake.params.settings)
+recording, strides, _ = read_trial(snakemake.params.base, snakemake.params.settings)
 first_s = recording.time[0]
 try:
     make_walking_trial(

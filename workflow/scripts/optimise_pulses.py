@@ -4,8 +4,8 @@ import job
 
 job.start(snakemake)
 
-from plan_choices import design_of
 
+from tepsipe.experiments.planning.design import Design
 from tepsipe.experiments.planning.plan import plan_experiment
 from tepsipe.experiments.planning.pulses import Limits
 from tepsipe.io.csv_file import write_records
@@ -15,7 +15,7 @@ comparisons, shapes = [], []
 for name in snakemake.params.plan["references"]:
     given = (snakemake.params.plan, name, snakemake.params.geometry, snakemake.params.uncertainty)
     found, moved = compared_pulses(
-        name, plan_experiment(design_of(*given)), Limits(**snakemake.params.plan["comfort"])
+        name, plan_experiment(Design.from_settings(*given)), Limits(**snakemake.params.plan["comfort"])
     )
     comparisons += found
     shapes += moved

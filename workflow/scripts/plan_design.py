@@ -7,16 +7,15 @@ job.start(snakemake)
 import hashlib
 
 import numpy as np
-from plan_choices import design_of
 
-from tepsipe.experiments.planning.design import FOOT, LEG
+from tepsipe.experiments.planning.design import FOOT, LEG, Design
 from tepsipe.experiments.planning.monte_carlo import draw_estimates
 from tepsipe.experiments.planning.plan import plan_experiment
 from tepsipe.io.csv_file import write_records
 from tepsipe.reporting.plan_tables import checked_rows
 
 name, plan = snakemake.wildcards.design, snakemake.params.plan
-design = design_of(plan, name, snakemake.params.geometry, snakemake.params.uncertainty)
+design = Design.from_settings(plan, name, snakemake.params.geometry, snakemake.params.uncertainty)
 planned = plan_experiment(design)
 # a design draws the same noise whatever the others are
 seed = [plan["seed"], int(hashlib.sha256(name.encode()).hexdigest()[:8], 16)]

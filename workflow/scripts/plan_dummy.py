@@ -11,13 +11,8 @@ from tepsipe.statistics.uncertainty import sources_of
 
 geometry, joint = snakemake.params.geometry, snakemake.params.joint
 rows = plan_of_thesis(
-    Leg(
-        mass_kg=geometry["leg_mass_kg"],
-        com_m=geometry["leg_com_m"],
-        inertia_kgm2=geometry["leg_inertia_kgm2"],
-        gravity_m_per_s2=geometry["gravity_m_per_s2"],
-    ),
-    Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
+    Leg.from_settings(geometry),
+    Foot.from_settings(geometry),
     Joint(joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"], joint["stiffness_Nm_per_rad"][0]),
     sources_of(snakemake.params.uncertainty),
 )

@@ -5,22 +5,26 @@ import job
 job.start(snakemake)
 
 import numpy as np
-from joint_choices import chain_of, limits_of, points_of
 
 from tepsipe.experiments.planning.several_joints import (
     MODELS,
+    Point,
     epochs_of,
     estimate,
     predict,
     read_draws,
     sets_of,
 )
+from tepsipe.identification.several_joints.determined import Limits
 from tepsipe.io.csv_file import write_records
+from tepsipe.mechanics.segment_chain import Chain
 from tepsipe.reporting.several_joints import element_rows, model_rows, set_rows
 
 joints = snakemake.params.joints
-chain, points, limits = chain_of(joints), points_of(joints), limits_of(joints)
-person, sets = joints["person"], sets_of(points)
+person, limits = joints["person"], Limits.from_percent(**joints["limits"])
+chain = Chain.from_settings(person)
+points = {name: Point.from_settings(one) for name, one in joints["perturbations"].items()}
+sets = sets_of(points)
 matrices = (np.array(person["stiffness_Nm_per_rad"]), np.array(person["damping_Nms_per_rad"]))
 recordings, tolerance = read_draws(snakemake.input.trials), 0.01 * joints["inertia_percent"]
 rng, drawn = np.random.default_rng([snakemake.params.seed, 3]), {chosen: [] for chosen in sets}

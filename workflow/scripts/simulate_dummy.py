@@ -4,8 +4,7 @@ import job
 
 job.start(snakemake)
 
-from dummy_choices import dummy_options
-
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.forward.scores import FORWARD_SCORES
 from tepsipe.experiments.forward.study import (
     forward_scores,
@@ -29,8 +28,8 @@ joints = {
 }
 simulated = simulate_condition(
     read_trial(snakemake.input.trial),
-    dummy_options(geometry, snakemake.params.analysis),
-    Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
+    DummyOptions.from_settings(geometry, snakemake.params.analysis),
+    Foot.from_settings(geometry),
     joints,
     snakemake.params.step_s,
     snakemake.params.engine,

@@ -4,8 +4,7 @@ import job
 
 job.start(snakemake)
 
-from dummy_choices import dummy_options
-
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.noise.simulate import simulate_trial
 from tepsipe.experiments.noise.trial import simulated_result
 from tepsipe.io.result import write_result
@@ -14,8 +13,8 @@ from tepsipe.mechanics.inverse_dynamics import Foot
 
 geometry, joint = snakemake.params.geometry, snakemake.params.joint
 trial = read_trial(snakemake.input.trial)
-options = dummy_options(geometry, snakemake.params.analysis)
-foot = Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"])
+options = DummyOptions.from_settings(geometry, snakemake.params.analysis)
+foot = Foot.from_settings(geometry)
 simulated = {
     f"K_{stiffness:g}": simulate_trial(
         trial,

@@ -4,25 +4,18 @@ import job
 
 job.start(snakemake)
 
-from dummy_choices import dummy_options
-
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.planning.filter_trials import filter_estimates, lowpasses
 from tepsipe.io.csv_file import write_records
 from tepsipe.io.trial import read_trial
-from tepsipe.mechanics.inverse_dynamics import Foot
 from tepsipe.reporting.plan_tables import window_rows
 from tepsipe.treadmill.registry import load_treadmill_models, pick
 
 geometry, foot = snakemake.params.geometry, snakemake.params.foot
 condition, filters = snakemake.wildcards.condition, snakemake.params.filters
 trial = read_trial(snakemake.input.trial)
-options = FootOptions(
-    foot=Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"]),
-    ankle_label=foot["ankle_label"],
-    belt_fixed_labels=tuple(foot["belt_fixed_labels"]),
-    belt=snakemake.params.belt,
-)
+options = FootOptions.from_settings(geometry, foot, snakemake.params.belt)
 models = {
     load: pick(load_treadmill_models(path), snakemake.params.treadmill_model)
     for load, path in zip(("Fy", "Mx"), snakemake.input.models, strict=True)
@@ -32,7 +25,7 @@ for lowpass in lowpasses(**filters):
     found = filter_estimates(
         trial,
         f"dummy/{condition}",
-        dummy_options(geometry, snakemake.params.analysis),
+        DummyOptions.from_settings(geometry, snakemake.params.analysis),
         options,
         models,
         lowpass,

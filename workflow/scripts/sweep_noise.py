@@ -4,8 +4,7 @@ import job
 
 job.start(snakemake)
 
-from dummy_choices import dummy_options
-
+from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.noise.monte_carlo import sweep_trial
 from tepsipe.experiments.noise.rows import NOISE_ROWS, noise_rows
 from tepsipe.experiments.noise.trial import simulated_trial
@@ -13,8 +12,8 @@ from tepsipe.io.result import read_result
 from tepsipe.mechanics.inverse_dynamics import Foot
 
 geometry, noise = snakemake.params.geometry, snakemake.params.noise
-options = dummy_options(geometry, snakemake.params.analysis)
-foot = Foot(mass_kg=geometry["foot_mass_kg"], height_m=geometry["foot_height_m"])
+options = DummyOptions.from_settings(geometry, snakemake.params.analysis)
+foot = Foot.from_settings(geometry)
 condition, rows = snakemake.wildcards.condition, []
 results = dict(zip(snakemake.params.conditions, map(read_result, snakemake.input.fits), strict=True))
 for k, stiffness in enumerate(noise["joint"]["stiffness_Nm_per_rad"]):

@@ -1,11 +1,63 @@
-"""Typesetting of a report by Typst."""
+"""Reading of a run for a report, and typesetting of the report by Typst."""
 
+import json
+import re
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
+import pandas as pd
 import typst
+
+from tepsipe.io.result import Result, read_result
+from tepsipe.reporting.run import Run
+
+TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column"), str)
+
+
+def read_run(tables: Mapping[str, str], fits: Iterable[str], settings: Mapping, study: Mapping) -> Run:
+    """Tables and fits of a run, with the settings that its report prints and facts about the study."""
+    rows = {name: pd.read_csv(path, dtype=TEXT) for name, path in tables.items()}
+    return Run(rows, _read_fits(fits), settings, study)
+
+
+def table_files(paths: Iterable[str]) -> dict[str, str]:
+    """Name of a table -> its file."""
+    return {Path(path).stem: path for path in paths}
+
+
+def _read_fits(paths: Iterable[str]) -> dict[str, dict[str, Result]]:
+    """Results below ``fits/``: folder -> name -> result; one without a folder has its name twice."""
+    fits: dict[str, dict[str, Result]] = {}
+    for path in map(Path, paths):
+        group = path.stem if path.parent.name == "fits" else path.parent.name
+        fits.setdefault(group, {})[path.stem] = read_result(path)
+    return fits
+
+
+def chapters(names: Iterable[str]) -> dict[str, ModuleType]:
+    """Modules of chapters; the rule lists them as inputs."""
+    return {name: import_module(f"tepsipe.reporting.chapters.{name}") for name in names}
+
+
+def source_files(sources: Iterable[str], folder: str) -> dict[str, str]:
+    """Sources of the reports, as seen from their folder."""
+    return {str(Path(source).relative_to(folder)): source for source in sources}
+
+
+def report_files(data: str, tables: Mapping[str, str], figures: Iterable[str]) -> dict[str, str]:
+    """Data, tables and figures of a report, as its sources see them."""
+    files = {f"figures/{Path(path).name}": path for path in figures}
+    return files | {f"tables/{name}.csv": path for name, path in tables.items()} | {"report.json": data}
+
+
+def write_json(path: str, content: dict) -> None:
+    """Write a file of JSON that people can read, too."""
+    Path(path).write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def typeset(files: Mapping[str, str | Path], main: str, pdf: str | Path) -> None:
@@ -13,11 +65,7 @@ def typeset(files: Mapping[str, str | Path], main: str, pdf: str | Path) -> None
 
     Typst reads below one root only: ``files`` maps paths below it, that of ``main`` among them, to files.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder)
-        for name, path in files.items():
-            (root / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, root / name)
+    with _gathered(files) as root:
         typst.compile(
             str(root / main),
             output=pdf,
@@ -26,3 +74,39 @@ def typeset(files: Mapping[str, str | Path], main: str, pdf: str | Path) -> None
             timestamp=0,
             pdf_standards="a-2b",
         )
+
+
+def first_page(files: Mapping[str, str | Path], pdf: str) -> dict[str, str]:
+    """HTML of the source of the raw files, and of the findings, as the first page of the report has them.
+
+    References to sections are links to the ``pdf``, a path relative to the page that shows the HTML.
+    """
+    with _gathered(files) as root:
+        return {
+            part: _body(
+                typst.compile(
+                    str(root / "first_page.typ"),
+                    root=str(root),
+                    format="html",
+                    ignore_system_fonts=True,
+                    sys_inputs={"part": part, "pdf": pdf},
+                )
+            )
+            for part in ("source", "findings")
+        }
+
+
+def _body(page: bytes) -> str:
+    found = re.search(r"<body>(.*)</body>", page.decode(), re.DOTALL)
+    return found[1].strip().replace("</p><p>", "</p>\n<p>")
+
+
+@contextmanager
+def _gathered(files: Mapping[str, str | Path]) -> Iterator[Path]:
+    """A root with all files of a report."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder)
+        for name, path in files.items():
+            (root / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, root / name)
+        yield root

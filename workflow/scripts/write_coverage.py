@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 
 import pandas as pd
-from typeset import typeset
+from typeset import source_files, typeset
 
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.figures.style import save_figure
@@ -41,9 +41,7 @@ Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )
 
-folder = Path(snakemake.params.source_folder)
-files = {name: folder / name for name in ("coverage.typ", "style.typ")}
-files |= {
+files = source_files(snakemake.input.source, snakemake.params.source_folder) | {
     "coverage.svg": snakemake.output.shares,
     "intervals.svg": snakemake.output.intervals,
     "report.json": snakemake.output.data,

@@ -8,11 +8,10 @@ import json
 from pathlib import Path
 
 from tepsipe.reporting.pages.index import Listing, render_index
+from workflow.support.captions import read_captions
 
 params = snakemake.params
-captions = {
-    Path(path).stem: Path(path).read_text(encoding="utf-8").strip() for path in snakemake.input.captions
-}
+captions = read_captions(snakemake.input.captions)
 listing = Listing(
     pdf=params.pdf,
     figures={

@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 
 import pandas as pd
-from typeset import typeset
+from typeset import source_files, typeset
 
 from tepsipe.reporting.figures.planning import plot_filters, plot_needed, plot_pulses, plot_treadmill_filters
 from tepsipe.reporting.figures.several_joints import plot_several_joints
@@ -55,9 +55,7 @@ Path(snakemake.output.data).write_text(
     json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
 )
 
-folder = Path(snakemake.params.source_folder)
-files = {name: folder / name for name in ("plan.typ", "several_joints.typ", "style.typ")}
-files |= {
+files = source_files(snakemake.input.source, snakemake.params.source_folder) | {
     "needed.svg": snakemake.output.needed,
     "pulses.svg": snakemake.output.pulses,
     "filters.svg": snakemake.output.filters,

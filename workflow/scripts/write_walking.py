@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 
 import pandas as pd
-from typeset import typeset
+from typeset import source_files, typeset
 
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.figures.walking import plot_walking
@@ -35,7 +35,8 @@ study = {
 data = walking_data(rows, needed, about, study, recovery)
 Path(snakemake.output.data).write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", "utf-8")
 
-folder = Path(snakemake.params.source_folder)
-files = {name: folder / name for name in ("walking.typ", "style.typ")}
-files |= {"walking.svg": snakemake.output.figure, "report.json": snakemake.output.data}
+files = source_files(snakemake.input.source, snakemake.params.source_folder) | {
+    "walking.svg": snakemake.output.figure,
+    "report.json": snakemake.output.data,
+}
 typeset(files, "walking.typ", snakemake.output.pdf)

@@ -8,6 +8,7 @@ the further sets in turn. Neither depends on how many laboratories there are: th
 import copy
 import json
 import os
+import runpy
 import shutil
 import sys
 from contextlib import contextmanager
@@ -16,13 +17,11 @@ from pathlib import Path
 from random import Random
 
 from tepsipe.errors import InputError, quoted
+from workflow.support.stopped import RECORDS, SENTENCE, records
 from workflow.support.yaml_file import read_settings
 
 ROOT = Path(__file__).parents[2]
 TABLES = ("estimates", "uncertainty", "recovery")
-PLUGINS = ROOT / "workflow" / "plugins"
-STOPPED = Path(".snakemake") / "tepsipe" / "stopped.json"
-STARTED = "tepsipe: "  # how a sentence about a study that could not start begins
 
 
 def set_of(coverage: dict, number: int) -> str:
@@ -174,22 +173,21 @@ def run(files: dict[str, str], folder: Path) -> str:
         # what has not changed keeps its date, and what was done with it
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")
-    stopped, said = folder / STOPPED, folder / "run.log"
-    stopped.unlink(missing_ok=True)
+    said = folder / "run.log"
+    shutil.rmtree(folder / RECORDS, ignore_errors=True)
     status = _snakemake(folder, said)
     if status == 0:
         return ""
-    if stopped.is_file():
-        found = json.loads(stopped.read_text(encoding="utf-8"))
-        sentence = (
-            found["said"].splitlines()[-1] if found["said"] else f"{found['rule']} ended without a word"
-        )
-        if found["lasting"]:
-            return sentence.removeprefix(STARTED)
+    stopped = records(folder)
+    passing = [record for record in stopped if not record["lasting"]]
+    for record in passing or stopped:
+        sentence = record["said"] or f"{record['about']} ended without a word"
+        if record["lasting"]:
+            return sentence.removeprefix(SENTENCE)
         raise OSError(sentence)
     for line in said.read_text(encoding="utf-8", errors="replace").splitlines():
-        if line.startswith(STARTED):
-            return line.removeprefix(STARTED)
+        if line.startswith(SENTENCE):
+            return line.removeprefix(SENTENCE)
     raise OSError(f"{said}: expected the laboratory's study to end, found status {status}: look there")
 
 
@@ -201,18 +199,19 @@ def forget(folder: Path) -> None:
 
 
 def _snakemake(folder: Path, said: Path) -> int:
-    """Exit status of Snakemake on a folder; what it says goes to a file."""
-    sys.path.insert(0, str(PLUGINS))
-    from snakemake.cli import main
+    """Exit status of ``python -m snakemake`` in this process on a folder; what it says goes to a file.
 
+    Jobs are processes that end with this one, also if it is killed.
+    """
     arguments = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder.resolve())]
-    arguments += ["--executor", "warm", "--cores", "1", "--scheduler", "greedy", "--rerun-incomplete"]
+    arguments += ["--executor", "tepsipe", "--cores", "1", "--scheduler", "greedy", "--rerun-incomplete"]
     # the run that has started this one holds the lock, and no other writes to this folder
     arguments += ["--nolock", "--quiet", "progress", "--workflow-profile", "none"]
     arguments += ["--", *(f"results/tables/{name}.csv" for name in TABLES)]
     with _elsewhere(said):
+        sys.argv[1:] = arguments
         try:
-            main(arguments)
+            runpy.run_module("snakemake", run_name="__main__", alter_sys=True)
         except SystemExit as error:
             if isinstance(error.code, str):
                 print(error.code, file=sys.stderr)
@@ -222,8 +221,8 @@ def _snakemake(folder: Path, said: Path) -> int:
 
 @contextmanager
 def _elsewhere(said: Path):
-    """Give folder, environment and outputs of this process back after something that changes them."""
-    here, kept = Path.cwd(), dict(os.environ)
+    """Let something change folder, environment, arguments and outputs of this process, and restore them."""
+    here, kept, arguments = Path.cwd(), dict(os.environ), list(sys.argv)
     os.environ.pop("SNAKEMAKE_PROFILE", None)
     saved = [os.dup(stream) for stream in (1, 2)]
     sys.stdout.flush()
@@ -242,3 +241,4 @@ def _elsewhere(said: Path):
         os.chdir(here)
         os.environ.clear()
         os.environ.update(kept)
+        sys.argv = arguments

@@ -249,10 +249,31 @@ def figures_by_category(study: Study) -> dict[str, dict[str, str]]:
     return found
 
 
-def captions(study: Study) -> list[str]:
-    """Names of the captions of all figures and tables."""
-    figures = [caption for own in figures_by_category(study).values() for caption in own.values()]
-    return list(dict.fromkeys([*figures, *tables(study).values()]))
+def report_fits(study: Study) -> list[str]:
+    """Fits of which the report has facts or numbers."""
+    models = [path for name in ("weight", "belt") for path in model_files(study, name)[:1]]
+    return fits(study) + pooled_wristalyzer(study)[:1] + task_fits(study) + thesis_dummy(study)[:1] + models
+
+
+def report_tables(study: Study) -> list[str]:
+    """Tables that the report reads; of the treadmill models the ones that it shows."""
+    models = [path for name in ("weight", "belt") for path in model_files(study, name)[1:]]
+    names = [name for name in tables(study) if name != "treadmill_models"]
+    return [f"<results>/tables/{name}.csv" for name in names] + models
+
+
+def model_names(study: Study) -> dict[str, str]:
+    """Experiment -> name of its calibration of treadmill models, among the report's fits and tables."""
+    return {name: _stem(file) for name in ("weight", "belt") for file in model_files(study, name)[1:]}
+
+
+# experiments and parts with a module of numbers and predicates, tepsipe/reporting/chapters/<name>.py
+CHAPTERS = ("wristalyzer", "dummy", "thesis_dummy", "simulation", "noise")
+
+
+def chapters(study: Study) -> list[str]:
+    """Chapters of the report that have numbers of their own."""
+    return [name for name in CHAPTERS if study.has(name)]
 
 
 def pages(study: Study) -> list[str]:

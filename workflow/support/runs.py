@@ -1,8 +1,8 @@
-"""Which runs and jobs are at work in a folder, and what became of those that were killed.
+"""Runs and jobs that are at work in a folder.
 
-A run that is killed leaves Snakemake's lock, and its jobs go on for a while. Before the next run takes the
-lock away, no other may be at work here: on this computer the table of processes says so, of another one the
-note of the run.
+A run that is killed leaves Snakemake's lock, and its jobs may go on for a while. Before the next run removes
+the lock, no other may be at work here: the table of processes lists those on this computer, the note of the
+run names another computer.
 """
 
 import contextlib
@@ -15,10 +15,12 @@ from pathlib import Path
 
 import psutil
 
-FOLDER = Path(".snakemake") / "tepsipe"
-NOTE = FOLDER / "run.json"
-JOBS = FOLDER / "jobs"
+from workflow.support.stopped import RECORDS
+
+NOTE = Path(".snakemake") / "tepsipe" / "run.json"
 LOCKS = Path(".snakemake") / "locks"
+# part of the commands of jobs: of Snakemake's own executor, and of this study's
+OF_JOBS = (".snakemake/scripts/", "workflow.support.preload")
 NO_RUN = {"-n", "--dry-run", "--dryrun", "--report", "--unlock", "--lint"}
 
 
@@ -26,8 +28,8 @@ def note_run() -> None:
     """Note which computer a run of this folder is on, and since when; forget jobs of earlier runs."""
     content = {"computer": socket.gethostname(), "started": time.strftime("%Y-%m-%d %H:%M:%S")}
     with contextlib.suppress(OSError):  # on a full disk the run goes on to say so
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        for record in JOBS.glob("*.json"):
+        NOTE.parent.mkdir(parents=True, exist_ok=True)
+        for record in RECORDS.glob("*.json"):
             record.unlink(missing_ok=True)
         NOTE.write_text(json.dumps(content), encoding="utf-8")
 
@@ -81,7 +83,7 @@ def jobs_alive() -> list[int]:
     return [
         pid
         for pid, command in _processes_here()
-        if any(".snakemake/scripts/" in part for part in command) or "--report" in command
+        if any(name in part for part in command for name in OF_JOBS) or "--report" in command
     ]
 
 
@@ -108,14 +110,3 @@ def warn_of_a_lock(arguments: list[str]) -> None:
 def is_locked() -> bool:
     """Whether Snakemake has locked this folder, or a run that was killed has left its lock."""
     return LOCKS.is_dir() and any(LOCKS.iterdir())
-
-
-def records_of_jobs() -> list[dict]:
-    """Records of jobs that did not end by themselves; ``script`` is the name of their script."""
-    found = []
-    for path in sorted(JOBS.glob("*.json")):
-        try:
-            found.append(json.loads(path.read_text(encoding="utf-8")) | {"script": path.stem})
-        except (OSError, ValueError, TypeError):  # damaged, where the disk is full
-            continue
-    return found

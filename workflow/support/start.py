@@ -6,13 +6,11 @@ from pathlib import Path
 
 from tepsipe.errors import InputError
 from tepsipe.virtual_lab.drawn import draw_laboratory, drawn_numbers
-from workflow.support.check import (
-    check_against_schema,
-    check_config,
-    check_one_treadmill,
-    check_plate_models,
-    check_recordings,
-)
+from workflow.settings.check import check_content
+from workflow.settings.config import check_config
+from workflow.settings.reported import Reported
+from workflow.settings.virtual_lab import VirtualLab
+from workflow.support.check import check_one_treadmill, check_plate_models, check_recordings
 from workflow.support.folders import check_folders, check_path, check_paths
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set
 from workflow.support.people import read_participants
@@ -23,7 +21,6 @@ from workflow.support.walking import check_walking_trials
 from workflow.support.yaml_file import read_settings
 
 ROOT = Path(__file__).parents[2]
-SCHEMAS = ROOT / "workflow" / "schemas"
 DEFAULTS = "config/config.yaml"
 NAME = "configuration"  # where messages begin, until their file is known
 ABSENT = object()  # of a key that a configuration does not have
@@ -49,9 +46,8 @@ def checked_study(config: dict, configfiles: Iterable[str | Path], name: str = N
     """Check the configuration, read the trial sheet, and check the folders that the study writes to."""
     own = [str(path) for path in configfiles if placeholders(read_settings(path))]
     refuse_placeholders(config, " and ".join(own) or name)
-    check_against_schema(config, SCHEMAS / "config.schema.yaml", name)
-    check_paths(config, name)
     check_config(config, name)
+    check_paths(config, name)
     study = config["study"]
     trials = read_trial_sheet(study["trial_sheet"], study["recordings_folder"])
     check_sources(trials, study["trial_sheet"], study["virtual_lab"])
@@ -96,7 +92,7 @@ def _check_laboratories(config: dict, study: Study, name: str) -> None:
 def checked_constants(path: str) -> dict:
     """Constants of a file of the virtual laboratory, before drawing."""
     content = read_settings(path)
-    check_against_schema(content, SCHEMAS / "virtual_lab.schema.yaml", path)
+    check_content(content, VirtualLab, path)
     return content
 
 
@@ -109,7 +105,7 @@ def checked_sections(config: dict, key: str) -> dict | None:
     if path is None:
         return None
     content = read_settings(path)
-    check_against_schema(content, SCHEMAS / f"{key}.schema.yaml", path)
+    check_content(content, {"virtual_lab": VirtualLab, "reported": Reported}[key], path)
     return _drawn(content, path) if key == "virtual_lab" else content
 
 
@@ -119,7 +115,7 @@ def _drawn(content: dict, path: str) -> dict:
         drawn, numbers = draw_laboratory(content), drawn_numbers(content)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from None
-    check_against_schema(drawn, SCHEMAS / "virtual_lab.schema.yaml", f"{path}, after drawing")
+    check_content(drawn, VirtualLab, f"{path}, after drawing")
     return drawn | {"drawn_numbers": [vars(number) for number in numbers]}
 
 

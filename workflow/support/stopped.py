@@ -1,51 +1,95 @@
-"""Why jobs stopped: one sentence for each job that failed, also where it could say none itself."""
+"""Why jobs stopped: a record of each job at work, and one sentence for each that failed.
+
+A job writes its record when it starts, and again if it stops with an error. What ends a job without a word,
+such as a signal, is added by the executor, which sees how the process ends. Records of jobs that end well are
+removed; those that remain are reported when the run ends.
+"""
 
 import contextlib
-import re
+import hashlib
+import json
 import shutil
 import signal
-import time
 from pathlib import Path
 
-from workflow.support.runs import records_of_jobs
-
+RECORDS = Path(".snakemake") / "tepsipe" / "jobs"
+# a record of this size (bytes) has a block of its own, and can be written over when the disk is full
+BLOCK = 4096
 # less (bytes) counts as a full disk
 FREE_BYTES = 65536
 # signals by which the system says that a compiled library made an error
 CRASHES = ("SIGSEGV", "SIGBUS", "SIGABRT", "SIGILL", "SIGFPE")
 # by which it, a scheduler of a cluster or a person ends a job that takes too long
 LIMITS = ("SIGTERM", "SIGXCPU", "SIGALRM", "SIGHUP", "SIGINT")
+SENTENCE = "tepsipe: "  # how a sentence begins; a trace begins otherwise
 
 
-def what_stopped(jobs, run_log: str = "") -> list[str]:
-    """One sentence per failed job: what its log says, its record, or the signal that ended it."""
-    records = {record["log"]: record for record in records_of_jobs()}
-    return [_sentence(job, records, run_log) for job in sorted(jobs, key=lambda job: str(job.log))]
+def write_record(about: str, log: str, said: str = "", lasting: bool = False) -> None:
+    """Write the record of a job in place; without space for it the job goes on without.
+
+    ``said`` is the text of the log, of which the last line is kept. ``lasting`` means that the same would
+    happen again: it is not due to a signal or a full disk.
+    """
+    lines = said.splitlines()
+    content = {"about": about, "log": log, "said": lines[-1] if lines else "", "lasting": lasting}
+    record = _record_of(log)
+    with contextlib.suppress(OSError):
+        record.parent.mkdir(parents=True, exist_ok=True)
+        with open(record, "r+" if record.exists() else "w", encoding="utf-8") as file:
+            file.write(json.dumps(content).ljust(BLOCK))
+            file.truncate()
 
 
-def _sentence(job, records: dict[str, dict], run_log: str) -> str:
-    about = "/".join([str(getattr(job, "rule", job)), *map(str, getattr(job, "wildcards", ()))])
-    log = str(job.log[0]) if job.log else ""
-    text = _read(log)
-    if text:
-        return text if text.startswith("tepsipe: ") else f"tepsipe: {about}: a bug, see {log}"
-    record = records.get(log)
-    if record and record["said"]:
-        return record["said"].strip()
-    # one that was killed at its very start has no record: any of its rule's
-    script = re.escape(record["script"]) if record else rf"\w+\.{_script_of(job)}"
-    stopped = _signal_of(script, run_log)
-    sentence = f"tepsipe: {about}: {_of_signal(stopped, run_log)}"
-    with contextlib.suppress(OSError):  # on a full disk it is among the messages of the run only
-        Path(log).write_text(f"{sentence}\n", encoding="utf-8")
-    return sentence
+def forget(log: str) -> None:
+    """Remove the record of a job that has ended well."""
+    with contextlib.suppress(OSError):
+        _record_of(log).unlink(missing_ok=True)
 
 
-def _of_signal(name: str | None, run_log: str) -> str:
-    if name is None and shutil.disk_usage(".").free < FREE_BYTES:
-        return f"{Path.cwd()}: expected space for the run, found the disk full: free some, then run again"
-    if name is None:
-        return f"expected the job to say why it stopped, found nothing: see {run_log}, then run again"
+def note_end(about: str, log: str, status: int) -> None:
+    """Note how the process of a job has ended: its exit status, or minus the signal that ended it."""
+    if status == 0:
+        forget(log)
+        return
+    record = _read(_record_of(log)) or {"about": about, "said": ""}
+    if record["said"]:
+        return
+    text = ""
+    with contextlib.suppress(OSError):
+        text = Path(log).read_text(encoding="utf-8", errors="replace")
+    if status < 0 and not text:
+        text = f"{SENTENCE}{record['about']}: {_of_signal(-status)}\n"
+        with contextlib.suppress(OSError):
+            Path(log).write_text(text, encoding="utf-8")
+    write_record(record["about"], log, text)
+
+
+def records(folder: Path | str = ".") -> list[dict]:
+    """Records of the jobs of a run in a folder that are at work or have stopped, by their logs."""
+    found = (_read(path) for path in (folder / RECORDS).glob("*.json"))
+    return sorted((record for record in found if record), key=lambda record: record["log"])
+
+
+def what_stopped(run_log: str) -> list[str]:
+    """One sentence per job that has stopped, at the end of a run with this log of Snakemake."""
+    full = shutil.disk_usage(".").free < FREE_BYTES
+    if full:
+        nothing = f"{Path.cwd()}: expected space for the run, found the disk full: free some, then run again"
+    else:
+        nothing = f"expected the job to say why it stopped, found nothing: see {run_log}, then run again"
+    sentences = [_sentence(record, nothing) for record in records()]
+    return sentences or [f"{SENTENCE}{nothing}"]
+
+
+def _sentence(record: dict, nothing: str) -> str:
+    said, about = record["said"], record["about"]
+    if said.startswith(SENTENCE):
+        return said
+    return f"{SENTENCE}{about}: a bug, see {record['log']}" if said else f"{SENTENCE}{about}: {nothing}"
+
+
+def _of_signal(number: int) -> str:
+    name = signal.Signals(number).name if number in set(signal.Signals) else str(number)
     found = f"expected the job to end by itself, found it stopped by the signal {name}"
     if name in CRASHES:
         return f"{found}, an error in a compiled library: check the job's input files, then run again"
@@ -54,30 +98,13 @@ def _of_signal(name: str | None, run_log: str) -> str:
     return f"{found}, as where memory runs out: free some or run on fewer cores (-c1), then run again"
 
 
-def _script_of(job) -> str:
-    script = getattr(getattr(job, "rule", None), "script", None)
-    return re.escape(Path(str(script)).stem) if script else re.escape(str(getattr(job, "rule", "")))
+def _record_of(log: str) -> Path:
+    return RECORDS / f"{hashlib.sha1(log.encode()).hexdigest()}.json"
 
 
-def _signal_of(script: str, run_log: str, longest_s: float = 1.0) -> str | None:
-    """Signal that ended a script (a pattern), as Snakemake's log has it; that is written a little later."""
-    ended = r"(?:died with <Signals\.(SIG\w+)|returned non-zero exit status (\d+))"
-    pattern = re.compile(rf"{script}\.py' {ended}")
-    deadline = time.monotonic() + longest_s
-    while not (found := pattern.search(_read(run_log))) and time.monotonic() < deadline:
-        time.sleep(0.1)
-    if not found:
-        return None
-    if found.group(1):
-        return found.group(1)
-    try:
-        return signal.Signals(int(found.group(2)) - 128).name
-    except ValueError:
-        return None
-
-
-def _read(path: str) -> str:
-    try:
-        return Path(path).read_text(encoding="utf-8", errors="replace").strip()
-    except OSError:
-        return ""
+def _read(path: Path) -> dict | None:
+    """A record; none of a damaged one, as where the disk is full."""
+    with contextlib.suppress(OSError, ValueError):
+        found = json.loads(path.read_text(encoding="utf-8"))
+        return found if isinstance(found, dict) else None
+    return None

@@ -1,35 +1,7 @@
-"""Checks of a study of walking: its configuration, and its rows of the trial sheet."""
+"""Check of the trials of a study of walking."""
 
 from tepsipe.errors import InputError, listed
 from workflow.support.trial_sheet import TrialRow
-
-
-def check_walking(walking: dict, name: str) -> None:
-    """Every phase has an expected stiffness, all signals are below half the rate, and axes differ."""
-    phases, expected = walking["analysis"]["phases_percent"], walking["planned"]["stiffness_Nm_per_rad"]
-    if len(phases) != len(expected):
-        raise InputError(
-            f"{name}: expected walking.planned.stiffness_Nm_per_rad to have a value for each of the "
-            f"{len(phases)} phases of walking.analysis.phases_percent, found {len(expected)}: correct one "
-            "of the two"
-        )
-    cutoff, half = walking["analysis"]["lowpass_cutoff_hz"], 0.5 * walking["rate_hz"]
-    if cutoff >= half:
-        raise InputError(
-            f"{name}: expected walking.analysis.lowpass_cutoff_hz below half of walking.rate_hz ({half:g} "
-            f"Hz), found {cutoff:g} Hz: correct one of the two"
-        )
-    axes, plates = walking["recording"]["axes"], walking["recording"]["plates"]
-    if axes["forward"][1] == axes["up"][1]:
-        raise InputError(
-            f"{name}: expected walking.recording.axes to be two different axes, found {axes['forward']!r} "
-            f"and {axes['up']!r}: correct one of the two"
-        )
-    if plates["own"] == plates["other"]:
-        raise InputError(
-            f"{name}: expected walking.recording.plates to be two force plates, found {plates['own']} for "
-            "both feet: correct one of the two"
-        )
 
 
 def check_walking_trials(config: dict, trials: dict[tuple, TrialRow], path: str) -> None:

@@ -447,6 +447,12 @@ class Verdict:
     quoted: str
 
 
+def known_inertia(checks: dict) -> tuple[float, float] | None:
+    """Inertia of the joint and its standard uncertainty (N·m·s²/rad) in a study; None if it is not known."""
+    known = checks["joint_inertia_Nms2_per_rad"]
+    return None if known is None else (known, checks["joint_inertia_uncertainty_Nms2_per_rad"])
+
+
 def check_dummy(
     trial: Trial,
     options: DummyOptions,

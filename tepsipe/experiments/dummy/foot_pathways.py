@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Self
 
 import numpy as np
 
@@ -74,6 +75,12 @@ class FootOptions:
     belt_fixed_labels: tuple[str, ...]
     belt: str
     held_out: HeldOut | None = None
+
+    @classmethod
+    def from_settings(cls, geometry: dict, foot: dict, belt: str, held_out: HeldOut | None = None) -> Self:
+        """Options of the constants of the foot (kg, m), ``ankle_label`` and ``belt_fixed_labels``."""
+        labels = tuple(foot["belt_fixed_labels"])
+        return cls(Foot.from_settings(geometry), foot["ankle_label"], labels, belt, held_out)
 
 
 def analyse_foot(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from tepsipe.mechanics.segment_kinematics import (
 from tepsipe.signals.differentiation import derivative
 from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import WindowOptions, perturbations_of, rest_samples
-from tepsipe.statistics.uncertainty import Budget, Source
+from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 
 # attribute of a trial whose belt velocity was derived from markers
 MARKED_BELT = "belt_velocity_from"
@@ -81,6 +82,34 @@ class DummyOptions:
     window: WindowOptions
     belt_fixed_labels: tuple[str, ...] = ()
     sources: dict[str, Source] = field(default_factory=dict)
+
+    @classmethod
+    def from_settings(
+        cls, geometry: dict, analysis: dict, belt_fixed_labels=(), uncertainty: dict | None = None
+    ) -> Self:
+        """Options of a study.
+
+        Parameters
+        ----------
+        geometry : dict
+            Constants of the leg (kg, m, kg·m²) and ``leg_markers``.
+        analysis : dict
+            ``lowpass_cutoff_hz``, ``lowpass_order``, and the attributes of `WindowOptions`.
+        belt_fixed_labels : sequence of str
+            Belt-fixed markers.
+        uncertainty : dict, optional
+            Sources, as `sources_of` takes them.
+        """
+        window = dict(analysis)
+        return cls(
+            leg=Leg.from_settings(geometry),
+            leg_markers=SegmentMarkers.from_settings(geometry["leg_markers"]),
+            lowpass_cutoff_hz=window.pop("lowpass_cutoff_hz"),
+            lowpass_order=window.pop("lowpass_order"),
+            window=WindowOptions(**window),
+            belt_fixed_labels=tuple(belt_fixed_labels),
+            sources=sources_of(uncertainty or {}),
+        )
 
 
 @dataclass(frozen=True)

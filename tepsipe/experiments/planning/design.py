@@ -3,18 +3,19 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
 from tepsipe.errors import InputError, listed, quoted
-from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse
+from tepsipe.experiments.planning.pulses import STEP_S, Drive, Pulse, pulse_of
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.forward_dynamics import ForwardSimulation, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import Perturbation, find_perturbations
-from tepsipe.statistics.uncertainty import Source
+from tepsipe.statistics.uncertainty import Source, sources_of
 
 JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT = (
     "joint-likelihood",
@@ -218,6 +219,25 @@ class Design:
     foot: Foot = field(default_factory=lambda: Foot(mass_kg=2.1, height_m=0.055))
     rig: Rig = field(default_factory=Rig)
     sources: Mapping[str, Source] = field(default_factory=dict)
+
+    @classmethod
+    def from_settings(cls, plan: dict, name: str, geometry: dict, uncertainty: dict) -> Self:
+        """Design of a name in a plan: what it changes of joint, rig and protocol (units in their names).
+
+        ``geometry`` has the constants of leg and foot (kg, m, kg·m²), ``uncertainty`` the tolerances.
+        """
+        joint, rig, protocol = (
+            plan[part] | plan["designs"][name].get(part, {}) for part in ("joint", "rig", "protocol")
+        )
+        pulse = pulse_of(*(protocol.pop(key) for key in ("profile", "amplitude_m_per_s", "duration_s")))
+        return cls(
+            joint=Joint(**joint),
+            leg=Leg.from_settings(geometry),
+            foot=Foot.from_settings(geometry),
+            rig=Rig(**rig | {"drive": Drive(**rig["drive"])}),
+            protocol=Protocol(pulse=pulse, **protocol),
+            sources=sources_of(uncertainty),
+        )
 
     def __post_init__(self):
         """Refuse a joint on which the leg does not stand, and a foot that cannot be.

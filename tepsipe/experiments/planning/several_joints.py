@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
+from typing import Self
 
 import h5py
 import numpy as np
@@ -48,6 +49,13 @@ class Point:
 
     segment: int | None
     height_m: float = 0.0
+
+    @classmethod
+    def from_settings(cls, perturbation: dict) -> Self:
+        """Point of a perturbation: the belt that is displaced (m), or a segment at a height (m)."""
+        if "displacement_m" in perturbation:
+            return cls(None)
+        return cls(SEGMENTS.index(perturbation["segment"]), perturbation["height_m"])
 
     def push(self, body: LinearChain) -> np.ndarray | None:
         """B of the force (m), shape (3,); None for the belt."""

@@ -6,6 +6,7 @@ removes slow sway. An unreliable epoch is omitted and reported, never averaged s
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -63,6 +64,18 @@ class EpochOptions:
     lowpass_order: int
     emg: EmgOptions
     mains_hz: float
+
+    @classmethod
+    def from_settings(cls, analysis: dict, emg: dict, max_gap_s: float) -> Self:
+        """Options of a study: windows (s) and filters (Hz), those of the electromyograms, longest gap (s)."""
+        same = ("before_s", "after_s", "least_perturbations", "lowpass_cutoff_hz", "lowpass_order")
+        return cls(
+            **{key: analysis[key] for key in same},
+            baseline_s=tuple(analysis["baseline_s"]),
+            max_gap_s=max_gap_s,
+            emg=EmgOptions(**emg),
+            mains_hz=analysis["line_hz"],
+        )
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ a function that returns its regressors, and enter it in `ACTIVE`.
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
+from typing import Self
 
 import numpy as np
 import scipy
@@ -45,6 +46,12 @@ class ActiveOptions:
     reflex_delay_s: tuple[float, ...]
     balance_delay_s: tuple[float, ...]
     action: dict[str, float]
+
+    @classmethod
+    def from_settings(cls, active: dict, ankle_action: dict[str, int]) -> Self:
+        """Values that are tried (s), and muscle -> action at the ankle (-), which may be 0."""
+        action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
+        return cls(**{key: tuple(times) for key, times in active.items()}, action=action)
 
     @property
     def tried(self) -> dict[str, tuple[float, ...]]:

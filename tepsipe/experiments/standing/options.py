@@ -1,8 +1,9 @@
 """A standing person, and the choices of the analysis (thesis section 3-2)."""
 
 from dataclasses import dataclass
+from typing import Self
 
-from tepsipe.mechanics.anthropometry import Feet, StandingBody
+from tepsipe.mechanics.anthropometry import Feet, StandingBody, both_feet, standing_body
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
@@ -53,6 +54,30 @@ class Person:
     foot: SegmentMarkers
     shank: SegmentMarkers
     thigh: SegmentMarkers
+
+    @classmethod
+    def from_settings(cls, person: dict) -> Self:
+        """Person of a mass (kg), a stature (m), and markers of foot, shank and thigh.
+
+        Masses, moments of inertia and the centre of mass follow from mass and stature.
+        """
+        mass_kg, stature_m, ankle_height_m = (
+            person[key] for key in ("mass_kg", "stature_m", "ankle_height_m")
+        )
+        placed = {
+            segment: SegmentMarkers.from_settings(person[f"{segment}_markers"])
+            for segment in ("foot", "shank", "thigh")
+        }
+        return cls(
+            mass_kg=mass_kg,
+            feet=both_feet(mass_kg, stature_m),
+            body=standing_body(
+                mass_kg, stature_m, person["com_height"], ankle_height_m, person["gravity_m_per_s2"]
+            ),
+            foot_com_m=person["foot_com_m"],
+            ankle_height_m=ankle_height_m,
+            **placed,
+        )
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -114,3 +139,17 @@ class StandingOptions:
     window: WindowOptions
     quiet_after_s: float
     limits: StanceLimits
+
+    @classmethod
+    def from_settings(cls, person: dict, belt: str, analysis: dict, stance: dict) -> Self:
+        """Options of a study: person, belt, filters and windows (Hz, s), limits of quiet standing."""
+        order = analysis["lowpass_order"]
+        return cls(
+            person=Person.from_settings(person),
+            belt=belt,
+            lowpass=Lowpass(analysis["lowpass_cutoff_hz"], order, True),
+            stretch_lowpass=Lowpass(analysis["stretch_cutoff_hz"], order, True),
+            window=WindowOptions(**analysis["window"]),
+            quiet_after_s=analysis["quiet_after_s"],
+            limits=StanceLimits(**stance),
+        )

@@ -28,6 +28,7 @@ Shorter & Rouse (2018). IEEE Trans. Neural Syst. Rehabil. Eng. 26(1), 135-143.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -106,6 +107,12 @@ class WalkingOptions:
     fewest_strides: int = 6
     recovery_strides: int = 1
     control_percent: tuple[float, ...] = ()
+
+    @classmethod
+    def from_settings(cls, analysis: dict) -> Self:
+        """Choices of a study (units in their names)."""
+        lists = {key: tuple(value) for key, value in analysis.items() if isinstance(value, list)}
+        return cls(**analysis | lists)
 
     @property
     def onsets_percent(self) -> tuple[float, ...]:

@@ -12,6 +12,7 @@ plantarflexion is positive, and zero where the shank is at a right angle to the 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import scipy
@@ -56,6 +57,13 @@ class WalkingFiles:
         default_factory=lambda: {ANKLE: "LMAL", KNEE: "LKNE", HEEL: "LHEE", TOE: "LTOE"}
     )
     surface_m: float = 0.0
+
+    @classmethod
+    def from_settings(cls, recording: dict) -> Self:
+        """Axes, numbers of the plates (-), markers and height of the belt (m) of a study."""
+        axes, plates = recording["axes"], recording["plates"]
+        same = {key: recording[key] for key in ("force_sign", "markers", "surface_m")}
+        return cls(axes["forward"], axes["up"], plates["own"], plates["other"], **same)
 
 
 def is_of_instruments(path: str | Path) -> bool:

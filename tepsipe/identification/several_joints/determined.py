@@ -10,6 +10,7 @@ alone, if at all.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import scipy
@@ -29,6 +30,11 @@ class Limits:
 
     stiffness: float = 0.15
     damping: float = 0.5
+
+    @classmethod
+    def from_percent(cls, stiffness_percent: float, damping_percent: float) -> Self:
+        """Limits from per cent (%)."""
+        return cls(0.01 * stiffness_percent, 0.01 * damping_percent)
 
     def of(self, setting: Setting, q: int) -> np.ndarray:
         """Of every parameter, shape (q,) (-)."""

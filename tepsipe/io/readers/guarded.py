@@ -175,6 +175,7 @@ def _forked(function: Callable, arguments: tuple, limits: _Limits) -> tuple[int,
             raise
         if child == 0:
             try:
+                os.close(reading)  # where the parent is killed, writing then fails and ends this process
                 _serve(function, arguments, limits, writing)
             finally:  # nothing of the parent's runs twice: no test, no lock, no closing of its files
                 os._exit(1)

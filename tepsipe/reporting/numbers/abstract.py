@@ -1,7 +1,7 @@
 """First page of the report: where the raw files come from, and the findings of the run, as sentences.
 
 The PDF and the index for a browser print the same sentences. A sentence is a list of pieces [kind, text]:
-text, emph, strong, math (as Typst writes it), cite and ref (a reference, and a section of the PDF).
+text, emph, strong, math (as Typst writes it) and ref (a section of the PDF).
 """
 
 import re
@@ -11,7 +11,7 @@ from tepsipe.reporting.numbers.format import number
 
 MARKUP = re.compile(
     r"\$(?P<math>[^$]+)\$|(?<!\w)_(?P<emph>[^_]+)_(?!\w)|\*(?P<strong>[^*]+)\*"
-    r"|\[@(?P<ref>[\w-]+)\]|\[cite (?P<cite>[\w-]+)\]"
+    r"|\[@(?P<ref>[\w-]+)\]"
 )
 
 Piece = list[str]
@@ -24,7 +24,7 @@ def pieces(template: str, **values: object) -> Paragraph:
     Parameters
     ----------
     template : str
-        Text with ``$math$``, ``_emphasis_``, ``*strong*``, ``[@section]``, ``[cite reference]`` and names of
+        Text with ``$math$``, ``_emphasis_``, ``*strong*``, ``[@section]`` and names of
         values in braces.
     **values : object
         Their texts, in which nothing is markup.
@@ -46,38 +46,10 @@ def pieces(template: str, **values: object) -> Paragraph:
     return found
 
 
-def source_of(data: dict) -> Paragraph:
-    """Where the raw files come from (no unit), from the data of the report."""
-    if data["made"] > 0:
-        return pieces(
-            "*Source of the raw files.* The recordings of the thesis [cite thesis] were never published. "
-            "{which} simulated by a _virtual laboratory_, "
-            "which integrates the full mechanics of the rigs with its own constants and writes the files "
-            "that the instruments would have written. The analysis does not use these constants. They "
-            "serve as the truth where a section says so, and in [@findings]. "
-            "This report therefore tests the _method_ of the "
-            "thesis, not its measurements.",
-            which=f"All {data['trials']} trials in this report were"
-            if data["made"] == data["trials"]
-            else f"Of the {data['trials']} trials in this report, {data['made']} were",
-        )
-    found = pieces(
-        "*Source of the raw files.* {trials} in the trial sheet. The report ends with checksums.",
-        trials="The trial in this report is a recording listed"
-        if data["trials"] == 1
-        else f"The {data['trials']} trials in this report are recordings listed",
-    )
-    if data["recordings_source"] is not None:
-        found += pieces(" Source: {source}", source=data["recordings_source"])
-    return found
-
-
-def abstract_of(data: dict) -> list[Paragraph]:
-    """Findings of the run, one paragraph per experiment (units in them), from the data of the report."""
-    paragraphs: list[Paragraph] = []
+def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
+    """Findings of the run by experiment or part (units in them), from the data of the report."""
+    parts: dict[str, list[Paragraph]] = {}
     for experiment, sentences in (
-        ("dummy", _dummy),
-        ("wristalyzer", _wristalyzer),
         ("weight", _weight),
         ("belt", _belt),
         ("standing", _standing),
@@ -85,11 +57,11 @@ def abstract_of(data: dict) -> list[Paragraph]:
         ("platform", _platform),
     ):
         if experiment in data["experiments"]:
-            paragraphs += sentences(data)
+            parts[experiment] = sentences(data)
     if "participants" in data:
-        paragraphs += _participants(data)
+        parts["participants"] = _participants(data)
     if data["claims"] is not None:
-        paragraphs.append(
+        parts["claims"] = [
             pieces(
                 "Of the {total} claims of the thesis, {reproduced} are reproduced, {fitted} fitted (their "
                 "numbers were used to choose constants of the virtual laboratory), {predicted} predicted by "
@@ -100,17 +72,17 @@ def abstract_of(data: dict) -> list[Paragraph]:
                 else f"; {data['claims']['not_computed']} were not computed",
                 **data["claims"],
             )
-        )
+        ]
     if data["cells"] is not None:
-        paragraphs.append(
+        parts["cells"] = [
             pieces(
                 "Of the {total} printed cells of Tables 4-1 to 4-4, {within} lie within their tolerance or "
                 "are explained by a number: {reproduced} reproduced, {fitted} fitted, {predicted} predicted, "
                 "{explained} explained ([@cells]).",
                 **data["cells"],
             )
-        )
-    return paragraphs
+        ]
+    return parts
 
 
 def warnings_of(data: dict) -> list[Paragraph]:
@@ -137,93 +109,6 @@ def warnings_of(data: dict) -> list[Paragraph]:
     for kind in quoted["kinds"]:
         found += pieces(" _{where}_: {meaning}.", where=kind["where"], meaning=kind["meaning"])
     return [found]
-
-
-def _wristalyzer(data: dict) -> list[Paragraph]:
-    w = data["wristalyzer"]
-    found = [
-        pieces(
-            "In the torque-controlled manipulator (Wristalyzer, the reference method) a fit to the "
-            "admittance of the same joint yields $I$ = {inertia} N·m·s²/rad, $B$ = {damping} "
-            "N·m·s/rad and $K$ = {stiffness} N·m/rad over trials with multisine torques of different size. "
-            "The fitted model predicts the measured angle with a VAF "
-            "of {vaf} %.",
-            **w,
-        )
-    ]
-    if w["one_minimum"]:
-        found[0] += pieces(
-            " With the complex logarithm as residual, the fit converges to the same parameters from every "
-            "starting value."
-        )
-    if w["modulus_depends"]:
-        found[0] += pieces(
-            " With the modulus of the logarithm, as the criterion is printed, the result depends on the "
-            "starting value."
-        )
-    return found
-
-
-def _dummy(data: dict) -> list[Paragraph]:
-    d, reported = data["dummy"], data["reported"]
-    found = pieces(
-        "On the instrumented treadmill, the printed equation of motion of the leg yields $I$ = "
-        "{printed_mean_inertia} N·m·s²/rad and $K$ = {printed_mean_stiffness} N·m/rad, with a VAF of up "
-        "to {vaf_printed_largest} % in the fitted windows. ",
-        **d,
-    )
-    if reported is not None:
-        found += pieces(
-            "The thesis reports {inertia} N·m·s²/rad and {stiffness} N·m/rad and calls its parameters “not "
-            "physically meaningful”. ",
-            **reported,
-        )
-    if d["signs_explain"]:
-        found += pieces(
-            "The signs explain the difference without any effect of the treadmill: the printed signs add "
-            '$2 I_"leg"$ = {two_leg_inertia} N·m·s²/rad to the inertia and subtract $2 m g r$ = {two_mgr} '
-            "N·m/rad from the stiffness. ",
-            **d,
-        )
-    found += pieces(
-        "VAF cannot reveal a wrong sign, because with one degree of freedom _any_ linear combination of "
-        "acceleration, velocity and angle can be fitted. The same free body with consistent signs yields $I$ "
-        "= {recommended_mean_inertia} N·m·s²/rad and $K$ = {recommended_mean_stiffness} N·m/rad from the "
-        "same recordings{amplitudes}.",
-        amplitudes=_amplitudes(d["clear_from"]),
-        **d,
-    )
-    if d["recovery"] is None:
-        return [found]
-    return [
-        found,
-        pieces(
-            "Over the {count} conditions with belt velocities{amplitudes}, the largest error of the "
-            "consistent equation relative to {truth} is {worst_stiffness} % in $K$ and {worst_damping} % "
-            "in $B$.",
-            amplitudes=_amplitudes(d["clear_from"], " of"),
-            **(d["recovery"] | {"truth": _truth(d["recovery"])}),
-        ),
-        *(_thesis_dummy(data["thesis_dummy"]) if "thesis_dummy" in data else ()),
-    ]
-
-
-def _truth(recovery: dict) -> str:
-    """What the estimates of single trials are compared with (no unit)."""
-    if recovery["at_work"]:
-        return "the linear joint nearest to the laboratory’s non-linear joint in the same movements"
-    return "the laboratory’s constants"
-
-
-def _thesis_dummy(found: dict) -> list[Paragraph]:
-    return [
-        pieces(
-            "One rubber joint that softens, with {n} constants fitted to the sinusoidal half of the printed "
-            "tables, returns {fitted_within} of the {fitted} fitted numbers and {predicted_within} of the "
-            "{predicted} other numbers of Tables 4-2 and 4-3 within their tolerances ([@thesis-dummy]).",
-            **found,
-        )
-    ]
 
 
 def _amplitudes(clear_from: str, word: str = " at") -> str:

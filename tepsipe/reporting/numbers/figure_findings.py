@@ -6,14 +6,6 @@ from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import MINUS, number
 
 DASH = number(None)
-RIGS = {
-    "wristalyzer": "the Wristalyzer",
-    "dummy": "the dummy on the belt",
-    "weight": "a weight on the belt",
-    "standing": "a person on the belt",
-}
-# values that differ by less are called the same (%)
-ALIKE = 5.0
 
 
 def figure_findings_of(data: dict) -> dict[str, str]:
@@ -31,11 +23,6 @@ def figure_findings_of(data: dict) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     chapters = (
-        ("wristalyzer", _wristalyzer),
-        ("dummy", _dummy),
-        ("thesis_dummy", _thesis_dummy),
-        ("simulation", _simulation),
-        ("noise", _noise),
         ("weight", _weight),
         ("foot", _foot),
         ("standing", _standing),
@@ -46,174 +33,6 @@ def figure_findings_of(data: dict) -> dict[str, str]:
     for name, sentences in chapters:
         if data.get(name) is not None:
             found |= sentences(data[name])
-    return found | _schematics(data)
-
-
-def _schematics(data: dict) -> dict[str, str]:
-    """What the drawings say: which rigs, how many trials, how the signals are treated."""
-    if data.get("dummy") is None or "experiments" not in data:
-        return {}
-    rigs = [RIGS[name] for name in RIGS if name in data["experiments"]]
-    ways = "from the motion of the leg"
-    if data.get("foot") is not None:
-        ways += ", or from the motion of the foot and the force plate"
-    cutoff = data["choices"]["dummy"]["analysis"]["lowpass_cutoff_hz"]
-    return {
-        "rigs": f"The rigs are {', '.join(rigs[:-1])} and {rigs[-1]}."
-        if len(rigs) > 1
-        else f"The rig is {rigs[0]}.",
-        "protocol": f"The study has {data['trials']} trials; those of the dummy have "
-        f"{data['dummy']['perturbations']} perturbations each.",
-        "signal_chain": "All signals of a trial on the treadmill come to one clock and pass the same "
-        f"low-pass of {cutoff:g} Hz.",
-        "free_bodies": f"The torque of the joint follows {ways}.",
-    }
-
-
-def _wristalyzer(w: dict) -> dict[str, str]:
-    found = {"4_2": f"The fitted model predicts the angle with a VAF of {w['vaf']} % over the scale factors."}
-    signals = w.get("signals")
-    if signals is not None:
-        found["2_4"] = f"The torque has an RMS of {signals['rms']} mN·m over the scale factors."
-        if signals["unrelated"]:
-            found["3_1"] = (
-                f"Above the low-pass of {signals['cutoff']} Hz angle and torque are unrelated: the mean "
-                f"coherence of the tapered estimate is {signals['coherence']}."
-            )
-    if w["natural_frequency"] != DASH:
-        found["4_1"] = f"The fitted joint has a natural frequency of {w['natural_frequency']} Hz."
-    if w["cross_validated"] != DASH:
-        found["4_3"] = (
-            f"Parameters of the other scale factors predict the angle with a mean VAF of "
-            f"{w['cross_validated']} %."
-        )
-    if w["one_minimum"] and w["modulus_depends"]:
-        found["starting_values"] = (
-            "The fit to the complex residual does not depend on the starting value of K, the fit to its "
-            "modulus does."
-        )
-    if w["periodic"] is not None:
-        shift = w["periodic"]["shift_damping"]
-        alike = shift != DASH and float(shift) < ALIKE
-        found["averaging"] = (
-            f"{'Both averages give the same admittance' if alike else 'The two averages differ'}: B differs "
-            f"by at most {shift} %."
-        )
-    if w.get("pooled") is not None:
-        low, high = w["pooled"]["stiffness"]
-        found["wristalyzer_amplitudes"] = (
-            f"Without friction and hardening, K is {low} N·m/rad in the trial with the smallest motion and "
-            f"{high} N·m/rad in that with the largest."
-        )
-    return found
-
-
-def _dummy(d: dict) -> dict[str, str]:
-    falls = ", and K falls with amplitude" if d["falls"] else ""
-    found = {
-        "4_4": f"The printed equation yields K = {d['printed_stiffness']} N·m/rad and I = "
-        f"{d['printed_inertia']} N·m·s²/rad{falls}."
-    }
-    if "window_ms" in d:
-        found["3_3"] = (
-            f"The fitted windows follow the motion of the belt and last {d['window_ms']} ms on average."
-        )
-    belt = d.get("belt")
-    if belt is not None:
-        found["2_9"] = (
-            f"The belt reaches {belt['peak']} % of the commanded peak velocity, {belt['delay']} ms after the "
-            "command."
-        )
-    if d["signs_explain"]:
-        found["pathways"] = (
-            f"The consistent equation yields a mean K of {d['recommended_mean_stiffness']} N·m/rad, the "
-            f"printed equation of {d['printed_mean_stiffness']} N·m/rad, from the same recordings."
-        )
-    if d["vaf_lower"]:
-        found["torque"] = "The printed torque is fitted better than the consistent one, which is smaller."
-    found["dummy_cross_validation"] = (
-        "VAF depends more on the predicted trial (column) than on the trial of the parameters (row)."
-        if d["vaf_of_trial"]
-        else "VAF depends on the predicted trial (column) and on the trial of the parameters (row)."
-    )
-    if d.get("specification") is not None:
-        found |= _specification(d["specification"])
-    return found
-
-
-def _specification(c: dict) -> dict[str, str]:
-    best = c["recommended"]
-    if best is None:
-        return {}
-    return {
-        "specification": f"Of {c['count']} combinations of choices, {best['near']} % yield a K within 5 % of "
-        f"the recommended {best['stiffness']} N·m/rad."
-    }
-
-
-def _thesis_dummy(t: dict) -> dict[str, str]:
-    return {
-        "thesis_dummy": f"One joint with {t['n']} constants returns {t['fitted_within']} of {t['fitted']} "
-        f"fitted and {t['predicted_within']} of {t['predicted']} other printed numbers within tolerance."
-    }
-
-
-def _simulation(s: dict) -> dict[str, str]:
-    found = {}
-    c, signals = s.get("compared"), s.get("signals")
-    if c is not None:
-        grows = f"the swing grows in {c['growing']} of {c['all']} conditions"
-        found["b"] = (
-            "With the parameters of the printed equation "
-            f"{'no swing grows' if c['growing'] == '0' else grows}."
-        )
-    if signals is None:
-        return found
-    best, shown = signals["best"], signals["shown"]
-    for figure, key, where in (
-        ("4_10", "vaf_perturbation", "In the perturbations"),
-        ("4_11", "vaf_trial", "Over the full dataset"),
-    ):
-        angle, torque = best[f"theta_{key}"], best[f"tau_{key}"]
-        found[figure] = (
-            f"{where} the angle is predicted best by the parameters of {angle['name']} in {angle['count']} "
-            f"of {angle['all']} conditions, the printed torque by those of {torque['name']} in "
-            f"{torque['count']}."
-        )
-    torque = best["tau_vaf_perturbation"]
-    found["b_13"] = (
-        f"The printed torque is predicted best by the parameters of {torque['name']} in {torque['count']} of "
-        f"{torque['all']} conditions."
-    )
-    for figure in ("4_7", "4_8"):
-        if figure in shown:
-            first, *_, last = shown[figure]["angle"]
-            found[figure] = (
-                f"Over trial {shown[figure]['condition']} the parameters of {first[0]} predict the angle "
-                f"best (VAF {first[1]} %), those of {last[0]} worst ({last[1]} %)."
-            )
-    if "4_7" in shown:
-        printed, consistent = shown["4_7"]["torque"][0], shown["4_7"]["consistent"][0]
-        found["4_9"] = (
-            f"The printed torque is predicted best by the parameters of {printed[0]} (VAF {printed[1]} %), "
-            f"the consistent torque by those of {consistent[0]} ({consistent[1]} %)."
-        )
-    return found
-
-
-def _noise(n: dict) -> dict[str, str]:
-    found = {}
-    if n.get("shown") is not None:
-        found["4_12"] = (
-            f"At {n['level']} dB the printed processing returns K = {n['shown']['as-printed']} N·m/rad for a "
-            f"simulated K of {n['figure_stiffness']} N·m/rad, the recommended one "
-            f"{n['shown']['recommended']} N·m/rad."
-        )
-    if n["method_sound"]:
-        found["noise"] = (
-            f"At {n['level']} dB on the angle, B and K of the recommended processing are at most "
-            f"{n['iv_error']} % from the simulated values."
-        )
     return found
 
 

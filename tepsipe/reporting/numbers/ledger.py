@@ -10,8 +10,7 @@ from tepsipe.reporting.ledger import (
     VERDICTS,
     CellVerdict,
 )
-from tepsipe.reporting.numbers.format import _printed, fixed, number
-from tepsipe.reporting.numbers.study import LABELS
+from tepsipe.reporting.numbers.format import LABELS, _printed, fixed, number
 
 # noisy signals, columns of Table 4-4
 NOISY = {"tau": "τ", "theta": "θ"}

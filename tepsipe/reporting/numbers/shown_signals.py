@@ -1,77 +1,10 @@
-"""What the captions tell of the signals that the figures show: peaks, coherence, onsets, predictions."""
-
-from itertools import product
-
-import numpy as np
-import pandas as pd
+"""What the captions tell of the muscles: responses and onsets."""
 
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.names import short_name
-from tepsipe.reporting.numbers.format import number, percent, span
-from tepsipe.reporting.numbers.simulations import owner
+from tepsipe.reporting.numbers.format import number, span
 
-# a mean coherence below this is that of unrelated signals (-)
-UNRELATED = 0.2
 # time after the onset in which a muscle's response is looked for (s)
 RESPONSE_S = 0.4
-
-
-def manipulator_signals(fits: dict[str, Result], best: str, cutoff_hz: float) -> dict:
-    """Size of the torque, and coherence beyond the low-pass.
-
-    Parameters
-    ----------
-    fits : dict of str to Result
-        Scale factor -> fit.
-    best : str
-        Scale factor of the figures.
-    cutoff_hz : float
-        Of the low-pass (Hz).
-
-    Returns
-    -------
-    dict
-        ``rms`` (mN·m) and ``coherence`` as text, ``unrelated`` (bool).
-    """
-    arrays = fits[best].arrays
-    above = arrays["tapered/coherence"][arrays["tapered/frequency"] > 1.05 * cutoff_hz]
-    mean = float(np.mean(above)) if above.size else np.nan
-    return {
-        "rms": span([1e3 * float(fit.arrays["torque"].std()) for fit in fits.values()], 2),
-        "coherence": number(mean, 2),
-        "cutoff": f"{cutoff_hz:g}",
-        "unrelated": bool(mean < UNRELATED),
-    }
-
-
-def belt_signals(fits: dict[str, Result]) -> dict | None:
-    """Peak of the belt's velocity relative to the command (%), and its delay (ms).
-
-    Parameters
-    ----------
-    fits : dict of str to Result
-        Condition -> fit of the dummy.
-
-    Returns
-    -------
-    dict or None
-        ``peak`` and ``delay`` as text; None without a command.
-    """
-    peaks, delays = [], []
-    for fit in fits.values():
-        if "belt_command" not in fit.arrays:
-            continue
-        time, first = fit.arrays["time"], int(fit.arrays["windows"][0, 0])
-        rate = 1.0 / float(time[1] - time[0])
-        part = slice(max(0, first - round(0.06 * rate)), first + round(0.22 * rate))
-        belt, command = (fit.arrays[name][part] for name in ("belt_velocity", "belt_command"))
-        if np.abs(command).max() > 0.0:
-            # the first half of a pulse, in whichever direction it begins
-            sign = np.sign(command[np.abs(command) > 0.05 * np.abs(command).max()][0])
-            belt, command = sign * belt, sign * command
-            peaks.append(100.0 * float(belt.max() / command.max()))
-            delays.append(1e3 * float(np.argmax(belt) - np.argmax(command)) / rate)
-    return {"peak": span(peaks, 2), "delay": span(delays, 2)} if peaks else None
 
 
 def muscle_signals(fits: dict[str, Result], task_fits: dict[str, Result], detector: str) -> dict:
@@ -128,60 +61,3 @@ def muscle_signals(fits: dict[str, Result], task_fits: dict[str, Result], detect
         "detectors": f"{max(apart):.0f}" if apart else None,
         "plain": plain,
     }
-
-
-def simulated_signals(forward: pd.DataFrame, shown: dict[str, str]) -> dict:
-    """Which parameters predict best, over all conditions and in those of the figures (VAF, %).
-
-    Parameters
-    ----------
-    forward : DataFrame
-        Rows of ``forward.csv`` (%).
-    shown : dict of str to str
-        Figure -> condition.
-
-    Returns
-    -------
-    dict
-        ``best``: ``quantity_key`` -> parameters and number of conditions; ``shown``: figure -> condition and
-        VAFs of the angle over the trial and of both torques in the perturbations, as text.
-    """
-    best = {}
-    keys = ("vaf_perturbation", "vaf_trial")
-    for quantity, key in product(dict.fromkeys(forward.quantity), keys):
-        table = forward[forward.quantity == quantity].pivot(
-            index="condition", columns="parameter_set", values=key
-        )
-        counts = table.idxmax(axis=1).value_counts()
-        best[f"{quantity}_{key}"] = {
-            "name": owner(counts.index[0]),
-            "count": str(int(counts.iloc[0])),
-            "all": str(len(table)),
-        }
-    return {
-        "best": best,
-        "shown": {
-            figure: {"condition": short_name(condition), **_of_condition(forward, condition)}
-            for figure, condition in shown.items()
-            if condition in set(forward.condition)
-        },
-    }
-
-
-def _of_condition(forward: pd.DataFrame, condition: str) -> dict:
-    """VAF (%) of every set of parameters in one condition, the highest first."""
-    own = forward[forward.condition == condition]
-
-    def ordered(quantity: str, key: str) -> list[list[str]]:
-        rows = own[own.quantity == quantity].sort_values(key, ascending=False)
-        return [[owner(r.parameter_set), _vaf(getattr(r, key))] for r in rows.itertuples(index=False)]
-
-    return {
-        "angle": ordered("theta", "vaf_trial"),
-        "torque": ordered("tau", "vaf_perturbation"),
-        "consistent": ordered("tau_consistent", "vaf_perturbation"),
-    }
-
-
-def _vaf(value: float) -> str:
-    return percent(value, 0) if value > -1000.0 else "below \N{MINUS SIGN}1000"

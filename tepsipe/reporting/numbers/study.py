@@ -10,12 +10,10 @@ import pandas as pd
 from tepsipe.io.estimates import FLAGS
 from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.ledger import VERDICTS
-from tepsipe.reporting.numbers.format import LABELS, MINUS, _cell, _printed, number, percent, span
+from tepsipe.reporting.numbers.format import MINUS, _cell, number, percent, span
 from tepsipe.reporting.recovery import AT_WORK
-from tepsipe.reporting.thesis_tables import TableRow
 from tepsipe.treadmill.registry import MODEL_MEANINGS
 
-DAGGER = "\N{DAGGER}"
 EXPERIMENT_WORDS = {
     "wristalyzer": "the Wristalyzer",
     "dummy": "the dummy",
@@ -72,56 +70,6 @@ def _where(rows: pd.DataFrame, most: int = 4) -> str:
         named = ", ".join(trials[:most]) + (f" and {len(trials) - most} more" if len(trials) > most else "")
         parts.append(f"{quantities} of {EXPERIMENT_WORDS.get(experiment, experiment)} ({named})")
     return "; ".join(parts)
-
-
-def flagged_cells(estimates: pd.DataFrame) -> set[tuple[str, str, str, str]]:
-    """Pathway, estimator, quantity and condition (no units) of every flagged estimate."""
-    own = estimates[estimates["flags"].fillna("") != ""]
-    return set(zip(own.pathway, own.estimator, own.quantity, own.condition, strict=True))
-
-
-def table_data(
-    rows: list[TableRow], conditions: list[str], names: list[str], flagged: set | frozenset = frozenset()
-) -> list[dict]:
-    """Blocks of a thesis table as text.
-
-    Parameters
-    ----------
-    rows : list of TableRow
-        From `lay_out_table` (units in them).
-    conditions, names : list of str
-        Columns, and their headings.
-    flagged : set
-        From `flagged_cells` (no units): these values are marked by a dagger.
-
-    Returns
-    -------
-    list of dict
-        One per pathway: ``pathway``, ``estimator``, ``columns``, and ``rows`` with ``label``, ``unit``,
-        ``values`` and ``reported``.
-    """
-    if len(names) != len(conditions):
-        raise ValueError("as many names as conditions are needed")
-    blocks: dict[tuple, dict] = {}
-    for row in rows:
-        block = blocks.setdefault(
-            (row.pathway, row.estimator),
-            {"pathway": row.pathway, "estimator": row.estimator, "columns": names, "rows": []},
-        )
-        quantity = row.quantity.rpartition("_")[2] if row.quantity.startswith("SE") else row.quantity
-        of = (row.pathway, row.estimator, quantity)
-        block["rows"].append(
-            {
-                "label": LABELS.get(row.quantity, row.quantity),
-                "unit": unit_symbol(row.unit) if row.unit not in ("1", "as printed") else "",
-                "values": [
-                    _cell(row.quantity, value) + (f" {DAGGER}" if (*of, c) in flagged else "")
-                    for value, c in zip(row.values, conditions, strict=True)
-                ],
-                "reported": [_printed(value) for value in row.reported],
-            }
-        )
-    return list(blocks.values())
 
 
 def reported_data(reported: dict, start_stiffness: float) -> dict:

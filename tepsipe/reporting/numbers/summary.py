@@ -32,12 +32,12 @@ def covered_of_recommended(estimates: pd.DataFrame, recovery: pd.DataFrame | Non
 
 
 def summary_of(data: dict) -> list[Paragraph]:
-    """The summary of a reproduction of the thesis (units in it); empty for other studies.
+    """End of the summary of a reproduction of the thesis (units in it); empty for other studies.
 
     Parameters
     ----------
     data : dict
-        Data of the report: ``dummy``, ``reported``, ``standing``, ``recommended_coverage``, texts.
+        Data of the report: ``reported``, ``standing``, ``recommended_coverage``, texts.
 
     Returns
     -------
@@ -46,53 +46,7 @@ def summary_of(data: dict) -> list[Paragraph]:
     """
     if data["reported"] is None or "dummy" not in data["experiments"]:
         return []
-    return [_found(data), *_why(data["dummy"]), _instead(data), *_person(data), *_how_sure(data)]
-
-
-def _found(data: dict) -> Paragraph:
-    return pieces(
-        "*What the thesis found.* Perturbed by short velocity pulses of a treadmill belt, the rubber joint "
-        "of an ankle dummy showed $I$ = {inertia} N·m·s²/rad and $K$ = {stiffness} N·m/rad. "
-        "In a conventional manipulator the same joint had a $K$ of about {start_stiffness} N·m/rad. "
-        "The fits explained {vaf_trial} % of the "
-        "variance (VAF), but the thesis called the parameters “not physically meaningful”.",
-        **data["reported"],
-    )
-
-
-def _why(d: dict) -> list[Paragraph]:
-    if not d["signs_explain"]:
-        return []
-    return [
-        pieces(
-            "*Why.* The equation of motion in the thesis mixes two sign conventions of the angle. This adds "
-            'twice the inertia of the leg, $2 I_"leg"$ = {two_leg_inertia} N·m·s²/rad, to $I$ and subtracts '
-            "twice its gravitational stiffness, $2 m g r$ = {two_mgr} N·m/rad, from $K$. The VAF cannot "
-            "show it ([@not-physical], [@vaf-blind]).",
-            **d,
-        )
-    ]
-
-
-def _instead(data: dict) -> Paragraph:
-    d = data["dummy"]
-    text = (
-        "*What to do instead.* Use the same free body with consistent signs, and markers interpolated to "
-        "one instant: the mean $K${amplitudes} is then {recommended_mean_stiffness} N·m/rad. "
-    )
-    amplitudes = "" if d["clear_from"] == "–" else f" at {d['clear_from']} m/s and above"
-    found = pieces(text, amplitudes=amplitudes, **d)
-    joint = d.get("joint_likelihood")
-    if joint is not None:
-        found += pieces(
-            "Better, fit the motion of the leg, the foot and the belt drive together ([@joint-likelihood]): "
-            "$K$ = {stiffness} N·m/rad over all conditions{error}.",
-            error=""
-            if joint.get("recovery") is None
-            else f", at most {joint['recovery']['worst_stiffness']} % from the truth",
-            **joint,
-        )
-    return found
+    return [*_person(data), *_how_sure(data)]
 
 
 def _person(data: dict) -> list[Paragraph]:

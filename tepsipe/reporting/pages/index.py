@@ -8,15 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from urllib.parse import quote
 
-from tepsipe.reporting.numbers.abstract import Paragraph
 from tepsipe.reporting.pages.header import TITLES
 from tepsipe.reporting.pages.html import document, table, text
-
-# a value stays on the line of its sign and of its unit
-JOINED = re.compile(r" (?==)|(?<==) |(?<=\d) (?=%|(?:N·m(?:·s²?)?|N|kHz|Hz|m|ms|s|mm|kg)\b)")
-MATH = re.compile(
-    r'(?P<name>[A-Za-z])(?:_"(?P<sub>[^"]+)")?(?:\^(?P<sup>\w))?|(?P<number>\d+)|(?P<space>\s+)'
-)
 
 
 @dataclass(frozen=True)
@@ -59,8 +52,7 @@ def render_index(report: dict, listing: Listing) -> str:
     str
         The page; its links are relative.
     """
-    told = [*report["summary"], *report["warnings"], *report["abstract"]]
-    findings = "".join(f"<p>{sentence(p, listing.pdf)}</p>\n" for p in told)
+    findings = report["first_page"]["findings"] + "\n"
     sections = {
         "findings": ("Findings", findings + _flags(report) + _cells(report) + _claims(report)),
         "trials": ("Trials", _trials(listing)),
@@ -78,42 +70,9 @@ def render_index(report: dict, listing: Listing) -> str:
         report["title"],
         f"<header>\n<h1>{text(report['title'])}</h1>\n"
         f'<nav class="contents" aria-label="Contents"><b>{pdf}</b> {contents}</nav>\n</header>\n'
-        f'<main>\n<p class="source">{sentence(report["source"], listing.pdf)}</p>\n{body}</main>\n',
+        f'<main>\n<div class="source">{report["first_page"]["source"]}</div>\n{body}</main>\n',
         policy=None,
     )
-
-
-def sentence(paragraph: Paragraph, pdf: str) -> str:
-    """A paragraph of the first page as HTML (units in it); sections of the PDF become links to it."""
-    parts = []
-    for kind, words in paragraph:
-        if kind == "math":
-            parts.append(math_html(words))
-        elif kind in ("emph", "strong"):
-            tag = {"emph": "em", "strong": "b"}[kind]
-            parts.append(f"<{tag}>{text(words)}</{tag}>")
-        elif kind == "ref":
-            parts.append(_link(pdf, "the report"))
-        elif kind == "cite":  # the PDF has the references
-            parts[-1] = parts[-1].rstrip()
-        else:
-            parts.append(text(JOINED.sub("\N{NO-BREAK SPACE}", words)))
-    return "".join(parts)
-
-
-def math_html(formula: str) -> str:
-    """A formula as Typst writes it, of letters, indices, powers and whole numbers (no unit), as HTML."""
-    parts = []
-    for match in MATH.finditer(formula):
-        if match["name"] is None:
-            parts.append("\N{THIN SPACE}" if match["space"] else match["number"])
-            continue
-        parts.append(f"<i>{match['name']}</i>")
-        if match["sub"]:
-            parts.append(f"<sub>{text(match['sub'])}</sub>")
-        if match["sup"]:
-            parts.append(f"<sup>{text(match['sup'])}</sup>")
-    return f'<span class="nowrap">{"".join(parts)}</span>'
 
 
 def _link(path: str, words: str) -> str:

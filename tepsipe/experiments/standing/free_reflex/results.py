@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from tepsipe.experiments.standing.thesis.results import Fits, generator
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged
 from tepsipe.io.result import Result
-from tepsipe.statistics.uncertainty import Budget, Source
+from tepsipe.statistics.uncertainty import Budget, Source, sources_of
 
 PALPATED = "palpated_centre_m"
 CENTRE = ("joint_centre_anterior_m", "joint_centre_height_m")
@@ -49,6 +50,13 @@ class FreeReflexChoices:
     sources: dict[str, Source]
     draws: int
     seed: int
+
+    @classmethod
+    def from_settings(cls, pathway: str, options: dict, uncertainty: dict, draws: int, seed: int) -> Self:
+        """Choices of a study: attributes of `FreeReflexOptions`, and sources (units in their names)."""
+        windows = tuple(options["windows_s"])
+        chosen = FreeReflexOptions(**options | {"windows_s": windows})
+        return cls(pathway, chosen, sources_of(uncertainty), draws, seed)
 
 
 def fit_free(

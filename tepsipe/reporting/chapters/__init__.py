@@ -1,0 +1,1 @@
+"""Per chapter of the report: numbers that are in no table, and the conditions of its sentences."""

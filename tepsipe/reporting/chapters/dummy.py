@@ -1,0 +1,167 @@
+"""Chapter on the ankle dummy: motion of the belt, and conditions of its sentences."""
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.identification.estimators import OUTPUT_ERROR
+from tepsipe.io.result import Result
+from tepsipe.reporting.recovery import AT_WORK
+from tepsipe.reporting.run import Run
+
+# from this belt velocity, marker noise is small relative to the motion (m/s)
+CLEAR_FROM_M_PER_S = 0.3
+MARKER_ACCURACY_M = 1e-4  # section 2-1-2
+
+
+def numbers(run: Run) -> dict:
+    """Numbers that no table has (units in the keys)."""
+    pulses = [_pulse(fit) for fit in run.fits["dummy"].values()]
+    return {
+        "perturbations": [len(fit.arrays["windows"]) for fit in run.fits["dummy"].values()],
+        "belt_peak_percent": [pulse["peak_percent"] for pulse in pulses if pulse],
+        "belt_delay_ms": [pulse["delay_ms"] for pulse in pulses if pulse],
+    }
+
+
+def _pulse(fit: Result) -> dict | None:
+    """Peak velocity of the belt relative to the command, and its delay, in the first pulse of a trial."""
+    if "belt_command" not in fit.arrays:
+        return None
+    time, first = fit.arrays["time"], int(fit.arrays["windows"][0, 0])
+    rate = 1.0 / float(time[1] - time[0])
+    part = slice(max(0, first - round(0.06 * rate)), first + round(0.22 * rate))
+    belt, command = (fit.arrays[name][part] for name in ("belt_velocity", "belt_command"))
+    if not np.abs(command).max() > 0.0:
+        return None
+    # the first half of a pulse, in whichever direction it begins
+    sign = np.sign(command[np.abs(command) > 0.05 * np.abs(command).max()][0])
+    belt, command = sign * belt, sign * command
+    return {
+        "peak_percent": 100.0 * float(belt.max() / command.max()),
+        "delay_ms": 1e3 * float(np.argmax(belt) - np.argmax(command)) / rate,
+    }
+
+
+def _values(run: Run, role: str, quantity: str) -> pd.Series:
+    """Estimates by the pathway that is as_printed or recommended."""
+    return run.values("dummy", quantity, pathway=run.settings["dummy"][role])
+
+
+def _clear(run: Run) -> list[str]:
+    """Conditions with fast pulses; all if there are none."""
+    amplitudes, conditions = run.study["amplitudes"], list(run.fits["dummy"])
+    return [c for c in conditions if (amplitudes[c] or 0.0) >= CLEAR_FROM_M_PER_S] or conditions
+
+
+# ---- conditions of sentences
+
+
+def reproduces_thesis(run: Run) -> bool:
+    """The study has the values that the thesis printed."""
+    return bool(run.study["reported"])
+
+
+def commanded(run: Run) -> bool:
+    """The log of a trial has the velocity that was commanded."""
+    return any(_pulse(fit) is not None for fit in run.fits["dummy"].values())
+
+
+def stiffness_falls(run: Run) -> bool:
+    """The printed K at the largest belt velocity is below the one at the smallest by more than 5 %."""
+    stiffness = _values(run, "as_printed", "K")
+    known = {c: a for c, a in run.study["amplitudes"].items() if a is not None and c in stiffness}
+    if len(set(known.values())) < 2:
+        return False
+    slow, fast = (
+        stiffness[[c for c, a in known.items() if a == end(known.values())]].mean() for end in (min, max)
+    )
+    return bool(fast < 0.95 * slow)
+
+
+def inertia_above_zero(run: Run) -> bool:
+    """Every 95 % interval of the recommended I of fast pulses lies above 0."""
+    rows = run.rows(
+        "estimates", experiment="dummy", quantity="I", pathway=run.settings["dummy"]["recommended"]
+    )
+    return bool((rows[rows.condition.isin(_clear(run))].ci_low > 0.0).all())
+
+
+def signs_explain(run: Run) -> bool:
+    """The printed and the recommended I and K differ by what the signs predict, within 5 %."""
+    leg = run.settings["dummy"]["geometry"]
+    weight = leg["leg_mass_kg"] * leg["gravity_m_per_s2"] * leg["leg_com_m"]
+    predicted = {"I": 2.0 * leg["leg_inertia_kgm2"], "K": -2.0 * weight}
+    differences = {
+        q: (_values(run, "as_printed", q) - _values(run, "recommended", q))[_clear(run)].mean()
+        for q in predicted
+    }
+    return all(abs(differences[q] / predicted[q] - 1.0) < 0.05 for q in predicted)
+
+
+def thesis_explained(run: Run) -> bool:
+    """The signs explain the difference between the values of the thesis and the recommended ones."""
+    return reproduces_thesis(run) and signs_explain(run)
+
+
+def consistent_vaf_lower(run: Run) -> bool:
+    """The VAF of a perturbation is lower by the consistent equation, in every condition."""
+    printed, consistent = (_values(run, role, "VAF_perturbation") for role in ("as_printed", "recommended"))
+    return bool((consistent < printed).all())
+
+
+def vaf_of_trial(run: Run) -> bool:
+    """The VAF differs between trials more than twice as much as between their parameters."""
+    of_trials, of_parameters = (_values(run, "as_printed", q) for q in ("VAF_trial", "VAF_cross_validated"))
+    if not (len(of_trials) and len(of_parameters)):
+        return False
+    return bool(np.ptp(of_parameters) < 0.5 * np.ptp(of_trials))
+
+
+def noise_below_accuracy(run: Run) -> bool:
+    """The noise of markers at rest is below half of the accuracy that the thesis states."""
+    noise = [facts["marker_noise_m"] for facts in run.facts["dummy"].values()]
+    return bool(np.mean(noise) < 0.5 * MARKER_ACCURACY_M)
+
+
+def recovered(run: Run) -> bool:
+    """The true joint is known."""
+    return "recovery" in run.tables
+
+
+def truth_at_work(run: Run) -> bool:
+    """The truth of the recommended estimates of fast pulses is the linear joint in the fitted windows."""
+    if not recovered(run):
+        return False
+    rows = run.rows("recovery", experiment="dummy", pathway=run.settings["dummy"]["recommended"])
+    return bool((rows[rows.condition.isin(_clear(run))].truth_of == AT_WORK).all())
+
+
+def output_error_covers(run: Run) -> bool:
+    """At least 80 % of the intervals by output error cover the true value."""
+    names = [n for n, c in run.settings["dummy"]["pathways"].items() if c["estimator"] == OUTPUT_ERROR]
+    if not (names and recovered(run)):
+        return False
+    covered = run.rows("recovery", experiment="dummy", pathway=names[0]).covered
+    return bool((covered.astype(str).str.lower() == "true").mean() >= 0.8)
+
+
+def recommended_specified(run: Run) -> bool:
+    """The recommended combination is one of those of the specification curve."""
+    return len(run.rows("specification", role="recommended")) > 0
+
+
+PREDICATES = (
+    reproduces_thesis,
+    commanded,
+    stiffness_falls,
+    inertia_above_zero,
+    signs_explain,
+    thesis_explained,
+    consistent_vaf_lower,
+    vaf_of_trial,
+    noise_below_accuracy,
+    recovered,
+    truth_at_work,
+    output_error_covers,
+    recommended_specified,
+)

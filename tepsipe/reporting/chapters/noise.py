@@ -1,0 +1,90 @@
+"""Chapter on the noise study: largest errors at the level of the table, and conditions of its sentences."""
+
+import pandas as pd
+
+from tepsipe.reporting.run import Run
+
+
+def numbers(run: Run) -> dict:
+    """Numbers that no table has (units in the keys)."""
+    combination = ["condition", "noise_on", "snr_db", "estimator"]
+    return {
+        "combinations": len(run.tables["noise"].drop_duplicates(combination)),
+        "largest_error_percent": {
+            "instruments": _consistent(run, "recommended"),
+            "least_squares": _consistent(run, "recommended-regression"),
+            "both_filtered": _from_apparent(run, "both"),
+            "one_filtered": _from_apparent(run, "tau", "theta"),
+        },
+    }
+
+
+def _largest_error(run: Run, estimator: str, noise_on: tuple[str, ...], quantity: str) -> float:
+    """Largest error of the mean over the draws (%), relative to the simulated value."""
+    joint = run.settings["noise"]["joint"]
+    simulated = {"B": joint["damping_Nms_per_rad"], "K": joint["stiffness_Nm_per_rad"][0]}[quantity]
+    return _largest(_rows(run, estimator, noise_on, quantity)["mean"] / simulated)
+
+
+def _rows(run: Run, estimator: str, noise_on: tuple[str, ...], quantity: str) -> pd.DataFrame:
+    """Rows of the simulated joint of Table 4-4, at its noise level."""
+    settings = run.settings["noise"]
+    own = {
+        "estimator": estimator,
+        "quantity": quantity,
+        "snr_db": settings["table_snr_db"],
+        "stiffness_Nm_per_rad": settings["joint"]["stiffness_Nm_per_rad"][0],
+    }
+    rows = run.rows("noise", **own)
+    return rows[rows.noise_on.isin(noise_on)]
+
+
+def _largest(ratios: pd.Series) -> float:
+    return 100.0 * float((ratios - 1.0).abs().max())
+
+
+def _consistent(run: Run, estimator: str) -> float:
+    """Largest error of B and K by a consistent torque, with noise on the angle (%)."""
+    return max(_largest_error(run, estimator, ("theta", "both"), q) for q in ("B", "K"))
+
+
+def _from_apparent(run: Run, *noise_on: str) -> float:
+    """Largest distance of the printed K from the apparent one (%)."""
+    rows = _rows(run, "as-printed", noise_on, "K")
+    return _largest(rows["mean"] / rows.apparent)
+
+
+# ---- conditions of sentences
+
+
+def figure_has_both(run: Run) -> bool:
+    """K of the figure was computed with noise by the printed and by the recommended processing."""
+    stiffness = run.settings["noise"]["joint"]["stiffness_Nm_per_rad"][-1]
+    rows = run.rows("table_4_4", quantity="K", estimator=f"K = {stiffness:g} Nm/rad")
+    with_noise = rows[rows[["tau", "theta", "both"]].notna().any(axis=1)]
+    return {"as-printed", "recommended"} <= set(with_noise.pathway)
+
+
+def least_squares_biased(run: Run) -> bool:
+    """Errors of least squares exceed 5 %, and twice those of instrumental variables."""
+    instruments, least_squares = (_consistent(run, n) for n in ("recommended", "recommended-regression"))
+    return least_squares > 2.0 * instruments and least_squares > 5.0
+
+
+def method_sound(run: Run) -> bool:
+    """Errors of the recommended processing are below 5 %, and those of the printed K above."""
+    printed = _largest_error(run, "as-printed", ("tau", "theta", "both"), "K")
+    return _consistent(run, "recommended") < 5.0 < printed
+
+
+def near_apparent(run: Run) -> bool:
+    """With one filter for both signals, the printed K is less than 10 % from the apparent one."""
+    return _from_apparent(run, "both") < 10.0
+
+
+def filter_dominates(run: Run) -> bool:
+    """A filter of one signal alone moves the printed K more than twice as far."""
+    return _from_apparent(run, "tau", "theta") > 2.0 * _from_apparent(run, "both")
+
+
+PREDICATES = (figure_has_both, least_squares_biased, method_sound, near_apparent, filter_dominates)

@@ -1,0 +1,35 @@
+"""Section on the dummy that the printed tables describe: its joint at working amplitude."""
+
+import math
+
+from tepsipe.mechanics.rubber_joint import RubberJoint
+from tepsipe.reporting.run import Run
+
+AMPLITUDES_RAD = (0.005, 0.01, 0.02, 0.03)
+
+
+def numbers(run: Run) -> dict:
+    """Linear joints nearest to the full law, by amplitude (units in the keys)."""
+    constants = _laws(run)[-1]["constants"]
+    half = constants["half_softening_rad"]
+    joint = RubberJoint(**(constants | {"half_softening_rad": math.inf if half is None else half}))
+    linear = {a: joint.linearised(a) for a in AMPLITUDES_RAD}
+    return {
+        "at_work": [
+            {"amplitude_rad": a, "K_Nm_per_rad": own[0], "B_Nms_per_rad": own[1]} for a, own in linear.items()
+        ]
+    }
+
+
+def _laws(run: Run) -> list[dict]:
+    """Fitted laws of the joint, the full law last."""
+    return list(run.facts["thesis_dummy"]["thesis_dummy"]["laws"].values())
+
+
+def full_law_predicts_best(run: Run) -> bool:
+    """The full law has the smallest distance from the numbers that were not fitted."""
+    *simpler, full = (law["predicted_rms"] for law in _laws(run))
+    return full < min(simpler)
+
+
+PREDICATES = (full_law_predicts_best,)

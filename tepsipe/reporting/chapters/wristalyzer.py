@@ -1,0 +1,222 @@
+"""Chapter on the Wristalyzer: numbers of signals and fits, and conditions of its sentences."""
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.reporting.run import Run
+
+# a mean coherence below this is that of unrelated signals (-)
+UNRELATED = 0.2
+# values that differ by less are called the same (%)
+ALIKE_PERCENT = 5.0
+
+
+def numbers(run: Run) -> dict:
+    """Numbers that no table has (units in the keys)."""
+    fits = run.fits["wristalyzer"]
+    arrays = fits[run.study["best"]].arrays
+    content = {
+        **_lowest_coherence(run),
+        "natural_frequency_Hz": _natural_frequency(run),
+        "starts": len(arrays["many_starts/start"]),
+        "tried": {name: arrays[f"tried/{name}"] for name in ("stiffness", "smooth", "modulus")},
+        "torque_rms_Nm": [float(fit.arrays["torque"].std()) for fit in fits.values()],
+        "coherence_above_lowpass": _coherence_above_lowpass(run),
+        "damping_shift_percent": _damping_shift(run),
+    }
+    return content | {"pooled": _pooled(run)}
+
+
+def _lowest_coherence(run: Run) -> dict:
+    """The lowest coherence in the fitted band, and its frequency."""
+    arrays = run.fits["wristalyzer"][run.study["best"]].arrays
+    frequency, coherence = arrays["spectral-fit/frequency"], arrays["spectral-fit/coherence"]
+    low, high = run.settings["wristalyzer"]["analysis"]["fit_band_hz"]
+    inside = np.flatnonzero((frequency >= low) & (frequency <= high))
+    lowest = inside[np.argmin(coherence[inside])]
+    return {"coherence": coherence[lowest], "coherence_at_Hz": frequency[lowest]}
+
+
+def _natural_frequency(run: Run) -> float | None:
+    best = run.study["best"]
+    inertia, stiffness = (_fitted(run, quantity)[best] for quantity in ("I", "K"))
+    return math.sqrt(stiffness / inertia) / 2.0 / math.pi if stiffness * inertia > 0.0 else None
+
+
+def _fitted(run: Run, quantity: str, estimator: str = "spectral-fit") -> pd.Series:
+    return run.values("wristalyzer", quantity, estimator=estimator)
+
+
+def _coherence_above_lowpass(run: Run) -> float:
+    """Mean coherence of the tapered estimate beyond the low-pass."""
+    arrays = run.fits["wristalyzer"][run.study["best"]].arrays
+    cutoff_hz = run.settings["wristalyzer"]["analysis"]["lowpass_cutoff_hz"]
+    above = arrays["tapered/coherence"][arrays["tapered/frequency"] > 1.05 * cutoff_hz]
+    return float(np.mean(above)) if above.size else math.nan
+
+
+def _damping_shift(run: Run) -> float | None:
+    """Largest difference of B between averages over frequencies and over periods (%)."""
+    averaged, periodic = (_fitted(run, "B", name) for name in ("spectral-fit", "spectral-fit-periods"))
+    return 100.0 * float((averaged / periodic - 1.0).abs().max()) if len(periodic) else None
+
+
+def _pooled(run: Run) -> list[dict] | None:
+    """K and B of the rubber, of what the manipulator adds, and of friction alone, by trial."""
+    if "wristalyzer_pooled" not in run.fits:
+        return None
+    pooled = run.fits["wristalyzer_pooled"]["wristalyzer_pooled"]
+    shares = {n.removeprefix("shares/"): a for n, a in pooled.arrays.items() if n.startswith("shares/")}
+
+    def share(trial: int, *names: str) -> dict:
+        own = sum(shares[name][trial] for name in names if name in shares)
+        return {"B_Nms_per_rad": own[1], "K_Nm_per_rad": own[2]}
+
+    return [
+        {
+            "condition": condition,
+            "rms_angle_rad": pooled.arrays["rms_angle"][k],
+            "rubber": share(k, "small", "softening"),
+            "added": share(k, "hardening", "friction"),
+            "friction": share(k, "friction"),
+        }
+        for k, condition in enumerate(pooled.facts["conditions"])
+    ]
+
+
+# ---- conditions of sentences
+
+
+def one_minimum(run: Run) -> bool:
+    """Every fit to the complex residual converged, and to the same K."""
+    fits = run.fits["wristalyzer"]
+    stiffness = abs(_fitted(run, "K")[run.study["best"]])
+    starts = len(fits[run.study["best"]].arrays["many_starts/start"])
+    return all(
+        fit.facts["many_starts_stiffness_spread_Nm_per_rad"] < 1e-3 * stiffness
+        and fit.facts["many_starts_converged"] == starts
+        for fit in fits.values()
+    )
+
+
+def modulus_depends(run: Run) -> bool:
+    """K of a fit to the modulus differs by more than 1 % between starting values."""
+    found = [fit.arrays["tried/modulus"][:, 2] for fit in run.fits["wristalyzer"].values()]
+    return any(float(np.ptp(k)) > 0.01 * float(np.abs(k).min()) for k in found)
+
+
+def only_modulus_depends(run: Run) -> bool:
+    """The starting value of K matters to the fit to the modulus, and not to the complex residual."""
+    return one_minimum(run) and modulus_depends(run)
+
+
+def modulus_worse(run: Run) -> bool:
+    """The lowest VAF of the fits to the modulus is lower by more than 1 %."""
+    modulus = _fitted(run, "VAF_trial", "spectral-fit-modulus")
+    return modulus.min() < _fitted(run, "VAF_trial").min() - 1.0
+
+
+def vaf_peaks(run: Run) -> bool:
+    """The VAF falls towards the smallest and towards the largest scale factor."""
+    vaf = _fitted(run, "VAF_trial")
+    return 0 < int(vaf.fillna(-math.inf).argmax()) < len(vaf) - 1
+
+
+def coherence_above_thesis(run: Run) -> bool:
+    """The coherence of simulated trials is higher than the printed one, by more than 0.05."""
+    if not run.simulated or not run.study["reported"]:
+        return False
+    printed = run.study["reported"]["values"]["coherence_minimum"]
+    return _lowest_coherence(run)["coherence"] > printed + 0.05
+
+
+def last_vaf_above_thesis(run: Run) -> bool:
+    """The VAF of simulated trials at the largest scale factor exceeds the printed one by more than 1 %."""
+    if not run.simulated or not run.study["reported"]:
+        return False
+    printed = list(run.study["reported"]["tables"]["table_4_1"]["VAF_trial"].values())[-1]
+    return _fitted(run, "VAF_trial").iloc[-1] > printed + 1.0
+
+
+def unrelated_above_lowpass(run: Run) -> bool:
+    """Angle and torque are unrelated beyond the low-pass."""
+    return _coherence_above_lowpass(run) < UNRELATED
+
+
+def cross_validated(run: Run) -> bool:
+    """There are several trials, each of which predicts the others."""
+    return len(run.fits["wristalyzer"]) > 1 and bool(_fitted(run, "VAF_cross_validated").notna().all())
+
+
+def resonant(run: Run) -> bool:
+    """The fitted joint has a natural frequency."""
+    return _natural_frequency(run) is not None
+
+
+def averages_alike(run: Run) -> bool:
+    """Averages over frequencies and over periods yield about the same B."""
+    shift = _damping_shift(run)
+    # as it is printed
+    return shift is not None and round(shift, 1) < ALIKE_PERCENT
+
+
+def averages_differ(run: Run) -> bool:
+    """There are averages over whole periods, which yield another B."""
+    return _damping_shift(run) is not None and not averages_alike(run)
+
+
+def leaks(run: Run) -> bool:
+    """A record without its ends is more than 1 % of a period from a whole number of periods."""
+    period_s = run.settings["wristalyzer"]["analysis"]["perturbation_period_s"]
+    if period_s is None:
+        return False
+    facts = [fit.facts for fit in run.fits["wristalyzer"].values()]
+    periods = [(f["kept_samples"][1] - f["kept_samples"][0]) / f["rate_hz"] / period_s for f in facts]
+    return any(abs(p - round(p)) > 0.01 for p in periods)
+
+
+def pooled(run: Run) -> bool:
+    """One joint was fitted to all trials together."""
+    return "wristalyzer_pooled" in run.fits
+
+
+def softens(run: Run) -> bool:
+    """The fit to all trials needs a rubber that softens."""
+    return len(_pooled_rows(run, "K_softened")) > 0
+
+
+def friction_found(run: Run) -> bool:
+    """The interval of the friction lies above 0."""
+    return bool((_pooled_rows(run, "friction").ci_low > 0.0).any())
+
+
+def friction_negative(run: Run) -> bool:
+    """The interval of the friction lies below 0."""
+    return bool((_pooled_rows(run, "friction").ci_high < 0.0).any())
+
+
+def _pooled_rows(run: Run, quantity: str) -> pd.DataFrame:
+    return run.rows("estimates", experiment="wristalyzer", condition="pooled", quantity=quantity)
+
+
+PREDICATES = (
+    one_minimum,
+    modulus_depends,
+    only_modulus_depends,
+    modulus_worse,
+    vaf_peaks,
+    coherence_above_thesis,
+    last_vaf_above_thesis,
+    unrelated_above_lowpass,
+    cross_validated,
+    resonant,
+    averages_alike,
+    averages_differ,
+    leaks,
+    pooled,
+    softens,
+    friction_found,
+    friction_negative,
+)

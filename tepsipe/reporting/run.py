@@ -1,0 +1,136 @@
+"""Run that a report is written from, with tables, fits and settings; and its raw content for report.json."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import ModuleType
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.io.result import Result
+from tepsipe.reporting.figures.names import UNIT_SYMBOLS, short_name
+
+
+@dataclass(frozen=True)
+class Run:
+    """Results of a run, and facts about its study.
+
+    Attributes
+    ----------
+    tables : mapping of str to DataFrame
+        Name of a table -> its rows (units in them, or in the names of columns).
+    fits : mapping of str to mapping of str to Result
+        Group, mostly an experiment, -> name of a fit, mostly a condition, -> its result.
+    settings : mapping
+        Settings that the report prints, by experiment and part (units in the keys).
+    study : mapping
+        Facts about the study: conditions, what is shown, values of the thesis (units in the keys).
+    """
+
+    tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    fits: Mapping[str, Mapping[str, Result]] = field(default_factory=dict)
+    settings: Mapping = field(default_factory=dict)
+    study: Mapping = field(default_factory=dict)
+
+    def rows(self, table: str, **wanted: object) -> pd.DataFrame:
+        """Rows of a table (units in them) that have these values in these columns; none without the table."""
+        rows = self.tables.get(table)
+        if rows is None:
+            return pd.DataFrame(columns=["condition", "value", *wanted])
+        for column, value in wanted.items():
+            rows = rows[rows[column] == value]
+        return rows
+
+    def values(self, experiment: str, quantity: str, **wanted: object) -> pd.Series:
+        """Estimates of a quantity (its unit) by condition."""
+        rows = self.rows("estimates", experiment=experiment, quantity=quantity, **wanted)
+        return rows.set_index("condition").value
+
+    @property
+    def simulated(self) -> bool:
+        """Some trials were made by the virtual laboratory."""
+        return any(self.study["made"].values())
+
+    @property
+    def facts(self) -> dict:
+        """Group -> name of a fit -> its facts (units in the keys)."""
+        return {group: {name: fit.facts for name, fit in fits.items()} for group, fits in self.fits.items()}
+
+
+def about_study(run: Run) -> dict:
+    """Title, numbers of trials and settings of a study (units in the keys), for all chapters."""
+    experiments = run.study["experiments"]
+    return {
+        "title": run.study["title"],
+        "recordings_source": run.study["recordings_source"],
+        "experiments": list(experiments),
+        "trials": sum(map(len, experiments.values())),
+        "made": sum(map(len, run.study["made"].values())),
+        "choices": run.settings,
+    }
+
+
+def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
+    """Raw content of report.json: numbers and truth values, no text of the report.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    chapters : mapping of str to module
+        Name -> one of `tepsipe.reporting.chapters`, with a function ``numbers`` and ``PREDICATES``.
+
+    Returns
+    -------
+    dict
+        Keys of `about_study`; ``study``; ``facts`` of all fits (units in the keys); ``tables_read``, names
+        of the tables that Typst reads itself; ``chapters``: name -> `chapter_content`; ``units`` and
+        ``short_names`` of conditions as the report shows them.
+    """
+    conditions = {name for rows in run.tables.values() if "condition" in rows for name in rows.condition}
+    return raw(
+        {
+            **about_study(run),
+            "study": run.study,
+            "tables_read": list(run.tables),
+            "facts": run.facts,
+            "chapters": {name: chapter_content(chapter, run) for name, chapter in chapters.items()},
+            "units": UNIT_SYMBOLS,
+            "short_names": {name: short_name(name) for name in sorted(map(str, conditions))},
+        }
+    )
+
+
+def chapter_content(chapter: ModuleType, run: Run) -> dict:
+    """Raw content of a chapter.
+
+    Parameters
+    ----------
+    chapter : module
+        One of `tepsipe.reporting.chapters`: its function ``numbers`` and its ``PREDICATES``.
+    run : Run
+        The run.
+
+    Returns
+    -------
+    dict
+        ``numbers``, as that function returns them (units in the keys), and ``holds``.
+    """
+    holds = {predicate.__name__: bool(predicate(run)) for predicate in chapter.PREDICATES}
+    return {"numbers": chapter.numbers(run), "holds": holds}
+
+
+def raw(value: object) -> object:
+    """A value (any unit) as JSON represents it: NaN as None, infinity as text, arrays as lists."""
+    if isinstance(value, Mapping):
+        return {str(key): raw(own) for key, own in value.items()}
+    if isinstance(value, np.ndarray | pd.Series):
+        return raw(value.tolist())
+    if isinstance(value, list | tuple | set):
+        return [raw(own) for own in value]
+    if isinstance(value, np.generic):
+        return raw(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else str(value)
+    return value

@@ -1,0 +1,399 @@
+"""Conditions and numbers of the ankle dummy's chapter, and the sentences that they choose."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from typst_builders import STUDY, chapter_words, evaluated, findings_of
+
+from tepsipe.reporting.chapters import dummy, thesis_dummy
+from tepsipe.reporting.run import Run, report_content
+
+LIKELY, SIMULATED = "leg-joint-likelihood", "leg-output-error"
+ESTIMATORS = {
+    "leg-thesis": "least-squares",
+    "leg": "least-squares",
+    LIKELY: "joint-likelihood",
+    SIMULATED: "output-error",
+}
+SETTINGS = {
+    "dummy": {
+        "as_printed": "leg-thesis",
+        "recommended": "leg",
+        "pathways": {
+            name: {"torque": name, "marker_instants": "aligned", "estimator": estimator}
+            for name, estimator in ESTIMATORS.items()
+        },
+        "geometry": {
+            "leg_mass_kg": 0.4,
+            "leg_com_m": 0.5,
+            "leg_inertia_kgm2": 0.03,
+            "gravity_m_per_s2": 10.0,
+        },
+        "ingest": {"marker_sampling_hz": None},
+        "files": {"marker_labels": ["a", "b"]},
+        "analysis": {"lowpass_cutoff_hz": 20.0},
+    }
+}
+AMPLITUDES = {"a": 0.1, "b": 0.3, "c": 0.5}
+TIME = np.arange(0.0, 2.0, 0.004)
+COMMAND = -np.sin(2.0 * np.pi * (TIME - 1.0) / 0.1) * (np.abs(TIME - 1.05) < 0.05)
+PRINTED_K = {"a": 6.7, "b": 5.9, "c": 4.5}
+REPORTED = {
+    "values": {"marker_accuracy_mm": 0.1},
+    "slips": [{"table": "table_4_2", "quantity": "K", "condition": "b", "meant": 5.5}],
+    "tables": {
+        "table_4_2": {
+            "I": {"a": 0.061},
+            "K": {"a": 5.0, "b": 55.0},
+            "SEM_K": {"a": 0.2},
+            "VAF_trial": {"a": 99.5},
+        },
+        "table_4_3": {"I": {"c": 0.063}, "K": {"c": 6.0}, "SEM_K": {"c": 0.7}, "VAF_trial": {"c": 99.9}},
+    },
+}
+
+
+def fit(command=COMMAND, delay=0, noise_m=6e-6):
+    arrays = {
+        "time": TIME,
+        "belt_velocity": 0.8 * np.roll(COMMAND, delay),
+        "belt_command": command,
+        "windows": np.array([[250, 280], [400, 430]]),
+    }
+    facts = {
+        "mean_window_s": 0.12,
+        "marker_noise_m": noise_m,
+        "marker_residual_rms_m": 2e-4,
+        "damping_per_skew_Nms_per_rad_per_s": {"leg-thesis": -79.0},
+        "output_error_delay_s": {SIMULATED: -2e-4},
+    }
+    return SimpleNamespace(arrays=arrays, facts=facts)
+
+
+def rows(**changes):
+    """Estimates of the trials by pathway and quantity, those of ``changes`` by ``pathway__quantity``."""
+    of_trials = {
+        "leg-thesis__I": 0.067, "leg-thesis__K": PRINTED_K, "leg-thesis__B": 0.03,
+        "leg-thesis__VAF_perturbation": {"a": 99.91, "b": 99.95, "c": 99.99},
+        "leg-thesis__VAF_trial": {"a": 90.0, "b": 95.0, "c": 99.0},
+        "leg-thesis__VAF_cross_validated": {"a": 97.0, "b": 97.5, "c": 98.0},
+        "leg__I": 0.007, "leg__B": 0.03, "leg__K": {"a": 10.7, "b": 9.9, "c": 8.5},
+        "leg__VAF_perturbation": 99.1, f"{SIMULATED}__VAF_theta_trial": 99.9,
+        f"{SIMULATED}__I": 0.007, f"{SIMULATED}__B": 0.02, f"{SIMULATED}__K": 10.3,
+        f"{LIKELY}__I": 0.007, f"{LIKELY}__B": 0.03, f"{LIKELY}__K": 9.6, f"{LIKELY}__B_small": 0.02,
+        f"{LIKELY}__K_small": 10.3, f"{LIKELY}__delay": -2e-5, f"{LIKELY}__K_softened": 1.5,
+    } | changes  # fmt: skip
+    found = []
+    for name, values in of_trials.items():
+        pathway, _, quantity = name.partition("__")
+        for k, condition in enumerate(AMPLITUDES):
+            value = values[condition] if isinstance(values, dict) else values
+            found.append(
+                (condition, pathway, ESTIMATORS[pathway], quantity, value, value - 0.006, 0.01 + 0.01 * k)
+            )
+    columns = ["condition", "pathway", "estimator", "quantity", "value", "ci_low", "u_type_a"]
+    return pd.DataFrame(found, columns=columns).assign(experiment="dummy", sem_as_printed=2.5, flags="")
+
+
+def recovered(*errors, truth_of="the fitted windows"):
+    """Recovered I, B, K of every trial: pathway, quantity, relative error, covered."""
+    found = [
+        (condition, *error, 10.0, 10.0 * (1.0 + error[2]), truth_of)
+        for condition in AMPLITUDES
+        for error in errors
+    ]
+    columns = ["condition", "pathway", "quantity", "relative_error", "covered", "truth", "value", "truth_of"]
+    return pd.DataFrame(found, columns=columns).assign(experiment="dummy")
+
+
+OF_LEG = [("leg", quantity, 0.02, "true") for quantity in "IBK"]
+CURVE = pd.DataFrame(
+    [
+        ("leg", "all signals", "windowed-least-squares", "recommended", 10.0, 99.5),
+        ("leg", "torque only", "windowed-least-squares", "", 10.4, 99.9),
+        ("leg", "motion only", "windowed-least-squares", "", 14.0, 99.9),
+        ("leg", "none", "windowed-least-squares", "", 10.0, 80.0),
+        ("leg-thesis", "all signals", "windowed-least-squares-thesis", "as printed", 6.0, 99.9),
+        ("foot", "all signals", "windowed-least-squares", "", 20.0, 70.0),
+        ("foot", "all signals", "windowed-least-squares-thesis", "", -20.0, 70.0),
+        ("none", "all signals", "output-error", "", 10.2, 50.0),
+    ],
+    columns=["torque", "filtered", "estimator", "role", "K_Nm_per_rad", "VAF_percent"],
+).assign(condition="b", B_Nms_per_rad=0.1)  # fmt: skip
+
+
+def run_of(estimates=None, recovery=None, reported=None, amplitudes=AMPLITUDES, curve=CURVE, **changes):
+    tables = {"estimates": rows() if estimates is None else estimates, "specification": curve}
+    if recovery is not None:
+        tables["recovery"] = recovery
+    study = STUDY | {"amplitudes": amplitudes, "reported": reported, "start_stiffness": 10.0}
+    return Run(tables, {"dummy": {name: fit(**changes) for name in AMPLITUDES}}, SETTINGS, study)
+
+
+def content(run, **further):
+    own = report_content(run, {"dummy": dummy}) | {"budgets": {}, "slips": {}, "cells": None} | further
+    return own, {name: table.to_csv(index=False) for name, table in run.tables.items()}
+
+
+def told(run, *places):
+    """Sentences of a place of the findings."""
+    asked = [f'told("{place}").map(plain).join(" ")' for place in places]
+    return [" ".join((text or "").split()) for text in evaluated(asked, "findings.typ", *content(run))]
+
+
+USUAL = {
+    "recovery": recovered(*OF_LEG, (SIMULATED, "K", 0.02, "true")),
+    "reported": REPORTED,
+}
+CONTRARY = {
+    "estimates": rows(
+        **{
+            "leg__I": 0.0,
+            "leg__VAF_perturbation": 99.999,
+            "leg-thesis__K": 30.0,
+            "leg-thesis__VAF_cross_validated": {"a": 10.0, "b": 50.0, "c": 90.0},
+        }
+    ),
+    "recovery": recovered(*OF_LEG, (SIMULATED, "K", 0.02, "false"), truth_of="small movements"),
+    "curve": CURVE.assign(role=""),
+    "command": 0.0 * COMMAND,
+    "noise_m": 6e-5,
+}
+
+
+@pytest.mark.parametrize("predicate", [p for p in dummy.PREDICATES if p is not dummy.recovered])
+def test_conditions_hold_in_a_usual_run_and_not_in_a_contrary_one(predicate):
+    assert (predicate(run_of(**USUAL)), predicate(run_of(**CONTRARY))) == (True, False)
+
+
+def test_without_a_truth_nothing_is_recovered():
+    assert dummy.recovered(run_of(**USUAL))
+    assert not dummy.recovered(run_of()) and not dummy.output_error_covers(run_of())
+
+
+@pytest.mark.parametrize(("crossed", "holds"), [((97.0, 97.0, 98.0), True), ((60.0, 97.0, 98.0), False)])
+def test_vaf_depends_on_the_trial_only_if_parameters_matter_less(crossed, holds):
+    own = rows(**{"leg-thesis__VAF_cross_validated": dict(zip(AMPLITUDES, crossed, strict=True))})
+    assert dummy.vaf_of_trial(run_of(own)) is holds
+    assert dummy.vaf_of_trial(run_of(own[own.quantity != "VAF_cross_validated"])) is False
+
+
+@pytest.mark.parametrize(
+    ("amplitudes", "falls", "clear"),
+    [
+        (AMPLITUDES, True, ["0.3", 2, " at 0.3 m/s and above"]),
+        ({"a": 0.1, "b": 0.2, "c": 0.2}, True, ["0.1", 3, " at 0.1 m/s and above"]),
+        (dict.fromkeys("abc", 0.5), False, ["0.5", 3, " at 0.5 m/s and above"]),
+        (dict.fromkeys("abc"), False, [None, 3, None]),
+    ],
+)
+def test_velocities_are_those_of_the_trial_sheet(amplitudes, falls, clear):
+    run = run_of(amplitudes=amplitudes)
+    assert dummy.stiffness_falls(run) is falls
+    asked = ["clear-from()", "clear().len()", "at-clear()"]
+    assert evaluated(asked, "dummy_values.typ", *content(run)) == clear
+
+
+@pytest.mark.parametrize("delay", [0, 5])
+def test_caption_of_the_pulses_measures_peak_and_delay_of_the_belt(delay):
+    run = run_of(delay=delay)
+    numbers = dummy.numbers(run)
+    assert numbers["belt_peak_percent"] == pytest.approx([80.0] * 3)
+    assert numbers["belt_delay_ms"] == pytest.approx([4.0 * delay] * 3)
+    assert "reaches 80 % of the commanded peak velocity" in told(run, "figure_2_9")[0]
+    still = run_of(command=0.0 * COMMAND)
+    assert not dummy.commanded(still) and dummy.numbers(still)["belt_peak_percent"] == []
+
+
+FIGURES = [
+    f"figure_{name}"
+    for name in (
+        "2_9",
+        "3_3",
+        "4_4",
+        "pathways",
+        "torque",
+        "dummy_cross_validation",
+        "specification",
+        "protocol",
+    )
+]
+
+
+def test_captions_tell_the_usual_findings_only_where_they_hold():
+    found, other = (findings_of(FIGURES, *content(run_of(**case))) for case in (USUAL, CONTRARY))
+    assert set(found) == set(FIGURES)
+    assert set(other) == {"figure_3_3", "figure_4_4", "figure_dummy_cross_validation", "figure_protocol"}
+    name = "figure_dummy_cross_validation"
+    assert ("more on the predicted trial" in found[name], "more on" in other[name]) == (True, False)
+    assert found["figure_4_4"] == (
+        "The printed equation yields K = 4.50 to 6.70 N·m/rad and I = 0.0670 N·m·s²/rad, "
+        "and K falls with amplitude."
+    )
+    assert other["figure_4_4"] == "The printed equation yields K = 30.0 N·m/rad and I = 0.0670 N·m·s²/rad."
+    assert "a mean K of 9.20 N·m/rad, the printed equation of 5.20 N·m/rad" in found["figure_pathways"]
+    assert found["figure_specification"] == (
+        "Of 8 combinations of choices, 50 % yield a K within 5 % of the recommended 10.0 N·m/rad."
+    )
+    assert found["figure_protocol"] == (
+        "The study has 3 trials; those of the dummy have 2 perturbations each."
+    )
+
+
+@pytest.mark.parametrize(
+    ("experiments", "said"),
+    [
+        (["dummy"], "The rig is the dummy on the belt."),
+        (["weight", "dummy"], "The rigs are the dummy on the belt and a weight on the belt."),
+        (
+            ["standing", "dummy", "weight"],
+            "The rigs are the dummy on the belt, a weight on the belt and a person on the belt.",
+        ),
+    ],
+)
+def test_caption_names_the_rigs_of_the_study(experiments, said):
+    data, tables = content(run_of(), experiments=experiments)
+    found = findings_of(["figure_rigs", "figure_free_bodies"], data, tables)
+    assert found["figure_rigs"] == said
+    assert ("or from the motion of the foot" in found["figure_free_bodies"]) is ("weight" in experiments)
+
+
+def test_first_page_compares_with_the_thesis_where_it_is_known():
+    summary, abstract, recovery = told(
+        run_of(**USUAL), "summary", "abstract_dummy", "abstract_dummy_recovery"
+    )
+    # the misprint of K = 55 is corrected
+    assert "The thesis reports 0.061 to 0.063 N·m·s²/rad and 5.0 to 6.0 N·m/rad and calls" in abstract
+    assert "= 0.061 to 0.063 N·m·s²/rad" in summary and "explained 99.50 to 99.90 %" in summary
+    assert "mixes two sign conventions" in summary and "The signs explain the difference" in abstract
+    assert "the joint nearest" not in recovery and "the linear joint nearest to the laboratory’s" in recovery
+    assert "Over the 2 conditions with belt velocities of 0.3 m/s and above" in recovery
+    assert "is 2.0 % in K and 2 % in B." in recovery
+    summary, abstract, recovery = told(
+        run_of(**CONTRARY), "summary", "abstract_dummy", "abstract_dummy_recovery"
+    )
+    assert summary == "" and "The thesis reports" not in abstract and "The signs explain" not in abstract
+    assert "relative to the laboratory’s constants is" in recovery
+    assert told(run_of(), "abstract_dummy_recovery") == [""]
+
+
+def test_chapter_tells_the_usual_story_only_where_it_holds():
+    usual, contrary = (chapter_words("dummy", *content(run_of(**case))) for case in (USUAL, CONTRARY))
+    for sentence in (
+        "The thesis reports I = 0.061 to 0.063 N·m·s2/rad, and K = 5.0 to 6.0 N·m/rad, decreasing",
+        "Here K decreases with amplitude, too.",
+        "Every 95 % interval of I lies above zero",
+        "and the signs alone explain both differences",
+        "so its VAF is lower than",
+        "must be an accuracy, not a noise",
+        "VAF depends more on the predicted trial",
+        "At working amplitude the true values are those",
+        "VAF does not separate them: 4 combinations have a mean VAF above 99 %, and 2 of them deviate",
+    ):
+        assert sentence in usual and sentence not in contrary, sentence
+    assert "The observed differences are 0.0600 N·m·s2/rad and 4.00 N·m/rad." in usual
+    assert (
+        "In a the VAF of a perturbation is 99.1 % by the consistent equation and 99.91 % by the printed"
+        in usual
+    )
+    assert "but not for a wrong law of the joint" in contrary and "wrong law" not in usual
+
+
+def test_markers_that_are_sampled_one_after_another_have_a_section():
+    pathways = SETTINGS["dummy"]["pathways"]
+    raw = {"leg-thesis": pathways["leg-thesis"] | {"marker_instants": "as-sampled"}}
+    raw["leg-thesis-aligned"] = pathways["leg-thesis"]
+    own = rows()
+    aligned = own[own.pathway == "leg-thesis"].assign(pathway="leg-thesis-aligned")
+    aligned.loc[aligned.quantity == "B", "value"] = 0.04
+    aligned.loc[aligned.quantity == "K", "value"] *= 1.25
+    run = run_of(pd.concat([own, aligned]))
+    changed = SETTINGS["dummy"] | {"pathways": pathways | raw, "ingest": {"marker_sampling_hz": 2500.0}}
+    data, tables = content(run)
+    words = chapter_words("dummy", data | {"choices": {"dummy": changed}}, tables)
+    assert "at 2500 Hz the last marker of a frame is sampled 0.40 ms after the first" in words
+    assert "is 0.040 N·m·s/rad with correction" in words and "0.030 N·m·s/rad without" in words
+    assert "I changes by at most 0.0 % and K by at most 20.0 %" in words
+    assert "sequentially" not in chapter_words("dummy", *content(run_of()))
+
+
+# ---- joint likelihood
+
+
+@pytest.mark.parametrize(("low", "softens"), [(1.5, "in all 3 trials"), (-0.5, "in 0 of the 3 trials")])
+def test_softening_is_counted_from_its_interval(low, softens):
+    words = chapter_words("dummy", *content(run_of(rows(**{f"{LIKELY}__K_softened": low}))))
+    assert softens in words and "No trial failed a check." in words
+    assert "The delay of the leg after the foot is at most 0.02 ms." in words
+    assert "The largest error relative to the true values at working" not in words
+
+
+def test_failed_checks_and_missed_truths_are_named():
+    own, likely = rows(), {"a": "markers-slip;lack-of-fit", "b": "lack-of-fit"}
+    of_stiffness = (own.pathway == LIKELY) & (own.quantity == "K")
+    own.loc[of_stiffness, "flags"] = own.condition.map(likely).fillna("")
+    errors = [
+        (LIKELY, q, error, "false") for q, error in (("I", 0.2), ("B", -0.05), ("K", 0.01), ("K_small", 0.5))
+    ]
+    recovery = recovered(*OF_LEG, (SIMULATED, "K", 0.02, "true"), *errors)
+    words = chapter_words("dummy", *content(run_of(own, recovery)))
+    assert "Checks that failed: markers-slip (a); lack-of-fit (a, b)." in words
+    assert "is 1.0 % in K and 5.0 % in B; 0 of the 9 intervals of I, B and K cover the true value" in words
+
+
+# ---- dummy that the printed tables describe
+
+
+def law(predicted, **constants):
+    known = {
+        "stiffness_Nm_per_rad": 10.0,
+        "damping_Nms_per_rad": 0.02,
+        "inertia_Nms2_per_rad": 0.007,
+    } | constants
+    return {
+        "constants": {"half_softening_rad": None, "softened_damping_Nms_per_rad": 0.0} | known,
+        "intervals": {name: [0.5, 2.0] for name in known},
+        "fitted_rms": 1.0,
+        "predicted_rms": predicted,
+    }
+
+
+@pytest.mark.parametrize("best", [True, False])
+def test_printed_numbers_are_counted_by_their_role(best):
+    softening = law(0.8 if best else 3.0, half_softening_rad=0.02, softened_damping_Nms_per_rad=0.1)
+    facts = {"laws": {"linear": law(2.0), "full": softening}, "marker_noise_m": 6.8e-6}
+    facts["scatter"] = {"I": 5e-4, "B": 5e-3, "K": 0.3}
+    cells = pd.DataFrame(
+        [
+            ("b", "I", "fitted", 0.061, 0.0609, "true"),
+            ("b", "SEM_I", "predicted", 0.0008, 1.49e-4, "false"),
+            ("c", "SEM_K", "predicted", 0.5, 0.4, "true"),
+            ("c", "VAF_trial", "predicted", 99.94, 99.98, "false"),
+        ],
+        columns=["condition", "quantity", "role", "printed", "value", "within"],
+    )
+    run = run_of()
+    run = Run(
+        run.tables | {"thesis_dummy": cells},
+        run.fits | {"thesis_dummy": {"thesis_dummy": SimpleNamespace(facts=facts, arrays={})}},
+        run.settings,
+        run.study,
+    )
+    assert thesis_dummy.full_law_predicts_best(run) is best
+    data, tables = content(run)
+    data["chapters"] |= report_content(run, {"thesis_dummy": thesis_dummy})["chapters"]
+    words = chapter_words("dummy", data, tables, cells=" | ")
+    assert "Of the 1 fitted numbers 1 lie within their tolerance, of the 3 predicted numbers 1" in words
+    assert "| SEM of I, B and K | – | 1 of 2 |" in words and "| K | – | – |" in words
+    assert "SEM of I of b (printed 0.0008, here 1.49·10−4); VAF of the full dataset of c" in words
+    assert "here 99.98)." in words
+    assert ("the best for the half that was not fitted" in words) is best
+    (caption,) = findings_of(["figure_thesis_dummy"], data, tables).values()
+    assert caption == (
+        "One joint with 5 constants returns 1 of 1 fitted and 1 of 3 other printed numbers within tolerance."
+    )
+    # softening lowers K with amplitude
+    stiffness = [own["K_Nm_per_rad"] for own in data["chapters"]["thesis_dummy"]["numbers"]["at_work"]]
+    assert stiffness == sorted(stiffness, reverse=True) and stiffness[0] < 10.0

@@ -1,0 +1,113 @@
+"""Numbers as the report prints them: Typst's helpers agree with Python's rounding, character by character."""
+
+import csv
+import io
+import math
+import random
+import re
+
+import pytest
+from typst_builders import evaluated
+
+from tepsipe.reporting.numbers.format import (
+    _cell,
+    _printed,
+    by_uncertainty,
+    fixed,
+    number,
+    percent,
+    span,
+    span_of_decimals,
+)
+
+QUANTITIES = ("VAF_trial", "I", "B", "K", "SEM_K", "error")
+
+
+def values() -> list[float]:
+    """Random values of all magnitudes, ties of the printed digits, powers of ten and their neighbours."""
+    draw = random.Random(23)
+    found = [0.0, -0.0, math.inf, -math.inf, math.nan, 1e-300, 1e300, 0.1 + 0.2]
+    found += [draw.choice((-1, 1)) * 10.0 ** draw.uniform(-12, 12) for _ in range(3000)]
+    found += [draw.choice((-1, 1)) * 10.0 ** draw.uniform(-4, 6) for _ in range(3000)]
+    # as tables are written
+    found += [float(f"{draw.uniform(-100, 100):.10g}") for _ in range(500)]
+    # one digit more than is printed, and that is a five: the binary value decides, or the even digit
+    for _ in range(4000):
+        found.append(float(f"{draw.randint(0, 9999)}5e{draw.randint(-9, 5)}"))
+    found += [n + half for n in range(-40, 40) for half in (0.5, 0.25, 0.125, 0.375, 0.625, 0.0625)]
+    for exponent in range(-12, 13):
+        for factor in (1.0, 9.995, 9.5, 99.5, 0.9999999, 9.9999999):
+            x = factor * 10.0**exponent
+            found += [x, math.nextafter(x, 0.0), math.nextafter(x, math.inf), -x]
+    return found
+
+
+def rows() -> list[tuple[list, list[str]]]:
+    """A case (function and arguments, as the cells of a table) and the text that Python makes of it."""
+    found = []
+    for x in values():
+        found += [(["num", x, digits], number(x, digits)) for digits in (2, 3, 4)]
+        found.append((["percent", x, 1], percent(x, 1)))
+        if math.isfinite(x):
+            found += [(["fixed", x, decimals], fixed(x, decimals)) for decimals in (0, 1, 2, 4)]
+        if not math.isinf(x):
+            found.append((["short", x, 0], number(None) if math.isnan(x) else _printed(x + 0.0)))
+    draw = random.Random(7)
+    plain = [x for x in values() if not math.isnan(x)]
+    for _ in range(4000):
+        x, half = draw.choice(plain), abs(draw.choice(plain))
+        low, high = x - half, x + draw.choice((0.0, 0.3, 1.0)) * half
+        if not (math.isnan(low) or math.isnan(high)):
+            value, interval = by_uncertainty(x, low, high)
+            found.append((["interval", x, low, high], f"{value}|{interval}"))
+        pair = [draw.choice(plain) for _ in range(3)]
+        found.append((["span", *pair], span(pair)))
+        if all(map(math.isfinite, pair)):
+            found.append((["decimals", *pair], span_of_decimals(pair, 2)))
+    for quantity in QUANTITIES:
+        found += [(["cell", x, quantity], _cell(quantity, x)) for x in draw.sample(values(), 800)]
+    return found
+
+
+DISPATCH = """
+csv("cases.csv").filter(row => {
+  let (name, x, y, z, told) = row
+  let text = if name == "num" { num(x, digits: int(y)) } else if name == "percent" { percent(x) }
+    else if name == "fixed" { fixed(x, int(y)) } else if name == "short" { short(x) }
+    else if name == "interval" { interval(x, y, z).join("|") } else if name == "span" { span((x, y, z)) }
+    else if name == "decimals" { span-of-decimals((x, y, z), 2) } else { cell-of(y, x) }
+  text != told
+})
+"""
+
+
+@pytest.mark.slow
+def test_helpers_of_the_report_round_as_python_does():
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    cases = rows()
+    assert len(cases) > 100_000
+    for case, told in cases:
+        if re.search(r"[\d.]{17,}", told):  # more digits than a number has
+            continue
+        padded = [repr(c) if isinstance(c, float) else c for c in case] + ["", ""]
+        writer.writerow([*padded[:4], told])
+    (different,) = evaluated([DISPATCH.strip()], "format.typ", files={"cases.csv": text.getvalue()})
+    assert different == []
+
+
+@pytest.mark.parametrize(
+    ("expression", "told"),
+    [
+        ("num(12)", "12"),
+        ("num(-3)", "\N{MINUS SIGN}3"),
+        ("num(123456)", "1.23·10⁵"),
+        ('num("")', "\N{EN DASH}"),
+        ('interval("1.0", "", "")', ["1.00", ""]),
+        ('span(("", "2.0", "nan", "1.0"))', "1.00 to 2.00"),
+        ("count(0) + count(3)", "none3"),
+        ("(mean((1, 2.0, \"6\")), median((3, 1, 2)), median((4.0, 1.0)))", [3.0, 2, 2.5]),
+    ],
+)  # fmt: skip
+def test_cells_of_tables_and_whole_numbers_are_values(expression, told):
+    assert evaluated([expression], "format.typ") == [told]

@@ -1,0 +1,197 @@
+"""Chapters on forward simulation and noise: conditions, numbers, and the sentences that they choose."""
+
+import pandas as pd
+import pytest
+from typst_builders import STUDY, chapter_words, evaluated, findings_of
+
+from tepsipe.reporting.chapters import noise, simulation
+from tepsipe.reporting.run import Run, report_content
+
+DASH, MINUS = "\N{EN DASH}", "\N{MINUS SIGN}"
+SHOWN = {"4_7": "sine-0.1", "4_8": "sine-0.5-8s"}
+JOINT = {"inertia_Nms2_per_rad": 0.015, "damping_Nms_per_rad": 0.1, "stiffness_Nm_per_rad": [10.0, 15.0]}
+NOISE = {"table_snr_db": 20, "joint": JOINT, "draws": 6, "table_estimators": ["as-printed", "recommended"]}
+
+
+def content(run, **chapters):
+    short = {"sine-0.1": "S1", "sine-0.2": "S2", "sine-0.5-8s": "S52"}
+    own = report_content(run, chapters) | {"short_names": short, "cells": None}
+    return own, {name: table.to_csv(index=False) for name, table in run.tables.items()}
+
+
+# ---- forward simulation
+
+
+def simulated(scores, conditions=("sine-0.1", "sine-0.5-8s"), **study):
+    """Run of forward simulations: set of parameters -> VAF of the angle and torque, and state."""
+    rows = []
+    for condition in conditions:
+        for name, (angle, torque, state) in scores.items():
+            for quantity, vaf in (("theta", angle), ("tau", torque), ("tau_consistent", angle)):
+                row = {"condition": condition, "parameter_set": name, "quantity": quantity, "state": state}
+                rows.append(row | {"vaf_trial": vaf, "vaf_perturbation": vaf})
+    study = STUDY | {"simulated": SHOWN, "step_s": 0.001, "engine": "mujoco", **study}
+    return Run({"forward": pd.DataFrame(rows)}, study=study)
+
+
+USUAL = {
+    "wristalyzer": (90.0, 80.0, "settles"),
+    "tep": (-2000.0, 90.0, "grows"),
+    "corrected": (80.0, 5.0, "settles"),
+}
+CONTRARY = {
+    "wristalyzer": (1.0, 2.0, "settles"),
+    "tep": (99.0, 1.0, "settles"),
+    "corrected": (2.0, 99.0, "settles"),
+}
+
+
+@pytest.mark.parametrize(
+    ("scores", "best", "worst"),
+    [(USUAL, "the Wristalyzer", "TEP-SIPE as printed"), (CONTRARY, "TEP-SIPE as printed", "the Wristalyzer")],
+)
+def test_captions_of_simulations_name_the_parameters_that_predict_best(scores, best, worst):
+    names = [f"figure_{name}" for name in ("4_7", "4_8", "4_9", "4_10", "4_11", "b", "b_13")]
+    found = findings_of(names, *content(simulated(scores), simulation=simulation))
+    assert set(found) == set(names)
+    assert f"best by the parameters of {best} in 2 of 2 conditions" in found["figure_4_10"]
+    assert f"the parameters of {best} predict the angle best" in found["figure_4_8"]
+    assert "S52" in found["figure_4_8"] and f"those of {worst} worst" in found["figure_4_7"]
+    assert (f"below {MINUS}1000 %" in found["figure_4_7"]) is (scores is USUAL)
+    assert ("the swing grows in 2 of 2 conditions" in found["figure_b"]) is (scores is USUAL)
+    assert ("no swing grows" in found["figure_b"]) is (scores is CONTRARY)
+
+
+def test_trials_that_were_not_simulated_are_not_told():
+    run = simulated({"tep": USUAL["tep"]}, conditions=["sine-0.2"])
+    found = findings_of(
+        [f"figure_{n}" for n in ("4_7", "4_8", "4_9", "b")], *content(run, simulation=simulation)
+    )
+    assert found == {}
+
+
+def test_pattern_of_the_thesis_holds_only_in_every_condition():
+    assert simulation.pattern_of_thesis(simulated(USUAL))
+    assert not simulation.pattern_of_thesis(simulated(CONTRARY))
+    assert simulation.printed_swing_grows(simulated(USUAL))
+    assert not simulation.printed_swing_grows(simulated(CONTRARY))
+    assert not simulation.compared(simulated({"tep": USUAL["tep"]}))
+
+
+def test_chapter_names_the_conditions_that_the_consistent_parameters_predict_best():
+    scores = USUAL | {"corrected": (95.0, 5.0, "settles")}
+    told = chapter_words("simulation", *content(simulated(scores), simulation=simulation))
+    assert "best of all three in 2 of 2 conditions (S1, S52)." in told
+    assert "In the others one K" not in told
+    assert "it grows in S1, S52" in told
+    other = chapter_words("simulation", *content(simulated(CONTRARY), simulation=simulation))
+    assert "in 0 of 2 conditions." in other
+    assert "does not hold in every condition" in other and "All simulated legs settle" in other
+
+
+# ---- sensitivity to noise
+
+
+def noisy(level=20, **means):
+    """Mean K at one noise level by estimator and noisy signal; B without error, the apparent K 6."""
+    rows = []
+    for estimator, of_signal in means.items():
+        for noise_on, value in zip(("tau", "theta", "both"), of_signal, strict=True):
+            own = {"condition": "sine-0.1", "estimator": estimator.replace("_", "-"), "noise_on": noise_on}
+            own |= {"snr_db": level, "stiffness_Nm_per_rad": 10.0}
+            rows.append(own | {"quantity": "K", "mean": value, "apparent": 6.0})
+            rows.append(own | {"quantity": "B", "mean": 0.1, "apparent": 0.1})
+            rows.append(own | {"quantity": "I", "mean": 0.015, "apparent": 0.04})
+    return Run({"noise": pd.DataFrame(rows), "table_4_4": TABLE}, settings={"noise": NOISE}, study=STUDY)
+
+
+def table(*rows):
+    """Table 4-4 without and with noise on the torque."""
+    columns = ["pathway", "estimator", "quantity", "unit", "none", "tau", "none_reported", "tau_reported"]
+    frame = pd.DataFrame(rows, columns=columns)
+    empty = ("theta", "both", "theta_reported", "both_reported")
+    return frame.assign(**dict.fromkeys(empty, float("nan")))
+
+
+WITHOUT = [
+    ("as-printed", "K = 10 Nm/rad", "K", "Nm/rad", 3.66, None, 10.0, 2.963),
+    ("as-printed", "K = 15 Nm/rad", "K", "Nm/rad", 8.0, None, 10.0, 2.963),
+    ("recommended", "K = 10 Nm/rad", "K", "Nm/rad", 10.0, 9.99, 10.0, 2.963),
+    ("recommended", "K = 15 Nm/rad", "K", "Nm/rad", 15.0, 15.01, 10.0, 2.963),
+]
+TABLE = table(*WITHOUT)
+TRUE_K = {
+    "as_printed": (3.0, 9.0, 6.1),
+    "recommended": (10.0, 10.1, 10.1),
+    "recommended_regression": (10.0, 8.0, 8.0),
+}
+FALSE_K = {
+    "as_printed": (10.0, 10.0, 10.0),
+    "recommended": (20.0, 20.0, 20.0),
+    "recommended_regression": (10.0, 10.0, 10.0),
+}
+SENTENCES = ("least_squares_biased", "method_sound", "near_apparent", "filter_dominates")
+
+
+def test_noise_is_told_as_in_the_thesis_only_where_it_is_so():
+    usual, contrary = noisy(**TRUE_K), noisy(**FALSE_K)
+    for name in SENTENCES:
+        assert (getattr(noise, name)(usual), getattr(noise, name)(contrary)) == (True, False), name
+    told = chapter_words("noise", *content(usual, noise=noise))
+    assert "are at most 1.0 % from the simulated values, those of least squares 20.0 %" in told
+    assert "If only one side is filtered, as with noise on one signal, it is up to 50 % away" in told
+    assert "the bias is caused by the equation" in told and "mainly due to its torque equation" in told
+    other = chapter_words("noise", *content(contrary, noise=noise))
+    for sentence in ("caused by the equation", "effect of the filter", "is biased if", "mainly due to"):
+        assert sentence in told and sentence not in other, sentence
+
+
+def test_an_estimator_that_was_not_computed_proves_nothing():
+    run = noisy(as_printed=(3.0, 9.0, 6.1))
+    assert not noise.method_sound(run) and not noise.least_squares_biased(run)
+    assert f"IV estimate are at most {DASH} % from" in chapter_words("noise", *content(run, noise=noise))
+
+
+def test_numbers_of_other_noise_levels_do_not_count():
+    run = noisy(**TRUE_K)
+    other = noisy(level=0, **FALSE_K).tables["noise"]
+    both = Run(
+        run.tables | {"noise": pd.concat([run.tables["noise"], other])}, settings=run.settings, study=STUDY
+    )
+    errors = [noise.numbers(r)["largest_error_percent"] for r in (run, both)]
+    assert errors[0] == errors[1]
+    assert [noise.numbers(r)["combinations"] for r in (run, both)] == [9, 18]
+    means = ['means("as-printed", "tau", "K")']
+    assert evaluated(means, "chapters/noise.typ", *content(both, noise=noise)) == [["3.00", "70"]]
+
+
+def test_table_of_the_noise_study_has_a_group_of_columns_for_each_processing():
+    data, tables = content(noisy(**TRUE_K), noise=noise)
+    words = chapter_words("noise", data, tables, cells=" | ")
+    empty = f"{DASH} | {DASH} |"
+    # of the thesis, then of the printed processing; K = 15 N·m/rad is in the figure only
+    assert f"| K | N·m/rad | 10 | 2.963 | {empty} 3.66 | {DASH} | {empty}" in words
+    assert (
+        f"recommended | | | Noise on | | none | τ | θ | both | | | | | | K | N·m/rad | 10.00 | 9.99 | {empty}"
+        in words
+    )
+    assert "8.00" not in words and "15.01" not in words
+
+
+def test_caption_has_the_stiffness_of_the_figure_if_both_processings_were_computed():
+    run = noisy(**TRUE_K)
+    assert not noise.figure_has_both(run)  # nothing was computed with noise by the printed processing
+    assert findings_of(["figure_4_12"], *content(run, noise=noise)) == {}
+    rows = [row for row in WITHOUT if row[:2] != ("as-printed", "K = 15 Nm/rad")]
+    rows.append(("as-printed", "K = 15 Nm/rad", "K", "Nm/rad", 8.0, -2.19, 10.0, 2.963))
+    both = Run(run.tables | {"table_4_4": table(*rows)}, settings=run.settings, study=STUDY)
+    (told,) = findings_of(["figure_4_12"], *content(both, noise=noise)).values()
+    assert f"K = {MINUS}2.2 N·m/rad for a simulated K of 15 N·m/rad, the recommended one 15.0 N·m/rad" in told
+
+
+@pytest.mark.parametrize("usual", [True, False])
+def test_caption_of_usable_noise_levels_needs_a_sound_method(usual):
+    run = noisy(**(TRUE_K if usual else FALSE_K))
+    found = findings_of(["figure_noise"], *content(run, noise=noise))
+    assert set(found) == ({"figure_noise"} if usual else set())
+    assert not usual or "at most 1.0 % from the simulated values" in found["figure_noise"]

@@ -1,0 +1,125 @@
+"""Sources of the reports, evaluated and typeset by Typst with altered data and tables."""
+
+import html
+import json
+import re
+import shutil
+import tempfile
+import unicodedata
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import typst
+import yaml
+
+REPORT = Path(__file__).parents[1] / "report"
+# facts of a study with three trials of the dummy
+STUDY = {"title": "t", "recordings_source": None, "experiments": {"dummy": list("abc")}, "made": {}}
+
+
+@contextmanager
+def report_root(
+    data: Mapping, tables: Mapping[str, str | Path], files: Mapping[str, str] | None = None
+) -> Iterator[Path]:
+    """Root with the sources of the reports, blank figures, ``data`` as report.json, tables and other files.
+
+    Parameters
+    ----------
+    data : mapping
+        Content of report.json; the names of the tables are added.
+    tables : mapping of str to str or Path
+        Name of a table -> its text (CSV) or file.
+    files : mapping of str to str, optional
+        Name of another file below the root -> its text.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder) / "report"
+        shutil.copytree(REPORT, root)
+        for name in ("tables", "figures"):
+            (root / name).mkdir()
+        for name in yaml.safe_load((root / "captions.yaml").read_text(encoding="utf-8")):
+            (root / f"figures/{name}.svg").write_text(
+                '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
+            )
+        for name, table in tables.items():
+            text = table if isinstance(table, str) else table.read_text(encoding="utf-8")
+            (root / f"tables/{name}.csv").write_text(text, encoding="utf-8")
+        content = json.dumps({**data, "tables_read": list(tables)})
+        for name, text in {"report.json": content, **(files or {})}.items():
+            (root / name).write_text(text, encoding="utf-8")
+        yield root
+
+
+def evaluated(
+    expressions: Sequence[str],
+    imports: str,
+    data: Mapping | None = None,
+    tables: Mapping[str, str | Path] | None = None,
+    files: Mapping[str, str] | None = None,
+) -> list:
+    """Values of Typst expressions, in code mode, after ``imports`` of the report's sources.
+
+    Parameters
+    ----------
+    expressions : sequence of str
+        For example ``num(1.5)``; their values must be text, numbers, truth values, arrays or dictionaries.
+    imports : str
+        For example ``format.typ``: sources of which everything is imported, separated by spaces.
+    data, tables, files : mapping, optional
+        As in `report_root`.
+    """
+    lines = [f'#import "{name}": *' for name in imports.split()]
+    lines.append("#metadata((" + "".join(f"{{ {e} }}, " for e in expressions) + ")) <values>")
+    files = {**(files or {}), "expressions.typ": "\n".join(lines)}
+    with report_root(data or {}, tables or {}, files) as root:
+        (found,) = json.loads(typst.query(str(root / "expressions.typ"), "<values>", root=str(root)))
+    return found["value"]
+
+
+def findings_of(
+    places: Sequence[str], data: Mapping, tables: Mapping[str, str | Path] | None = None
+) -> dict[str, str]:
+    """First sentences of the captions that have one, by name of the figure."""
+    told = evaluated([f'finding("{place}")' for place in places], "figures.typ", data, tables)
+    return {place: text for place, text in zip(places, told, strict=True) if text is not None}
+
+
+def typeset_words(
+    source: str, data: Mapping, tables: Mapping[str, str | Path] | None = None, cells: str = ""
+) -> str:
+    """Words of a source, typeset without figures; ``cells`` of tables end with that text."""
+    with report_root(data, tables or {}, {"words.typ": source}) as root:
+        path = root / "words.typ"
+        page = typst.compile(str(path), root=str(root), ignore_system_fonts=True, format="html").decode()
+    return plain_words(re.sub("(<tr>)|<br>|(</t[dh]>)", lambda m: cells if m[1] or m[2] else " ", page))
+
+
+def plain_words(page: str) -> str:
+    """Words of a page of HTML."""
+    words = html.unescape(re.sub(r"<[^>]+>", "", page))
+    return " ".join(unicodedata.normalize("NFKC", words).split())
+
+
+def first_page_of(data: Mapping, pdf: str) -> dict[str, str]:
+    """Parts of the first page as HTML, from the content of report.json and the address of the PDF."""
+    from workflow.scripts.typeset import first_page
+
+    with report_root(data, {}) as root:
+        files = {str(path.relative_to(root)): path for path in root.rglob("*") if path.is_file()}
+        return first_page(files, pdf)
+
+
+def tables_of(results: Path) -> dict[str, Path]:
+    """Tables of a run that its report reads."""
+    data = json.loads((results / "report/report.json").read_text(encoding="utf-8"))
+    found = {path.stem: path for path in (results / "treadmill_models").glob("*.csv")}
+    found |= {path.stem: path for path in (results / "tables").glob("*.csv")}
+    return {name: found[name] for name in data["tables_read"]}
+
+
+def chapter_words(
+    name: str, data: Mapping, tables: Mapping[str, str | Path] | None = None, cells: str = ""
+) -> str:
+    """Words of a chapter of the report by itself, without references to others; ``cells`` as above."""
+    return typeset_words(f'#show ref: none\n#include "chapters/{name}.typ"', data, tables, cells)

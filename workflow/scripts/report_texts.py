@@ -1,0 +1,128 @@
+"""Texts of the chapters that do not yet read tables themselves: one part of report.json."""
+
+import pandas as pd
+
+from tepsipe.experiments.position_manipulator.time_varying import VARYING_ROWS
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
+from tepsipe.reporting.figures.names import short_name
+from tepsipe.reporting.laboratory import LABORATORY_ROWS
+from tepsipe.reporting.ledger import CELL_VERDICTS
+from tepsipe.reporting.numbers import (
+    abstract,
+    budget,
+    figure_findings,
+    laboratory,
+    operating_points,
+    participants,
+    platform,
+    position_manipulator,
+    shown_signals,
+    standing,
+    study,
+    summary,
+    time_varying,
+    treadmill,
+)
+from tepsipe.reporting.numbers.ledger import cells_data
+from tepsipe.reporting.run import Run, about_study
+from tepsipe.reporting.thesis_tables import read_table
+from tepsipe.treadmill.calibration import MODEL_SCORES
+
+
+def texts_of(run: Run, files: dict[str, str]) -> dict:
+    """Numbers as text, of chapters that do not read tables themselves; ``files`` are those of the tables."""
+    choices, fits, about = run.settings, run.fits, run.study
+    experiments, provenance = about["experiments"], about["provenance"]
+    text_columns = {"condition": str}
+    estimates = pd.read_csv(files["estimates"], dtype=text_columns)
+    recovery = claims = None
+    reported = about["reported"]
+    if "recovery" in files:
+        recovery = shown = pd.read_csv(files["recovery"], dtype=text_columns)
+        # of the standing person, whose chapter says more: the recommended torque, and the latencies used
+        of_person, person = recovery.experiment == "standing", choices.get("standing")
+        if person:
+            own = recovery.pathway == person["recommended"]["pathway"]
+            own |= recovery.estimator == person["latency"]["detector"]
+            shown = recovery[~of_person | own]
+    if "claims" in files:
+        claims = pd.read_csv(files["claims"])
+
+    amplitudes = about["amplitudes"]
+
+    data = {
+        **about_study(run),
+        "slips": {},
+        "reported": None if reported is None else study.reported_data(reported, about["start_stiffness"]),
+        "claims": None if claims is None else study.claims_data(claims),
+        "cells": cells_data(CELL_VERDICTS.read(files["cells"])) if "cells" in files else None,
+        "recovery": None if recovery is None else study.recovery_data(shown),
+        "laboratory": None
+        if recovery is None
+        else laboratory.laboratory_data(LABORATORY_ROWS.read(files["laboratory"])),
+        "provenance": study.provenance_data(provenance),
+        "flags": study.flags_data(estimates),
+        "names": study.names_data(estimates, choices),
+        "budgets": budget.budgets_data(
+            CONTRIBUTIONS.read(files["uncertainty"]),
+            ESTIMATES.read(files["estimates"]),
+            about["foot_pathway"],
+        ),
+    }
+    slips = [] if reported is None else reported["slips"]
+    for table in (name for name in files if name.startswith("table_4_") and name != "table_4_4"):
+        conditions, _ = read_table(files[table])
+        names = [short_name(condition) for condition in conditions]
+        data["slips"][table] = study.slips_data(slips, table, conditions, names)
+    if "weight" in experiments:
+        plate = about["models"]["weight"]
+        data["weight"] = treadmill.weight_data(
+            fits, fits[plate][plate], MODEL_SCORES.read(files[plate]), estimates, choices["weight"]
+        ) | {"belt": about["belt_of_models"]}
+    if "weight" in experiments and "dummy" in experiments:
+        data["foot"] = treadmill.foot_data(estimates, choices["dummy"], recovery, amplitudes)
+    if "standing" in experiments:
+        task_fits = {task: fits["standing_tasks"][task] for task in about["tasks"]}
+        data["standing"] = standing.standing_data(
+            fits["standing"],
+            task_fits,
+            estimates,
+            choices["standing"],
+            recovery,
+            about["people"],
+        ) | {
+            "signals": shown_signals.muscle_signals(
+                fits["standing"], task_fits, choices["standing"]["latency"]["detector"]
+            )
+        }
+    if "participants" in files:
+        text = {"participant": str, "condition": str}
+        people, group = (pd.read_csv(path, dtype=text) for path in (files["participants"], files["group"]))
+        data["participants"] = participants.participants_data(people, group, about["shown_of_participants"])
+    if "belt" in experiments:
+        models = about["models"]["belt"]
+        data["belt"] = treadmill.treadmill_data(
+            fits[models][models], MODEL_SCORES.read(files[models]), choices["belt"], about["roles"]
+        )
+    if "position_manipulator" in experiments:
+        data["position_manipulator"] = position_manipulator.manipulator_data(
+            fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]
+        )
+    if "platform" in experiments:
+        data["platform"] = platform.platform_data(fits["platform"], estimates)
+    if "operating_points" in files:
+        text = {"participant": str, "condition": str}
+        points, lines = (
+            pd.read_csv(files[name], dtype=text) for name in ("operating_points", "operating_relations")
+        )
+        data["operating_points"] = operating_points.operating_points_data(points, lines)
+    if "time_varying" in files:
+        rows = VARYING_ROWS.read(files["time_varying"])
+        data["time_varying"] = time_varying.time_varying_data(rows, list(fits["position_manipulator"]))
+    data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
+    data["summary"] = summary.summary_of(data)
+    data["abstract"] = abstract.abstract_of(data)
+    data["warnings"] = abstract.warnings_of(data)
+    data["figure_findings"] = figure_findings.figure_findings_of(data)
+    return data

@@ -1,0 +1,136 @@
+"""Checks of a file's content by the model; each raises one sentence."""
+
+import difflib
+import math
+
+from pydantic import ValidationError
+
+from tepsipe.errors import InputError, quoted
+from workflow.settings.section import Section, UnfitError
+from workflow.settings.structure import all_keys, described, kind_at, names_of, section_of, unit_at
+from workflow.support.names import check_text
+from workflow.support.renames import PATHWAYS, VALUES, answer_for_key, moved_from, renamed
+
+# what a limit of the model expects, by pydantic's name of the fault
+EXPECTED = {
+    "greater_than": "a number above {gt}",
+    "less_than": "a number below {lt}",
+    "greater_than_equal": "a number of at least {ge}",
+    "less_than_equal": "a number of at most {le}",
+    "too_short": "at least {min_length} {items}",
+    "too_long": "at most {max_length} items",
+    "string_too_short": "a text",
+    "string_pattern_mismatch": "a value of the pattern {pattern}",
+    "multiple_of": "a multiple of {multiple_of}",
+    "different_items": "different items",
+}
+
+
+def check_content(content: dict, model: type[Section], name: str) -> None:
+    """Raise one sentence for the first part of ``content`` that the model refuses."""
+    _refuse_unusable(content, name)
+    try:
+        model.model_validate(content)
+    except ValidationError as error:
+        faults = sorted(error.errors(include_url=False), key=_order)
+        raise InputError(f"{name}: {_sentence(faults[0], model, content)}") from None
+
+
+def _refuse_unusable(content, name: str, where: str = "") -> None:
+    """Numbers are finite. Keys go through Snakemake, which fills in what braces hold; text into HTML."""
+    if isinstance(content, float) and not math.isfinite(content):
+        raise InputError(f"{name}: expected a finite number for {where!r}, found {content}: correct it")
+    if isinstance(content, str):
+        check_text(content, name)
+    if isinstance(content, dict | list):
+        for key, value in content.items() if isinstance(content, dict) else enumerate(content):
+            if set("{}") & set(str(key)):
+                raise InputError(f"{name}: expected a key without braces, found {quoted(key)}: rename it")
+            _refuse_unusable(value, name, f"{where}.{key}" if where else str(key))
+
+
+def _order(fault: dict) -> tuple:
+    """A misspelt key also counts as a missing one: unknown keys first; values that do not fit last."""
+    missing = fault["type"] == "missing"
+    rank = {"extra_forbidden": 0, "invalid_key": 0, "value_error": 2}.get(fault["type"], 1)
+    return rank, list(map(str, fault["loc"][:-1] if missing else fault["loc"]))
+
+
+def _sentence(fault: dict, model: type[Section], content: dict) -> str:
+    kind, path = fault["type"], _path(fault["loc"], content)
+    if kind in ("extra_forbidden", "invalid_key"):
+        return _unknown_key(path, model)
+    if kind == "missing":
+        return _missing_key(path, fault["loc"][-1], content)
+    error = fault.get("ctx", {}).get("error")
+    if isinstance(error, InputError):
+        return str(error)
+    where, found = ".".join(map(str, path)), f"found {quoted(fault['input'])}"
+    if isinstance(error, UnfitError):
+        return error.sentence(where, fault["input"])
+    if fault["loc"][-1] == "[key]" and kind == "string_type":
+        return f"expected a text as key for {where!r}, {found}: put it into quotes"
+    allowed = kind_at(model, path)
+    if kind == "literal_error":
+        names = names_of(allowed)
+        hint = renamed(VALUES, fault["input"], names) or "correct it"
+        return f"expected one of {', '.join(map(repr, names))} for {where!r}, {found}: {hint}"
+    if kind in EXPECTED:
+        limits = {"items": "items" if isinstance(fault["input"], list) else "entry"}
+        for key, value in fault.get("ctx", {}).items():
+            limits[key] = f"{value:g}" if isinstance(value, float) else value
+        unit = unit_at(model, path) if isinstance(fault["input"], int | float) else ""
+        advice = f"correct it; its unit is {unit}" if unit else "correct it"
+        return f"expected {EXPECTED[kind].format(**limits)} for {quoted(where, 120)}, {found}: {advice}"
+    return f"expected a value of type {described(allowed)} for {quoted(where, 120)}, {found}: correct it"
+
+
+def _path(loc: tuple, content) -> tuple:
+    """The part of pydantic's place that exists in the content: without marks such as ``[key]``."""
+    path = []
+    for step in loc:
+        if (isinstance(content, dict) and step in content) or (
+            isinstance(content, list) and isinstance(step, int) and step < len(content)
+        ):
+            content = content[step]
+        else:
+            break
+        path.append(step)
+    return tuple(path)
+
+
+def _unknown_key(path: tuple, model: type[Section]) -> str:
+    where, unknown = ".".join(map(str, path[:-1])), str(path[-1])
+    key = f"{where}.{unknown}" if where else unknown
+    known, everywhere = list(section_of(kind_at(model, path[:-1])).model_fields), all_keys(model)
+    answer = answer_for_key(key, known, everywhere)
+    if answer is None:
+        elsewhere = [other for other in everywhere if other.rpartition(".")[2] == unknown]
+        # a misspelt key may have moved
+        likely = {name: name for name in known} | moved_from(where)
+        close = difflib.get_close_matches(unknown, likely, n=1, cutoff=0.5)
+        if elsewhere:
+            # the sections whose names are most like the one where the key stands
+            nearest = difflib.get_close_matches(key, elsewhere, n=3, cutoff=0.0)
+            more = f", or one of {len(elsewhere) - 3} more" if len(elsewhere) > 3 else ""
+            answer = f"did you mean {' or '.join(map(repr, nearest))}{more}?"
+        elif close:
+            answer = f"did you mean {likely[close[0]]!r}?"
+        else:
+            answer = f"known here: {', '.join(known)}"
+    if where.startswith("uncertainty.") and not answer.startswith("known here"):
+        answer += f" (known here: {', '.join(known)})"
+    return f"unknown key {quoted(key, 120)}: {answer}"
+
+
+def _missing_key(path: tuple, missing: str, content: dict) -> str:
+    hint = None
+    for name in path:
+        known = content if isinstance(content, dict) else ()
+        new = renamed(PATHWAYS, name, known) or renamed(VALUES, name, known)
+        if new and hint is None:
+            # an incomplete entry under an old name, for example a pathway
+            hint = f"{name} was {new}, write that, or complete a pathway of your own"
+        content = content[name]
+    hint = hint or "add it (config/README.md describes it)"
+    return f"expected the key {quoted('.'.join(map(str, (*path, missing))), 120)}, found none: {hint}"

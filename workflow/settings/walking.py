@@ -1,0 +1,226 @@
+"""Settings of a study of walking: the ankle in stance, by pulses of the belt at random strides."""
+
+from typing import Any, Literal
+
+from pydantic import ConfigDict, model_validator
+
+from tepsipe.errors import InputError
+from workflow.settings.quantities import (
+    Damping,
+    Direction,
+    Distribution,
+    Frequency,
+    Height,
+    Inertia,
+    NotNegative,
+    Pause,
+    Positive,
+    Rate,
+    Sign,
+    Stiffness,
+    Time,
+    number,
+    some,
+)
+from workflow.settings.section import Section, UnfitError, optional, setting
+
+
+class WalkingAxes(Section):
+    """Directions in a C3D or in D-Flow's text."""
+
+    forward: Direction = setting("direction of walking in the file")
+    up: Direction = setting("upward direction in the file")
+
+    @model_validator(mode="after")
+    def _two_axes(self) -> Any:
+        if self.forward[1] == self.up[1]:
+            found = f"{self.forward!r} and {self.up!r}"
+            raise UnfitError("to be two different axes", "correct one of the two", found=found)
+        return self
+
+
+class WalkingPlates(Section):
+    """Force plates under the feet."""
+
+    own: int = setting("number of the force plate under the perturbed foot", least=1)
+    other: int = setting("number of that under the other foot", least=1)
+
+    @model_validator(mode="after")
+    def _two_plates(self) -> Any:
+        if self.own == self.other:
+            found = f"{self.own} for both feet"
+            raise UnfitError("to be two force plates", "correct one of the two", found=found)
+        return self
+
+
+class WalkingMarkers(Section):
+    """Labels of markers; the positions of any others may foretell a stride."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, str]
+
+    ankle: str = setting("label of the marker on the ankle")
+    knee: str = setting("on the knee")
+    heel: str = setting("on the heel")
+    toe: str = setting("on the toe. Further keys name markers whose positions may foretell a stride")
+
+
+class WalkingRecording(Section):
+    """Recordings of instruments."""
+
+    axes: WalkingAxes
+    plates: WalkingPlates
+    force_sign: Sign = setting("−1 if the plates give the force *on the plate*")
+    surface_m: number(least=-10, most=10) = setting("height of the belt in the axes of the file")
+    markers: WalkingMarkers
+
+
+class WalkingColumns(Section):
+    """Names in the header of a recording that is a table, of the perturbed leg."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, str]
+
+    time: str = setting("column: time (s)")
+    angle: str = setting("column: angle of the ankle (rad, plantarflexion positive)")
+    vertical: str = setting("column: vertical force (N)")
+    anterior: str = setting("column: anterior force (N)")
+    cop: str = setting("column: centre of pressure (m)")
+    ankle_x: str = setting("column: ankle, forwards (m)")
+    ankle_y: str = setting("column: ankle, upwards (m)")
+    other_vertical: str = setting("column: vertical force of the other foot (N)")
+    supplied_moment: str | None = setting(
+        "column: moment of the ankle (N·m), to compare with; null if there is none. Further keys name "
+        "columns that may foretell a stride"
+    )
+
+
+class Events(Section):
+    """Columns of the table of events (s)."""
+
+    heel_strike: str | None = setting("column: heel strikes; null: found by the vertical force")
+    toe_off: str | None = setting("column: toe-offs; null: found by the vertical force")
+    pulse: str | None = setting(
+        "column: pulses; null without pulses: then random strides stand for perturbed ones"
+    )
+
+
+Percent = number(least=0, most=100)
+
+
+class WalkingAnalysis(Section):
+    """Response of the ankle to pulses of the belt."""
+
+    phases_percent: some(Percent) = setting("phases of stance at which pulses begin")
+    phase_tolerance_percent: Positive = setting("largest distance of a pulse from its phase")
+    control_percent: list[number(least=100, most=1000)] = setting(
+        "further onsets, in swing (above 100), that serve as a control"
+    )
+    lowpass_cutoff_hz: Frequency = setting("zero-lag low-pass of all signals")
+    lowpass_order: int = setting("order of both passes together", least=2, multiple_of=2)
+    window_s: Time = setting("window after the onset")
+    reflex_from_s: Pause = setting("earliest reflex moment")
+    reflex_Nm: NotNegative = setting("its standard deviation 20 ms later")
+    matched_by: list[str] | None = setting(
+        "signals from whose state unperturbed behaviour is predicted (null: all; `[]`: plain mean)"
+    )
+    ridge: Positive = setting("penalty of the prediction, relative to the number of strides")
+    state_before_s: Pause = setting("the state is that so long before the onset")
+    inertia_kgm2: Inertia | None = setting("*I* as known; null to estimate it")
+    foot_mass_kg: number(least=0, most=50) = setting("mass of the foot")
+    foot_depth_m: Height = setting("its centre of mass below the ankle")
+    fewest_strides: int = setting("fewest perturbed strides of a phase", least=3)
+    recovery_strides: int = setting("strides after a perturbed one that are not used", least=0)
+
+
+class Planned(Section):
+    """Pulse for which the strides needed are computed: rotation of the ankle, minimum-jerk ramp."""
+
+    amplitude_deg: number(above=0, most=90) = setting("rotation of the ankle")
+    duration_s: Time = setting("length of the ramp")
+    stiffness_Nm_per_rad: list[Stiffness] = setting("expected *K* at each phase")
+    damping_Nms_per_rad: Damping = setting("expected *B*")
+    strides: int = setting(
+        "all perturbed strides, which `tables/needed.csv` divides among the phases", least=1
+    )
+
+
+class SimulatedTrial(Section):
+    """A simulated trial."""
+
+    file: Literal["c3d", "dflow"] = setting("kind of the file")
+    pulse_s: Time = setting("length of the ramp")
+    pulses: some(list[float]) = setting("pairs of onset (% of stance) and number of pulses")
+
+    @model_validator(mode="after")
+    def _pairs(self) -> Any:
+        for k, pulse in enumerate(self.pulses):
+            if len(pulse) != 2 or pulse[0] < 0 or pulse[1] < 1 or pulse[1] != int(pulse[1]):
+                expected = "to be an onset (% of stance) and a whole number of pulses"
+                raise UnfitError(expected, key=f"pulses.{k}", found=f"{pulse}")
+        return self
+
+
+class Simulated(Section):
+    """Trials of the trial sheet with the source `virtual_lab`."""
+
+    of: str = setting("recorded trial whose strides simulated trials resample")
+    trials: dict[str, SimulatedTrial] = setting("condition: a simulated trial")
+
+
+class WalkingSource(Section):
+    """A tolerance."""
+
+    unfolded = False
+
+    standard_uncertainty: NotNegative = setting("standard deviation of what is believed")
+    distribution: Distribution = setting("its distribution")
+    source: str = setting("why it is believed")
+
+
+class WalkingUncertainty(Section):
+    """Tolerances; any may be null or absent."""
+
+    joint_centre_anterior_m: WalkingSource | None = optional("place of the joint's centre, forwards")
+    joint_centre_vertical_m: WalkingSource | None = optional("the same in height")
+    foot_mass_kg: WalkingSource | None = optional("mass of the foot")
+    belt_load_kgm: WalkingSource | None = optional(
+        "load that the treadmill model leaves, N·m per m/s² of belt acceleration"
+    )
+    sync_s: WalkingSource | None = optional("delay between forces and motion")
+    angle_gain: WalkingSource | None = optional("measured over true rotation of the ankle")
+    inertia_kgm2: WalkingSource | None = optional("*I* as known")
+
+
+class Walking(Section):
+    """The ankle in stance."""
+
+    recording: WalkingRecording
+    columns: WalkingColumns
+    events: Events
+    rate_hz: Rate = setting("regular clock")
+    max_gap_s: Time = setting(
+        "longest step between time stamps of a table, longest time for which a marker is hidden"
+    )
+    from_s: Pause = setting("strides before are left out")
+    analysis: WalkingAnalysis
+    planned: Planned
+    simulated: Simulated | None = setting("simulated trials; null without any")
+    uncertainty: WalkingUncertainty
+
+    @model_validator(mode="after")
+    def _phases_and_rate(self) -> Any:
+        phases, expected = self.analysis.phases_percent, self.planned.stiffness_Nm_per_rad
+        if len(phases) != len(expected):
+            raise InputError(
+                "expected walking.planned.stiffness_Nm_per_rad to have a value for each of the "
+                f"{len(phases)} phases of walking.analysis.phases_percent, found {len(expected)}: correct "
+                "one of the two"
+            )
+        cutoff, half = self.analysis.lowpass_cutoff_hz, 0.5 * self.rate_hz
+        if cutoff >= half:
+            raise InputError(
+                f"expected walking.analysis.lowpass_cutoff_hz below half of walking.rate_hz ({half:g} Hz), "
+                f"found {cutoff:g} Hz: correct one of the two"
+            )
+        return self
