@@ -35,12 +35,13 @@ from tepsipe.experiments.standing.free_reflex.results import (  # noqa: E402
     reflex_onset,
 )
 from tepsipe.experiments.standing.joint_torque import process_standing  # noqa: E402
-from tepsipe.experiments.standing.options import StandingOptions, TorquePathway  # noqa: E402
-from tepsipe.experiments.standing.thesis.impedance import (  # noqa: E402
-    ActiveOptions,
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions  # noqa: E402
+from tepsipe.experiments.standing.options import (  # noqa: E402
     StandingEstimator,
-    fit_standing,
+    StandingOptions,
+    TorquePathway,
 )
+from tepsipe.experiments.standing.thesis.impedance import fit_standing  # noqa: E402
 from tepsipe.experiments.standing.thesis.latency import muscle_latency  # noqa: E402
 from tepsipe.ingest.plate_treadmill import TreadmillOptions  # noqa: E402
 from tepsipe.ingest.standing import ingest_standing_files  # noqa: E402

@@ -18,11 +18,11 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from tepsipe.experiments.wristalyzer.analysis import (  # noqa: E402
-    WristalyzerOptions,
     analyse_wristalyzer,
     wristalyzer_estimates,
 )
 from tepsipe.experiments.wristalyzer.pooled import fit_wristalyzer_together, pooled_estimates  # noqa: E402
+from tepsipe.experiments.wristalyzer.record import WristalyzerOptions  # noqa: E402
 from tepsipe.identification.admittance_fit import Bounds  # noqa: E402
 from tepsipe.ingest.manipulators import ManipulatorOptions, ingest_torque_manipulator  # noqa: E402
 from tepsipe.io.readers.text_table import read_text_table  # noqa: E402

@@ -16,7 +16,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from tepsipe.errors import InputError  # noqa: E402
 from tepsipe.io.contents import contents_of  # noqa: E402
-from tepsipe.io.estimates import Estimate, read_estimates, write_estimates  # noqa: E402
+from tepsipe.io.estimates import ESTIMATES, Estimate  # noqa: E402
 from tepsipe.io.readers.c3d import read_markers  # noqa: E402
 from tepsipe.io.readers.c3d_recording import read_c3d_recording  # noqa: E402
 from tepsipe.io.readers.dflow import marker_columns, plate_columns, read_dflow  # noqa: E402
@@ -431,7 +431,7 @@ def estimates(folder: Path) -> list[Path]:
         Estimate(*names, quantity, unit, *rng().standard_normal(3), n_perturbations=14)
         for quantity, unit in (("I", "Nms2/rad"), ("B", "Nms/rad"), ("K", "Nm/rad"), ("VAF_trial", "%"))
     ]
-    write_estimates(path, rows)
+    ESTIMATES.write(path, rows)
     return [path]
 
 
@@ -503,7 +503,7 @@ READERS = {
     "configuration": Reader(configuration, read_configuration, check_configuration, text=True),
     "trial": Reader(trial, read_trial, check_trial),
     "result": Reader(result, read_result, check_result),
-    "estimates": Reader(estimates, read_estimates, check_estimates, text=True),
+    "estimates": Reader(estimates, ESTIMATES.read, check_estimates, text=True),
     "treadmill-models": Reader(models, load_treadmill_models, check_models, text=True),
     "info": Reader(any_file, contents_of, check_contents),
 }

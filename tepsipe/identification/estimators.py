@@ -143,33 +143,38 @@ OF_ANGLE = ("motion", "foot_position", "belt_velocity", "leg", "perturbations", 
 OF_MARKERS = ("motion", "markers", "leg", "perturbations", "at_rest")
 ESTIMATORS = {
     LEAST_SQUARES_THESIS: Estimator(
-        "least squares over every perturbation, torque at rest left in (eq 3-9 as printed)",
+        "windowed (per-perturbation) least squares, torque at rest not subtracted",
         OF_WINDOWS,
         _windowed(thesis=True),
         of_windows=True,
     ),
     LEAST_SQUARES: Estimator(
-        "least squares over every perturbation, angle and torque referred to rest",
+        "the same with the torque at rest subtracted",
         OF_WINDOWS,
         _windowed(thesis=False),
         of_windows=True,
     ),
     LEAST_SQUARES_OWN_ZERO: Estimator(
-        "the same with a free constant torque in every window",
+        "the same with a free constant torque in every window, because the zero of a force plate drifts and "
+        "friction leaves a force behind",
         OF_WINDOWS,
         _windowed(thesis=False, own_zero=True),
     ),
     OUTPUT_ERROR: Estimator(
-        "angle simulated over the whole trial from the motion of the foot", OF_ANGLE, _output_error
+        "angle simulated over the whole trial from the motion of the foot and the logged belt velocity",
+        OF_ANGLE,
+        _output_error,
     ),
     JOINT_LIKELIHOOD: Estimator(
-        "maximum likelihood of leg markers, foot markers and drive log, of a joint that may soften",
+        "maximum likelihood of leg markers, foot markers and logged belt velocity over the whole trial, of a "
+        "joint that may soften with bending",
         OF_MARKERS,
         _likelihood(softening=True),
         of_windows=True,
     ),
     JOINT_LIKELIHOOD_LINEAR: Estimator(
-        "the same for a linear joint",
+        "the same for a linear joint: efficient, but its intervals do not hold the truth if the joint "
+        "softens",
         OF_MARKERS,
         _likelihood(softening=False),
         of_windows=True,

@@ -1,10 +1,8 @@
 """Rows of the uncertainty budgets, source by source (``results/tables/uncertainty.csv``)."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
-from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.io.tables import Table
 
 TYPES = ("A", "B")
 SCATTER = "scatter"  # the source of Type A
@@ -37,24 +35,9 @@ class Contribution:
     u: float
 
 
-def write_budgets(path: str | Path, rows: Iterable[Contribution]) -> None:
-    """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
-    write_rows(path, Contribution, rows)
+def _check(row: Contribution) -> None:
+    if row.type not in TYPES or not row.u >= 0.0:
+        raise ValueError(f"{row.u:g} of type {row.type!r}")
 
 
-def read_budgets(path: str | Path) -> list[Contribution]:
-    """Read rows written by `write_budgets` (units in the column ``unit``).
-
-    Raises
-    ------
-    InputError
-        If the columns are not those of `Contribution`, or a row is damaged.
-    """
-    return read_rows(path, Contribution, _contribution, "uncertainty budgets")
-
-
-def _contribution(row: dict[str, str]) -> Contribution:
-    u = float(row["u"])
-    if row["type"] not in TYPES or not u >= 0.0:
-        raise ValueError(f"{row['u']!r} of type {row['type']!r}")
-    return Contribution(**(row | {"u": u}))
+CONTRIBUTIONS = Table(Contribution, "uncertainty budgets", check=_check)

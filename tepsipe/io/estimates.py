@@ -1,11 +1,10 @@
 """Tidy rows of estimates, the common format of all experiments (``results/tables/estimates.csv``)."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
-from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.io.tables import Table, Undefinable
 
 # flag -> what it says about an estimate, and what to look at
 FLAGS = {
@@ -52,6 +51,7 @@ FLAGS = {
     "beyond-calibrated-mass": "the subject is heavier than the weights of the treadmill's calibration: "
     "record a weight near the subject's mass",
 }
+UNCERTAINTIES = ("standard_error", "ci_low", "ci_high", "sem_as_printed", "u_type_a", "u_type_b")
 # quantities of which one estimate per trial is recommended
 QUOTED = ("I", "B", "K", "mass")
 # a VAF below this belongs to a prediction that grows without limit (%)
@@ -93,7 +93,7 @@ class Estimate:
     estimator: str
     quantity: str
     unit: str
-    value: float
+    value: Undefinable
     standard_error: float | None = None
     ci_low: float | None = None
     ci_high: float | None = None
@@ -103,27 +103,6 @@ class Estimate:
     u_type_b: float | None = None
     recommended: bool = False
     flags: str = ""
-
-
-NUMBERS = ("value", "standard_error", "ci_low", "ci_high", "sem_as_printed", "u_type_a", "u_type_b")
-
-
-# columns that may follow those of `Estimate`
-LABELS = ("participant", "belt")
-
-
-def write_estimates(
-    path: str | Path, estimates: Iterable[Estimate], labels: Mapping[str, Sequence[str]] | None = None
-) -> None:
-    """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``).
-
-    A value that is not finite is an empty cell, and its row has the flag ``undefined``, unless the quantity
-    is ``not-identified``; an uncertainty that
-    is not a number is an empty cell, too, with the flag ``no-interval``. A standard error of a row without
-    Type A and B is that of Type A. A VAF of a prediction that grows without limit has the flag ``diverged``.
-    ``labels`` are columns of `LABELS` that follow, with one cell per row.
-    """
-    write_rows(path, Estimate, map(_checked, estimates), further=labels)
 
 
 def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
@@ -160,48 +139,40 @@ def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | No
     ]
 
 
-def _checked(estimate: Estimate) -> Estimate:
-    """The estimate with an empty cell for what is not a finite number, and with the flags that follow."""
+def _flagged_where_undefined(estimate: Estimate) -> Estimate:
+    """The estimate with the flags that its numbers require, None for an uncertainty that is NaN.
+
+    A value that is not finite has the flag ``undefined``, unless the quantity is ``not-identified``; an
+    uncertainty that is not a number ``no-interval``; a VAF of a prediction that grows without limit
+    ``diverged``. A standard error of a row without Type A and B is that of Type A.
+    """
     if estimate.standard_error is not None and estimate.u_type_a is None and estimate.u_type_b is None:
         estimate = replace(estimate, u_type_a=estimate.standard_error)
-    lost = [name for name in NUMBERS[1:] if (x := getattr(estimate, name)) is not None and math.isnan(x)]
-    undefined = estimate.value is None or not math.isfinite(estimate.value)
+    lost = [name for name in UNCERTAINTIES if (x := getattr(estimate, name)) is not None and math.isnan(x)]
+    undefined = not math.isfinite(estimate.value)
     refused = "not-identified" in estimate.flags.split(";")
     flags = ["undefined"] * (undefined and not refused) + ["no-interval"] * bool(lost)
     if not undefined and estimate.quantity.startswith("VAF") and estimate.value < DIVERGED_VAF:
         flags.append("diverged")
-    if not flags and not undefined:
-        return estimate
-    empty = dict.fromkeys([*lost, *["value"] * undefined])
-    return flagged([replace(estimate, **empty)], *flags)[0]
+    return flagged([replace(estimate, **dict.fromkeys(lost))], *flags)[0] if flags else estimate
 
 
-def read_estimates(path: str | Path) -> list[Estimate]:
-    """Read rows written by `write_estimates`, without labels; an undefined value is NaN (unit in its column).
-
-    Raises
-    ------
-    InputError
-        If the columns are not those of `Estimate`, or a row is damaged.
-    """
-    return read_rows(path, Estimate, _estimate, "estimates", LABELS)
-
-
-def _estimate(row: dict[str, str]) -> Estimate:
-    cells: dict = dict(row)
-    for name in NUMBERS:
-        cells[name] = float(row[name]) if row[name] else None
-    if cells["value"] is None:
-        if not {"undefined", "not-identified"} & set(row["flags"].split(";")):
-            raise ValueError("a row without a value and without the flag 'undefined' or 'not-identified'")
-        cells["value"] = math.nan
-    unknown = [flag for flag in row["flags"].split(";") if flag and flag not in FLAGS]
+def _check(estimate: Estimate) -> None:
+    flags = [flag for flag in estimate.flags.split(";") if flag]
+    if math.isnan(estimate.value) and not {"undefined", "not-identified"} & set(flags):
+        raise ValueError("a row without a value and without the flag 'undefined' or 'not-identified'")
+    unknown = [flag for flag in flags if flag not in FLAGS]
     if unknown:
         raise ValueError(f"the unknown flag {unknown[0]!r}")
-    if row["recommended"] not in ("true", "false"):
-        raise ValueError(f"{row['recommended']!r} in the column recommended")
-    cells["recommended"] = row["recommended"] == "true"
-    cells["n_perturbations"] = int(row["n_perturbations"]) if row["n_perturbations"] else None
-    if cells["value"] is None or (cells["n_perturbations"] or 0) < 0:
-        raise ValueError(f"a value {row['value']!r} of {row['n_perturbations']!r} perturbations")
-    return Estimate(**cells)
+    if (estimate.n_perturbations or 0) < 0:
+        raise ValueError(f"a value of {estimate.n_perturbations} perturbations")
+
+
+# participant and belt may follow, without being read
+ESTIMATES = Table(
+    Estimate,
+    "estimates",
+    check=_check,
+    complete=_flagged_where_undefined,
+    further=("participant", "belt"),
+)

@@ -1,16 +1,17 @@
 """Claims of the thesis that can be tested, with the findings of this run (thesis chapter 4)."""
 
-import csv
 import difflib
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.experiments.weight import shapes, speed_at_peak, usual_weight
+from tepsipe.experiments.wristalyzer.names import MODULUS
+from tepsipe.io.tables import Table
 from tepsipe.reporting import further_measures
 from tepsipe.reporting.findings import Findings
 from tepsipe.reporting.ledger import EXPLAINED, NOT_COMPUTED, NOT_REPRODUCED, REPRODUCED
@@ -128,7 +129,7 @@ def _modulus_fits_at_start(f: Findings) -> float:
     found = [
         e.value
         for e in f.estimates
-        if (e.experiment, e.estimator, e.quantity) == ("wristalyzer", "spectral-fit-modulus", "K")
+        if (e.experiment, e.estimator, e.quantity) == ("wristalyzer", MODULUS, "K")
     ]
     return float(sum(abs(k - START_STIFFNESS) < 5e-4 for k in found))
 
@@ -140,10 +141,40 @@ EXPLANATIONS: dict[str, Callable[[Findings], float]] = {
     # a filter distorts where torque and motion do not pass it alike
     "planned_zero_lag_filter": lambda f: abs(planned_value(f.planned, "zero-lag, torque only", CHANGE, "K")),
 }
-COLUMNS = ("claim", "where", "unit", "reported", "reproduced", "tolerance", "verdict", "section")
 
 
-def check_claims(claims: list[dict], findings: Findings) -> list[dict]:
+@dataclass(frozen=True)
+class ClaimVerdict:
+    """One row of ``claims.csv``.
+
+    Attributes
+    ----------
+    claim, where, unit : str
+        The statement, its place in the thesis, and the unit of its number.
+    reported, reproduced : float
+        Number of the thesis and of this run (``unit``); None if this run does not have the result.
+    tolerance : str
+        Largest difference (``unit``), or ``below`` or ``above``.
+    verdict : str
+        See `check_claims`.
+    section : str
+        Section of the report.
+    """
+
+    claim: str
+    where: str
+    unit: str
+    reported: float
+    reproduced: float | None
+    tolerance: str
+    verdict: str
+    section: str
+
+
+CLAIM_VERDICTS = Table(ClaimVerdict, "claims")
+
+
+def check_claims(claims: list[dict], findings: Findings) -> list[ClaimVerdict]:
     """Test every claim.
 
     Parameters
@@ -157,8 +188,8 @@ def check_claims(claims: list[dict], findings: Findings) -> list[dict]:
 
     Returns
     -------
-    list of dict
-        One per claim, with the keys of `COLUMNS`: the verdict is ``reproduced`` (or that of the claim) within
+    list of ClaimVerdict
+        One per claim: the verdict is ``reproduced`` (or that of the claim) within
         the tolerance, ``explained`` outside it if the number that the explanation predicts is within, ``not
         computed`` if this run does not have the result (reproduced is None), otherwise ``not reproduced``.
 
@@ -185,8 +216,16 @@ def check_claims(claims: list[dict], findings: Findings) -> list[dict]:
             predicted = _measured(EXPLANATIONS[name], findings) if name in EXPLANATIONS else None
             within = predicted is not None and _holds(claim, predicted)
             verdict = EXPLAINED if within else NOT_REPRODUCED
-        rows.append({**claim, "reproduced": value, "verdict": verdict})
-    return [{column: row[column] for column in COLUMNS} for row in rows]
+        tolerance = claim["tolerance"]
+        rows.append(
+            ClaimVerdict(
+                *(claim["claim"], claim["where"], claim["unit"], claim["reported"], value),
+                tolerance=tolerance if isinstance(tolerance, str) else f"{tolerance:.10g}",
+                verdict=verdict,
+                section=claim["section"],
+            )
+        )
+    return rows
 
 
 def _measured(measure: Callable[[Findings], float], findings: Findings) -> float | None:
@@ -204,12 +243,3 @@ def _holds(claim: dict, value: float) -> bool:
     if claim["tolerance"] == "above":
         return value > claim["reported"]
     return abs(value - claim["reported"]) <= claim["tolerance"] + ROUNDING
-
-
-def write_claims(path: str | Path, rows: list[dict]) -> None:
-    """Write claims as CSV (units in the column ``unit``)."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            writer.writerow({k: f"{v:.10g}" if isinstance(v, float) else v for k, v in row.items()})

@@ -5,17 +5,17 @@ one table: per estimator and quantity how many intervals hold the truth, the bia
 and the same with one source at a time taken out of the budgets, which needs no further run.
 """
 
-import csv
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 import scipy
 
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import QUOTED, Estimate
+from tepsipe.io.recovery_table import Recovery
+from tepsipe.io.tables import Table
 from tepsipe.statistics.coverage import CONFIDENCE, Share, share_of
 
 SHIFTED = "shifted"  # all laboratories that are not of the first set, together
@@ -43,6 +43,9 @@ class Laboratory:
     set: str
     seed: int
     failed: str = ""
+
+
+LABORATORIES = Table(Laboratory, "drawn laboratories")
 
 
 @dataclass(frozen=True)
@@ -145,6 +148,9 @@ class CoverageRow:
     width_ratio: float | None
 
 
+COVERAGE_ROWS = Table(CoverageRow, "coverage of intervals")
+
+
 @dataclass(frozen=True)
 class DroppedRow:
     """One row of ``dropped.csv``: recommended estimates, with one source taken out of their budgets.
@@ -180,6 +186,9 @@ class DroppedRow:
     coverage_low: float
     coverage_high: float
     held_percent: float
+
+
+DROPPED_ROWS = Table(DroppedRow, "coverage without one source")
 
 
 @dataclass(frozen=True)
@@ -220,6 +229,9 @@ class OutcomeRow:
     flags: str
 
 
+OUTCOME_ROWS = Table(OutcomeRow, "estimates of drawn laboratories")
+
+
 def outcome_row(outcome: Outcome) -> OutcomeRow:
     """An outcome as a row of ``outcomes.csv`` (units in its column ``unit``)."""
     e, laboratory = outcome.estimate, outcome.laboratory
@@ -241,7 +253,7 @@ def outcome_row(outcome: Outcome) -> OutcomeRow:
 def outcomes_of(
     laboratory: Laboratory,
     estimates: Sequence[Estimate],
-    truths: Mapping[tuple, float],
+    truths: Iterable[Recovery],
     budgets: Iterable[Contribution],
     pooled: Sequence[str] = (),
     also_evaluated: Iterable[Sequence[str]] = (),
@@ -254,8 +266,8 @@ def outcomes_of(
         The laboratory.
     estimates : sequence of Estimate
         All estimates (units in them).
-    truths : mapping
-        Experiment, condition, pathway, estimator and quantity -> true value (unit of the estimate).
+    truths : iterable of Recovery
+        Their true values (units in them).
     budgets : iterable of Contribution
         Their budgets (units in them).
     pooled : sequence of str
@@ -273,10 +285,11 @@ def outcomes_of(
         if row.type == "B":
             sources.setdefault(_key(row), {})[row.source] = row.u
     like_recommended = {tuple(names) for names in also_evaluated}
+    true = {_key(row): row.truth for row in truths}
     return [
-        Outcome(laboratory, _as_evaluated(e, like_recommended), truths[_key(e)], sources.get(_key(e), {}))
+        Outcome(laboratory, _as_evaluated(e, like_recommended), true[_key(e)], sources.get(_key(e), {}))
         for e in estimates
-        if _key(e) in truths and (e.experiment != "standing" or not pooled or e.condition in pooled)
+        if _key(e) in true and (e.experiment != "standing" or not pooled or e.condition in pooled)
     ]
 
 
@@ -287,15 +300,8 @@ def _as_evaluated(estimate: Estimate, like_recommended: set[tuple]) -> Estimate:
     return estimate
 
 
-def _key(row: Estimate | Contribution) -> tuple:
+def _key(row: Estimate | Contribution | Recovery) -> tuple:
     return row.experiment, row.condition, row.pathway, row.estimator, row.quantity
-
-
-def read_truths(path: str | Path) -> dict[tuple, float]:
-    """True values of ``recovery.csv`` by experiment, condition, pathway, estimator, quantity (unit there)."""
-    names = ("experiment", "condition", "pathway", "estimator", "quantity")
-    with open(path, newline="", encoding="utf-8") as file:
-        return {tuple(row[name] for name in names): float(row["truth"]) for row in csv.DictReader(file)}
 
 
 def covered(outcome: Outcome) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tepsipe.io.tables import Table
 from tepsipe.reporting.coverage import SHIFTED, Outcome
 from tepsipe.statistics.coverage import share_of
 
@@ -35,6 +36,9 @@ class FlagRow:
     percent: float
     low: float
     high: float
+
+
+FLAG_ROWS = Table(FlagRow, "flags of recommended estimates")
 
 
 def flag_rows(outcomes: Sequence[Outcome], sets: Sequence[str]) -> list[FlagRow]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from tepsipe.experiments.forward.scores import ForwardScore
 from tepsipe.experiments.noise.rows import NoiseRow
+from tepsipe.experiments.wristalyzer import names as wristalyzer
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.reporting.noise_table import TABLE_COLUMNS
@@ -92,13 +93,12 @@ class Findings:
         """
         if experiment not in self.fits:
             raise KeyError(experiment)
-        wanted = {"wristalyzer": "admittance", "dummy": pathway or self.as_printed}.get(experiment, "force")
+        pathways = {"wristalyzer": wristalyzer.PATHWAY, "dummy": pathway or self.as_printed}
         return {
             e.condition: e.value
             for e in self.estimates
             if e.experiment == experiment
             and e.quantity == quantity
-            and e.pathway == wanted
-            and e.estimator
-            in ("spectral-fit", "windowed-least-squares-thesis", "windowed-least-squares", "least-squares")
+            and e.pathway == pathways.get(experiment, "force")
+            and (experiment != "wristalyzer" or e.estimator == wristalyzer.AS_PRINTED)
         }

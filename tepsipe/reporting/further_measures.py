@@ -6,6 +6,7 @@ import numpy as np
 
 from tepsipe.experiments.noise.rows import NoiseRow
 from tepsipe.experiments.planning.design import FOOT, LEG
+from tepsipe.experiments.wristalyzer.names import AS_PRINTED
 from tepsipe.reporting.findings import Findings
 from tepsipe.reporting.planned import CHANGE, TYPE_A, planned_value
 
@@ -84,14 +85,14 @@ def _relative_sem(f: Findings) -> float:
     """Smallest ratio of the relative SEM of K to that of I in the Wristalyzer."""
     found: dict[str, dict[str, float]] = {}
     for e in f.estimates:
-        if (e.experiment, e.estimator) == ("wristalyzer", "spectral-fit") and e.quantity in ("I", "K"):
+        if (e.experiment, e.estimator) == ("wristalyzer", AS_PRINTED) and e.quantity in ("I", "K"):
             found.setdefault(e.condition, {})[e.quantity] = e.sem_as_printed / e.value
     return min(row["K"] / row["I"] for row in found.values())
 
 
 def _coherence(f: Findings) -> tuple[np.ndarray, np.ndarray]:
     arrays = f.fits["wristalyzer"][BEST_FACTOR].arrays
-    return arrays["spectral-fit/frequency"], arrays["spectral-fit/coherence"]
+    return arrays[f"{AS_PRINTED}/frequency"], arrays[f"{AS_PRINTED}/coherence"]
 
 
 def _lowest_coherence(f: Findings) -> float:
@@ -120,8 +121,8 @@ def _above_9_hz(f: Findings) -> float:
     """Largest ratio of the mean admittance from 9 to 20 Hz to that below 9 Hz."""
     ratios = []
     for fit in f.fits["wristalyzer"].values():
-        frequency = fit.arrays["spectral-fit/frequency"]
-        size = np.abs(fit.arrays["spectral-fit/response"])
+        frequency = fit.arrays[f"{AS_PRINTED}/frequency"]
+        size = np.abs(fit.arrays[f"{AS_PRINTED}/response"])
         below = (frequency >= 1.0) & (frequency < DOMINANT_HZ)
         above = (frequency >= DOMINANT_HZ) & (frequency <= EXCITED_HZ)
         ratios.append(size[above].mean() / size[below].mean())

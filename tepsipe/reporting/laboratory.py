@@ -4,11 +4,10 @@ Like the comparison with the truth, this is a part of the library that is given 
 computes nothing with them.
 """
 
-import csv
 from dataclasses import dataclass
-from pathlib import Path
 
-COLUMNS = ("kind", "key", "name", "nominal", "value", "distribution", "standard_deviation")
+from tepsipe.io.tables import Table
+
 MECHANISM, DRAWN = "mechanism", "drawn"
 
 
@@ -91,6 +90,9 @@ class LaboratoryRow:
     standard_deviation: float | None = None
 
 
+LABORATORY_ROWS = Table(LaboratoryRow, "mechanisms and drawn constants")
+
+
 def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
     """Mechanisms and drawn numbers of a laboratory.
 
@@ -116,7 +118,7 @@ def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
         for key in mechanism.key.split("."):
             place = place.get(key) if isinstance(place, dict) else None
         if place is not None:
-            value = tuple(place) if isinstance(place, list) else (place,)
+            value = tuple(map(float, place if isinstance(place, list) else [place]))
             rows.append(LaboratoryRow(MECHANISM, mechanism.key, mechanism.name, None, value))
     for drawn in truth.get("drawn_numbers", ()):
         if drawn["path"].partition(".")[0] not in sections:
@@ -124,33 +126,3 @@ def laboratory_rows(truth: dict, experiments: list[str]) -> list[LaboratoryRow]:
         own = drawn["distribution"], drawn["standard_deviation"]
         rows.append(LaboratoryRow(DRAWN, drawn["path"], "", drawn["nominal"], (drawn["value"],), *own))
     return rows
-
-
-def write_laboratory(path: str | Path, rows: list[LaboratoryRow]) -> None:
-    """Write as CSV, several numbers of a mechanism joined by blanks (units in ``key``)."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in rows:
-            shown = [
-                "" if number is None else f"{number:.10g}" for number in (row.nominal, row.standard_deviation)
-            ]
-            value = " ".join(f"{number:.10g}" for number in row.value)
-            writer.writerow([row.kind, row.key, row.name, shown[0], value, row.distribution, shown[1]])
-
-
-def read_laboratory(path: str | Path) -> list[LaboratoryRow]:
-    """Read what `write_laboratory` wrote (units in ``key``)."""
-    with open(path, newline="", encoding="utf-8") as file:
-        return [
-            LaboratoryRow(
-                row["kind"],
-                row["key"],
-                row["name"],
-                float(row["nominal"]) if row["nominal"] else None,
-                tuple(map(float, row["value"].split())),
-                row["distribution"],
-                float(row["standard_deviation"]) if row["standard_deviation"] else None,
-            )
-            for row in csv.DictReader(file)
-        ]

@@ -2,13 +2,12 @@
 
 import math
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.result import Result
+from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.reporting.noise_table import TABLE_COLUMNS
 from tepsipe.reporting.thesis_tables import TableRow
@@ -126,6 +125,14 @@ class CellVerdict:
     tolerance: str
     verdict: str
     reason: str
+
+
+def _check(row: CellVerdict) -> None:
+    if row.verdict not in VERDICTS:
+        raise ValueError(f"no verdict {quoted(row.verdict)}")
+
+
+CELL_VERDICTS = Table(CellVerdict, "verdicts of printed cells", check=_check)
 
 
 @dataclass(frozen=True)
@@ -319,26 +326,3 @@ def _verdict(
             return EXPLAINED, text
         return NOT_REPRODUCED, f"nor explained: {text}"
     return NOT_REPRODUCED, tolerance.outside or "no reason is known"
-
-
-def write_ledger(path: str | Path, rows: list[CellVerdict]) -> None:
-    """Write ``cells.csv`` (each row of a table in its unit)."""
-    write_rows(path, CellVerdict, rows)
-
-
-def read_ledger(path: str | Path) -> list[CellVerdict]:
-    """Read what `write_ledger` wrote (each row of a table in its unit).
-
-    Raises
-    ------
-    InputError
-        If the file is not such a table.
-    """
-    return read_rows(path, CellVerdict, _row, "verdicts of printed cells")
-
-
-def _row(cells: dict[str, str]) -> CellVerdict:
-    if cells["verdict"] not in VERDICTS:
-        raise ValueError(f"no verdict {quoted(cells['verdict'])}")
-    value = float(cells["value"]) if cells["value"] else None
-    return CellVerdict(**(cells | {"reported": float(cells["reported"]), "value": value}))

@@ -18,14 +18,13 @@ moment.
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import scipy
 
 from tepsipe.experiments.position_manipulator.analysis import REFLEX_ESTIMATOR
-from tepsipe.io.csv_table import write_rows
 from tepsipe.io.estimates import Estimate
+from tepsipe.io.tables import Table
 from tepsipe.statistics.least_squares import least_squares_line
 
 # K per torque (1/rad): 250 to 400 N·m/rad at 100 N·m
@@ -111,6 +110,10 @@ class Relation:
     at_rest_Nm_per_rad: float
     at_rest_low: float
     at_rest_high: float
+
+
+OPERATING_POINTS = Table(OperatingPoint, "operating points")
+RELATIONS = Table(Relation, "relations of stiffness and torque")
 
 
 def operating_points(
@@ -206,13 +209,3 @@ def relations(points: Iterable[OperatingPoint]) -> list[Relation]:
             )
         )
     return found
-
-
-def write_operating_points(path: str | Path, rows: Iterable[OperatingPoint]) -> None:
-    """Write operating points as CSV (units in the column ``unit``)."""
-    write_rows(path, OperatingPoint, rows)
-
-
-def write_relations(path: str | Path, rows: Iterable[Relation]) -> None:
-    """Write lines of K against torque as CSV (N·m/rad, 1/rad)."""
-    write_rows(path, Relation, rows)

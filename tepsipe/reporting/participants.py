@@ -11,13 +11,12 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.csv_table import write_rows
 from tepsipe.io.estimates import Estimate
+from tepsipe.io.tables import NO_COLUMN, Table
 from tepsipe.reporting.budgets import difference_parts, mean_parts, parts_of
 from tepsipe.statistics.group import group_mean, typical_uncertainty
 
@@ -94,7 +93,7 @@ class PersonEstimate:
     mass_kg: float | None
     flags: str = ""
     belt: str = ""
-    parts: Mapping[str, float] = field(default_factory=dict)
+    parts: Mapping[str, float] = field(default_factory=dict, metadata=NO_COLUMN)
 
 
 @dataclass(frozen=True)
@@ -133,6 +132,10 @@ class GroupEstimate:
     u_within: float | None
     n_flagged: int
     belt: str = ""
+
+
+PERSON_ESTIMATES = Table(PersonEstimate, "estimates of participants")
+GROUP_ESTIMATES = Table(GroupEstimate, "means over participants")
 
 
 def person_estimates(
@@ -274,13 +277,3 @@ def group_estimates(people: list[PersonEstimate]) -> list[GroupEstimate]:
         numbers += (sum(bool(p.flags) for p in group),)
         rows.append(GroupEstimate(experiment, condition, *what, *numbers, belt))
     return rows
-
-
-def write_people(path: str | Path, people: list[PersonEstimate], by_belt: bool) -> None:
-    """Write the table of participants as CSV (units in the column ``unit``), with belts if ``by_belt``."""
-    write_rows(path, PersonEstimate, people, ("parts",) if by_belt else ("parts", "belt"))
-
-
-def write_group(path: str | Path, group: list[GroupEstimate], by_belt: bool) -> None:
-    """Write the table of group means as CSV (units in the column ``unit``), with belts if ``by_belt``."""
-    write_rows(path, GroupEstimate, group, () if by_belt else ("belt",))

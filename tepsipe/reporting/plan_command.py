@@ -1,7 +1,6 @@
 """What ``tepsipe plan`` computes, prints and writes."""
 
 import argparse
-import csv
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +10,7 @@ from tepsipe.experiments.planning.design import Design, Protocol, Rig
 from tepsipe.experiments.planning.optimal_pulse import OptimalPulse, optimise_pulse
 from tepsipe.experiments.planning.plan import Plan, expected_likelihood, plan_experiment
 from tepsipe.experiments.planning.pulses import Drive, Limits, peaks_of, pulse_of
+from tepsipe.io.csv_file import write_records
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.reporting.plan_arguments import TOLERANCES
@@ -202,8 +202,4 @@ def write_plan(plan: Plan, best: Optimised | None, path: Path) -> None:
     found = [{"design": plan.design.protocol.pulse.profile} | row for row in plan.rows()]
     if best is not None:
         found += [{"design": best.found.pulse.profile} | row for row in best.plan.rows()]
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(found[0]), lineterminator="\n")
-        writer.writeheader()
-        for row in found:
-            writer.writerow({k: f"{v:.10g}" if isinstance(v, float) else v for k, v in row.items()})
+    write_records(path, found)

@@ -1,7 +1,6 @@
 """What ``tepsipe plan`` says about people: a standing person's ankles, and strides of a walking person."""
 
 import argparse
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +8,8 @@ import numpy as np
 from tepsipe.errors import InputError, quoted
 from tepsipe.experiments.planning.pulses import Drive, pulse_of
 from tepsipe.experiments.planning.standing_plan import StandingDesign, StandingPlan, plan_standing
-from tepsipe.experiments.walking.needed import FEWEST_PLANNED, NeededRow, allocation
-from tepsipe.io.csv_table import read_rows
+from tepsipe.experiments.walking.needed import FEWEST_PLANNED, NEEDED_ROWS, allocation
+from tepsipe.io.csv_file import write_records
 
 
 def standing_plan_of(chosen: argparse.Namespace) -> StandingPlan:
@@ -57,12 +56,7 @@ def standing_summary(plan: StandingPlan) -> str:
 
 def write_standing(plan: StandingPlan, path: Path) -> None:
     """Write the rows of a plan as CSV (units in it)."""
-    found = [{"design": f"standing-{plan.design.pulse.profile}"} | row for row in plan.rows()]
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(found[0]), lineterminator="\n")
-        writer.writeheader()
-        for row in found:
-            writer.writerow({k: f"{v:.10g}" if isinstance(v, float) else v for k, v in row.items()})
+    write_records(path, [{"design": f"standing-{plan.design.pulse.profile}"} | row for row in plan.rows()])
 
 
 def walking_summary(chosen: argparse.Namespace) -> str:
@@ -75,7 +69,7 @@ def walking_summary(chosen: argparse.Namespace) -> str:
     """
     if not 0.0 < chosen.degrees < np.inf:
         raise InputError(f"--degrees: expected a positive angle, found {chosen.degrees:g}: correct it")
-    every = read_rows(chosen.walking, NeededRow, _needed, "strides needed")
+    every = NEEDED_ROWS.read(chosen.walking)
     first = next((row.condition for row in every), None)
     rows = [row for row in every if (row.condition, row.matching) == (first, "state")]
     if not rows:
@@ -94,9 +88,3 @@ def walking_summary(chosen: argparse.Namespace) -> str:
             f"{15.0 * np.sqrt(need / number):18.1f}"
         )
     return "\n".join(lines)
-
-
-def _needed(cells: dict[str, str]) -> NeededRow:
-    texts = {name: cells[name] for name in ("condition", "matching")}
-    numbers = {name: float(cell) for name, cell in cells.items() if name not in texts}
-    return NeededRow(**texts | numbers | {"planned_strides": int(numbers["planned_strides"])})

@@ -1,9 +1,7 @@
 """Tables of the plan study: designs beside their Monte Carlo, best pulses, and filters."""
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,15 +19,6 @@ from tepsipe.signals.filters import Lowpass
 ALIKE, TORQUE_ONLY, MOTION_ONLY = "alike", "torque only", "motion only"
 PREDICTED = "predicted"
 _PEAKS = ("velocity_m_per_s", "displacement_m", "acceleration_m_per_s2", "jerk_m_per_s3")
-
-
-def write_rows(path: str | Path, rows: Sequence[dict]) -> None:
-    """Write rows as CSV, ten significant digits (units in their names)."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        for row in rows:
-            writer.writerow({k: f"{v:.10g}" if isinstance(v, float) else v for k, v in row.items()})
 
 
 def checked_rows(name: str, plan: Plan, drawn: np.ndarray) -> list[dict]:

@@ -7,13 +7,12 @@ free body, the best pulse within the peaks of the thesis's, and what filters do 
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from tepsipe.experiments.planning.design import FOOT, JOINT_LIKELIHOOD, LEG, Design, Protocol, Rig
 from tepsipe.experiments.planning.filtering import mismatch_bias
 from tepsipe.experiments.planning.plan import UNITS, Plan, plan_experiment
 from tepsipe.experiments.planning.pulses import peaks_of, pulse_of
-from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.io.tables import Table
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.impedance_model import PARAMETERS
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
@@ -69,6 +68,9 @@ class PlannedRow:
     measure: str
     unit: str
     value: float | None
+
+
+PLANNED_ROWS = Table(PlannedRow, "planned uncertainties")
 
 
 def plan_of_thesis(leg: Leg, foot: Foot, joint: Joint, sources: dict[str, Source]) -> list[PlannedRow]:
@@ -140,26 +142,6 @@ def _filters(plan: Plan) -> list[PlannedRow]:
             for k, quantity in enumerate(PARAMETERS)
         ]
     return rows
-
-
-def write_planned(path: str | Path, rows: Iterable[PlannedRow]) -> None:
-    """Write rows as CSV (units in the column ``unit``)."""
-    write_rows(path, PlannedRow, rows)
-
-
-def read_planned(path: str | Path) -> list[PlannedRow]:
-    """Read rows written by `write_planned` (units in the column ``unit``).
-
-    Raises
-    ------
-    InputError
-        If the columns are not those of `PlannedRow`, or a row is damaged.
-    """
-    return read_rows(path, PlannedRow, _row, "planned uncertainties")
-
-
-def _row(cells: dict[str, str]) -> PlannedRow:
-    return PlannedRow(**cells | {"value": float(cells["value"]) if cells["value"] else None})
 
 
 def planned_value(

@@ -1,60 +1,28 @@
 """Comparison of estimates with the truth, the only part of the library with the laboratory's constants."""
 
-import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from tepsipe.io.estimates import Estimate
+from tepsipe.io.recovery_table import Recovery
 
-COLUMNS = (
-    "experiment",
-    "condition",
-    "pathway",
-    "estimator",
-    "quantity",
-    "unit",
-    "truth",
-    "value",
-    "relative_error",
-    "covered",
-    "truth_of",
-)
 SMALL, AT_WORK = "small movements", "the fitted windows"
 AT_PHASE = "the phase to which K belongs"
 
 
-@dataclass(frozen=True)
-class Recovery:
-    """One estimate and its true value.
-
-    Attributes
-    ----------
-    estimate : Estimate
-        The estimate (its ``unit``).
-    truth : float
-        The laboratory's constant, or that of the nearest linear joint (same unit).
-    truth_of : str
-        Movements for which it holds.
-    """
-
-    estimate: Estimate
-    truth: float
-    truth_of: str = SMALL
-
-    @property
-    def relative_error(self) -> float | None:
-        """(value - truth) / truth (-); None where the truth is 0."""
-        return None if self.truth == 0.0 else (self.estimate.value - self.truth) / self.truth
-
-    @property
-    def covered(self) -> bool | None:
-        """Whether the 95 % interval holds the truth (-); None without an interval."""
-        low, high = self.estimate.ci_low, self.estimate.ci_high
-        return None if low is None or high is None else low <= self.truth <= high
+def recovery_of(estimate: Estimate, truth: float, truth_of: str = SMALL) -> Recovery:
+    """An estimate beside its true value (same unit), which holds for the movements ``truth_of``."""
+    e, error = estimate, math.nan if truth == 0.0 else (estimate.value - truth) / truth
+    return Recovery(
+        *(e.experiment, e.condition, e.pathway, e.estimator, e.quantity, e.unit),
+        truth=float(truth),
+        value=e.value,
+        relative_error=error if math.isfinite(error) else None,
+        covered=None if e.ci_low is None or e.ci_high is None else bool(e.ci_low <= truth <= e.ci_high),
+        truth_of=truth_of,
+    )
 
 
 def true_parameters(truth: dict) -> dict[str, dict[str, float]]:
@@ -157,9 +125,9 @@ def compare_with_truth(
         fitted = e.estimator if e.experiment == "standing" else e.pathway
         working = (at_work or {}).get((e.experiment, e.condition, fitted), {})
         if e.quantity in working:
-            rows.append(Recovery(e, working[e.quantity], AT_WORK))
+            rows.append(recovery_of(e, working[e.quantity], AT_WORK))
         elif e.quantity in known:
-            rows.append(Recovery(e, known[e.quantity]))
+            rows.append(recovery_of(e, known[e.quantity]))
     return rows
 
 
@@ -182,7 +150,7 @@ def compare_phases_with_truth(
     """
     at = {(e.condition, e.pathway): e.value for e in estimates if e.quantity == "phase"}
     return [
-        Recovery(
+        recovery_of(
             e,
             float(
                 np.interp(
@@ -197,22 +165,3 @@ def compare_phases_with_truth(
         if e.condition in curves and e.quantity in ("I", "B", "K")
         if (e.condition, e.pathway) in at and "assumed" not in e.flags.split(";")
     ]
-
-
-def write_recovery(path: str | Path, rows: list[Recovery]) -> None:
-    """Write as CSV; empty cells where there is no relative error or no interval (units in ``unit``)."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for row in rows:
-            e, error, covered = row.estimate, row.relative_error, row.covered
-            writer.writerow(
-                [
-                    *(e.experiment, e.condition, e.pathway, e.estimator, e.quantity, e.unit),
-                    f"{row.truth:.10g}",
-                    f"{e.value:.10g}" if math.isfinite(e.value) else "",
-                    f"{error:.10g}" if error is not None and math.isfinite(error) else "",
-                    "" if covered is None else str(covered).lower(),
-                    row.truth_of,
-                ]
-            )

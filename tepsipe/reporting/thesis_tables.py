@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tepsipe.errors import InputError, quoted
+from tepsipe.io.csv_file import write_cells
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.readers.text_file import read_text
 
@@ -115,17 +116,14 @@ def write_table(path: str | Path, rows: list[TableRow], conditions: list[str]) -
 
     Units stand in the column ``unit``.
     """
-
-    def cell(value: float | None) -> str:
-        return f"{value:.10g}" if value is not None and math.isfinite(value) else ""
-
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        columns = [name for c in conditions for name in (c, f"{c}_reported")]
-        writer.writerow(["pathway", "estimator", "quantity", "unit", *columns])
-        for row in rows:
-            cells = [cell(x) for pair in zip(row.values, row.reported, strict=True) for x in pair]
-            writer.writerow([row.pathway, row.estimator, row.quantity, row.unit, *cells])
+    names = ["pathway", "estimator", "quantity", "unit"]
+    names += [name for c in conditions for name in (c, f"{c}_reported")]
+    cells = []
+    for row in rows:
+        numbers = [x for pair in zip(row.values, row.reported, strict=True) for x in pair]
+        finite = [x if x is not None and math.isfinite(x) else None for x in numbers]
+        cells.append([row.pathway, row.estimator, row.quantity, row.unit, *finite])
+    write_cells(path, names, cells)
 
 
 def read_table(path: str | Path) -> tuple[list[str], list[TableRow]]:

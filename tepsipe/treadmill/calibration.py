@@ -3,14 +3,12 @@
 Coherence gives the upper limit of R2 for linear, time-invariant models of the belt acceleration.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 
-from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.result import Result
+from tepsipe.io.tables import Table
 from tepsipe.treadmill.bristle_frame import AT
 from tepsipe.treadmill.loaded_frame import LoadedFrame
 from tepsipe.treadmill.recording import BeltRecording, check_recordings
@@ -110,6 +108,10 @@ class ModelScore:
     converged: bool = True
 
 
+# a belt, left or right, may follow
+MODEL_SCORES = Table(ModelScore, "scores of models", further=("belt",))
+
+
 @dataclass(frozen=True)
 class Calibration:
     """One model to fit (names, no unit).
@@ -187,30 +189,6 @@ def calibrate(
                 )
             )
     return scores, models
-
-
-def write_scores(path: str | Path, scores: Iterable[ModelScore], belts: list[str] | None = None) -> None:
-    """Write scores as CSV, numbers with 10 significant digits (units in the column ``unit``).
-
-    ``belts``, left or right for every score, is the last column; without any there is none.
-    """
-    write_rows(path, ModelScore, scores, further={"belt": belts} if belts else None)
-
-
-def read_scores(path: str | Path) -> list[ModelScore]:
-    """Read scores written by `write_scores`, without belts (units in the column ``unit``).
-
-    Raises
-    ------
-    InputError
-        If the columns are not those of `ModelScore`, or a row is damaged.
-    """
-    return read_rows(path, ModelScore, _score, "scores of models", ("belt",))
-
-
-def _score(cells: dict[str, str]) -> ModelScore:
-    kinds = {field.name: field.type for field in fields(ModelScore)} | {"converged": "true".__eq__}
-    return ModelScore(**{key: kinds[key](value) for key, value in cells.items()})
 
 
 # ---- which models on which trials ----------------------------------------------------------------

@@ -9,8 +9,8 @@ from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.budgets import contributions_of, with_budget
-from tepsipe.io.budget_table import Contribution, read_budgets, write_budgets
-from tepsipe.io.estimates import Estimate, read_estimates, recommended, write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS, Contribution
+from tepsipe.io.estimates import ESTIMATES, Estimate, recommended
 from tepsipe.statistics.uncertainty import Budget, sources_of
 from workflow.settings.config import check_config
 
@@ -60,8 +60,8 @@ def test_every_source_has_a_row_and_the_rows_add_up(tmp_path):
     for quantity in ("K", "B"):
         total = math.sqrt(sum(row.u**2 for row in rows if row.quantity == quantity))
         assert total == pytest.approx(joined[quantity].standard_error)
-    write_budgets(tmp_path / "budget.csv", rows)
-    again = read_budgets(tmp_path / "budget.csv")
+    CONTRIBUTIONS.write(tmp_path / "budget.csv", rows)
+    again = CONTRIBUTIONS.read(tmp_path / "budget.csv")
     assert [replace(r, u=0.0) for r in again] == [replace(r, u=0.0) for r in rows]
     assert [r.u for r in again] == pytest.approx([r.u for r in rows], rel=1e-9)
     single = Budget(np.array([np.inf, np.inf]), 1.0, BUDGET.contributions)
@@ -71,10 +71,10 @@ def test_every_source_has_a_row_and_the_rows_add_up(tmp_path):
 @pytest.mark.parametrize(("u", "kind"), [("-1", "B"), ("nan", "B"), ("1", "C")])
 def test_a_damaged_budget_is_refused_in_one_sentence(tmp_path, u, kind):
     path = tmp_path / "budget.csv"
-    write_budgets(path, [Contribution("a", "b", "c", "d", "K", "Nm/rad", "mass", "B", 1.0)])
+    CONTRIBUTIONS.write(path, [Contribution("a", "b", "c", "d", "K", "Nm/rad", "mass", "B", 1.0)])
     path.write_text(path.read_text().replace("mass,B,1", f"mass,{kind},{u}"))
     with pytest.raises(InputError) as error:
-        read_budgets(path)
+        CONTRIBUTIONS.read(path)
     assert_one_sentence(error.value, "budget.csv")
 
 
@@ -83,8 +83,8 @@ def test_marks_follow_pathway_estimator_and_quantity(tmp_path):
     marked = recommended([*ROWS, other], "leg")
     assert [row.recommended for row in marked] == [True, True, False, False]
     assert not any(row.recommended for row in recommended(marked, "leg", "output-error"))
-    write_estimates(tmp_path / "estimates.csv", marked)
-    assert [row.recommended for row in read_estimates(tmp_path / "estimates.csv")] == [
+    ESTIMATES.write(tmp_path / "estimates.csv", marked)
+    assert [row.recommended for row in ESTIMATES.read(tmp_path / "estimates.csv")] == [
         True,
         True,
         False,

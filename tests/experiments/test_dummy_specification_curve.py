@@ -13,12 +13,11 @@ from tepsipe.experiments.dummy.leg_pathways import Pathway, analyse_dummy
 from tepsipe.experiments.dummy.specification_curve import (
     FILTERED,
     REFERENCES,
+    SPECIFICATIONS,
     WINDOWS,
     SpecificationOptions,
     filters,
-    read_specification,
     specify_dummy,
-    write_specification,
 )
 from tepsipe.io.trial import Signal, Trial
 from tepsipe.mechanics.inverse_dynamics import Foot
@@ -100,8 +99,8 @@ def test_pathway_with_other_instants_has_no_column(trial):
 
 
 def test_table_is_read_as_it_was_written(rows, tmp_path):
-    write_specification(tmp_path / "specification.csv", rows)
-    back = read_specification(tmp_path / "specification.csv")
+    SPECIFICATIONS.write(tmp_path / "specification.csv", rows)
+    back = SPECIFICATIONS.read(tmp_path / "specification.csv")
     assert [row.choices for row in back] == [row.choices for row in rows]
     assert [row.role for row in back] == [row.role for row in rows]
     assert [row.K_Nm_per_rad for row in back] == pytest.approx([row.K_Nm_per_rad for row in rows], rel=1e-9)
@@ -110,7 +109,7 @@ def test_table_is_read_as_it_was_written(rows, tmp_path):
 def test_numbers_of_the_report_are_those_of_the_rows(rows, tmp_path):
     def told(rows):
         path = tmp_path / "specification.csv"
-        write_specification(path, rows)
+        SPECIFICATIONS.write(path, rows)
         recommended = dummy.recommended_specified(Run({"specification": pd.read_csv(path)}))
         content = {"numbers": {}, "holds": {"recommended_specified": recommended}}
         return findings_of(

@@ -10,7 +10,7 @@ from typst_builders import STUDY, chapter_words
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
-from tepsipe.experiments.forward.scores import ForwardScore, read_forward, write_forward
+from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore
 from tepsipe.experiments.forward.study import (
     forward_scores,
     mean_parameters,
@@ -227,14 +227,14 @@ SCORES = [
 
 def test_scores_come_back_from_their_file(tmp_path):
     path, again = tmp_path / "forward.csv", tmp_path / "again.csv"
-    write_forward(path, SCORES)
-    read = read_forward(path)
+    FORWARD_SCORES.write(path, SCORES)
+    read = FORWARD_SCORES.read(path)
     assert read[0] == replace(SCORES[0], vaf_perturbation=87.12345679)
     assert read[1] == SCORES[1]
-    write_forward(again, read)
+    FORWARD_SCORES.write(again, read)
     assert again.read_bytes() == path.read_bytes()
-    write_forward(path, [])
-    assert read_forward(path) == []
+    FORWARD_SCORES.write(path, [])
+    assert FORWARD_SCORES.read(path) == []
 
 
 @pytest.mark.parametrize(
@@ -249,12 +249,12 @@ def test_scores_come_back_from_their_file(tmp_path):
 )
 def test_damaged_scores_are_refused(old, new, words, tmp_path):
     path = tmp_path / "forward.csv"
-    write_forward(path, SCORES)
+    FORWARD_SCORES.write(path, SCORES)
     text = path.read_text()
     assert old is None or old in text
     path.write_text(text.replace(old, new) if old else new)
     with pytest.raises(InputError) as caught:
-        read_forward(path)
+        FORWARD_SCORES.read(path)
     assert_one_sentence(caught.value, path, words)
 
 

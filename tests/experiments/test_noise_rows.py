@@ -13,7 +13,7 @@ from tepsipe.errors import InputError
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.noise.filtered_noise import NOISE_ON, filtered_trial
 from tepsipe.experiments.noise.monte_carlo import sweep, sweep_trial
-from tepsipe.experiments.noise.rows import NoiseRow, noise_rows, read_noise, write_noise
+from tepsipe.experiments.noise.rows import NOISE_ROWS, NoiseRow, noise_rows
 from tepsipe.experiments.noise.simulate import simulate_trial
 from tepsipe.experiments.noise.trial import SIGNALS, simulated_result, simulated_trial
 from tepsipe.io.result import read_result, write_result
@@ -221,8 +221,8 @@ def test_rows_tell_truth_and_apparent_impedance_of_parameters_alone(rows):
 
 def test_rows_come_back_from_their_file(rows, tmp_path):
     path, again = tmp_path / "noise.csv", tmp_path / "again.csv"
-    write_noise(path, rows)
-    read = read_noise(path)
+    NOISE_ROWS.write(path, rows)
+    read = NOISE_ROWS.read(path)
     assert len(read) == len(rows)
     for before, after in zip(rows, read, strict=True):
         for field in fields(NoiseRow):
@@ -230,10 +230,10 @@ def test_rows_come_back_from_their_file(rows, tmp_path):
             assert found == (
                 pytest.approx(expected, rel=1e-9) if isinstance(expected, float) else expected
             ), field.name
-    write_noise(again, read)
+    NOISE_ROWS.write(again, read)
     assert again.read_bytes() == path.read_bytes()
-    write_noise(path, [])
-    assert read_noise(path) == []
+    NOISE_ROWS.write(path, [])
+    assert NOISE_ROWS.read(path) == []
 
 
 @pytest.mark.parametrize(
@@ -247,24 +247,24 @@ def test_rows_come_back_from_their_file(rows, tmp_path):
 )
 def test_damaged_rows_are_refused(line, column, cell, words, rows, tmp_path):
     path = tmp_path / "noise.csv"
-    write_noise(path, rows[:2])
+    NOISE_ROWS.write(path, rows[:2])
     lines = [text.split(",") for text in path.read_text().splitlines()]
     lines[line][lines[0].index(column)] = cell
     path.write_text("\n".join(map(",".join, lines)) + "\n")
     with pytest.raises(InputError) as caught:
-        read_noise(path)
+        NOISE_ROWS.read(path)
     assert_one_sentence(caught.value, path, words)
 
 
 @pytest.mark.parametrize("kept", [0, 100, None])
 def test_file_that_was_cut_short_is_refused(kept, rows, tmp_path):
     path = tmp_path / "noise.csv"
-    write_noise(path, rows[:1])
+    NOISE_ROWS.write(path, rows[:1])
     text = path.read_text()
     # nothing, a part of the header, or a row that ends before the number of draws
     path.write_text(text[: text.rindex(",1,Nms2/rad") - 3] if kept is None else text[:kept])
     with pytest.raises(InputError) as caught:
-        read_noise(path)
+        NOISE_ROWS.read(path)
     assert_one_sentence(caught.value, path)
 
 

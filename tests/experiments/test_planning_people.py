@@ -20,8 +20,7 @@ from tepsipe.experiments.planning.standing_plan import (
 )
 from tepsipe.experiments.standing.free_reflex.broadband import BroadbandEpochs
 from tepsipe.experiments.standing.free_reflex.fit import fit_free_reflex
-from tepsipe.experiments.walking.needed import NeededRow
-from tepsipe.io.csv_table import write_rows
+from tepsipe.experiments.walking.needed import NEEDED_ROWS, NeededRow
 
 
 def test_choices_of_the_estimator_are_those_of_the_study(shipped_config):
@@ -111,7 +110,7 @@ def test_commands_for_people(tmp_path, capsys, monkeypatch):
         for kind in ("state", "mean")
         for p, n in counts.items()
     ]
-    write_rows(tmp_path / "needed.csv", NeededRow, rows)
+    NEEDED_ROWS.write(tmp_path / "needed.csv", rows)
     main(["plan", "--walking", "needed.csv", "--degrees", "3.0", "--strides", "150"])
     said = capsys.readouterr().out
     cells = [line.split() for line in said.splitlines()[3:]]

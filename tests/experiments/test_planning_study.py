@@ -21,6 +21,7 @@ from tepsipe.experiments.planning.filtering import (
 from tepsipe.experiments.planning.monte_carlo import draw_estimates
 from tepsipe.experiments.planning.plan import plan_experiment
 from tepsipe.identification.regression.windows import regress_torque
+from tepsipe.io.csv_file import write_records
 from tepsipe.reporting.figures.planning import plot_filters, plot_needed, plot_pulses, plot_treadmill_filters
 from tepsipe.reporting.numbers.planning import plan_data
 from tepsipe.reporting.plan_tables import (
@@ -28,7 +29,6 @@ from tepsipe.reporting.plan_tables import (
     predicted_filters,
     simulated_filters,
     window_rows,
-    write_rows,
 )
 from tepsipe.reporting.true_motion import TrueMotion
 from tepsipe.signals.filters import Lowpass
@@ -150,7 +150,7 @@ def tables():
 def frames(folder):
     names = ("plan", "pulses", "shapes", "filters")
     for name, rows in zip(names, tables(), strict=True):
-        write_rows(folder / f"{name}.csv", rows)
+        write_records(folder / f"{name}.csv", rows)
     return [pd.read_csv(folder / f"{name}.csv") for name in names]
 
 

@@ -22,7 +22,7 @@ from tepsipe.identification.several_joints.closed_loop import MultiJointOptions
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.platform import PlatformTableOptions, ingest_platform
 from tepsipe.ingest.plausibility import plausible_trial
-from tepsipe.io.estimates import read_estimates, write_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.readers.text_table import read_text_table
 from tepsipe.io.result import read_result, write_result
 from tepsipe.reporting.chapters import platform
@@ -64,7 +64,7 @@ def analysis(trial):
 @pytest.fixture(scope="module")
 def rows(analysis, tmp_path_factory):
     path = tmp_path_factory.mktemp("platform") / "estimates.csv"
-    write_estimates(path, platform_estimates("platform", "a", analysis, OPTIONS))
+    ESTIMATES.write(path, platform_estimates("platform", "a", analysis, OPTIONS))
     return path
 
 
@@ -77,7 +77,7 @@ def result(analysis, tmp_path_factory):
 
 def test_known_person_is_found_and_predicted(analysis, rows):
     assert analysis.chosen == "intrinsic"
-    found = {(row.estimator, row.quantity): row for row in read_estimates(rows)}
+    found = {(row.estimator, row.quantity): row for row in ESTIMATES.read(rows)}
     for quantity, true in (("K_ankle_ankle", 1000.0), ("K_hip_hip", 420.0), ("B_ankle_ankle", 120.0)):
         row = found["iv-intrinsic", quantity]
         assert row.value == pytest.approx(true, rel=0.1)
@@ -91,7 +91,7 @@ def test_known_person_is_found_and_predicted(analysis, rows):
 
 
 def test_what_is_not_identified_has_a_row_without_a_value(rows):
-    refused = [row for row in read_estimates(rows) if "not-identified" in row.flags]
+    refused = [row for row in ESTIMATES.read(rows) if "not-identified" in row.flags]
     # this person has no reflex whose delay could be found
     assert {"delay_ankle", "delay_hip"} <= {row.quantity for row in refused}
     for row in refused:
@@ -153,7 +153,7 @@ def test_degrees_and_a_second_perturbation_are_ingested(table):
 def test_figures_show_every_joint(result, rows):
     results = {"a": result}
     assert len(figures.plot_responses(results).axes) == 6
-    shown = figures.plot_quantities(results, {"a": read_estimates(rows)})
+    shown = figures.plot_quantities(results, {"a": ESTIMATES.read(rows)})
     ticks = [label.get_text() for label in shown.axes[0].get_yticklabels()]
     assert {"at once, ankle", "at once, hip", "slow mode"} <= set(ticks)
     assert [axis.get_title() for axis in figures.plot_prediction(results).axes] == ["a, ankle", "a, hip"]
@@ -161,7 +161,7 @@ def test_figures_show_every_joint(result, rows):
 
 def test_page_and_report_say_what_is_identified(trial, result, rows):
     choices = {"study": "A study", "condition": "a", "made": False}
-    html = render(platform_page(trial, result, read_estimates(rows), choices))
+    html = render(platform_page(trial, result, ESTIMATES.read(rows), choices))
     panels = [panel["title"] for panel in page_data(html)["panels"]]
     assert panels == [
         "Platform",

@@ -11,8 +11,9 @@ from standing_builders import RESPONSE_TIME, SIZES, bent, responses_with, twitch
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.estimates import StandingFit, standing_estimates
+from tepsipe.experiments.standing.muscle_torque import ACTIVE, ActiveOptions, MuscleTorque, twitch
 from tepsipe.experiments.standing.options import StandingEstimator
-from tepsipe.experiments.standing.thesis.impedance import ActiveOptions, fit_standing, twitch
+from tepsipe.experiments.standing.thesis.impedance import fit_standing
 from tepsipe.experiments.standing.thesis.results import fit_all
 
 K, B, INERTIA = 370.0, 6.0, 0.05
@@ -431,3 +432,19 @@ def test_estimator_that_cannot_be_used_is_refused(changes, names):
     with pytest.raises(InputError) as caught:
         fit(responses_with(INTRINSIC), replace(SHORT, **changes))
     assert_one_sentence(caught.value, *names)
+
+
+def test_model_in_the_registry_is_fitted_with_its_delays_and_gains(monkeypatch):
+    def ramp(means, delays, options, muscles):
+        return [np.maximum(means.time - delays["L"], 0.0) + 0.0 * means.signals["ankle"]]
+
+    model = MuscleTorque("ramp after the delay", ramp, delays=("L",), gains=("ramp",))
+    monkeypatch.setitem(ACTIVE, "ramp", model)
+    assert model.separates and model.grid(OPTIONS) == [{"L": 0.036}, {"L": 0.044}, {"L": 0.052}]
+    torque = INTRINSIC + 40.0 * np.maximum(RESPONSE_TIME - 0.044, 0.0)
+    trials = [responses_with(torque)]
+    found = fit_standing(
+        trials, "ankle", StandingEstimator(0.3, False, "ramp"), OPTIONS, 20, np.random.default_rng(1)
+    )
+    assert found.names == ("B", "K", "ramp") and found.delays == {"L": 0.044}
+    assert found.parameters[0] == pytest.approx([B, K, 40.0 * np.mean(SIZES)], rel=1e-6)

@@ -15,8 +15,8 @@ from standing_builders import (
 
 from tepsipe.experiments.standing.epochs import cut_standing_epochs, epochs_of
 from tepsipe.experiments.standing.joint_torque import process_standing
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
-from tepsipe.experiments.standing.thesis.impedance import ActiveOptions
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.experiments.standing.thesis.results import (
     fit_all,

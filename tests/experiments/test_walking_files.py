@@ -18,7 +18,7 @@ from tepsipe.experiments.walking.instruments import (
 from tepsipe.experiments.walking.needed import allocation
 from tepsipe.experiments.walking.results import walking_estimates
 from tepsipe.experiments.walking.strides import detect_events, segment_strides
-from tepsipe.io.estimates import read_estimates, write_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.readers.whole_trial import read_recording
 from tepsipe.reporting.recovery import compare_phases_with_truth
 from tepsipe.virtual_lab.walker import Joint, perturb
@@ -94,8 +94,8 @@ def test_stiffness_in_stance_and_nothing_in_swing(walks, written, tmp_path):
     strides = segment_strides(events["heel_strike"], events["toe_off"])
     options = WalkingOptions(control_percent=(125.0,))
     rows, budgets = walking_estimates("a", analyse_walking(found, strides, events["pulse"], options))
-    write_estimates(tmp_path / "rows.csv", rows)
-    rows = read_estimates(tmp_path / "rows.csv")
+    ESTIMATES.write(tmp_path / "rows.csv", rows)
+    rows = ESTIMATES.read(tmp_path / "rows.csv")
     swing = [row for row in rows if row.pathway == "swing-125"]
     assert [row.quantity for row in swing] == ["I", "B", "K"]
     assert all(np.isnan(row.value) and row.ci_low is None for row in swing)
@@ -103,8 +103,8 @@ def test_stiffness_in_stance_and_nothing_in_swing(walks, written, tmp_path):
     percent, joint = np.arange(101.0), Joint()
     curve = {"percent": percent, "I": 0.012 + 0.0 * percent, "B": joint.damping(percent)}
     compared = compare_phases_with_truth(rows, {"a": curve | {"K": joint.stiffness(percent)}})
-    of_k = [row for row in compared if row.estimate.quantity == "K"]
-    assert [row.estimate.pathway for row in of_k] == ["stance-40", "stance-80"]
+    of_k = [row for row in compared if row.quantity == "K"]
+    assert [row.pathway for row in of_k] == ["stance-40", "stance-80"]
     assert all(row.covered for row in of_k)
     assert {row.quantity for row in budgets} == {"I", "B", "K"}
 

@@ -9,17 +9,17 @@ from scipy import stats
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.wristalyzer.analysis import (
-    WristalyzerOptions,
     analyse_wristalyzer,
     cross_validate_wristalyzer,
     cross_validation_estimates,
-    prepare,
     wristalyzer_contributions,
     wristalyzer_estimates,
     wristalyzer_result,
 )
+from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS, RECOMMENDED, Estimator, Fitted
+from tepsipe.experiments.wristalyzer.record import WristalyzerOptions, prepare
 from tepsipe.identification.admittance_fit import Bounds
-from tepsipe.statistics.uncertainty import Source
+from tepsipe.statistics.uncertainty import Budget, Source
 
 JOINT = np.array([0.015, 0.1, 8.0])
 START = np.array([0.001, 0.1, 5.0])
@@ -68,20 +68,22 @@ def rows_of(analysis, estimator):
 
 
 def test_whole_periods_recover_the_joint_through_the_filter(exact):
-    found = exact.fits["spectral-fit-periods"]
+    found = exact.fitted["spectral-fit-periods"]
     assert found.parameters == pytest.approx(JOINT, rel=1e-3)
 
 
 def test_averaged_bins_recover_inertia_and_stiffness_and_bias_damping(exact):
-    averaged, whole = (exact.fits[name].parameters for name in ("spectral-fit", "spectral-fit-periods"))
+    averaged, whole = (exact.fitted[name].parameters for name in ("spectral-fit", "spectral-fit-periods"))
     assert averaged[[0, 2]] == pytest.approx(JOINT[[0, 2]], rel=0.03)
     assert abs(averaged[1] / JOINT[1] - 1.0) > 10.0 * abs(whole[1] / JOINT[1] - 1.0)
 
 
 def test_rows_hold_every_quantity_of_every_estimator(noisy):
     rows = wristalyzer_estimates("0.16", noisy)
-    estimators = ["spectral-fit", "spectral-fit-modulus", "spectral-fit-periods"]
-    names = [name for name in estimators for _ in range(5)] + ["period-regression"] * 4
+    assert list(noisy.fitted) == list(ESTIMATORS)
+    searched = [name for name, found in noisy.fitted.items() if found.search is not None]
+    assert {"spectral-fit", "spectral-fit-modulus", "spectral-fit-periods"} <= set(searched)
+    names = [name for name in ESTIMATORS for _ in range(5 if name in searched else 4)]
     assert [row.estimator for row in rows] == names
     assert [row.quantity for row in rows[:5]] == ["I", "B", "K", "error", "VAF_trial"]
     assert {row.condition for row in rows} == {"0.16"}
@@ -89,7 +91,7 @@ def test_rows_hold_every_quantity_of_every_estimator(noisy):
 
 @pytest.mark.parametrize("estimator", ["spectral-fit", "spectral-fit-periods"])
 def test_intervals_have_the_freedom_of_the_frequencies_that_were_fitted(estimator, noisy):
-    fitted = noisy.spectra[estimator].band(*OPTIONS.fit_band_hz).frequency_hz.size
+    fitted = noisy.fitted[estimator].spectrum.band(*OPTIONS.fit_band_hz).frequency_hz.size
     assert noisy.budgets[estimator].freedom_a == 2 * fitted - 3
     quantile = stats.t.ppf(0.975, noisy.budgets[estimator].effective_freedom[1])
     row = rows_of(noisy, estimator)["B"]
@@ -107,7 +109,7 @@ def test_interval_of_stiffness_over_periods_holds_the_joint_and_the_modulus_has_
 
 
 def test_error_is_the_sum_of_squares_that_the_fit_left(noisy):
-    assert rows_of(noisy, "spectral-fit")["error"].value == noisy.fits["spectral-fit"].cost
+    assert rows_of(noisy, "spectral-fit")["error"].value == noisy.fitted["spectral-fit"].search.cost
     assert rows_of(noisy, "spectral-fit")["error"].unit == "1"
 
 
@@ -120,8 +122,10 @@ def test_angle_is_predicted_from_the_torque_alone():
 
 def test_trial_without_a_period_is_fitted_from_averaged_bins_only():
     found = analyse(trial_with(), replace(OPTIONS, perturbation_period_s=None))
-    assert set(found.fits) == {"spectral-fit", "spectral-fit-modulus"}
-    assert found.profile.interval[0] < found.fits["spectral-fit"].parameters[2]
+    assert {"spectral-fit", "spectral-fit-modulus"} <= set(found.fitted)
+    assert set(found.fitted) == {name for name, one in ESTIMATORS.items() if not one.needs_period}
+    assert not {"spectral-fit-periods", "period-regression"} & set(found.fitted)
+    assert found.profile.interval[0] < found.fitted["spectral-fit"].parameters[2]
 
 
 def test_record_that_nothing_is_left_of_is_refused():
@@ -148,7 +152,7 @@ def test_cross_validation_predicts_every_trial_with_every_trials_parameters():
     own = [rows_of(a, "spectral-fit")["VAF_trial"].value for a in (stiff, soft)]
     assert np.diag(matrix) == pytest.approx(own)
     assert (matrix[~np.eye(2, dtype=bool)] < 80.0).all()
-    crossed = soft.prepared.prediction_vaf(stiff.fits["spectral-fit"].parameters)
+    crossed = soft.prepared.prediction_vaf(stiff.fitted["spectral-fit"].parameters)
     assert matrix[0, 1] == pytest.approx(crossed)
 
 
@@ -189,9 +193,7 @@ QUICK = replace(
 
 
 def of_estimator(analysis, estimator):
-    if estimator == "period-regression":
-        return analysis.regression.parameters
-    return analysis.fits[estimator].parameters
+    return analysis.fitted[estimator].parameters
 
 
 @pytest.mark.slow
@@ -231,3 +233,33 @@ def test_budget_rows_hold_scatter_and_every_source_of_every_estimator():
         own = [c.u for c in table if (c.estimator, c.quantity) == (row.estimator, row.quantity)]
         if own:
             assert row.standard_error == pytest.approx(np.sqrt(np.sum(np.square(own))))
+
+
+def test_estimator_in_the_registry_is_fitted_and_becomes_rows_with_its_budget(monkeypatch):
+    half = JOINT / 2.0
+
+    def function(record):
+        assert record.recorded("torque").size == record.prepared.kept.stop - record.prepared.kept.start
+        scatter = 0.1 * half
+        return Fitted(half, Budget(scatter, 10.0, {}), flags=("not-converged",))
+
+    monkeypatch.setitem(ESTIMATORS, "half", Estimator("half of the joint", function))
+    found = analyse(trial_with(), QUICK)
+    rows = rows_of(found, "half")
+    assert list(rows) == ["I", "B", "K", "VAF_trial"]
+    assert [rows[q].value for q in "IBK"] == half.tolist()
+    assert {row.flags for row in rows.values()} == {"not-converged"}
+    assert not any(row.recommended for row in rows.values())
+    table = wristalyzer_contributions(list(rows.values()), found.budgets)
+    assert {row.source for row in table} == {"scatter"} and rows["K"].u_type_a == pytest.approx(
+        0.05 * JOINT[2]
+    )
+    assert "half" not in wristalyzer_result(found).facts["converged"]
+
+
+def test_registry_names_what_is_recommended_and_what_a_trial_without_a_period_allows():
+    assert set(RECOMMENDED) <= set(ESTIMATORS)
+    assert not ESTIMATORS[RECOMMENDED[-1]].needs_period
+    in_table = [name for name, one in ESTIMATORS.items() if one.in_table]
+    assert in_table[:2] == ["spectral-fit", "spectral-fit-periods"]
+    assert all(one.meaning for one in ESTIMATORS.values())

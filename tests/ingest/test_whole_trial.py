@@ -14,8 +14,8 @@ from tepsipe.experiments.dummy.foot_pathways import FootOptions, FootPathway, an
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway, analyse_dummy
 from tepsipe.experiments.standing.epochs import cut_standing_epochs
 from tepsipe.experiments.standing.joint_torque import process_standing
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions
 from tepsipe.experiments.standing.options import StandingEstimator, TorquePathway
-from tepsipe.experiments.standing.thesis.impedance import ActiveOptions
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.experiments.standing.thesis.results import fit_all
 from tepsipe.experiments.weight import estimate_masses

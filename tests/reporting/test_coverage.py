@@ -12,24 +12,25 @@ import yaml
 
 from tepsipe.errors import InputError
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.csv_table import write_rows
 from tepsipe.io.estimates import Estimate
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.reporting.coverage import (
-    CoverageRow,
-    DroppedRow,
+    COVERAGE_ROWS,
+    DROPPED_ROWS,
+    LABORATORIES,
+    OUTCOME_ROWS,
     Laboratory,
     Outcome,
-    OutcomeRow,
     coverage_rows,
     dropped_rows,
     interval_without,
     outcome_row,
     outcomes_of,
-    read_truths,
 )
-from tepsipe.reporting.coverage_flags import FlagRow, flag_rows
+from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
 from tepsipe.reporting.figures.coverage import plot_coverage, plot_intervals
 from tepsipe.reporting.numbers.coverage import _list, coverage_data
+from tepsipe.reporting.recovery import recovery_of
 from workflow.support import laboratories
 from workflow.support.laboratories import Laboratories, constants_of, one_of_each_set, seed_of, set_of
 from workflow.support.start import merged_settings
@@ -102,22 +103,21 @@ def test_width_is_compared_with_the_errors_that_occur():
 def test_recommended_estimates_come_first_and_others_that_are_named_count_as_such(tmp_path):
     rows = [estimate(1.0, recommended=False), estimate(2.0, pathway="foot"), estimate(3.0, quantity="VAF")]
     path = tmp_path / "recovery.csv"
-    header = "experiment,condition,pathway,estimator,quantity,truth\n"
-    path.write_text(header + "dummy,sine,leg,fit,K,1.5\ndummy,sine,foot,fit,K,2.5\n")
+    RECOVERIES.write(path, [recovery_of(rows[0], 1.5), recovery_of(rows[1], 2.5)])
     budget = Contribution("dummy", "sine", "leg", "fit", "K", "Nm/rad", "leg_mass_kg", "B", 0.5)
     also = [["dummy", "leg", "fit"]]
-    found = outcomes_of(laboratory(1), rows, read_truths(path), [budget], (), also)
+    found = outcomes_of(laboratory(1), rows, RECOVERIES.read(path), [budget], (), also)
     assert [(o.truth, o.estimate.recommended, dict(o.sources)) for o in found] == [
         (1.5, True, {"leg_mass_kg": 0.5}),
         (2.5, True, {}),
     ]
-    plain = outcomes_of(laboratory(1), rows, read_truths(path), [budget])
+    plain = outcomes_of(laboratory(1), rows, RECOVERIES.read(path), [budget])
     assert [row.pathway for row in coverage_rows(plain, list(SETS), {})] == ["foot", "leg"]
 
 
 def test_single_trials_of_a_person_do_not_count_beside_their_task():
     rows = [replace(estimate(1.0, condition=c), experiment="standing") for c in ("relax-1", "relax")]
-    truths = {("standing", c, "leg", "fit", "K"): 1.0 for c in ("relax-1", "relax")}
+    truths = [recovery_of(row, 1.0) for row in rows]
     found = outcomes_of(laboratory(1), rows, truths, [], ["relax"])
     assert [o.estimate.condition for o in found] == ["relax"]
 
@@ -167,14 +167,14 @@ def test_flags_are_counted_by_trial():
 
 def tables(tmp_path, own, laboratories):
     written = {
-        "coverage": (CoverageRow, coverage_rows(own, list(SETS), {})),
-        "dropped": (DroppedRow, dropped_rows(own, list(SETS))),
-        "flags": (FlagRow, flag_rows(own, list(SETS))),
-        "outcomes": (OutcomeRow, map(outcome_row, own)),
-        "laboratories": (Laboratory, laboratories),
+        "coverage": (COVERAGE_ROWS, coverage_rows(own, list(SETS), {})),
+        "dropped": (DROPPED_ROWS, dropped_rows(own, list(SETS))),
+        "flags": (FLAG_ROWS, flag_rows(own, list(SETS))),
+        "outcomes": (OUTCOME_ROWS, map(outcome_row, own)),
+        "laboratories": (LABORATORIES, laboratories),
     }
-    for name, (kind, rows) in written.items():
-        write_rows(tmp_path / f"{name}.csv", kind, rows)
+    for name, (table, rows) in written.items():
+        table.write(tmp_path / f"{name}.csv", rows)
     text = {"condition": str, "flags": str, "failed": str}
     return {name: pd.read_csv(tmp_path / f"{name}.csv", dtype=text) for name in written}
 

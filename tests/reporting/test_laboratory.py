@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from tepsipe.reporting.laboratory import MECHANISMS, laboratory_rows, read_laboratory, write_laboratory
+from tepsipe.reporting.laboratory import LABORATORY_ROWS, MECHANISMS, laboratory_rows
 from tepsipe.reporting.numbers.laboratory import laboratory_data
 from tepsipe.reporting.numbers.laboratory_words import DRAWN, MEASURES
 from workflow.support.start import checked_sections
@@ -26,8 +26,8 @@ def test_every_mechanism_is_a_constant_of_the_shipped_laboratory(truth):
 
 def test_table_returns_what_was_written(truth, tmp_path):
     rows = laboratory_rows(truth, EVERYTHING)
-    write_laboratory(tmp_path / "laboratory.csv", rows)
-    found = read_laboratory(tmp_path / "laboratory.csv")
+    LABORATORY_ROWS.write(tmp_path / "laboratory.csv", rows)
+    found = LABORATORY_ROWS.read(tmp_path / "laboratory.csv")
     assert [(row.kind, row.key, row.name, row.distribution) for row in found] == [
         (row.kind, row.key, row.name, row.distribution) for row in rows
     ]

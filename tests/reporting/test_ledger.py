@@ -6,6 +6,7 @@ import pytest
 from tepsipe.errors import InputError
 from tepsipe.io.result import Result
 from tepsipe.reporting.ledger import (
+    CELL_VERDICTS,
     EXPLAINED,
     FITTED,
     NOT_COMPUTED,
@@ -19,9 +20,7 @@ from tepsipe.reporting.ledger import (
     ledger,
     noise_cells,
     ordinary_errors,
-    read_ledger,
     tolerances_of,
-    write_ledger,
 )
 from tepsipe.reporting.thesis_tables import TableRow
 from workflow.support.yaml_file import read_settings
@@ -177,8 +176,8 @@ def test_every_printed_cell_has_a_tolerance_that_can_fail(root, tmp_path):
             wrong = 3.0 * row.reported + (row.reported == 0.0)
             assert not low <= wrong <= high or abs(row.reported) < 0.1, row
     assert {key[0] for key in tolerances} == set(reported["tables"])
-    write_ledger(tmp_path / "cells.csv", rows)
-    assert read_ledger(tmp_path / "cells.csv") == rows
+    CELL_VERDICTS.write(tmp_path / "cells.csv", rows)
+    assert CELL_VERDICTS.read(tmp_path / "cells.csv") == rows
 
 
 def test_only_numbers_that_the_fit_used_count_as_fitted(root):
@@ -195,4 +194,4 @@ def test_damaged_verdicts_are_refused(tmp_path):
         "table,row,column,reported,value,tolerance,verdict,reason\ntable_4_2,K,a,1,1,0.1,perhaps,r\n"
     )
     with pytest.raises(InputError, match="verdicts of printed cells"):
-        read_ledger(path)
+        CELL_VERDICTS.read(path)

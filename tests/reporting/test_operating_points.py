@@ -12,11 +12,10 @@ from typst_builders import chapter_words
 from tepsipe.errors import InputError
 from tepsipe.experiments.position_manipulator.analysis import REFLEX_ESTIMATOR
 from tepsipe.experiments.position_manipulator.time_varying import (
+    VARYING_ROWS,
     TimeVaryingOptions,
     analyse_time_varying,
-    read_varying,
     varying_rows,
-    write_varying,
 )
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -25,11 +24,11 @@ from tepsipe.reporting.figures.operating_points import plot_operating_points
 from tepsipe.reporting.figures.time_varying import plot_time_varying
 from tepsipe.reporting.operating_points import (
     LITERATURE_SLOPE,
+    OPERATING_POINTS,
+    RELATIONS,
     Nominal,
     operating_points,
     relations,
-    write_operating_points,
-    write_relations,
 )
 from tepsipe.reporting.run import Run, report_content
 from workflow.support import outputs
@@ -131,8 +130,8 @@ def tables(tmp_path):
     rows, measured, nominal = person("P1", 8.0, (2.0, 6.0, 12.0, 20.0), noise=0.5)
     more = person("P2", 3.2, (2.0, 6.0, 12.0), noise=0.5)
     points = operating_points(rows + more[0], measured | more[1], nominal | more[2])
-    write_operating_points(tmp_path / "points.csv", points)
-    write_relations(tmp_path / "lines.csv", relations(points))
+    OPERATING_POINTS.write(tmp_path / "points.csv", points)
+    RELATIONS.write(tmp_path / "lines.csv", relations(points))
     text = {"participant": str, "condition": str}
     return tuple(pd.read_csv(tmp_path / f"{name}.csv", dtype=text) for name in ("points", "lines"))
 
@@ -255,8 +254,8 @@ def test_rows_are_read_as_written_and_tell_a_change_from_chance(rng, tmp_path):
     for name, rises in (("steady", np.zeros_like), ("doubling", lambda t: t / 40.0)):
         found = analyse_time_varying(*recorded(rng, rises=rises), OPTIONS, rng)
         rows += varying_rows("position_manipulator", name, found)
-    write_varying(tmp_path / "rows.csv", rows)
-    again = read_varying(tmp_path / "rows.csv")
+    VARYING_ROWS.write(tmp_path / "rows.csv", rows)
+    again = VARYING_ROWS.read(tmp_path / "rows.csv")
     assert [r.value for r in again] == pytest.approx([r.value for r in rows])
     table = pd.read_csv(tmp_path / "rows.csv", dtype={"condition": str})
     words = told("time_varying", {"time_varying": table}, ["steady", "doubling", "short"])

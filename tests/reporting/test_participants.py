@@ -10,7 +10,7 @@ from tepsipe.reporting.figures.participants import plot_participants
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.numbers.abstract import abstract_of
 from tepsipe.reporting.numbers.participants import participants_data
-from tepsipe.reporting.participants import PersonEstimate, group_estimates, write_group, write_people
+from tepsipe.reporting.participants import GROUP_ESTIMATES, PERSON_ESTIMATES, PersonEstimate, group_estimates
 
 SHOWN = {"standing": ["ankle", "window"], "position_manipulator": ["impedance", "parallel-cascade"]}
 
@@ -24,8 +24,10 @@ def person(who, task, value, mass, experiment="standing", belt="", quantity="K",
 @pytest.fixture
 def tables(tmp_path):
     def write(people, by_belt=False):
-        write_people(tmp_path / "people.csv", people, by_belt)
-        write_group(tmp_path / "group.csv", group_estimates(people), by_belt)
+        PERSON_ESTIMATES.write(tmp_path / "people.csv", people, without=() if by_belt else ("belt",))
+        GROUP_ESTIMATES.write(
+            tmp_path / "group.csv", group_estimates(people), without=() if by_belt else ("belt",)
+        )
         text = {"participant": str, "condition": str}
         return [pd.read_csv(tmp_path / f"{name}.csv", dtype=text) for name in ("people", "group")]
 

@@ -16,12 +16,11 @@ from tepsipe.reporting.findings import Findings
 from tepsipe.reporting.planned import (
     BOUND,
     NUMBER,
+    PLANNED_ROWS,
     RATIO,
     TYPE_A,
     plan_of_thesis,
     planned_value,
-    read_planned,
-    write_planned,
 )
 
 LEG_OF_DUMMY, FOOT_OF_DUMMY = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027), Foot(2.1, 0.055)
@@ -30,8 +29,8 @@ LEG_OF_DUMMY, FOOT_OF_DUMMY = Leg(mass_kg=0.4, com_m=0.4485, inertia_kgm2=0.027)
 @pytest.fixture(scope="module")
 def rows(tmp_path_factory):
     path = tmp_path_factory.mktemp("planned") / "planned.csv"
-    write_planned(path, plan_of_thesis(LEG_OF_DUMMY, FOOT_OF_DUMMY, Joint(0.015, 0.1, 10.0), {}))
-    return read_planned(path)
+    PLANNED_ROWS.write(path, plan_of_thesis(LEG_OF_DUMMY, FOOT_OF_DUMMY, Joint(0.015, 0.1, 10.0), {}))
+    return PLANNED_ROWS.read(path)
 
 
 @pytest.mark.slow
@@ -68,7 +67,7 @@ def test_the_treadmill_left_in_is_compared_with_the_leg():
 
 
 def chapter(rows, tmp_path):
-    write_planned(tmp_path / "planned.csv", rows)
+    PLANNED_ROWS.write(tmp_path / "planned.csv", rows)
     joint = {"inertia_Nms2_per_rad": 0.015, "damping_Nms_per_rad": 0.1, "stiffness_Nm_per_rad": [10.0, 15.0]}
     study = {"study": {"planned_joint": joint}}
     return chapter_words("planning", study, {"planned": tmp_path / "planned.csv"}, cells=" | ")

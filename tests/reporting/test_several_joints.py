@@ -9,9 +9,9 @@ import pytest
 
 from tepsipe.errors import InputError
 from tepsipe.experiments.planning.several_joints import MODELS, epochs_of, estimate, predict, read_draws
+from tepsipe.io.csv_file import write_records
 from tepsipe.reporting.figures.several_joints import plot_several_joints
 from tepsipe.reporting.numbers.several_joints import joints_data
-from tepsipe.reporting.plan_tables import write_rows
 from tepsipe.reporting.several_joints import element_rows, model_rows, movement, set_rows
 from tepsipe.virtual_lab.chain_trials import write_chain_trials
 from tests.identification.test_several_joints import (
@@ -58,7 +58,7 @@ def tables(tmp_path_factory):
         "models": model_rows(cases, MATRICES[0], LIMITS),
     }
     for name, own in rows.items():
-        write_rows(folder / f"{name}.csv", own)
+        write_records(folder / f"{name}.csv", own)
     return [pd.read_csv(folder / f"{name}.csv") for name in rows]
 
 

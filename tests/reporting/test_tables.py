@@ -10,10 +10,11 @@ import pytest
 from builders import assert_one_sentence
 
 from tepsipe.errors import InputError
-from tepsipe.io.estimates import Estimate, read_estimates, write_estimates
+from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.io.result import Result, read_result, write_result
-from tepsipe.reporting.claims import COLUMNS, MEASURES, Findings, check_claims, write_claims
-from tepsipe.reporting.recovery import Recovery, compare_with_truth, true_parameters, write_recovery
+from tepsipe.reporting.claims import CLAIM_VERDICTS, MEASURES, Findings, check_claims
+from tepsipe.reporting.recovery import compare_with_truth, recovery_of, true_parameters
 from tepsipe.reporting.thesis_tables import ROWS, lay_out_table, read_table, write_table
 
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
@@ -41,15 +42,15 @@ def test_estimates_come_back_from_their_file(tmp_path, rng):
         estimate("VAF_trial", 99.12345679),
         estimate("I", 1e-17, sem_as_printed=3.0e12),
     ]
-    write_estimates(tmp_path / "estimates.csv", written)
-    read = read_estimates(tmp_path / "estimates.csv")
+    ESTIMATES.write(tmp_path / "estimates.csv", written)
+    read = ESTIMATES.read(tmp_path / "estimates.csv")
     assert len(read) == 3
     assert read[0].value == pytest.approx(value, rel=1e-9)
     assert read[0].standard_error == pytest.approx(error, rel=1e-9)
     assert (read[0].ci_low, read[0].ci_high, read[0].n_perturbations) == (-np.inf, 12.5, 14)
     assert read[1] == written[1]
     assert read[2] == written[2]
-    write_estimates(tmp_path / "again.csv", read)
+    ESTIMATES.write(tmp_path / "again.csv", read)
     assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "estimates.csv").read_bytes()
 
 
@@ -62,9 +63,9 @@ def test_estimate_that_is_no_number_is_an_empty_cell_with_a_flag(tmp_path):
         estimate("VAF_trial", -120.0),
         estimate("I", -np.inf, flags="undefined"),
     ]
-    write_estimates(path, written)
+    ESTIMATES.write(path, written)
     assert "nan" not in path.read_text()
-    read = read_estimates(path)
+    read = ESTIMATES.read(path)
     flags = ["undefined;no-interval", "at-bound;no-interval", "diverged", "", "undefined"]
     assert [row.flags for row in read] == flags
     assert [np.isnan(row.value) for row in read] == [True, False, False, False, True]
@@ -73,19 +74,19 @@ def test_estimate_that_is_no_number_is_an_empty_cell_with_a_flag(tmp_path):
     frame = pd.read_csv(path)
     assert frame.value.dtype == float
     assert frame.value.isna().tolist() == [True, False, False, False, True]
-    write_estimates(tmp_path / "again.csv", read)
+    ESTIMATES.write(tmp_path / "again.csv", read)
     assert (tmp_path / "again.csv").read_bytes() == path.read_bytes()
     text = path.read_text()
     for old, new in (("undefined;no-interval", ""), ("diverged", "divergd")):
         path.write_text(text.replace(old, new))
         with pytest.raises(InputError) as caught:
-            read_estimates(path)
+            ESTIMATES.read(path)
         assert_one_sentence(caught.value, path, "damaged row")
 
 
 def test_condition_that_looks_like_a_number_stays_text(tmp_path):
-    write_estimates(tmp_path / "estimates.csv", [estimate("K", 10.0, condition="0.20")])
-    assert read_estimates(tmp_path / "estimates.csv")[0].condition == "0.20"
+    ESTIMATES.write(tmp_path / "estimates.csv", [estimate("K", 10.0, condition="0.20")])
+    assert ESTIMATES.read(tmp_path / "estimates.csv")[0].condition == "0.20"
 
 
 @pytest.mark.parametrize("content", ["", "experiment,condition\n", "value;unit\n1;2\n"])
@@ -93,24 +94,24 @@ def test_file_without_the_columns_of_estimates_is_refused(content, tmp_path):
     path = tmp_path / "estimates.csv"
     path.write_text(content)
     with pytest.raises(InputError) as caught:
-        read_estimates(path)
+        ESTIMATES.read(path)
     assert_one_sentence(caught.value, path)
 
 
 def test_table_that_ends_within_a_row_is_refused(tmp_path):
     path = tmp_path / "estimates.csv"
-    write_estimates(path, [estimate("K", 10.5, n_perturbations=14), estimate("B", 0.5, n_perturbations=14)])
+    ESTIMATES.write(path, [estimate("K", 10.5, n_perturbations=14), estimate("B", 0.5, n_perturbations=14)])
     content = path.read_bytes()
     for missing in range(1, len(content.splitlines()[-1]) + 1):
         path.write_bytes(content[:-missing])
         with pytest.raises(InputError) as caught:
-            read_estimates(path)
+            ESTIMATES.read(path)
         assert_one_sentence(caught.value, path)
 
 
 def test_missing_table_is_refused(tmp_path):
     with pytest.raises(InputError) as caught:
-        read_estimates(tmp_path / "estimates.csv")
+        ESTIMATES.read(tmp_path / "estimates.csv")
     assert_one_sentence(caught.value, tmp_path / "estimates.csv")
 
 
@@ -239,7 +240,7 @@ def verdict(measure, reported, tolerance, found):
     claim = {"claim": "c", "where": "w", "measure": measure, "unit": "1"}
     claim |= {"reported": reported, "tolerance": tolerance, "section": "s"}
     (row,) = check_claims([claim], found)
-    return row["verdict"], row["reproduced"]
+    return row.verdict, row.reproduced
 
 
 def test_value_within_its_tolerance_is_reproduced():
@@ -282,7 +283,7 @@ def test_claim_whose_numbers_were_fitted_is_not_called_reproduced():
         (findings(stiffness=(9.0, 9.0, 9.0)), "not reproduced"),
     ):
         (row,) = check_claims([claim], found)
-        assert row["verdict"] == expected
+        assert row.verdict == expected
 
 
 def test_tolerance_holds_at_its_border_in_spite_of_rounding():
@@ -332,10 +333,11 @@ def test_claims_are_written_with_their_columns(tmp_path):
         }
     ]
     rows = check_claims(claims, findings())
-    write_claims(tmp_path / "claims.csv", rows)
+    CLAIM_VERDICTS.write(tmp_path / "claims.csv", rows)
     with open(tmp_path / "claims.csv", newline="", encoding="utf-8") as file:
         (read,) = csv.DictReader(file)
-    assert tuple(read) == COLUMNS
+    columns = ("claim", "where", "unit", "reported", "reproduced", "tolerance", "verdict", "section")
+    assert tuple(read) == CLAIM_VERDICTS.columns == columns
     assert read["claim"] == "K, as printed"
     assert (read["reported"], read["tolerance"], read["reproduced"]) == ("6.471", "0.65", "6.45")
     assert read["verdict"] == "reproduced"
@@ -345,10 +347,10 @@ def test_claims_are_written_with_their_columns(tmp_path):
 
 
 def test_relative_error_and_coverage_by_hand():
-    row = Recovery(estimate("K", 11.0, ci_low=9.5, ci_high=12.5), 10.0)
+    row = recovery_of(estimate("K", 11.0, ci_low=9.5, ci_high=12.5), 10.0)
     assert row.relative_error == pytest.approx(0.1)
     assert row.covered is True
-    assert Recovery(estimate("K", 9.0), -10.0).relative_error == pytest.approx(-1.9)
+    assert recovery_of(estimate("K", 9.0), -10.0).relative_error == pytest.approx(-1.9)
 
 
 @pytest.mark.parametrize(
@@ -356,14 +358,14 @@ def test_relative_error_and_coverage_by_hand():
     [(10.0, 12.0, True), (8.0, 10.0, True), (10.1, 12.0, False), (8.0, 9.9, False), (None, 12.0, None)],
 )
 def test_interval_covers_the_truth_up_to_its_ends(low, high, covered):
-    assert Recovery(estimate("K", 11.0, ci_low=low, ci_high=high), 10.0).covered is covered
+    assert recovery_of(estimate("K", 11.0, ci_low=low, ci_high=high), 10.0).covered is covered
 
 
 def test_error_relative_to_nothing_is_not_a_number_but_nothing(tmp_path):
-    row = Recovery(estimate("I", 0.001, ci_low=-0.002, ci_high=0.004), 0.0)
+    row = recovery_of(estimate("I", 0.001, ci_low=-0.002, ci_high=0.004), 0.0)
     assert row.relative_error is None
     assert row.covered is True
-    write_recovery(tmp_path / "recovery.csv", [row, Recovery(estimate("K", 9.0), 10.0)])
+    RECOVERIES.write(tmp_path / "recovery.csv", [row, recovery_of(estimate("K", 9.0), 10.0)])
     with open(tmp_path / "recovery.csv", newline="") as file:
         first, second = csv.DictReader(file)
     assert (first["truth"], first["relative_error"], first["covered"]) == ("0", "", "true")
@@ -411,7 +413,7 @@ def test_only_parameters_of_made_trials_are_compared(shipped_truth):
         estimate("I", 0.054),
     ]
     rows = compare_with_truth(estimates, shipped_truth, {"dummy": ["sine-0.3"]}, {})
-    assert [(row.estimate.quantity, row.estimate.value, row.truth) for row in rows] == [
+    assert [(row.quantity, row.value, row.truth) for row in rows] == [
         ("K", 9.0, 10.3),
         ("I", 0.054, 0.007),
     ]
@@ -428,7 +430,7 @@ def test_a_standing_person_has_a_truth_for_each_task_and_one_latency_per_muscle(
     rows = compare_with_truth(estimates, shipped_truth, {}, {"relax-neg-0.5": "relax", "stiff": "stiff"})
     standing = shipped_truth["standing"]
     relax = standing["tasks"]["relax"]
-    assert [(row.estimate.value, row.truth) for row in rows] == [
+    assert [(row.value, row.truth) for row in rows] == [
         (400.0, relax["stiffness_Nm_per_rad"][0] + relax["short_range_Nm_per_rad"]),
         (0.05, standing["muscles"]["TA"]["latency_s"]),
     ]

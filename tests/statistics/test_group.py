@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from tepsipe.io.budget_table import Contribution
-from tepsipe.io.estimates import Estimate, flagged, read_estimates, write_estimates
+from tepsipe.io.estimates import ESTIMATES, Estimate, flagged
 from tepsipe.reporting.participants import (
+    GROUP_ESTIMATES,
+    PERSON_ESTIMATES,
     Member,
     group_estimates,
     person_estimates,
-    write_group,
-    write_people,
 )
 from tepsipe.statistics.group import group_mean, typical_uncertainty
 
@@ -174,8 +174,8 @@ def test_order_of_the_rows_does_not_change_a_byte(people, tmp_path, rng):
     tables = []
     for order in (np.arange(len(rows)), rng.permutation(len(rows))):
         found = person_estimates([rows[k] for k in order], [members[k % 5] for k in order if k < 5], MASSES)
-        write_people(tmp_path / "people.csv", found, False)
-        write_group(tmp_path / "group.csv", group_estimates(found), False)
+        PERSON_ESTIMATES.write(tmp_path / "people.csv", found, without=("belt",))
+        GROUP_ESTIMATES.write(tmp_path / "group.csv", group_estimates(found), without=("belt",))
         tables.append([(tmp_path / name).read_bytes() for name in ("people.csv", "group.csv")])
     assert tables[0] == tables[1]
 
@@ -189,7 +189,7 @@ def test_belts_are_separate_and_a_column_only_where_the_sheet_names_them(tmp_pat
     assert [(r.belt, r.value) for r in found] == [("left", 1.0), ("right", 3.0)]
     assert [(r.belt, r.mean) for r in group_estimates(found)] == [("left", 1.0), ("right", 3.0)]
     for by_belt in (True, False):
-        write_people(tmp_path / "people.csv", found, by_belt)
+        PERSON_ESTIMATES.write(tmp_path / "people.csv", found, without=() if by_belt else ("belt",))
         header = (tmp_path / "people.csv").read_text().splitlines()[0].split(",")
         assert ("belt" in header) == by_belt
         assert header[0] == "experiment"
@@ -198,11 +198,11 @@ def test_belts_are_separate_and_a_column_only_where_the_sheet_names_them(tmp_pat
 def test_labels_follow_the_columns_of_estimates_and_are_not_read(tmp_path):
     rows = [estimate("P1-relax", 1.0, 0.1), estimate("w", 2.0, 0.1)]
     path = tmp_path / "estimates.csv"
-    write_estimates(path, rows, {"participant": ["P1", ""]})
+    ESTIMATES.write(path, rows, further={"participant": ["P1", ""]})
     lines = path.read_text().splitlines()
     assert lines[0].endswith("n_perturbations,u_type_a,u_type_b,recommended,flags,participant")
     assert lines[1].endswith(",P1")
-    assert read_estimates(path) == [replace(row, u_type_a=row.standard_error) for row in rows]
+    assert ESTIMATES.read(path) == [replace(row, u_type_a=row.standard_error) for row in rows]
 
 
 # ---- Type A and Type B within a person ----------------------------------------------------------------
@@ -254,5 +254,5 @@ def test_a_group_mean_has_the_scatter_between_people_whatever_is_common_to_them(
     (group,) = group_estimates(people)
     assert group.sem == pytest.approx(20.0 / math.sqrt(3.0))
     assert group.u_within == pytest.approx(math.hypot(1.0, 50.0))
-    write_people(tmp_path / "people.csv", people, False)
+    PERSON_ESTIMATES.write(tmp_path / "people.csv", people, without=("belt",))
     assert "parts" not in (tmp_path / "people.csv").read_text().splitlines()[0]

@@ -14,6 +14,7 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.treadmill.calibration import (
     ALL_EMPTY,
     BOTH,
+    MODEL_SCORES,
     Calibration,
     ModelScore,
     calibrate,
@@ -21,10 +22,8 @@ from tepsipe.treadmill.calibration import (
     mean_responses,
     plate_groups,
     plate_plan,
-    read_scores,
     table_plan,
     table_result,
-    write_scores,
 )
 from tepsipe.treadmill.registry import FamilyOptions, evaluate, fit_model
 from tepsipe.treadmill.ripple import RippleOptions
@@ -105,9 +104,9 @@ def test_scores_are_written_and_read_with_ten_digits(tmp_path):
     first = ModelScore("fir", "a, b", "c", 6.0, 0.123456789012, 2.0, 1.0, 51, float("nan"), "load", "Nm")
     second = replace(first, r2=-3.0, r2_limit=0.75, order=2)
     path = tmp_path / "scores.csv"
-    write_scores(path, [first, second])
+    MODEL_SCORES.write(path, [first, second])
     assert path.read_bytes().splitlines()[1] == b'fir,"a, b",c,6,0.123456789,2,1,51,nan,load,Nm,true'
-    again = read_scores(path)
+    again = MODEL_SCORES.read(path)
     assert again[1] == replace(second, r2=-3.0)
     assert again[0].r2 == 0.123456789
     assert np.isnan(again[0].r2_limit)
@@ -119,7 +118,7 @@ def test_table_of_other_columns_is_refused(header, tmp_path):
     path = tmp_path / "scores.csv"
     path.write_text(header)
     with pytest.raises(InputError) as caught:
-        read_scores(path)
+        MODEL_SCORES.read(path)
     assert_one_sentence(caught.value, path, "r2_limit")
 
 

@@ -9,7 +9,7 @@ from belt_builders import OPTIONS, belt_recording, pulsed_evaluated, restless_be
 from tepsipe.errors import InputError
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.time_alignment import marker_delay
-from tepsipe.treadmill.calibration import ModelScore, coherence_limit, read_scores, write_scores
+from tepsipe.treadmill.calibration import MODEL_SCORES, ModelScore, coherence_limit
 from tepsipe.treadmill.mass_spring_damper import fit_mean_subtraction
 from tepsipe.treadmill.recording import check_recordings
 from tepsipe.treadmill.registry import evaluate, fit_model, load_treadmill_models
@@ -104,11 +104,11 @@ def test_limit_of_unrelated_perturbations_is_about_nothing():
 @pytest.mark.parametrize("change", [("0.75", "much"), (",load,Nm", ""), (",Nm", ",Nm,more")])
 def test_damaged_table_of_scores(change, tmp_path):
     path = tmp_path / "s.csv"
-    write_scores(path, [ModelScore("fir", "a", "b", 6.0, 0.5, 2.0, 1.0, 51, 0.75, "load", "Nm")])
+    MODEL_SCORES.write(path, [ModelScore("fir", "a", "b", 6.0, 0.5, 2.0, 1.0, 51, 0.75, "load", "Nm")])
     head, row = path.read_text().splitlines()
     path.write_text(f"{head}\n{row.replace(*change)}\n")
     with pytest.raises(InputError):
-        read_scores(path)
+        MODEL_SCORES.read(path)
 
 
 def test_time_is_counted_together_as_documented(rng):

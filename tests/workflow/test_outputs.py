@@ -7,14 +7,14 @@ import pytest
 from tepsipe.experiments.dummy import foot_pathways, leg_pathways
 from tepsipe.experiments.noise import filtered_noise
 from tepsipe.experiments.standing import joint_torque
-from tepsipe.experiments.standing.options import ACTIVE
+from tepsipe.experiments.standing.muscle_torque import ACTIVE
 from tepsipe.identification.estimators import ESTIMATORS
 from tepsipe.mechanics.engines import ENGINES
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.signals import onsets
 from tepsipe.treadmill import registry
 from workflow.settings.config import Config
-from workflow.settings.dummy import ESTIMATOR_TEXTS
+from workflow.settings.dummy import ABOUT_ESTIMATORS
 from workflow.settings.structure import kind_at, names_of
 from workflow.support import outputs
 from workflow.support.captions import read_captions
@@ -307,5 +307,8 @@ def test_model_knows_the_names_that_the_library_knows(path, names):
     assert set(names_of(kind_at(Config, tuple(path.split("."))))) == set(names)
 
 
-def test_every_estimator_is_documented():
-    assert set(ESTIMATOR_TEXTS) == set(ESTIMATORS)
+def test_every_estimator_is_documented(root):
+    text = (root / "config/README.md").read_text(encoding="utf-8")
+    for name, estimator in ESTIMATORS.items():
+        assert f"| {name} | | {estimator.meaning}" in text, name
+    assert set(ABOUT_ESTIMATORS) <= set(ESTIMATORS)

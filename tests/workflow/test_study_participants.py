@@ -5,7 +5,7 @@ import csv
 import pytest
 from study_builders import jobs, snakemake, write_config
 
-from tepsipe.io.estimates import Estimate, write_estimates
+from tepsipe.io.estimates import ESTIMATES, Estimate
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS
 
 pytestmark = pytest.mark.study
@@ -71,7 +71,7 @@ def test_tables_of_participants_follow_from_their_estimates(project):
             path.parent.mkdir(parents=True, exist_ok=True)
             about = ("position_manipulator", condition, "impedance", "parallel-cascade")
             ends = value - 2.0 * error, value + 2.0 * error
-            write_estimates(path, [Estimate(*about, "K", "Nm/rad", value, error, *ends)])
+            ESTIMATES.write(path, [Estimate(*about, "K", "Nm/rad", value, error, *ends)])
     write(project, "hand", rows, {"P1": 60, "P2": 80, "P3": 70})
     tables, figure = "results/hand/tables", "results/hand/figures/figure_participants.svg"
     run = snakemake(project, f"{tables}/group.csv", figure, "--rerun-triggers", "mtime", config="hand")

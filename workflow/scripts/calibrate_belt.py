@@ -8,7 +8,7 @@ job.start(snakemake)
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
-from tepsipe.treadmill.calibration import calibrate, table_plan, table_result, write_scores
+from tepsipe.treadmill.calibration import MODEL_SCORES, calibrate, table_plan, table_result
 from tepsipe.treadmill.registry import FamilyOptions, save_models
 from tepsipe.treadmill.table_summary import table_facts
 from tepsipe.treadmill.trial_recordings import table_recording
@@ -35,4 +35,4 @@ for cutoff in sorted({*analysis["cutoffs_hz"], shown_hz}):
         result = table_result(fitted, [filtered[name] for name in testing], ingested)
         result.facts.update(table_facts(fitted, calibration, filtered, family, options))
         write_result(snakemake.output.fit, result)
-write_scores(snakemake.output.scores, scores)
+MODEL_SCORES.write(snakemake.output.scores, scores)

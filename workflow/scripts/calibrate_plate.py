@@ -14,12 +14,12 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 from tepsipe.treadmill.bristle_fit import fit_bristle_frame
 from tepsipe.treadmill.calibration import (
+    MODEL_SCORES,
     calibrate,
     group_of,
     mean_responses,
     plate_groups,
     plate_plan,
-    write_scores,
 )
 from tepsipe.treadmill.held_out import below_limit, held_out_residuals
 from tepsipe.treadmill.registry import FamilyOptions, save_models
@@ -77,4 +77,4 @@ for lowpass in filters:
     if lowpass == filters[0]:
         left = held_out_residuals(joint, by_role["calibrate"], by_role["validate"], sorted(below))
         write_result(snakemake.output.held_out, left)
-write_scores(snakemake.output.scores, scores)
+MODEL_SCORES.write(snakemake.output.scores, scores)

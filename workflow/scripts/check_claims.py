@@ -4,22 +4,22 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.forward.scores import read_forward
-from tepsipe.experiments.noise.rows import read_noise
-from tepsipe.io.estimates import read_estimates
+from tepsipe.experiments.forward.scores import FORWARD_SCORES
+from tepsipe.experiments.noise.rows import NOISE_ROWS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result
-from tepsipe.reporting.claims import Findings, check_claims, write_claims
-from tepsipe.reporting.planned import read_planned
+from tepsipe.reporting.claims import CLAIM_VERDICTS, Findings, check_claims
+from tepsipe.reporting.planned import PLANNED_ROWS
 from tepsipe.reporting.thesis_tables import read_table
-from tepsipe.treadmill.calibration import read_scores
+from tepsipe.treadmill.calibration import MODEL_SCORES
 
 fits = {}
 paths = iter(snakemake.input.fits)
 for experiment, conditions in snakemake.params.experiments.items():
     fits[experiment] = {condition: read_result(next(paths)) for condition in conditions}
-scores = [row for path in snakemake.input.scores for row in read_scores(path)]
-estimates = read_estimates(snakemake.input.estimates)
-forward = [row for path in snakemake.input.forward for row in read_forward(path)]
+scores = MODEL_SCORES.read(*snakemake.input.scores)
+estimates = ESTIMATES.read(snakemake.input.estimates)
+forward = FORWARD_SCORES.read(*snakemake.input.forward)
 table_4_4 = read_table(snakemake.input.noise[1])[1] if snakemake.input.noise else []
 findings = Findings(
     estimates,
@@ -28,8 +28,8 @@ findings = Findings(
     scores,
     forward,
     table_4_4,
-    noise=read_noise(snakemake.input.noise[0]) if snakemake.input.noise else [],
+    noise=NOISE_ROWS.read(snakemake.input.noise[0]) if snakemake.input.noise else [],
     recorded=snakemake.params.recorded,
-    planned=[row for path in snakemake.input.planned for row in read_planned(path)],
+    planned=PLANNED_ROWS.read(*snakemake.input.planned),
 )
-write_claims(snakemake.output.table, check_claims(snakemake.params.claims, findings))
+CLAIM_VERDICTS.write(snakemake.output.table, check_claims(snakemake.params.claims, findings))

@@ -7,21 +7,21 @@ job.start(snakemake)
 import json
 from pathlib import Path
 
-from tepsipe.io.budget_table import read_budgets
-from tepsipe.io.csv_table import write_rows
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.reporting.coverage import (
-    CoverageRow,
-    DroppedRow,
+    COVERAGE_ROWS,
+    DROPPED_ROWS,
+    LABORATORIES,
+    OUTCOME_ROWS,
     Laboratory,
-    OutcomeRow,
     coverage_rows,
     dropped_rows,
     outcome_row,
     outcomes_of,
-    read_truths,
 )
-from tepsipe.reporting.coverage_flags import FlagRow, flag_rows
+from tepsipe.reporting.coverage_flags import FLAG_ROWS, flag_rows
 
 laboratories, outcomes = [], []
 tables = zip(
@@ -36,15 +36,15 @@ for about, estimates, budgets, recovery in tables:
     laboratories.append(laboratory)
     outcomes += outcomes_of(
         laboratory,
-        read_estimates(estimates),
-        read_truths(recovery),
-        read_budgets(budgets),
+        ESTIMATES.read(estimates),
+        RECOVERIES.read(recovery),
+        CONTRIBUTIONS.read(budgets),
         snakemake.params.pooled,
         snakemake.params.also_evaluated,
     )
-write_rows(snakemake.output.laboratories, Laboratory, laboratories)
-write_rows(snakemake.output.outcomes, OutcomeRow, map(outcome_row, outcomes))
 sets = snakemake.params.sets
-write_rows(snakemake.output.coverage, CoverageRow, coverage_rows(outcomes, sets, snakemake.params.windows_s))
-write_rows(snakemake.output.dropped, DroppedRow, dropped_rows(outcomes, sets))
-write_rows(snakemake.output.flags, FlagRow, flag_rows(outcomes, sets))
+LABORATORIES.write(snakemake.output.laboratories, laboratories)
+OUTCOME_ROWS.write(snakemake.output.outcomes, map(outcome_row, outcomes))
+COVERAGE_ROWS.write(snakemake.output.coverage, coverage_rows(outcomes, sets, snakemake.params.windows_s))
+DROPPED_ROWS.write(snakemake.output.dropped, dropped_rows(outcomes, sets))
+FLAG_ROWS.write(snakemake.output.flags, flag_rows(outcomes, sets))

@@ -4,15 +4,13 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.budget_table import read_budgets, write_budgets
-from tepsipe.io.estimates import read_estimates, write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 
-rows = [row for path in snakemake.input.estimates for row in read_estimates(path)]
+rows = ESTIMATES.read(*snakemake.input.estimates)
 labels = {
     column: [cells[row.experiment][row.condition] for row in rows]
     for column, cells in snakemake.params.labels.items()
 }
-write_estimates(snakemake.output.table, rows, labels)
-write_budgets(
-    snakemake.output.uncertainty, (row for path in snakemake.input.budgets for row in read_budgets(path))
-)
+ESTIMATES.write(snakemake.output.table, rows, further=labels)
+CONTRIBUTIONS.write(snakemake.output.uncertainty, CONTRIBUTIONS.read(*snakemake.input.budgets))

@@ -4,6 +4,6 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.forward.scores import read_forward, write_forward
+from tepsipe.experiments.forward.scores import FORWARD_SCORES
 
-write_forward(snakemake.output.table, [row for path in snakemake.input.forward for row in read_forward(path)])
+FORWARD_SCORES.write(snakemake.output.table, FORWARD_SCORES.read(*snakemake.input.forward))

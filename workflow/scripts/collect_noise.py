@@ -4,13 +4,13 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.noise.rows import read_noise, write_noise
+from tepsipe.experiments.noise.rows import NOISE_ROWS
 from tepsipe.reporting.noise_table import TABLE_COLUMNS, table_4_4
 from tepsipe.reporting.thesis_tables import write_table
 
 params = snakemake.params
-rows = [row for path in snakemake.input.noise for row in read_noise(path)]
+rows = NOISE_ROWS.read(*snakemake.input.noise)
 swept = [row for row in rows if row.stiffness_Nm_per_rad == params.swept_Nm_per_rad]
-write_noise(snakemake.output.noise, [row for row in swept if row.noise_on != "none"])
+NOISE_ROWS.write(snakemake.output.noise, [row for row in swept if row.noise_on != "none"])
 table = table_4_4(rows, params.reported, list(params.averaged), float(params.table_snr_db))
 write_table(snakemake.output.table, table, list(TABLE_COLUMNS))

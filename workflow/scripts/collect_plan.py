@@ -8,7 +8,8 @@ import pandas as pd
 
 from tepsipe.experiments.planning.design import Design
 from tepsipe.experiments.planning.filter_trials import lowpasses
-from tepsipe.reporting.plan_tables import predicted_filters, simulated_filters, write_rows
+from tepsipe.io.csv_file import write_records
+from tepsipe.reporting.plan_tables import predicted_filters, simulated_filters
 from tepsipe.reporting.true_motion import read_true_motion
 
 designs = [pd.read_csv(path) for path in snakemake.input.designs]
@@ -24,4 +25,4 @@ truth = {
 windows = pd.concat([pd.read_csv(path) for path in snakemake.input.windows])
 rows = predicted_filters(design, every)
 rows += simulated_filters(windows, truth)
-write_rows(snakemake.output.filters, rows)
+write_records(snakemake.output.filters, rows)

@@ -4,8 +4,9 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.treadmill.calibration import read_scores, write_scores
+from tepsipe.treadmill.calibration import MODEL_SCORES
 
-tables = [read_scores(path) for path in snakemake.input.scores]
-belts = [belt for belt, rows in zip(snakemake.params.belts, tables, strict=False) for _ in rows]
-write_scores(snakemake.output.table, [row for rows in tables for row in rows], belts)
+tables = [MODEL_SCORES.read(path) for path in snakemake.input.scores]
+rows = [row for table in tables for row in table]
+belts = [belt for belt, table in zip(snakemake.params.belts, tables, strict=False) for _ in table]
+MODEL_SCORES.write(snakemake.output.table, rows, further={"belt": belts} if belts else {})

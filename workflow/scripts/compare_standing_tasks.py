@@ -5,12 +5,12 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.standing.free_reflex.results import task_difference
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import recommended, write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES, recommended
 from tepsipe.io.result import read_result
 
 more, less = read_result(snakemake.input.more), read_result(snakemake.input.less)
 critical = more.facts["critical_stiffness_Nm_per_rad"]
 rows, contributions = task_difference(snakemake.wildcards.pair, more, less, critical)
-write_estimates(snakemake.output.estimates, recommended(rows, **snakemake.params.recommended))
-write_budgets(snakemake.output.uncertainty, contributions)
+ESTIMATES.write(snakemake.output.estimates, recommended(rows, **snakemake.params.recommended))
+CONTRIBUTIONS.write(snakemake.output.uncertainty, contributions)

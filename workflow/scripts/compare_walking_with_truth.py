@@ -4,13 +4,14 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.readers.text_table import read_text_table
-from tepsipe.reporting.recovery import compare_phases_with_truth, write_recovery
+from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.reporting.recovery import compare_phases_with_truth
 
 curves = {
     condition: read_text_table(path, {name: name for name in ("percent", "I", "B", "K")}, ",")
     for condition, path in zip(snakemake.params.conditions, snakemake.input.truth, strict=True)
 }
-rows = compare_phases_with_truth(read_estimates(snakemake.input.estimates), curves)
-write_recovery(snakemake.output.table, rows)
+rows = compare_phases_with_truth(ESTIMATES.read(snakemake.input.estimates), curves)
+RECOVERIES.write(snakemake.output.table, rows)

@@ -4,10 +4,11 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.io.result import read_result
-from tepsipe.reporting.laboratory import laboratory_rows, write_laboratory
-from tepsipe.reporting.recovery import compare_with_truth, write_recovery
+from tepsipe.reporting.laboratory import LABORATORY_ROWS, laboratory_rows
+from tepsipe.reporting.recovery import compare_with_truth
 from tepsipe.reporting.true_motion import linear_truth, linear_truth_standing, read_true_motion
 
 params = snakemake.params
@@ -39,8 +40,8 @@ if params.standing is not None:
                 baseline_s=tuple(params.standing["baseline_s"]),
             )
 rows = compare_with_truth(
-    read_estimates(snakemake.input.estimates), params.truth, params.made, params.tasks, at_work, params.heavy
+    ESTIMATES.read(snakemake.input.estimates), params.truth, params.made, params.tasks, at_work, params.heavy
 )
-write_recovery(snakemake.output.table, rows)
+RECOVERIES.write(snakemake.output.table, rows)
 made = [experiment for experiment, names in params.made.items() if names]
-write_laboratory(snakemake.output.laboratory, laboratory_rows(params.truth, made))
+LABORATORY_ROWS.write(snakemake.output.laboratory, laboratory_rows(params.truth, made))

@@ -5,7 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.dummy.results import cross_validate_dummy, cross_validation_estimates
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import Result, read_result, write_result
 
 conditions = list(snakemake.params.conditions)
@@ -21,4 +21,4 @@ write_result(
     snakemake.output.matrices,
     Result(matrices, dict.fromkeys(matrices, "%"), {"conditions": conditions}),
 )
-write_estimates(snakemake.output.estimates, rows)
+ESTIMATES.write(snakemake.output.estimates, rows)

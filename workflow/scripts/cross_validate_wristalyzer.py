@@ -5,7 +5,7 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.wristalyzer.analysis import cross_validate_wristalyzer, cross_validation_estimates
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import Result, read_result, write_result
 
 conditions = list(snakemake.params.conditions)
@@ -17,4 +17,4 @@ write_result(
     snakemake.output.matrix,
     Result({"vaf": matrix}, {"vaf": "%"}, {"conditions": conditions}),
 )
-write_estimates(snakemake.output.estimates, cross_validation_estimates(conditions, matrix))
+ESTIMATES.write(snakemake.output.estimates, cross_validation_estimates(conditions, matrix))

@@ -18,8 +18,8 @@ from tepsipe.experiments.dummy.results import (
     dummy_estimates,
     dummy_result,
 )
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
@@ -40,5 +40,5 @@ result.facts["checks"] = check_facts(verdict)
 # the command, for figures, stays in the trial's file
 linked = {name: snakemake.input.trial for name in ("belt_command",) if name in trial.signals}
 write_result(output.fit, result, linked)
-write_estimates(output.estimates, quoted_rows(flag_rows(rows, verdict), verdict))
-write_budgets(output.uncertainty, dummy_contributions(rows, found))
+ESTIMATES.write(output.estimates, quoted_rows(flag_rows(rows, verdict), verdict))
+CONTRIBUTIONS.write(output.uncertainty, dummy_contributions(rows, found))

@@ -12,8 +12,8 @@ from tepsipe.experiments.dummy.results import (
     dummy_estimates,
     dummy_result,
 )
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.treadmill.held_out import read_held_out
@@ -40,5 +40,5 @@ found = analyse_foot(
 intervals = bootstrap_pathways(found, snakemake.params.bootstrap_draws, snakemake.params.seed)
 rows = dummy_estimates(condition, found, intervals)
 write_result(snakemake.output.fit, dummy_result(found))
-write_estimates(snakemake.output.estimates, rows)
-write_budgets(snakemake.output.uncertainty, dummy_contributions(rows, found))
+ESTIMATES.write(snakemake.output.estimates, rows)
+CONTRIBUTIONS.write(snakemake.output.uncertainty, dummy_contributions(rows, found))

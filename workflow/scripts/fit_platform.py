@@ -11,7 +11,7 @@ from tepsipe.experiments.platform import (
     platform_result,
 )
 from tepsipe.identification.several_joints.closed_loop import MultiJointOptions
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
@@ -28,7 +28,7 @@ estimate = MultiJointOptions(
 options = PlatformOptions(estimate=estimate, models=tuple(choices.pop("models")), **choices)
 found = analyse_platform(trial, options)
 write_result(snakemake.output.fit, platform_result(found, options, trial.signals["platform"].unit))
-write_estimates(
+ESTIMATES.write(
     snakemake.output.estimates,
     platform_estimates("platform", snakemake.wildcards.condition, found, options),
 )

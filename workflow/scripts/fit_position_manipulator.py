@@ -16,7 +16,7 @@ from tepsipe.experiments.position_manipulator.analysis import (
 )
 from tepsipe.experiments.position_manipulator.diagnostics import diagnose
 from tepsipe.identification.cascade.fit import ParallelCascadeOptions
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import joined, write_result
 from tepsipe.io.trial import read_trial
 
@@ -32,7 +32,7 @@ write_result(
     snakemake.output.fit,
     joined(position_manipulator_result(found, told_apart), diagnose(trial, options, found, told_apart)),
 )
-write_estimates(
+ESTIMATES.write(
     snakemake.output.estimates,
     position_manipulator_estimates(*names, found) + parallel_cascade_estimates(*names, told_apart),
 )

@@ -17,8 +17,8 @@ from tepsipe.experiments.standing.free_reflex.results import (
     with_budgets,
 )
 from tepsipe.experiments.standing.joint_torque import process_standing
-from tepsipe.experiments.standing.options import StandingOptions, TorquePathway
-from tepsipe.experiments.standing.thesis.impedance import ActiveOptions, StandingEstimator
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions
+from tepsipe.experiments.standing.options import StandingEstimator, StandingOptions, TorquePathway
 from tepsipe.experiments.standing.thesis.results import (
     fit_all,
     fit_estimates,
@@ -26,8 +26,8 @@ from tepsipe.experiments.standing.thesis.results import (
     standing_result,
     trial_epochs_result,
 )
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import joined, read_result, write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
@@ -97,6 +97,6 @@ write_result(snakemake.output.responses, joined(epochs, *map(broadband_result, o
 result = standing_result([responses], fits, choices.pathway, [], facts)
 write_result(snakemake.output.fit, with_budgets(result, fits))
 rows = fit_estimates(condition, fits, person.body.critical_stiffness, [])
-write_budgets(snakemake.output.uncertainty, budget_rows(rows, fits))
+CONTRIBUTIONS.write(snakemake.output.uncertainty, budget_rows(rows, fits))
 # the estimate to quote is that of the task to which the trial belongs
-write_estimates(snakemake.output.estimates, rows)
+ESTIMATES.write(snakemake.output.estimates, rows)

@@ -15,8 +15,8 @@ from tepsipe.experiments.standing.free_reflex.results import (
     to_quote,
     with_budgets,
 )
-from tepsipe.experiments.standing.options import Person
-from tepsipe.experiments.standing.thesis.impedance import ActiveOptions, StandingEstimator
+from tepsipe.experiments.standing.muscle_torque import ActiveOptions
+from tepsipe.experiments.standing.options import Person, StandingEstimator
 from tepsipe.experiments.standing.thesis.latency import muscle_latency
 from tepsipe.experiments.standing.thesis.results import (
     fit_all,
@@ -25,8 +25,8 @@ from tepsipe.experiments.standing.thesis.results import (
     standing_result,
     stiffness_by_window,
 )
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import recommended, write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES, recommended
 from tepsipe.io.result import read_result, write_result
 from tepsipe.signals.onsets import OnsetOptions
 
@@ -88,6 +88,6 @@ result = standing_result(trials, fits, choices.pathway, latencies, facts, window
 write_result(snakemake.output.fit, with_budgets(result, fits))
 stretch = choices.sources.get("latency_s")
 rows = fit_estimates(task, fits, person.body.critical_stiffness, latencies, stretch)
-write_budgets(snakemake.output.uncertainty, budget_rows(rows, fits))
+CONTRIBUTIONS.write(snakemake.output.uncertainty, budget_rows(rows, fits))
 quoted = to_quote(broadband, fits, params.recommended)
-write_estimates(snakemake.output.estimates, recommended(rows, **params.recommended) if quoted else rows)
+ESTIMATES.write(snakemake.output.estimates, recommended(rows, **params.recommended) if quoted else rows)

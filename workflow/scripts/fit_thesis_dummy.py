@@ -14,7 +14,7 @@ from tepsipe.experiments.thesis_dummy.inverse import (
     printed_and_predicted,
 )
 from tepsipe.experiments.thesis_dummy.printed_path import PrintedPath, belt_motion, swings
-from tepsipe.experiments.thesis_dummy.tables import cell_rows, fit_result, write_cells
+from tepsipe.experiments.thesis_dummy.tables import CELL_ROWS, cell_rows, fit_result
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 
@@ -46,4 +46,4 @@ angles = {name: angle[0] for name, angle in swings(path, [joint], belts).items()
 noise = fit_marker_noise(path, belts, angles, printed["VAF_trial"], fitted, seed)
 cells = printed_and_predicted(path, belts, angles, printed, fitted, noise, params.draws, seed)
 write_result(snakemake.output.fit, fit_result(fits, noise))
-write_cells(snakemake.output.table, cell_rows(cells))
+CELL_ROWS.write(snakemake.output.table, cell_rows(cells))

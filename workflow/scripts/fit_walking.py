@@ -12,14 +12,13 @@ import numpy as np
 
 from tepsipe.experiments.walking.analysis import analyse_walking
 from tepsipe.experiments.walking.impedance import WalkingOptions
-from tepsipe.experiments.walking.needed import ExpectedPulse, NeededRow, needed_strides
+from tepsipe.experiments.walking.needed import NEEDED_ROWS, ExpectedPulse, needed_strides
 from tepsipe.experiments.walking.recording import agreement, ankle_moment, bandwidth_hz
-from tepsipe.experiments.walking.results import WalkingRow, walking_estimates, walking_rows
+from tepsipe.experiments.walking.results import WALKING_ROWS, walking_estimates, walking_rows
 from tepsipe.experiments.walking.strides import random_onsets
 from tepsipe.experiments.walking.trial import read_trial
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.csv_table import write_rows
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.signals.resampling import refuse_short
 from tepsipe.statistics.uncertainty import sources_of
 
@@ -35,10 +34,10 @@ if not pulsed:  # pulses of no size at random strides: what the intervals say wh
 fewest = options if pulsed else WalkingOptions(**vars(options) | {"fewest_strides": 3, "recovery_strides": 0})
 found = analyse_walking(recording, strides, onsets, fewest, sources_of(settings["uncertainty"]))
 estimates, budgets = walking_estimates(condition, found)
-write_estimates(snakemake.output.estimates, estimates)
-write_budgets(snakemake.output.budgets, budgets)
+ESTIMATES.write(snakemake.output.estimates, estimates)
+CONTRIBUTIONS.write(snakemake.output.budgets, budgets)
 rows = walking_rows(condition, "recorded" if pulsed else "none", found)
-write_rows(snakemake.output.rows, WalkingRow, rows)
+WALKING_ROWS.write(snakemake.output.rows, rows)
 
 planned = settings["planned"]
 pulse = ExpectedPulse(
@@ -50,7 +49,7 @@ pulse = ExpectedPulse(
 )
 quiet = strides.taken(found.quiet) if pulsed else strides
 needed = needed_strides(condition, recording, quiet, pulse, options)
-write_rows(snakemake.output.needed, NeededRow, needed)
+NEEDED_ROWS.write(snakemake.output.needed, needed)
 supplied = recording.supplied_moment
 about = {
     "condition": condition,

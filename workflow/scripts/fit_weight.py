@@ -6,8 +6,8 @@ job.start(snakemake)
 
 from tepsipe.experiments.budgets import contributions_of
 from tepsipe.experiments.weight import QUANTITIES, analyse_weight, weight_estimates, weight_result
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.signals.filters import Lowpass
@@ -39,8 +39,8 @@ lag = None if weight is None else marker_lag(trial, name, options)
 result = analyse_weight(recordings, sources_of(snakemake.params.uncertainty), lag)
 rows = weight_estimates(experiment, condition, result)
 write_result(snakemake.output.fit, weight_result(result))
-write_estimates(snakemake.output.estimates, rows)
-write_budgets(
+ESTIMATES.write(snakemake.output.estimates, rows)
+CONTRIBUTIONS.write(
     snakemake.output.uncertainty,
     [] if result.budget is None else contributions_of(rows, result.budget, QUANTITIES),
 )

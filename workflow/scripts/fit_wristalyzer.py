@@ -7,15 +7,15 @@ job.start(snakemake)
 import numpy as np
 
 from tepsipe.experiments.wristalyzer.analysis import (
-    WristalyzerOptions,
     analyse_wristalyzer,
     wristalyzer_contributions,
     wristalyzer_estimates,
     wristalyzer_result,
 )
+from tepsipe.experiments.wristalyzer.record import WristalyzerOptions
 from tepsipe.identification.admittance_fit import Bounds
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.statistics.uncertainty import sources_of
@@ -39,5 +39,5 @@ found = analyse_wristalyzer(
 )
 rows = wristalyzer_estimates(snakemake.wildcards.condition, found)
 write_result(snakemake.output.fit, wristalyzer_result(found))
-write_estimates(snakemake.output.estimates, rows)
-write_budgets(snakemake.output.uncertainty, wristalyzer_contributions(rows, found.budgets))
+ESTIMATES.write(snakemake.output.estimates, rows)
+CONTRIBUTIONS.write(snakemake.output.uncertainty, wristalyzer_contributions(rows, found.budgets))

@@ -6,6 +6,7 @@ job.start(snakemake)
 
 from tepsipe.io.result import read_result
 from tepsipe.reporting.ledger import (
+    CELL_VERDICTS,
     TABULATED,
     cells_of_table,
     explanations_of,
@@ -13,7 +14,6 @@ from tepsipe.reporting.ledger import (
     noise_cells,
     ordinary_errors,
     tolerances_of,
-    write_ledger,
 )
 from tepsipe.reporting.thesis_tables import read_table
 
@@ -36,4 +36,4 @@ rows = ledger(
     explanations_of(values, params.slips, noise),
     frozenset(params.recorded),
 )
-write_ledger(snakemake.output.table, rows)
+CELL_VERDICTS.write(snakemake.output.table, rows)

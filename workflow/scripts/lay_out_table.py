@@ -4,13 +4,13 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.reporting.thesis_tables import lay_out_table, write_table
 
 conditions = list(snakemake.params.conditions)
 rows = lay_out_table(
     snakemake.wildcards.table,
-    [row for path in snakemake.input.estimates for row in read_estimates(path)],
+    ESTIMATES.read(*snakemake.input.estimates),
     snakemake.params.reported,
     conditions,
     [tuple(pathway) for pathway in snakemake.params.pathways],

@@ -8,7 +8,8 @@ job.start(snakemake)
 from tepsipe.experiments.planning.design import Design
 from tepsipe.experiments.planning.plan import plan_experiment
 from tepsipe.experiments.planning.pulses import Limits
-from tepsipe.reporting.plan_tables import compared_pulses, write_rows
+from tepsipe.io.csv_file import write_records
+from tepsipe.reporting.plan_tables import compared_pulses
 
 comparisons, shapes = [], []
 for name in snakemake.params.plan["references"]:
@@ -18,5 +19,5 @@ for name in snakemake.params.plan["references"]:
     )
     comparisons += found
     shapes += moved
-write_rows(snakemake.output.pulses, comparisons)
-write_rows(snakemake.output.shapes, shapes)
+write_records(snakemake.output.pulses, comparisons)
+write_records(snakemake.output.shapes, shapes)

@@ -11,7 +11,8 @@ import numpy as np
 from tepsipe.experiments.planning.design import FOOT, LEG, Design
 from tepsipe.experiments.planning.monte_carlo import draw_estimates
 from tepsipe.experiments.planning.plan import plan_experiment
-from tepsipe.reporting.plan_tables import checked_rows, write_rows
+from tepsipe.io.csv_file import write_records
+from tepsipe.reporting.plan_tables import checked_rows
 
 name, plan = snakemake.wildcards.design, snakemake.params.plan
 design = Design.from_settings(plan, name, snakemake.params.geometry, snakemake.params.uncertainty)
@@ -20,4 +21,4 @@ planned = plan_experiment(design)
 seed = [plan["seed"], int(hashlib.sha256(name.encode()).hexdigest()[:8], 16)]
 draws = plan["window_draws" if design.protocol.pathway in (LEG, FOOT) else "draws"]
 drawn = draw_estimates(design, planned.motion, np.random.default_rng(seed), draws)
-write_rows(snakemake.output.rows, checked_rows(name, planned, drawn))
+write_records(snakemake.output.rows, checked_rows(name, planned, drawn))

@@ -6,7 +6,7 @@ job.start(snakemake)
 
 from tepsipe.mechanics.engines.interface import Joint
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
-from tepsipe.reporting.planned import plan_of_thesis, write_planned
+from tepsipe.reporting.planned import PLANNED_ROWS, plan_of_thesis
 from tepsipe.statistics.uncertainty import sources_of
 
 geometry, joint = snakemake.params.geometry, snakemake.params.joint
@@ -16,4 +16,4 @@ rows = plan_of_thesis(
     Joint(joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"], joint["stiffness_Nm_per_rad"][0]),
     sources_of(snakemake.params.uncertainty),
 )
-write_planned(snakemake.output.table, rows)
+PLANNED_ROWS.write(snakemake.output.table, rows)

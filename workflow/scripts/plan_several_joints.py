@@ -16,8 +16,8 @@ from tepsipe.experiments.planning.several_joints import (
     sets_of,
 )
 from tepsipe.identification.several_joints.determined import Limits
+from tepsipe.io.csv_file import write_records
 from tepsipe.mechanics.segment_chain import Chain
-from tepsipe.reporting.plan_tables import write_rows
 from tepsipe.reporting.several_joints import element_rows, model_rows, set_rows
 
 joints = snakemake.params.joints
@@ -38,12 +38,12 @@ for recording in recordings:
 first = recordings[0]
 expected = epochs_of(first, chain, points, tolerance=tolerance)
 predictions = predict(expected, sets, matrices, limits)
-write_rows(snakemake.output.sets, set_rows(predictions, drawn, matrices, limits))
-write_rows(snakemake.output.elements, element_rows(predictions, drawn, matrices, expected))
+write_records(snakemake.output.sets, set_rows(predictions, drawn, matrices, limits))
+write_records(snakemake.output.elements, element_rows(predictions, drawn, matrices, expected))
 cases = {}
 for window_s in (joints["protocol"]["after_s"], *joints["windows_s"]):
     cases[window_s] = [
         predict(epochs_of(first, chain, points, model, tolerance, window_s), sets, matrices, limits)
         for model in MODELS
     ]
-write_rows(snakemake.output.models, model_rows(cases, matrices[0], limits))
+write_records(snakemake.output.models, model_rows(cases, matrices[0], limits))

@@ -7,9 +7,9 @@ job.start(snakemake)
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures import treadmill as figures
 from tepsipe.reporting.figures.style import save_figure
-from tepsipe.treadmill.calibration import read_scores
+from tepsipe.treadmill.calibration import MODEL_SCORES
 
-result, scores = read_result(snakemake.input.fit), read_scores(snakemake.input.scores)
+result, scores = read_result(snakemake.input.fit), MODEL_SCORES.read(snakemake.input.scores)
 drawn = {
     "figure_belt_prediction": figures.plot_calibration(result, scores, snakemake.params.chosen),
     "figure_belt_cutoff": figures.plot_cutoffs(scores, result.facts["recordings"][0]),

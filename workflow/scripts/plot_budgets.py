@@ -4,15 +4,15 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.budget_table import read_budgets
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.reporting.budgets import budgeted, relative_budgets
 from tepsipe.reporting.figures.budget import plot_budgets
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.numbers.budget import SHOWN
 
-contributions = read_budgets(snakemake.input.uncertainty)
-own = budgeted(read_estimates(snakemake.input.estimates), snakemake.params.foot_pathway)
+contributions = CONTRIBUTIONS.read(snakemake.input.uncertainty)
+own = budgeted(ESTIMATES.read(snakemake.input.estimates), snakemake.params.foot_pathway)
 budgets = {
     "figure_budget_wristalyzer": "wristalyzer",
     "figure_budget_dummy": "dummy",

@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.dummy.specification_curve import read_specification
+from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS
 from tepsipe.identification.estimators import JOINT_LIKELIHOOD, OUTPUT_ERROR
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures import dummy as figures
@@ -29,7 +29,7 @@ drawn = {
     "figure_4_4": figures.plot_parameter_boxes(results, printed),
     "figure_pathways": figures.plot_pathways(results, colours),
     "figure_torque": figures.plot_torque(results[example], example, shown),
-    "figure_specification": plot_specification(read_specification(snakemake.input.specification)),
+    "figure_specification": plot_specification(SPECIFICATIONS.read(snakemake.input.specification)),
     "figure_dummy_cross_validation": plot_matrix(
         matrices[printed], [short_name(name) for name in names], "VAF (%)", axes
     ),

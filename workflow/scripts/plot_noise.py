@@ -4,12 +4,12 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.noise.rows import read_noise
+from tepsipe.experiments.noise.rows import NOISE_ROWS
 from tepsipe.reporting.figures import noise as figures
 from tepsipe.reporting.figures.style import save_figure
 
 joint = snakemake.params.joint
-rows = [row for path in snakemake.input.noise for row in read_noise(path)]
+rows = NOISE_ROWS.read(*snakemake.input.noise)
 stiffness = joint["stiffness_Nm_per_rad"]
 others = (joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"])
 level, conditions = float(snakemake.params.table_snr_db), list(snakemake.params.conditions)

@@ -4,14 +4,14 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures import platform as figures
 from tepsipe.reporting.figures.style import save_figure
 
 conditions = snakemake.params.conditions
 results = {c: read_result(path) for c, path in zip(conditions, snakemake.input.fits, strict=True)}
-estimates = {c: read_estimates(path) for c, path in zip(conditions, snakemake.input.estimates, strict=True)}
+estimates = {c: ESTIMATES.read(path) for c, path in zip(conditions, snakemake.input.estimates, strict=True)}
 drawn = {
     "figure_platform_responses": figures.plot_responses(results),
     "figure_platform_quantities": figures.plot_quantities(results, estimates),

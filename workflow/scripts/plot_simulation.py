@@ -4,14 +4,14 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.forward.scores import read_forward
+from tepsipe.experiments.forward.scores import FORWARD_SCORES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures import simulation as figures
 from tepsipe.reporting.figures.style import save_figure
 
 names = list(snakemake.params.conditions)
 results = {name: read_result(path) for name, path in zip(names, snakemake.input.fits, strict=True)}
-scores = read_forward(snakemake.input.forward)
+scores = FORWARD_SCORES.read(snakemake.input.forward)
 frequent, rare = snakemake.params.frequent, snakemake.params.rare
 drawn = {
     "figure_4_7": figures.plot_angles(results[frequent]),

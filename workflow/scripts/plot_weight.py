@@ -7,7 +7,7 @@ job.start(snakemake)
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures import weight as figures
 from tepsipe.reporting.figures.style import save_figure
-from tepsipe.treadmill.calibration import read_scores
+from tepsipe.treadmill.calibration import MODEL_SCORES
 
 by_experiment = (
     (snakemake.params.weight, snakemake.input.weight),
@@ -17,7 +17,7 @@ weight, empty = (
     {name: read_result(path) for name, path in zip(names, paths, strict=True)}
     for names, paths in by_experiment
 )
-plate, scores = read_result(snakemake.input.plate), read_scores(snakemake.input.scores)
+plate, scores = read_result(snakemake.input.plate), MODEL_SCORES.read(snakemake.input.scores)
 first_hz, last_hz = snakemake.params.cutoffs_hz[0], snakemake.params.cutoffs_hz[-1]
 drawn = {
     "figure_4_5": figures.plot_added_forces(empty, weight, f"{first_hz:g} Hz", list(weight)),

@@ -4,23 +4,21 @@ import job
 
 job.start(snakemake)
 
-import csv
-
 import numpy as np
 
-from tepsipe.io.estimates import read_estimates
+from tepsipe.experiments.wristalyzer.names import PERIODS
+from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.recovery_table import RECOVERIES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.style import save_figure
 from tepsipe.reporting.figures.wristalyzer_amplitudes import plot_amplitudes
 
-ESTIMATOR = "spectral-fit-periods"
 pooled = read_result(snakemake.input.pooled)
 names = list(pooled.facts["conditions"])
 rows = {
     (row.condition, row.quantity): row
-    for path in snakemake.input.estimates
-    for row in read_estimates(path)
-    if row.estimator == ESTIMATOR
+    for row in ESTIMATES.read(*snakemake.input.estimates)
+    if row.estimator == PERIODS
 }
 fitted = {
     quantity: np.array([[row.value, row.ci_low, row.ci_high] for row in (rows[c, quantity] for c in names)]).T
@@ -28,12 +26,11 @@ fitted = {
 }
 truth = None
 if snakemake.input.recovery:
-    with open(snakemake.input.recovery[0], newline="", encoding="utf-8") as file:
-        true = {
-            (row["condition"], row["quantity"]): float(row["truth"])
-            for row in csv.DictReader(file)
-            if row["experiment"] == "wristalyzer" and row["estimator"] == ESTIMATOR
-        }
+    true = {
+        (row.condition, row.quantity): row.truth
+        for row in RECOVERIES.read(snakemake.input.recovery[0])
+        if row.experiment == "wristalyzer" and row.estimator == PERIODS
+    }
     if all((c, "K") in true for c in names):
         truth = {quantity: np.array([true[c, quantity] for c in names]) for quantity in ("B", "K")}
 shares = {

@@ -5,8 +5,8 @@ import job
 job.start(snakemake)
 
 from tepsipe.experiments.wristalyzer.pooled import fit_wristalyzer_together, pooled_estimates, pooled_result
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import write_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import write_result
 from tepsipe.io.trial import read_trial
 from tepsipe.statistics.uncertainty import sources_of
@@ -15,5 +15,5 @@ params = snakemake.params
 found = fit_wristalyzer_together([read_trial(path) for path in snakemake.input.trials], **params.analysis)
 write_result(snakemake.output.fit, pooled_result(list(params.conditions), found))
 rows, contributions = pooled_estimates(found, sources_of(params.uncertainty))
-write_estimates(snakemake.output.estimates, rows)
-write_budgets(snakemake.output.uncertainty, contributions)
+ESTIMATES.write(snakemake.output.estimates, rows)
+CONTRIBUTIONS.write(snakemake.output.uncertainty, contributions)

@@ -2,11 +2,11 @@
 
 import pandas as pd
 
-from tepsipe.io.budget_table import read_budgets
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.reporting.figures.names import short_name
-from tepsipe.reporting.laboratory import read_laboratory
-from tepsipe.reporting.ledger import read_ledger
+from tepsipe.reporting.laboratory import LABORATORY_ROWS
+from tepsipe.reporting.ledger import CELL_VERDICTS
 from tepsipe.reporting.numbers import (
     abstract,
     budget,
@@ -22,7 +22,7 @@ from tepsipe.reporting.numbers import (
 from tepsipe.reporting.numbers.ledger import cells_data
 from tepsipe.reporting.run import Run, about_study
 from tepsipe.reporting.thesis_tables import read_table
-from tepsipe.treadmill.calibration import read_scores
+from tepsipe.treadmill.calibration import MODEL_SCORES
 
 
 def texts_of(run: Run, files: dict[str, str]) -> dict:
@@ -51,17 +51,17 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
         "slips": {},
         "reported": None if reported is None else study.reported_data(reported, about["start_stiffness"]),
         "claims": None if claims is None else study.claims_data(claims),
-        "cells": cells_data(read_ledger(files["cells"])) if "cells" in files else None,
+        "cells": cells_data(CELL_VERDICTS.read(files["cells"])) if "cells" in files else None,
         "recovery": None if recovery is None else study.recovery_data(shown),
         "laboratory": None
         if recovery is None
-        else laboratory.laboratory_data(read_laboratory(files["laboratory"])),
+        else laboratory.laboratory_data(LABORATORY_ROWS.read(files["laboratory"])),
         "provenance": study.provenance_data(provenance),
         "flags": study.flags_data(estimates),
         "names": study.names_data(estimates, choices),
         "budgets": budget.budgets_data(
-            read_budgets(files["uncertainty"]),
-            read_estimates(files["estimates"]),
+            CONTRIBUTIONS.read(files["uncertainty"]),
+            ESTIMATES.read(files["estimates"]),
             about["foot_pathway"],
         ),
     }
@@ -73,7 +73,7 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
     if "weight" in experiments:
         plate = about["models"]["weight"]
         data["weight"] = treadmill.weight_data(
-            fits, fits[plate][plate], read_scores(files[plate]), estimates, choices["weight"]
+            fits, fits[plate][plate], MODEL_SCORES.read(files[plate]), estimates, choices["weight"]
         ) | {"belt": about["belt_of_models"]}
     if "weight" in experiments and "dummy" in experiments:
         data["foot"] = treadmill.foot_data(estimates, choices["dummy"], recovery, amplitudes)
@@ -98,7 +98,7 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
     if "belt" in experiments:
         models = about["models"]["belt"]
         data["belt"] = treadmill.treadmill_data(
-            fits[models][models], read_scores(files[models]), choices["belt"], about["roles"]
+            fits[models][models], MODEL_SCORES.read(files[models]), choices["belt"], about["roles"]
         )
     data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
     data["summary"] = summary.summary_of(data)

@@ -8,9 +8,9 @@ import json
 import shutil
 from pathlib import Path
 
-from tepsipe.io.budget_table import write_budgets
-from tepsipe.io.estimates import write_estimates
-from tepsipe.reporting.recovery import write_recovery
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
+from tepsipe.io.recovery_table import RECOVERIES
 from workflow.support.laboratories import TABLES, forget, run
 
 about, folder = snakemake.params.about, Path(snakemake.output.laboratory).parent / "study"
@@ -20,9 +20,9 @@ for name, path in zip(TABLES, kept, strict=True):
     if not failed:
         shutil.copyfile(folder / f"results/tables/{name}.csv", path)
 if failed:
-    write_estimates(snakemake.output.estimates, [])
-    write_budgets(snakemake.output.uncertainty, [])
-    write_recovery(snakemake.output.recovery, [])
+    ESTIMATES.write(snakemake.output.estimates, [])
+    CONTRIBUTIONS.write(snakemake.output.uncertainty, [])
+    RECOVERIES.write(snakemake.output.recovery, [])
 forget(folder)
 Path(snakemake.output.laboratory).write_text(
     json.dumps(about | {"failed": failed}, ensure_ascii=False) + "\n", encoding="utf-8"

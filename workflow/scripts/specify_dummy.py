@@ -6,11 +6,7 @@ job.start(snakemake)
 
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions, Pathway
-from tepsipe.experiments.dummy.specification_curve import (
-    SpecificationOptions,
-    specify_dummy,
-    write_specification,
-)
+from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS, SpecificationOptions, specify_dummy
 from tepsipe.io.trial import read_trial
 
 geometry, foot = snakemake.params.geometry, snakemake.params.foot
@@ -24,4 +20,4 @@ found = specify_dummy(
     Pathway(**(snakemake.params.as_printed | {"marker_instants": "aligned"})),
     Pathway(**snakemake.params.recommended),
 )
-write_specification(snakemake.output.table, found)
+SPECIFICATIONS.write(snakemake.output.table, found)

@@ -7,8 +7,9 @@ job.start(snakemake)
 from tepsipe.experiments.dummy.foot_pathways import FootOptions
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.planning.filter_trials import filter_estimates, lowpasses
+from tepsipe.io.csv_file import write_records
 from tepsipe.io.trial import read_trial
-from tepsipe.reporting.plan_tables import window_rows, write_rows
+from tepsipe.reporting.plan_tables import window_rows
 from tepsipe.treadmill.registry import load_treadmill_models, pick
 
 geometry, foot = snakemake.params.geometry, snakemake.params.foot
@@ -30,4 +31,4 @@ for lowpass in lowpasses(**filters):
         lowpass,
     )
     rows += window_rows(condition, found)
-write_rows(snakemake.output.windows, rows)
+write_records(snakemake.output.windows, rows)

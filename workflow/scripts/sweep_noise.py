@@ -6,7 +6,7 @@ job.start(snakemake)
 
 from tepsipe.experiments.dummy.leg_pathways import DummyOptions
 from tepsipe.experiments.noise.monte_carlo import sweep_trial
-from tepsipe.experiments.noise.rows import noise_rows, write_noise
+from tepsipe.experiments.noise.rows import NOISE_ROWS, noise_rows
 from tepsipe.experiments.noise.trial import simulated_trial
 from tepsipe.io.result import read_result
 from tepsipe.mechanics.inverse_dynamics import Foot
@@ -36,4 +36,4 @@ for k, stiffness in enumerate(noise["joint"]["stiffness_Nm_per_rad"]):
         options.lowpass_order,
     )
     rows += noise_rows(cells)
-write_noise(snakemake.output.noise, rows)
+NOISE_ROWS.write(snakemake.output.noise, rows)

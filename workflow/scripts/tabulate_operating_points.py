@@ -4,14 +4,14 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result
 from tepsipe.reporting.operating_points import (
+    OPERATING_POINTS,
+    RELATIONS,
     Nominal,
     operating_points,
     relations,
-    write_operating_points,
-    write_relations,
 )
 
 nominal = {condition: Nominal(**said) for condition, said in snakemake.params.nominal.items()}
@@ -19,7 +19,7 @@ measured = {}
 for condition, path in zip(nominal, snakemake.input.fits, strict=True):
     arrays = read_result(path).arrays
     measured[condition] = (float(arrays["angle"].mean()), float(arrays["torque"].mean()))
-rows = [row for path in snakemake.input.estimates for row in read_estimates(path)]
+rows = ESTIMATES.read(*snakemake.input.estimates)
 points = operating_points(rows, measured, nominal)
-write_operating_points(snakemake.output.points, points)
-write_relations(snakemake.output.relations, relations(points))
+OPERATING_POINTS.write(snakemake.output.points, points)
+RELATIONS.write(snakemake.output.relations, relations(points))

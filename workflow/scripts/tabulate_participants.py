@@ -4,22 +4,23 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.budget_table import read_budgets
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.budget_table import CONTRIBUTIONS
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.reporting.participants import (
+    GROUP_ESTIMATES,
+    PERSON_ESTIMATES,
     Member,
     group_estimates,
     person_estimates,
-    write_group,
-    write_people,
 )
 
 params = snakemake.params
 people = person_estimates(
-    read_estimates(snakemake.input.estimates),
+    ESTIMATES.read(snakemake.input.estimates),
     [Member(**member) for member in params.members],
     params.masses_kg,
-    read_budgets(snakemake.input.uncertainty),
+    CONTRIBUTIONS.read(snakemake.input.uncertainty),
 )
-write_people(snakemake.output.participants, people, params.by_belt)
-write_group(snakemake.output.group, group_estimates(people), params.by_belt)
+without = () if params.by_belt else ("belt",)
+PERSON_ESTIMATES.write(snakemake.output.participants, people, without=without)
+GROUP_ESTIMATES.write(snakemake.output.group, group_estimates(people), without=without)

@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.experiments.position_manipulator.time_varying import read_varying, write_varying
+from tepsipe.experiments.position_manipulator.time_varying import VARYING_ROWS
 
-rows = [row for path in snakemake.input.rows for row in read_varying(path)]
-write_varying(snakemake.output.table, rows)
+rows = VARYING_ROWS.read(*snakemake.input.rows)
+VARYING_ROWS.write(snakemake.output.table, rows)

@@ -7,10 +7,10 @@ job.start(snakemake)
 import numpy as np
 
 from tepsipe.experiments.position_manipulator.time_varying import (
+    VARYING_ROWS,
     TimeVaryingOptions,
     analyse_time_varying,
     varying_rows,
-    write_varying,
 )
 from tepsipe.io.result import read_result
 from tepsipe.io.trial import read_trial
@@ -21,6 +21,6 @@ found = analyse_time_varying(
     TimeVaryingOptions(**snakemake.params.options),
     np.random.default_rng(snakemake.params.seed),
 )
-write_varying(
+VARYING_ROWS.write(
     snakemake.output.rows, varying_rows("position_manipulator", snakemake.wildcards.condition, found)
 )

@@ -4,7 +4,7 @@ import job
 
 job.start(snakemake)
 
-from tepsipe.io.estimates import read_estimates
+from tepsipe.io.estimates import ESTIMATES
 from tepsipe.io.result import read_result
 from tepsipe.io.trial import read_trial
 from tepsipe.reporting.pages.manipulators import wristalyzer_page
@@ -14,5 +14,5 @@ params, files = snakemake.params, snakemake.input
 for k, (condition, about) in enumerate(params.trials.items()):
     trial, fit = read_trial(files.trials[k]), read_result(files.fits[k])
     choices = {"study": params.title, "condition": condition, **about}
-    page = wristalyzer_page(trial, fit, read_estimates(files.estimates[k]), choices)
+    page = wristalyzer_page(trial, fit, ESTIMATES.read(files.estimates[k]), choices)
     write_page(snakemake.output.pages[k], page)

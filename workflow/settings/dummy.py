@@ -5,7 +5,7 @@ from typing import Any, Literal
 from pydantic import model_validator
 
 from tepsipe.errors import InputError, quoted
-from tepsipe.identification.estimators import ESTIMATORS
+from tepsipe.identification.estimators import ESTIMATORS, JOINT_LIKELIHOOD, OUTPUT_ERROR
 from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest, Window
 from workflow.settings.quantities import (
     Frequency,
@@ -19,25 +19,18 @@ from workflow.settings.quantities import (
     named,
     number,
 )
-from workflow.settings.section import Section, UnfitError, one_of, refuse_unknown, setting
+from workflow.settings.section import Section, UnfitError, meanings, one_of, refuse_unknown, setting
 
-ESTIMATOR_TEXTS = {
-    "windowed-least-squares-thesis": "windowed (per-perturbation) least squares, torque at rest not "
-    "subtracted",
-    "windowed-least-squares": "the same with the torque at rest subtracted",
-    "windowed-least-squares-own-zero": "the same with a free constant torque in every window, because the "
-    "zero of a force plate drifts and friction leaves a force behind",
-    "output-error": "angle simulated over the whole trial from the motion of `foot.belt_fixed_labels` and "
-    "the logged belt velocity ([decision 40](../docs/decisions/0040-output-error.md)); its intervals "
+# what pathways with an estimator need, beside its meaning in the registry
+ABOUT_ESTIMATORS = {
+    OUTPUT_ERROR: "the foot has the markers `foot.belt_fixed_labels` "
+    "([decision 40](../docs/decisions/0040-output-error.md)); its intervals "
     "require perturbations further apart than 2 J / B, the time for which the leg rings; requires "
     "`torque: leg`, which is used for its VAF; not for `as_printed` or `recommended`",
-    "joint-likelihood": "maximum likelihood of leg markers, foot markers and logged belt velocity over "
-    "the whole trial, of a joint that may soften with bending; *I*, *B*, *K* are those of the linear "
+    JOINT_LIKELIHOOD: "*I*, *B*, *K* are those of the linear "
     "joint nearest to it in the windows, `I_small`, `B_small`, `K_small` those of small movements "
     "([decision 49](../docs/decisions/0049-joint-likelihood.md)); requires `torque: leg`, which is used "
     "for its VAF; not for `as_printed` or `recommended`",
-    "joint-likelihood-linear": "the same for a linear joint: efficient, but its intervals do not hold the "
-    "truth if the joint softens",
 }
 
 
@@ -101,7 +94,7 @@ class LegPathway(Section):
             "([decision 5](../docs/decisions/0005-sequential-marker-sampling.md))",
         }
     ) = setting("instants of the markers")
-    estimator: str = setting("estimator of the parameters", values=ESTIMATOR_TEXTS)
+    estimator: str = setting("estimator of the parameters", values=meanings(ESTIMATORS, ABOUT_ESTIMATORS))
 
 
 class FootPathway(Section):

@@ -1,7 +1,7 @@
 """Parts of the model: closed sections, settings with their documentation, and values that do not fit."""
 
 import difflib
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
@@ -78,6 +78,14 @@ class Names:
 def one_of(meaning: dict[str, str]) -> Any:
     """Type of a name to choose from, with the meaning of each."""
     return Annotated[Literal[tuple(meaning)], Names(meaning)]
+
+
+def meanings(registry: Mapping[str, Any], about: Mapping[str, str]) -> dict[str, str]:
+    """Meaning of every name in a registry of the library, and what the configuration adds to it."""
+    return {
+        name: f"{entry.meaning}; {about[name]}" if name in about else entry.meaning
+        for name, entry in registry.items()
+    }
 
 
 def partial(section: type[Section]) -> type[Section]:

@@ -5,6 +5,7 @@ from typing import Any, Literal
 from pydantic import model_validator
 
 from tepsipe.errors import quoted
+from tepsipe.experiments.standing.muscle_torque import ACTIVE, FREE
 from workflow.settings.plate_treadmill import MarkerLabels, PlacedMarkers, TreadmillIngest, Window
 from workflow.settings.quantities import (
     FilterOrder,
@@ -28,6 +29,7 @@ from workflow.settings.quantities import (
 from workflow.settings.section import (
     Section,
     UnfitError,
+    meanings,
     one_of,
     optional,
     partial,
@@ -38,6 +40,11 @@ from workflow.settings.section import (
 
 Latency = number(above=0, most=1)  # s
 NAME = "^[a-z0-9.-]+$"
+# what estimators with a model of the muscles' torque need, beside its meaning in the registry
+ABOUT_ACTIVE = {
+    FREE: "for `recommended.pathway` only, whose torque must be `ankle`; `window_s` at most 0.2; no "
+    "`inertia` ([decision 52](../docs/decisions/0052-free-reflex.md))"
+}
 
 
 class StandingFiles(Section):
@@ -210,18 +217,7 @@ class StandingEstimator(Section):
     inertia: bool = setting(
         "true if I is estimated in addition to B and K. The torque contains no inertia, so false is correct"
     )
-    active: one_of(
-        {
-            "none": "no active torque: valid only in a pre-reflex window",
-            "velocity": "delayed velocity, rectified in each direction, and delayed angle and velocity "
-            "for balance, with a twitch response",
-            "emg": "rectified electromyograms of the ankle muscles, with a twitch response, each with a "
-            "non-negative gain",
-            "free": "reflex torque of any smooth shape from its earliest instant on, by generalised least "
-            "squares ([decision 52](../docs/decisions/0052-free-reflex.md)); for `recommended.pathway` "
-            "only, whose torque must be `ankle`; `window_s` at most 0.2; no `inertia`",
-        }
-    ) = setting("active torque of the muscles")
+    active: one_of(meanings(ACTIVE, ABOUT_ACTIVE)) = setting("active torque of the muscles")
 
 
 class Active(Section):

@@ -5,6 +5,9 @@ from itertools import permutations
 from pathlib import Path
 
 from tepsipe.errors import InputError
+from tepsipe.experiments.standing.muscle_torque import ACTIVE
+from tepsipe.experiments.wristalyzer.estimators import ESTIMATORS as OF_MANIPULATOR
+from tepsipe.experiments.wristalyzer.names import PATHWAY
 from tepsipe.identification.estimators import ESTIMATORS
 from tepsipe.reporting.laboratory import MECHANISMS
 from workflow.support.experiments import EXPERIMENTS, PARTS
@@ -496,7 +499,7 @@ class Study:
     def table_pathways(self, table: str) -> list[list]:
         """[pathway, estimator or None] of the thesis as printed, and as recommended."""
         if table_experiment(table) == "wristalyzer":
-            return [["admittance", "spectral-fit"], ["admittance", "spectral-fit-periods"]]
+            return [[PATHWAY, name] for name, estimator in OF_MANIPULATOR.items() if estimator.in_table]
         return [[self.settings["dummy"][key], None] for key in ("as_printed", "recommended")]
 
     def budgeted_foot(self) -> str | None:
@@ -508,7 +511,7 @@ class Study:
     def active_estimators(self) -> list[str]:
         """Estimators of the standing person that separate the muscle torque."""
         choices = self.settings["standing"]["estimators"]
-        return [name for name, choice in choices.items() if choice["active"] not in ("none", "free")]
+        return [name for name, choice in choices.items() if ACTIVE[choice["active"]].separates]
 
     def dummy_windows(self) -> dict[str, float | None]:
         """Pathway of the dummy with estimates of windows -> length (s), None if that of the pulse."""

@@ -16,7 +16,6 @@ All estimates come from the functions that the pathways of the study use.
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 
@@ -41,7 +40,7 @@ from tepsipe.identification.estimators import (
     estimate,
 )
 from tepsipe.identification.regression.windows import WindowedFits
-from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.io.tables import Table
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.mechanics.segment_kinematics import SegmentMotion
@@ -113,6 +112,9 @@ class Specification:
     def choices(self) -> tuple[str, ...]:
         """Values of `CHOICES` (no unit)."""
         return tuple(getattr(self, choice) for choice in CHOICES)
+
+
+SPECIFICATIONS = Table(Specification, "a specification")
 
 
 def unfiltered(x: np.ndarray, rate_hz: float) -> np.ndarray:
@@ -322,24 +324,3 @@ def _role(choices: tuple[str, ...], standard: str, as_printed: Pathway, recommen
         if choices == by_pathway and pathway.marker_instants == "aligned":
             return role
     return OTHER
-
-
-def write_specification(path: str | Path, rows: list[Specification]) -> None:
-    """Write as CSV (units in the names of columns)."""
-    write_rows(path, Specification, rows)
-
-
-def read_specification(path: str | Path) -> list[Specification]:
-    """Read what `write_specification` wrote (units in the names of columns).
-
-    Raises
-    ------
-    InputError
-        If the file is not one of specifications.
-    """
-
-    def row(cells: dict[str, str]) -> Specification:
-        numbers = ("I_Nms2_per_rad", "B_Nms_per_rad", "K_Nm_per_rad", "VAF_percent")
-        return Specification(**(cells | {key: float(cells[key]) for key in numbers}))
-
-    return read_rows(path, Specification, row, "a specification")

@@ -1,10 +1,8 @@
 """Agreement between simulations and recordings: the rows of ``results/tables/forward.csv``."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass
 
-from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.io.tables import Table
 
 
 @dataclass(frozen=True)
@@ -31,22 +29,4 @@ class ForwardScore:
     state: str
 
 
-def write_forward(path: str | Path, scores: Iterable[ForwardScore]) -> None:
-    """Write scores as CSV, numbers with 10 significant digits (%)."""
-    write_rows(path, ForwardScore, scores)
-
-
-def read_forward(path: str | Path) -> list[ForwardScore]:
-    """Read scores written by `write_forward` (%).
-
-    Raises
-    ------
-    InputError
-        If the columns are not those of `ForwardScore`, or a row is damaged.
-    """
-    return read_rows(path, ForwardScore, _score, "scores of simulations")
-
-
-def _score(cells: dict[str, str]) -> ForwardScore:
-    kinds = {field.name: field.type for field in fields(ForwardScore)}
-    return ForwardScore(**{key: kinds[key](value) for key, value in cells.items()})
+FORWARD_SCORES = Table(ForwardScore, "scores of simulations")

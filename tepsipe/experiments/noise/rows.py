@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 from tepsipe.experiments.noise.monte_carlo import NoiseCell
-from tepsipe.io.csv_table import read_rows, write_rows
+from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import PARAMETERS
 
 
@@ -54,32 +53,13 @@ class NoiseRow:
     apparent: float | None
 
 
-MAY_BE_BLANK = ("bias", "without_noise", "apparent")
-NUMBERS = ("snr_db", "mean", "sd", "bias", "stiffness_Nm_per_rad", "without_noise", "apparent")
-
-
-def write_noise(path: str | Path, rows: Iterable[NoiseRow]) -> None:
-    """Write rows as CSV, numbers with 10 significant digits (units in the column ``unit``)."""
-    write_rows(path, NoiseRow, rows)
-
-
-def read_noise(path: str | Path) -> list[NoiseRow]:
-    """Read rows written by `write_noise` (units in the column ``unit``).
-
-    Raises
-    ------
-    InputError
-        If the columns are not those of `NoiseRow`, or a row is damaged.
-    """
-    return read_rows(path, NoiseRow, _row, "rows of the noise study")
-
-
-def _row(cells: dict[str, str]) -> NoiseRow:
-    blank = [name for name, text in cells.items() if not text and name not in MAY_BE_BLANK]
+def _check(row: NoiseRow) -> None:
+    blank = [name for name, value in vars(row).items() if value == ""]
     if blank:
         raise ValueError(f"no {blank[0]}")
-    numbers = {name: float(cells[name]) if cells[name] else None for name in NUMBERS}
-    return NoiseRow(**{**cells, **numbers, "n_draws": int(cells["n_draws"])})
+
+
+NOISE_ROWS = Table(NoiseRow, "rows of the noise study", check=_check)
 
 
 def noise_rows(cells: Iterable[NoiseCell]) -> list[NoiseRow]:

@@ -5,9 +5,7 @@ schedule if it has one, else sliding windows (`tepsipe.identification.time_varyi
 reflex torque are those of the fit of the whole trial, filtered and cut.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -19,8 +17,8 @@ from tepsipe.identification.time_varying import (
     impedance_in_windows,
     impedance_of_ensemble,
 )
-from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.result import Result
+from tepsipe.io.tables import Table
 from tepsipe.io.trial import Trial
 from tepsipe.mechanics.impedance_model import UNITS
 
@@ -99,6 +97,9 @@ class VaryingRow:
     ci_low: float
     ci_high: float
     vaf_percent: float
+
+
+VARYING_ROWS = Table(VaryingRow, "rows of impedance that changes")
 
 
 def analyse_time_varying(
@@ -202,25 +203,3 @@ def varying_rows(experiment: str, condition: str, found: VaryingImpedance | None
                 )
             )
     return rows
-
-
-def write_varying(path: str | Path, rows: Iterable[VaryingRow]) -> None:
-    """Write rows as CSV (units in the columns ``unit`` and ``at_unit``)."""
-    write_rows(path, VaryingRow, rows)
-
-
-def read_varying(path: str | Path) -> list[VaryingRow]:
-    """Read a table written by `write_varying` (units in the columns ``unit`` and ``at_unit``).
-
-    Raises
-    ------
-    InputError
-        If the table is missing or damaged.
-    """
-    text = ("experiment", "condition", "over", "at_unit", "quantity", "unit")
-
-    def row(cells: dict[str, str]) -> VaryingRow:
-        kinds = {name: str if name in text else float for name in cells} | {"pieces": int}
-        return VaryingRow(**{name: kinds[name](cell) for name, cell in cells.items()})
-
-    return read_rows(path, VaryingRow, row, "rows of impedance that changes")

@@ -9,8 +9,6 @@ from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.perturbations import WindowOptions
 
 TORQUES = ("ankle-thesis", "ankle", "single-joint")
-# models of the delayed torque of the muscles; the last is that of `tepsipe.experiments.standing.free_reflex`
-NONE, VELOCITY, EMG, FREE = ACTIVE = ("none", "velocity", "emg", "free")
 BELTS = {"left": "right", "right": "left"}
 
 
@@ -172,8 +170,8 @@ class StandingEstimator:
         Length of the fitted window from the onset (s).
     inertia : bool
         Whether I is estimated; the torque does not contain the inertia of the feet or of the body.
-    active : {"none", "velocity", "emg", "free"}
-        Model of the delayed torque of the muscles.
+    active : str
+        Model of the delayed torque of the muscles, of `tepsipe.experiments.standing.muscle_torque.ACTIVE`.
     """
 
     window_s: float

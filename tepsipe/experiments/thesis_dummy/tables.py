@@ -2,11 +2,10 @@
 
 import math
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 from tepsipe.experiments.thesis_dummy.inverse import SCATTER, Cell, JointFit, constants_of
-from tepsipe.io.csv_table import read_rows, write_rows
 from tepsipe.io.result import Result
+from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import UNITS
 
 # how close the fitted dummy must come: half the last printed digit and the scatter of the printed numbers
@@ -44,6 +43,9 @@ class CellRow:
     within: bool
 
 
+CELL_ROWS = Table(CellRow, "the inverse problem")
+
+
 def within_tolerance(quantity: str, printed: float, value: float) -> bool:
     """Whether a number of the fitted dummy agrees with the printed one (unit of the quantity)."""
     if quantity.startswith("SEM"):
@@ -72,27 +74,6 @@ def cell_rows(cells: list[Cell]) -> list[CellRow]:
         )
         for c in cells
     ]
-
-
-def write_cells(path: str | Path, rows: list[CellRow]) -> None:
-    """Write ``thesis_dummy.csv`` (units in the column ``unit``)."""
-    write_rows(path, CellRow, rows)
-
-
-def read_cells(path: str | Path) -> list[CellRow]:
-    """Read what `write_cells` wrote (units in the column ``unit``).
-
-    Raises
-    ------
-    InputError
-        If the file is not such a table.
-    """
-    return read_rows(path, CellRow, _row, "the inverse problem")
-
-
-def _row(cells: dict[str, str]) -> CellRow:
-    numbers = {name: float(cells[name]) for name in ("printed", "value", "spread")}
-    return CellRow(**(cells | numbers | {"within": {"true": True, "false": False}[cells["within"]]}))
 
 
 def fit_result(fits: dict[str, JointFit], marker_noise_m: float) -> Result:

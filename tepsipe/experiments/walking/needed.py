@@ -16,6 +16,7 @@ from tepsipe.experiments.walking.impedance import WalkingOptions, predicted_unce
 from tepsipe.experiments.walking.plausible import refuse_other_units
 from tepsipe.experiments.walking.recording import WalkingRecording
 from tepsipe.experiments.walking.strides import Strides, refuse_swapped_belts
+from tepsipe.io.tables import Table
 from tepsipe.signals.filters import butterworth_lowpass
 
 FINE_HZ = 1000.0
@@ -83,6 +84,9 @@ class NeededRow:
     strides_for_15_percent: float
     planned_strides: int
     planned_u_percent: float
+
+
+NEEDED_ROWS = Table(NeededRow, "strides needed")
 
 
 def allocation(needed: Sequence[float], total: int, fewest: int) -> list[int]:

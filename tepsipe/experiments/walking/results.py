@@ -9,6 +9,7 @@ from tepsipe.experiments.walking.analysis import WalkingImpedance
 from tepsipe.experiments.walking.impedance import QUANTITIES, PhaseImpedance
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged, recommended
+from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import UNITS
 
 EXPERIMENT, ESTIMATOR = "walking", "matched-strides"
@@ -59,6 +60,9 @@ class WalkingRow:
     unperturbed: int
     response: float
     flags: str
+
+
+WALKING_ROWS = Table(WalkingRow, "impedance in walking")
 
 
 def walking_rows(condition: str, pulses: str, found: WalkingImpedance) -> list[WalkingRow]:

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from tepsipe.experiments.budgets import contributions_of, with_budget
-from tepsipe.experiments.wristalyzer.analysis import PATHWAY
 from tepsipe.experiments.wristalyzer.budget import pooled_budget
+from tepsipe.experiments.wristalyzer.names import PATHWAY, POOLED
 from tepsipe.identification.regression.pooled import UNITS, PerturbedRecord, PooledFit, fit_pooled
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, recommended
@@ -15,7 +15,6 @@ from tepsipe.io.trial import Trial
 from tepsipe.statistics.uncertainty import Source
 
 CONDITION = "pooled"
-ESTIMATOR = "time-domain-pooled"
 # the delay of the torque absorbs the hold of the command and is no property of the joint
 NUISANCE = ("delay",)
 
@@ -75,11 +74,11 @@ def pooled_estimates(
     """
     budget, quantities = pooled_budget(fit, sources), list(fit.values)
     rows = [
-        Estimate("wristalyzer", CONDITION, PATHWAY, ESTIMATOR, quantity, UNITS[quantity], value)
+        Estimate("wristalyzer", CONDITION, PATHWAY, POOLED, quantity, UNITS[quantity], value)
         for quantity, value in fit.values.items()
         if quantity not in NUISANCE
     ]
-    rows = recommended(with_budget(rows, budget, quantities), PATHWAY, ESTIMATOR)
+    rows = recommended(with_budget(rows, budget, quantities), PATHWAY, POOLED)
     return rows, contributions_of(rows, budget, quantities)
 
 

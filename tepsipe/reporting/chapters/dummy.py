@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from tepsipe.identification.estimators import OUTPUT_ERROR
+from tepsipe.identification.estimators import ESTIMATORS, OUTPUT_ERROR
 from tepsipe.io.result import Result
 from tepsipe.reporting.recovery import AT_WORK
 from tepsipe.reporting.run import Run
@@ -14,12 +14,13 @@ MARKER_ACCURACY_M = 1e-4  # section 2-1-2
 
 
 def numbers(run: Run) -> dict:
-    """Numbers that no table has (units in the keys)."""
+    """Numbers that no table has (units in the keys), and names of estimators that fit no torque."""
     pulses = [_pulse(fit) for fit in run.fits["dummy"].values()]
     return {
         "perturbations": [len(fit.arrays["windows"]) for fit in run.fits["dummy"].values()],
         "belt_peak_percent": [pulse["peak_percent"] for pulse in pulses if pulse],
         "belt_delay_ms": [pulse["delay_ms"] for pulse in pulses if pulse],
+        "without_torque": [name for name, one in ESTIMATORS.items() if "torque" not in one.needs],
     }
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pandas as pd
 
+from tepsipe.experiments.wristalyzer.names import AS_PRINTED, MODULUS, PERIODS
 from tepsipe.reporting.run import Run
 
 # a mean coherence below this is that of unrelated signals (-)
@@ -32,7 +33,7 @@ def numbers(run: Run) -> dict:
 def _lowest_coherence(run: Run) -> dict:
     """The lowest coherence in the fitted band, and its frequency."""
     arrays = run.fits["wristalyzer"][run.study["best"]].arrays
-    frequency, coherence = arrays["spectral-fit/frequency"], arrays["spectral-fit/coherence"]
+    frequency, coherence = arrays[f"{AS_PRINTED}/frequency"], arrays[f"{AS_PRINTED}/coherence"]
     low, high = run.settings["wristalyzer"]["analysis"]["fit_band_hz"]
     inside = np.flatnonzero((frequency >= low) & (frequency <= high))
     lowest = inside[np.argmin(coherence[inside])]
@@ -45,7 +46,7 @@ def _natural_frequency(run: Run) -> float | None:
     return math.sqrt(stiffness / inertia) / 2.0 / math.pi if stiffness * inertia > 0.0 else None
 
 
-def _fitted(run: Run, quantity: str, estimator: str = "spectral-fit") -> pd.Series:
+def _fitted(run: Run, quantity: str, estimator: str = AS_PRINTED) -> pd.Series:
     return run.values("wristalyzer", quantity, estimator=estimator)
 
 
@@ -59,7 +60,7 @@ def _coherence_above_lowpass(run: Run) -> float:
 
 def _damping_shift(run: Run) -> float | None:
     """Largest difference of B between averages over frequencies and over periods (%)."""
-    averaged, periodic = (_fitted(run, "B", name) for name in ("spectral-fit", "spectral-fit-periods"))
+    averaged, periodic = (_fitted(run, "B", name) for name in (AS_PRINTED, PERIODS))
     return 100.0 * float((averaged / periodic - 1.0).abs().max()) if len(periodic) else None
 
 
@@ -114,7 +115,7 @@ def only_modulus_depends(run: Run) -> bool:
 
 def modulus_worse(run: Run) -> bool:
     """The lowest VAF of the fits to the modulus is lower by more than 1 %."""
-    modulus = _fitted(run, "VAF_trial", "spectral-fit-modulus")
+    modulus = _fitted(run, "VAF_trial", MODULUS)
     return modulus.min() < _fitted(run, "VAF_trial").min() - 1.0
 
 

@@ -5,6 +5,7 @@ from itertools import cycle
 import numpy as np
 from matplotlib.figure import Figure
 
+from tepsipe.experiments.wristalyzer.names import AS_PRINTED, PERIODS
 from tepsipe.io.result import Result
 from tepsipe.mechanics.impedance_model import admittance
 from tepsipe.reporting.figures.style import COLOURS, in_style, legend_above, new_figure
@@ -55,7 +56,7 @@ def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, floa
     """Spectral estimate, phase and coherence far beyond the fitted band (Hz, rad/(N·m), degrees)."""
     figure, axes = new_figure(3, 1, 3.5, sharex=True)
     choices = (
-        ("spectral-fit", COLOURS["other"], f"estimate, scale factor {name}"),
+        (AS_PRINTED, COLOURS["other"], f"estimate, scale factor {name}"),
         ("tapered", COLOURS["measured"], "the same, ends tapered"),
     )
     for estimate, colour, label in choices:
@@ -74,7 +75,7 @@ def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, floa
     for axis in axes:
         axis.axvspan(*band_hz, color=COLOURS["window"], zorder=0, label="fitted band")
     _label_frequency_axes(axes, (LOWEST_HZ, 50.0))
-    gain = np.abs(result.arrays["spectral-fit/response"])
+    gain = np.abs(result.arrays[f"{AS_PRINTED}/response"])
     excited = (frequency >= band_hz[0]) & (frequency <= 2.0 * band_hz[1])
     axes[0].set_ylim(0.05 * gain[excited].min(), 5.0 * gain[excited].max())
     legend_above(figure, axes[0], 3)
@@ -85,18 +86,18 @@ def plot_spectral_estimate(result: Result, name: str, band_hz: tuple[float, floa
 def plot_admittance_fit(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
     """Spectral estimate beside the fitted model in the fitted band (Hz, rad/(N·m), degrees)."""
     figure, axes = new_figure(3, 1, 3.5, sharex=True)
-    frequency = result.arrays["spectral-fit/frequency"]
+    frequency = result.arrays[f"{AS_PRINTED}/frequency"]
     shown = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     _gain_phase_coherence(
         axes,
         frequency[shown],
-        result.arrays["spectral-fit/response"][shown],
-        result.arrays["spectral-fit/coherence"][shown],
+        result.arrays[f"{AS_PRINTED}/response"][shown],
+        result.arrays[f"{AS_PRINTED}/coherence"][shown],
         color=COLOURS["measured"],
         label=f"estimate, scale factor {name}",
     )
     fine = np.geomspace(*band_hz, 300)
-    model = admittance(result.arrays["spectral-fit/parameters"], fine)
+    model = admittance(result.arrays[f"{AS_PRINTED}/parameters"], fine)
     _gain_phase_coherence(axes, fine, model, None, color=COLOURS["model"], linestyle="--", label="model")
     _label_frequency_axes(axes, band_hz)
     legend_above(figure, axes[0], 2)
@@ -180,9 +181,9 @@ def plot_starting_values(results: dict[str, Result], start_stiffness: float) -> 
 def plot_averaging(result: Result, name: str, band_hz: tuple[float, float]) -> Figure:
     """Averaging over neighbouring frequencies against averaging over periods (Hz, rad/(N·m))."""
     figure, axes = new_figure(3, 1, 3.5, sharex=True)
-    choices = [("spectral-fit", "neighbouring frequencies", COLOURS["as printed"])]
-    if "spectral-fit-periods/frequency" in result.arrays:
-        choices.append(("spectral-fit-periods", "whole periods", COLOURS["recommended"]))
+    choices = [(AS_PRINTED, "neighbouring frequencies", COLOURS["as printed"])]
+    if f"{PERIODS}/frequency" in result.arrays:
+        choices.append((PERIODS, "whole periods", COLOURS["recommended"]))
     for estimator, label, colour in choices:
         frequency = result.arrays[f"{estimator}/frequency"]
         shown = (frequency >= band_hz[0]) & (frequency <= band_hz[1])

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tepsipe.experiments.wristalyzer.names import AS_PRINTED
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
@@ -64,7 +65,7 @@ def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], c
                         "rad",
                         (
                             Trace("measured", angle, clock, "black"),
-                            Trace("predicted by spectral-fit", predicted, clock, "vermilion", "5 3"),
+                            Trace(f"predicted by {AS_PRINTED}", predicted, clock, "vermilion", "5 3"),
                         ),
                         bands,
                     ),

@@ -17,7 +17,8 @@ from tepsipe.experiments.standing.free_reflex.fit import (
     FreeReflexOptions,
     fit_free_reflex,
 )
-from tepsipe.experiments.standing.options import FREE, StandingEstimator
+from tepsipe.experiments.standing.muscle_torque import FREE, NONE
+from tepsipe.experiments.standing.options import StandingEstimator
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate, flagged
@@ -131,7 +132,7 @@ def _pre_reflex(
 ) -> tuple[np.ndarray, Budget] | None:
     """B and K in the first window without active torque less those of a fit, and the budget of this."""
     for estimator in estimators.values():
-        plain = estimator.active == "none" and not estimator.inertia
+        plain = estimator.active == NONE and not estimator.inertia
         if plain and estimator.window_s <= options.windows_s[1]:
             return difference_from_window(trials, fit, estimator.window_s, options, sources)
     return None

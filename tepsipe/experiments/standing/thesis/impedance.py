@@ -4,26 +4,13 @@
 
 for mean responses relative to unperturbed standing. phi is the ankle angle, tau the torque of both ankles.
 In the pre-reflex window, before the first reflex can generate force, tau_active is 0. Later the muscles
-contribute:
-
-    none       tau_active = 0: B and K then include the effect of reflexes in the window
-    velocity   tau_active = h * [ G_+ [phi'(t - L)]_+  -  G_- [-phi'(t - L)]_+  +  P phi(t - D)
-                               +  Q phi'(t - D) ]
-    emg        tau_active = h * sum_m F_m e_m(t)
-    free       tau_active of unknown shape: `tepsipe.experiments.standing.free_reflex.fit`
-
-with the delays L of the reflex and D of balance (s), gains G, P, Q, rectified electromyogram e_m (uV), torque
-per drive F_m >= 0 (N·m/uV), with the sign of the muscle's action at the ankle, and twitch response h,
-critically damped and of second order with time constant T (s) (Milner-Brown, Stein & Yemm 1973):
-
-    T^2 x'' + 2 T x' + x = u
+contribute; `tepsipe.experiments.standing.muscle_torque` has the models of tau_active, with delays L, D and T.
 
 Linear parameters follow from least squares; L, D and T are selected from a grid. The uncertainty is that of
 whole responses: perturbed and unperturbed responses are both resampled, torque and angle of each together.
 """
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 import scipy
@@ -31,85 +18,22 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.experiments.standing.epochs import StandingEpochs
 from tepsipe.experiments.standing.estimates import StandingFit
-from tepsipe.experiments.standing.options import EMG, NONE, VELOCITY, StandingEstimator
-from tepsipe.identification.cascade.pathways import delayed
-
-PARAMETRIC = (NONE, VELOCITY, EMG)
-# time by which a zero-lag low-pass of about 20 Hz advances the start of a response (s)
-FILTER_WIDTH_S = 0.03
-
-
-@dataclass(frozen=True)
-class ActiveOptions:
-    """Values that are tried for the torque of the muscles.
-
-    Attributes
-    ----------
-    twitch_s, reflex_delay_s, balance_delay_s : tuple of float
-        T, L and D that are tried (s).
-    action : dict of str to float
-        Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward (-); others do not act at
-        the ankle.
-    """
-
-    twitch_s: tuple[float, ...]
-    reflex_delay_s: tuple[float, ...]
-    balance_delay_s: tuple[float, ...]
-    action: dict[str, float]
-
-    @classmethod
-    def from_settings(cls, active: dict, ankle_action: dict[str, int]) -> Self:
-        """Values that are tried (s), and muscle -> action at the ankle (-), which may be 0."""
-        action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
-        return cls(**{key: tuple(times) for key, times in active.items()}, action=action)
-
+from tepsipe.experiments.standing.muscle_torque import (
+    ACTIVE,
+    FILTER_WIDTH_S,
+    ActiveOptions,
+    MeanResponses,
+    MuscleTorque,
+)
+from tepsipe.experiments.standing.options import StandingEstimator
 
 # signal of the epochs that each linear parameter multiplies
 MOTION = {"I": "ankle_dd", "B": "ankle_d", "K": "ankle"}
 
 
-def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
-    """Twitch response of muscles at rest at first, T^2 x'' + 2 T x' + x = u, along the last axis (unit of u).
-
-    Parameters
-    ----------
-    u : ndarray, shape (..., n)
-        Drive (any unit).
-    step_s, twitch_s : float
-        Sampling interval and T (s).
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-        x (unit of ``u``), by the bilinear rule.
-    """
-    ratio = 2.0 * twitch_s / step_s
-    denominator = np.array([(1.0 + ratio) ** 2, 2.0 * (1.0 - ratio**2), (1.0 - ratio) ** 2])
-    return scipy.signal.lfilter(
-        np.array([1.0, 2.0, 1.0]) / denominator[0], denominator / denominator[0], u, axis=-1
-    )
-
-
-@dataclass(frozen=True)
-class _Means:
-    """Mean responses of one trial relative to unperturbed standing, per resampling: shape (1 + draws, n)."""
-
-    time: np.ndarray
-    signals: dict[str, np.ndarray]
-    drive: dict[str, np.ndarray]
-
-    def of(self, rows: slice) -> "_Means":
-        """Some of the resamplings."""
-        return _Means(
-            self.time,
-            {key: x[rows] for key, x in self.signals.items()},
-            {key: x[rows] for key, x in self.drive.items()},
-        )
-
-
 def _means(
     responses: StandingEpochs, pathway: str, muscles: tuple[str, ...], draws: int, rng: np.random.Generator
-) -> _Means:
+) -> MeanResponses:
     count = responses.count
     quiet = next(iter(responses.unperturbed.values())).shape[0]
     weights = np.vstack([np.ones(count), rng.multinomial(count, np.full(count, 1.0 / count), draws)])
@@ -130,7 +54,7 @@ def _means(
         return parts(weights, usable) @ perturbed - parts(beside, unperturbed_usable) @ unperturbed
 
     wanted = [*MOTION.values(), f"torque/{pathway}"]
-    return _Means(
+    return MeanResponses(
         responses.time,
         {key: mean(responses.perturbed[key], responses.unperturbed[key]) for key in wanted},
         {
@@ -144,29 +68,6 @@ def _means(
             if muscle in muscles
         },
     )
-
-
-def _active_columns(
-    means: _Means, active: str, delays: dict[str, float], options: ActiveOptions, muscles: tuple[str, ...]
-) -> list[np.ndarray]:
-    """Regressors of the active torque, each of shape (1 + draws, n)."""
-    if active == NONE:
-        return []
-    step = float(means.time[1] - means.time[0])
-    # activity before the onset, minus the width of the filter, is no response
-    answered = means.time >= -FILTER_WIDTH_S
-    if active == EMG:
-        drive = {muscle: means.drive[muscle] * answered for muscle in muscles}
-        return [options.action[muscle] * twitch(drive[muscle], step, delays["T"]) for muscle in muscles]
-    angle, velocity = (means.signals[key] * answered for key in ("ankle", "ankle_d"))
-
-    def late(x: np.ndarray, delay_s: float) -> np.ndarray:
-        return delayed(x.T, delay_s, 1.0 / step).T
-
-    stretch = late(velocity, delays["L"])
-    columns = [np.maximum(stretch, 0.0), np.minimum(stretch, 0.0)]
-    columns += [late(x, delays["D"]) for x in (angle, velocity)]
-    return [twitch(column, step, delays["T"]) for column in columns]
 
 
 def fit_standing(
@@ -206,8 +107,8 @@ def fit_standing(
     """
     time = trials[0].time
     _check(estimator, float(time[-1]))
-    muscles: tuple[str, ...] = ()
-    if estimator.active == EMG:
+    model, muscles = ACTIVE[estimator.active], ()
+    if model.by_muscle:
         recorded = [set(responses.muscles) for responses in trials]
         muscles = tuple(m for m in options.action if all(m in usable for usable in recorded))
         if not muscles:
@@ -218,9 +119,9 @@ def fit_standing(
     inside = (time >= -FILTER_WIDTH_S) & (time <= estimator.window_s)
     linear = tuple(name for name in MOTION if name != "I" or estimator.inertia)
     torque = np.concatenate([m.signals[f"torque/{pathway}"][:, inside] for m in means], axis=1)
-    regression = _Regression(means, inside, torque, linear, estimator.active, options)
+    regression = _Regression(means, inside, torque, linear, model, options)
     delays, ranges = _selected_delays(regression, muscles)
-    if estimator.active == EMG:
+    if model.by_muscle:
         gains = regression.best(delays, muscles)[len(linear) :]
         # gains at their bound of 0 remain there
         muscles = tuple(m for m, gain in zip(muscles, gains, strict=True) if gain > 0.0)
@@ -233,12 +134,11 @@ def fit_standing(
             f"expected a window that determines I, B, K and the muscles' gains, found "
             f"{estimator.window_s:g} s, which is too short: lengthen it"
         )
-    gains = {NONE: (), VELOCITY: ("G_plus", "G_minus", "P", "Q"), EMG: tuple(f"F_{m}" for m in muscles)}
     predicted = regressors[0] @ parameters[0]
     intrinsic = regressors[0][:, : len(linear)] @ parameters[0][: len(linear)]
     curves = regression.curves(intrinsic, predicted)
     return StandingFit(
-        names=(*linear, *gains[estimator.active]),
+        names=(*linear, *model.gains_of(muscles)),
         parameters=parameters,
         delays=delays,
         vaf=100.0 * (1.0 - float(np.sum((torque[0] - predicted) ** 2) / np.sum(torque[0] ** 2))),
@@ -253,9 +153,10 @@ def fit_standing(
 
 def _check(estimator: StandingEstimator, longest_s: float) -> None:
     """Refuse an unknown model, and a window longer than the responses (s)."""
-    if estimator.active not in PARAMETRIC:
+    known = [name for name, model in ACTIVE.items() if model.regressors is not None]
+    if estimator.active not in known:
         raise InputError(
-            f"expected an active torque of {', '.join(PARAMETRIC)}, found {estimator.active!r}: "
+            f"expected an active torque of {', '.join(known)}, found {estimator.active!r}: "
             "correct active in standing.estimators"
         )
     if estimator.window_s > longest_s + 1e-9:
@@ -272,11 +173,11 @@ class _Regression:
     ``torque`` (N·m) has the shape (1 + draws, samples of all trials), ``inside`` selects the window.
     """
 
-    means: list[_Means]
+    means: list[MeanResponses]
     inside: np.ndarray
     torque: np.ndarray
     linear: tuple[str, ...]
-    active: str
+    model: MuscleTorque
     options: ActiveOptions
 
     def regressors(
@@ -287,19 +188,19 @@ class _Regression:
         for means in self.means:
             part = means.of(rows)
             columns = [part.signals[MOTION[name]] for name in self.linear]
-            columns += _active_columns(part, self.active, delays, self.options, muscles)
+            columns += self.model.regressors(part, delays, self.options, muscles)
             parts.append(np.stack(columns, axis=-1)[:, self.inside])
         return np.concatenate(parts, axis=1)
 
     def best(self, delays: dict[str, float], muscles: tuple[str, ...]) -> np.ndarray:
         """Parameters of the responses themselves, without resampling, shape (p,)."""
         regressors = self.regressors(delays, muscles, slice(0, 1))[0]
-        return _solve(regressors, self.torque[0], len(self.linear), self.active)
+        return _solve(regressors, self.torque[0], len(self.linear), self.model.by_muscle)
 
     def residual(self, delays: dict[str, float], muscles: tuple[str, ...]) -> np.ndarray:
         """Torque that the model leaves of the responses themselves (N·m), shape (samples of all trials,)."""
         regressors = self.regressors(delays, muscles, slice(0, 1))[0]
-        return self.torque[0] - regressors @ _solve(regressors, self.torque[0], len(self.linear), self.active)
+        return self.torque[0] - regressors @ self.best(delays, muscles)
 
     def curves(self, intrinsic: np.ndarray, predicted: np.ndarray) -> list[dict[str, np.ndarray]]:
         """Torque, its intrinsic and its active part (N·m), and ankle angle (rad), trial by trial."""
@@ -327,7 +228,7 @@ def _selected_delays(
     freedom. rho is the autocorrelation of the residuals, up to its first zero: neighbouring samples of
     filtered signals, and of what the model lacks, say the same.
     """
-    grid = _grid(regression.active, regression.options)
+    grid = regression.model.grid(regression.options)
     residuals = [regression.residual(delays, muscles) for delays in grid]
     squares = np.array([residual @ residual for residual in residuals])
     best = int(squares.argmin())
@@ -348,7 +249,7 @@ def _selected_delays(
 
 def _at_bound(ranges: dict[str, tuple[float, float]], options: ActiveOptions) -> tuple[str, ...]:
     """Those of T, L and D of which only the first or the last of several values tried is not rejected."""
-    tried = {"T": options.twitch_s, "L": options.reflex_delay_s, "D": options.balance_delay_s}
+    tried = options.tried
     return tuple(
         key
         for key, (low, high) in ranges.items()
@@ -356,9 +257,9 @@ def _at_bound(ranges: dict[str, tuple[float, float]], options: ActiveOptions) ->
     )
 
 
-def _solve(j: np.ndarray, torque: np.ndarray, linear: int, active: str) -> np.ndarray:
-    """Least squares; the gains of electromyograms are non-negative, because muscles only pull."""
-    if active != EMG:
+def _solve(j: np.ndarray, torque: np.ndarray, linear: int, pulling: bool) -> np.ndarray:
+    """Least squares; the gains of muscles that only pull are non-negative."""
+    if not pulling:
         return np.linalg.lstsq(j, torque, rcond=None)[0]
     # I, B and K may have any sign: each is the difference of two non-negative unknowns
     scale = np.linalg.norm(j, axis=0)
@@ -369,16 +270,3 @@ def _solve(j: np.ndarray, torque: np.ndarray, linear: int, active: str) -> np.nd
     solution = unknowns[: j.shape[1]].copy()
     solution[:linear] -= unknowns[j.shape[1] :]
     return solution / scale
-
-
-def _grid(active: str, options: ActiveOptions) -> list[dict[str, float]]:
-    if active == NONE:
-        return [{}]
-    if active == EMG:
-        return [{"T": t} for t in options.twitch_s]
-    return [
-        {"T": t, "L": reflex, "D": balance}
-        for t in options.twitch_s
-        for reflex in options.reflex_delay_s
-        for balance in options.balance_delay_s
-    ]

@@ -9,8 +9,9 @@ import numpy as np
 from tepsipe.experiments.standing.epochs import StandingEpochs, epochs_result
 from tepsipe.experiments.standing.estimates import Fits, StandingFit, generator, standing_estimates
 from tepsipe.experiments.standing.joint_torque import StandingTrial
-from tepsipe.experiments.standing.options import FREE, StandingEstimator
-from tepsipe.experiments.standing.thesis.impedance import ActiveOptions, fit_standing
+from tepsipe.experiments.standing.muscle_torque import FREE, NONE, ActiveOptions
+from tepsipe.experiments.standing.options import StandingEstimator
+from tepsipe.experiments.standing.thesis.impedance import fit_standing
 from tepsipe.experiments.standing.thesis.latency import MuscleLatency, latency_estimates
 from tepsipe.io.estimates import Estimate
 from tepsipe.io.result import Result
@@ -153,7 +154,7 @@ def stiffness_by_window(
     usable = [responses for responses in trials if responses.count]
     rows = []
     for window in windows_s if usable else []:
-        fit = fit_standing(usable, pathway, StandingEstimator(window, False, "none"), options, draws, rng)
+        fit = fit_standing(usable, pathway, StandingEstimator(window, False, NONE), options, draws, rng)
         value, _, low, high = fit.interval("K")
         rows.append([window, value, low, high])
     return np.array(rows).reshape(-1, 4)

@@ -1,0 +1,204 @@
+"""Registry of the models of the delayed torque of a standing person's muscles, tau_active.
+
+    none       tau_active = 0: B and K then include the effect of reflexes in the window
+    velocity   tau_active = h * [ G_+ [phi'(t - L)]_+  -  G_- [-phi'(t - L)]_+  +  P phi(t - D)
+                               +  Q phi'(t - D) ]
+    emg        tau_active = h * sum_m F_m e_m(t)
+    free       tau_active of unknown shape: `tepsipe.experiments.standing.free_reflex.fit`
+
+with the delays L of the reflex and D of balance (s), gains G, P, Q, rectified electromyogram e_m (uV), torque
+per drive F_m >= 0 (N·m/uV), with the sign of the muscle's action at the ankle, and twitch response h,
+critically damped and of second order with time constant T (s) (Milner-Brown, Stein & Yemm 1973):
+
+    T^2 x'' + 2 T x' + x = u
+
+An estimator of the study is a window, with or without inertia, and one of these models. To add a model, write
+a function that returns its regressors, and enter it in `ACTIVE`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from typing import Self
+
+import numpy as np
+import scipy
+
+from tepsipe.identification.cascade.pathways import delayed
+
+NONE, VELOCITY, EMG, FREE = "none", "velocity", "emg", "free"
+# time by which a zero-lag low-pass of about 20 Hz advances the start of a response (s)
+FILTER_WIDTH_S = 0.03
+
+
+@dataclass(frozen=True)
+class ActiveOptions:
+    """Values that are tried for the torque of the muscles.
+
+    Attributes
+    ----------
+    twitch_s, reflex_delay_s, balance_delay_s : tuple of float
+        T, L and D that are tried (s).
+    action : dict of str to float
+        Muscle -> 1 if it resists tipping forward, -1 if it resists tipping backward (-); others do not act at
+        the ankle.
+    """
+
+    twitch_s: tuple[float, ...]
+    reflex_delay_s: tuple[float, ...]
+    balance_delay_s: tuple[float, ...]
+    action: dict[str, float]
+
+    @classmethod
+    def from_settings(cls, active: dict, ankle_action: dict[str, int]) -> Self:
+        """Values that are tried (s), and muscle -> action at the ankle (-), which may be 0."""
+        action = {muscle: float(acts) for muscle, acts in ankle_action.items() if acts}
+        return cls(**{key: tuple(times) for key, times in active.items()}, action=action)
+
+    @property
+    def tried(self) -> dict[str, tuple[float, ...]]:
+        """Delay -> values that are tried (s)."""
+        return {"T": self.twitch_s, "L": self.reflex_delay_s, "D": self.balance_delay_s}
+
+
+@dataclass(frozen=True)
+class MeanResponses:
+    """Mean responses of one trial relative to unperturbed standing, per resampling.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        From the onset (s).
+    signals, drive : dict of str to ndarray, shape (1 + draws, n)
+        Motion (rad) and torque (N·m), and rectified electromyograms by muscle (uV).
+    """
+
+    time: np.ndarray
+    signals: dict[str, np.ndarray]
+    drive: dict[str, np.ndarray]
+
+    def of(self, rows: slice) -> "MeanResponses":
+        """Some of the resamplings."""
+        return MeanResponses(
+            self.time,
+            {key: x[rows] for key, x in self.signals.items()},
+            {key: x[rows] for key, x in self.drive.items()},
+        )
+
+
+@dataclass(frozen=True)
+class MuscleTorque:
+    """A model of the delayed torque of the muscles.
+
+    Attributes
+    ----------
+    meaning : str
+        Description in a few words.
+    regressors : callable or None
+        From mean responses, delays (s), options and muscles to arrays of shape (1 + draws, n) (any unit);
+        None if the torque is not fitted by least squares.
+    delays : tuple of str
+        Those of T, L and D that it needs.
+    gains : tuple of str
+        Names of the gains, one per regressor.
+    by_muscle : bool
+        True for a non-negative gain F_m of every muscle with an electromyogram, because muscles only pull.
+    """
+
+    meaning: str
+    regressors: Callable[..., list[np.ndarray]] | None = None
+    delays: tuple[str, ...] = ()
+    gains: tuple[str, ...] = ()
+    by_muscle: bool = False
+
+    @property
+    def separates(self) -> bool:
+        """True if least squares separate the torque of the muscles from the intrinsic one (no unit)."""
+        return bool(self.gains) or self.by_muscle
+
+    def grid(self, options: ActiveOptions) -> list[dict[str, float]]:
+        """All combinations of the delays that are tried (s)."""
+        values = product(*(options.tried[name] for name in self.delays))
+        return [dict(zip(self.delays, combination, strict=True)) for combination in values]
+
+    def gains_of(self, muscles: tuple[str, ...]) -> tuple[str, ...]:
+        """Names of the gains with these muscles (N·m/uV each for those of muscles)."""
+        return tuple(f"F_{muscle}" for muscle in muscles) if self.by_muscle else self.gains
+
+
+def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
+    """Twitch response of muscles at rest at first, T^2 x'' + 2 T x' + x = u, along the last axis (unit of u).
+
+    Parameters
+    ----------
+    u : ndarray, shape (..., n)
+        Drive (any unit).
+    step_s, twitch_s : float
+        Sampling interval and T (s).
+
+    Returns
+    -------
+    ndarray, shape (..., n)
+        x (unit of ``u``), by the bilinear rule.
+    """
+    ratio = 2.0 * twitch_s / step_s
+    denominator = np.array([(1.0 + ratio) ** 2, 2.0 * (1.0 - ratio**2), (1.0 - ratio) ** 2])
+    return scipy.signal.lfilter(
+        np.array([1.0, 2.0, 1.0]) / denominator[0], denominator / denominator[0], u, axis=-1
+    )
+
+
+def _answered(means: MeanResponses) -> np.ndarray:
+    """Samples that can be a response: activity before the onset, less the width of the filter, is none."""
+    return means.time >= -FILTER_WIDTH_S
+
+
+def _none(
+    means: MeanResponses, delays: dict[str, float], options: ActiveOptions, muscles: tuple[str, ...]
+) -> list[np.ndarray]:
+    return []
+
+
+def _velocity(
+    means: MeanResponses, delays: dict[str, float], options: ActiveOptions, muscles: tuple[str, ...]
+) -> list[np.ndarray]:
+    step, answered = float(means.time[1] - means.time[0]), _answered(means)
+    angle, velocity = (means.signals[key] * answered for key in ("ankle", "ankle_d"))
+
+    def late(x: np.ndarray, delay_s: float) -> np.ndarray:
+        return delayed(x.T, delay_s, 1.0 / step).T
+
+    stretch = late(velocity, delays["L"])
+    columns = [np.maximum(stretch, 0.0), np.minimum(stretch, 0.0)]
+    columns += [late(x, delays["D"]) for x in (angle, velocity)]
+    return [twitch(column, step, delays["T"]) for column in columns]
+
+
+def _emg(
+    means: MeanResponses, delays: dict[str, float], options: ActiveOptions, muscles: tuple[str, ...]
+) -> list[np.ndarray]:
+    step, answered = float(means.time[1] - means.time[0]), _answered(means)
+    drive = {muscle: means.drive[muscle] * answered for muscle in muscles}
+    return [options.action[muscle] * twitch(drive[muscle], step, delays["T"]) for muscle in muscles]
+
+
+ACTIVE = {
+    NONE: MuscleTorque("no active torque: valid only in a pre-reflex window", _none),
+    VELOCITY: MuscleTorque(
+        "delayed velocity, rectified in each direction, and delayed angle and velocity for balance, with a "
+        "twitch response",
+        _velocity,
+        delays=("T", "L", "D"),
+        gains=("G_plus", "G_minus", "P", "Q"),
+    ),
+    EMG: MuscleTorque(
+        "rectified electromyograms of the ankle muscles, with a twitch response, each with a non-negative "
+        "gain",
+        _emg,
+        delays=("T",),
+        by_muscle=True,
+    ),
+    FREE: MuscleTorque(
+        "reflex torque of any smooth shape from its earliest instant on, by generalised least squares"
+    ),
+}

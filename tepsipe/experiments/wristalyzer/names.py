@@ -1,0 +1,8 @@
+"""Names of the pathway and of those estimators that claims, figures or other experiments single out."""
+
+PATHWAY = "admittance"
+AS_PRINTED = "spectral-fit"
+MODULUS = "spectral-fit-modulus"
+PERIODS = "spectral-fit-periods"
+REGRESSION = "period-regression"
+POOLED = "time-domain-pooled"

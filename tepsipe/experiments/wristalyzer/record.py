@@ -1,0 +1,163 @@
+"""One trial in the torque-controlled manipulator as its estimators receive it (thesis section 3-1-1)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tepsipe.errors import InputError
+from tepsipe.identification.admittance_fit import Bounds
+from tepsipe.io.trial import Trial
+from tepsipe.mechanics.impedance_model import simulate_angle
+from tepsipe.signals.filters import butterworth_lowpass
+from tepsipe.signals.response import FrequencyResponse
+from tepsipe.signals.spectra import frequency_averaged, period_averaged
+from tepsipe.statistics.goodness_of_fit import vaf
+from tepsipe.statistics.uncertainty import Source
+
+
+@dataclass(frozen=True)
+class WristalyzerOptions:
+    """Options of the thesis (section 3-1-1, Table 3-2) and of the tests of its choices.
+
+    Attributes
+    ----------
+    lowpass_cutoff_hz, lowpass_order : float, int
+        Zero-lag Butterworth filter (Hz, -).
+    cut_s : float
+        Time cut at both ends (s).
+    averaged_bins : int
+        Raw frequencies averaged into one (-).
+    fit_band_hz : (float, float)
+        Lowest and highest fitted frequency (Hz).
+    perturbation_period_s : float or None
+        Period of the multisine (s); None if the perturbation is not periodic.
+    excited_band_hz : (float, float)
+        Lowest and highest frequency of the perturbation (Hz).
+    bounds : Bounds
+        Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
+    random_starts : int
+        Number of random starting values (-).
+    tried_stiffness_Nm_per_rad : tuple of float
+        Starting values of K tried with each type of residual (N·m/rad).
+    profile_Nm_per_rad : (float, float, int)
+        Lowest and highest K of the profile (N·m/rad) and number of points (-).
+    """
+
+    lowpass_cutoff_hz: float
+    lowpass_order: int
+    cut_s: float
+    averaged_bins: int
+    fit_band_hz: tuple[float, float]
+    perturbation_period_s: float | None
+    excited_band_hz: tuple[float, float]
+    bounds: Bounds
+    random_starts: int
+    tried_stiffness_Nm_per_rad: tuple[float, ...]
+    profile_Nm_per_rad: tuple[float, float, int]
+
+
+@dataclass(frozen=True)
+class PreparedTrial:
+    """Filtered signals of a trial.
+
+    Attributes
+    ----------
+    torque, angle : ndarray, shape (n,)
+        Whole trial (N·m, rad).
+    kept : slice
+        Samples that remain after both ends are cut (samples).
+    rate_hz : float
+        Sampling rate (Hz).
+    """
+
+    torque: np.ndarray
+    angle: np.ndarray
+    kept: slice
+    rate_hz: float
+
+    def prediction_vaf(self, parameters: np.ndarray) -> float:
+        """VAF (%) of the angle predicted from the torque alone, over the kept part (thesis eq 3-1).
+
+        ``parameters`` are I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+        """
+        predicted = simulate_angle(parameters, self.torque, self.rate_hz)
+        return vaf(self.angle[self.kept], predicted[self.kept])
+
+
+def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:
+    """Filter torque and angle identically, and cut both ends (N·m, rad, samples).
+
+    Raises
+    ------
+    InputError
+        If no samples remain.
+    """
+    rate = trial.rate_hz
+
+    def lowpass(x: np.ndarray) -> np.ndarray:
+        return butterworth_lowpass(x, rate, options.lowpass_cutoff_hz, options.lowpass_order)
+
+    cut = round(options.cut_s * rate)
+    if trial.time.size <= 2 * cut + rate:
+        raise InputError(
+            f"expected more than {2 * options.cut_s + 1:g} s of record, found "
+            f"{trial.time.size / rate:.3g} s: cut less at both ends, or record longer"
+        )
+    return PreparedTrial(
+        torque=lowpass(trial.values("torque")),
+        angle=lowpass(trial.values("angle")),
+        kept=slice(cut, trial.time.size - cut),
+        rate_hz=rate,
+    )
+
+
+@dataclass(frozen=True)
+class WristalyzerRecord:
+    """Signals of a trial, and what is known of them.
+
+    Attributes
+    ----------
+    trial : Trial
+        ``torque`` (N·m) and ``angle`` (rad).
+    prepared : PreparedTrial
+        The same signals filtered (N·m, rad).
+    options : WristalyzerOptions
+        Choices (units in their names).
+    sources : mapping of str to Source
+        What is not known exactly: torque_scale, angle_scale, torque_delay_s.
+    """
+
+    trial: Trial
+    prepared: PreparedTrial
+    options: WristalyzerOptions
+    sources: Mapping[str, Source]
+
+    def recorded(self, name: str) -> np.ndarray:
+        """A signal of the kept part without filtering (its unit)."""
+        return self.trial.values(name)[self.prepared.kept]
+
+    @cached_property
+    def averaged(self) -> FrequencyResponse:
+        """Response averaged over neighbouring frequencies, as in the thesis (Hz, rad/(N·m))."""
+        return self._averaged(taper=False)
+
+    @cached_property
+    def tapered(self) -> FrequencyResponse:
+        """The same with tapered ends (Hz, rad/(N·m))."""
+        return self._averaged(taper=True)
+
+    @cached_property
+    def periodic(self) -> FrequencyResponse:
+        """Response averaged over whole periods of the perturbation (Hz, rad/(N·m))."""
+        period_s, band_hz = self.options.perturbation_period_s, self.options.excited_band_hz
+        return period_averaged(*self._kept, self.prepared.rate_hz, period_s, band_hz)
+
+    def _averaged(self, taper: bool) -> FrequencyResponse:
+        return frequency_averaged(*self._kept, self.prepared.rate_hz, self.options.averaged_bins, taper=taper)
+
+    @property
+    def _kept(self) -> tuple[np.ndarray, np.ndarray]:
+        kept = self.prepared.kept
+        return self.prepared.torque[kept], self.prepared.angle[kept]

@@ -1,0 +1,41 @@
+"""Rows of estimates beside their true values (``results/tables/recovery.csv``)."""
+
+from dataclasses import dataclass
+
+from tepsipe.io.tables import Table, Undefinable
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """One estimate and its true value; the fields are the columns of ``tables/recovery.csv``.
+
+    Attributes
+    ----------
+    experiment, condition, pathway, estimator, quantity, unit : str
+        The estimate, as in `tepsipe.io.estimates.Estimate`.
+    truth : float
+        The laboratory's constant, or the value of the nearest linear joint (``unit``).
+    value : float
+        The estimate (``unit``).
+    relative_error : float or None
+        (value - truth) / truth; None where it is not finite.
+    covered : bool or None
+        True if the 95 % interval contains the truth; None without an interval.
+    truth_of : str
+        Movements for which the truth holds.
+    """
+
+    experiment: str
+    condition: str
+    pathway: str
+    estimator: str
+    quantity: str
+    unit: str
+    truth: float
+    value: Undefinable
+    relative_error: float | None
+    covered: bool | None
+    truth_of: str
+
+
+RECOVERIES = Table(Recovery, "estimates beside the truth")

@@ -1,0 +1,141 @@
+"""Tables of results as CSV: one dataclass per table, one field per column.
+
+The annotation of a field is the type of its column:
+
+    str                 text
+    int, float          number; ten significant digits are written
+    Undefinable         number that may be undefined: NaN or infinite, and then an empty cell
+    bool                true or false
+    tuple[float, ...]   numbers separated by blanks
+    ... | None          as above; None is an empty cell
+"""
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Any, Generic, TypeVar, get_args, get_type_hints
+
+from tepsipe.errors import InputError, listed, quoted
+from tepsipe.io.csv_file import write_cells
+from tepsipe.io.readers.text_file import read_text
+
+Row = TypeVar("Row")
+Undefinable = Annotated[float, "an empty cell is NaN"]
+NO_COLUMN = {"column": False}  # metadata of a field that is not a column
+
+
+@dataclass(frozen=True)
+class Table(Generic[Row]):
+    """A kind of table; a column has one unit, or a column ``unit`` gives the unit of each row.
+
+    Attributes
+    ----------
+    row : type
+        Dataclass of the rows.
+    what : str
+        Name of the rows in messages.
+    check : callable, optional
+        Raises ValueError for a row that no study writes.
+    complete : callable, optional
+        Applied to every row before it is written.
+    further : tuple of str
+        Columns that may follow; they are written from a separate list of cells and not read.
+    """
+
+    row: type[Row]
+    what: str
+    check: Callable[[Row], None] | None = None
+    complete: Callable[[Row], Row] | None = None
+    further: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns; a name ends in the unit of its column, if that has one."""
+        return tuple(field.name for field in fields(self.row) if field.metadata.get("column", True))
+
+    def write(
+        self,
+        path: str | Path,
+        rows: Iterable[Row],
+        *,
+        without: tuple[str, ...] = (),
+        further: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    ) -> None:
+        """Write rows in their units.
+
+        Columns ``without`` are left out; ``further`` has one cell per row and column.
+        """
+        names = [name for name in self.columns if name not in without]
+        blank = {name for name, kind in self._types().items() if kind is Undefinable}
+        cells = []
+        for number, row in enumerate(rows):
+            row = row if self.complete is None else self.complete(row)
+            values = ((name, getattr(row, name)) for name in names)
+            own = [None if name in blank and not math.isfinite(x) else x for name, x in values]
+            cells.append([*own, *(column[number] for column in further.values())])
+        write_cells(path, [*names, *further], cells)
+
+    def read(self, *paths: str | Path) -> list[Row]:
+        """Read the rows of some files, in their units; the files were written with all columns.
+
+        Raises
+        ------
+        InputError
+            If a file is missing, truncated or not text, its columns are others, or a row is damaged.
+        """
+        return [row for path in paths for row in self._rows(path)]
+
+    def _rows(self, path: str | Path) -> list[Row]:
+        reader = csv.DictReader(io.StringIO(read_text(path, self.what, ended=True)), strict=True)
+        try:
+            names = tuple(reader.fieldnames or ())
+            end = len(self.columns)
+            if names[:end] != self.columns or not set(names[end:]) <= set(self.further):
+                raise InputError(
+                    f"{path}: expected the columns {', '.join(self.columns)}, found {listed(names)}: make "
+                    "the file again"
+                )
+            types = self._types()
+            return [self._row(cells, types) for cells in reader]
+        except InputError:
+            raise
+        except (ValueError, csv.Error) as error:
+            raise InputError(
+                f"{path}: expected {self.what}, found a damaged row ({quoted(error)}): make the file again"
+            ) from error
+
+    def _types(self) -> dict[str, Any]:
+        hints = get_type_hints(self.row, include_extras=True)
+        return {name: hints[name] for name in self.columns}
+
+    def _row(self, cells: dict, types: dict[str, Any]) -> Row:
+        if None in cells or None in cells.values():
+            raise ValueError("too many or too few cells")
+        row = self.row(**{name: _value(cells[name], name, kind) for name, kind in types.items()})
+        if self.check is not None:
+            self.check(row)
+        return row
+
+
+def _value(cell: str, column: str, kind: Any):
+    """Value of a cell.
+
+    Raises
+    ------
+    ValueError
+        If it is not of this kind.
+    """
+    if kind is Undefinable:
+        return float(cell) if cell else math.nan
+    kinds = get_args(kind)
+    if type(None) in kinds:
+        return _value(cell, column, kinds[0]) if cell else None
+    if kind is bool:
+        if cell not in ("true", "false"):
+            raise ValueError(f"{cell!r} in the column {column}")
+        return cell == "true"
+    return tuple(map(float, cell.split())) if kinds else kind(cell)
