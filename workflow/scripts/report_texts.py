@@ -17,7 +17,6 @@ from tepsipe.reporting.numbers import (
     figure_findings,
     laboratory,
     operating_points,
-    participants,
     planned,
     platform,
     position_manipulator,
@@ -133,10 +132,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
                 fits["standing"], task_fits, choices["standing"]["latency"]["detector"]
             )
         }
-    if "participants" in files:
-        text = {"participant": str, "condition": str}
-        people, group = (pd.read_csv(path, dtype=text) for path in (files["participants"], files["group"]))
-        data["participants"] = participants.participants_data(people, group, about["shown_of_participants"])
     if "belt" in experiments:
         models = about["models"]["belt"]
         data["belt"] = treadmill.treadmill_data(

@@ -59,8 +59,6 @@ def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
     ):
         if experiment in data["experiments"]:
             parts[experiment] = sentences(data)
-    if "participants" in data:
-        parts["participants"] = _participants(data)
     if data["claims"] is not None:
         parts["claims"] = [
             pieces(
@@ -291,24 +289,3 @@ def _platform(data: dict) -> list[Paragraph]:
             **{key: trial[key] for key in ("quantities", "chosen", "condition", "identified")},
         )
     return [found]
-
-
-def _participants(data: dict) -> list[Paragraph]:
-    found = []
-    for block in data["participants"]["experiments"]:
-        means = [row for row in block["means"] if row["quantity"] == "K"]
-        if not means:
-            continue
-        found += pieces(
-            "{start}The stiffness $K$ of the experiment {experiment}, as mean over participants, is {means} "
-            "([@participants]).",
-            start=" " if found else "",
-            experiment=block["experiment"],
-            means="; ".join(map(_mean_over_people, means)),
-        )
-    return [found] if found else []
-
-
-def _mean_over_people(row: dict) -> str:
-    interval = f", 95 % interval {row['interval']}" if row["interval"] else ""
-    return f"{row['mean']} {row['unit']} ({row['condition']}, n = {row['n']}{interval})"
