@@ -126,20 +126,6 @@ def test_captions_of_simulations_name_the_parameters_that_predict_best(angle, be
     assert figure_findings_of({"simulation": {"compared": None}}) == {}
 
 
-@pytest.mark.parametrize("lines", [[], ["1.6", "6.3"]])
-def test_captions_of_a_treadmill_tell_its_lines_and_the_chosen_model(lines):
-    cell = {"r2": "0.70", "less": "45.0"}
-    t = {
-        "rows": [{"model": "hnat2014", "cells": [{"r2": "0"}]}, {"model": "fir", "cells": [cell]}],
-        "chosen": "fir", "cutoff": "6", "best_linear": "0.72", "tests": [{"limit": "0.75"}],
-        "ripple": "0.77", "orders": lines,
-    }  # fmt: skip
-    found = figure_findings_of({"belt": t})
-    assert "impulse response predicts the load with R² = 0.70" in found["belt_prediction"]
-    assert ("no narrow line" in found["belt_ripple"]) is (not lines)
-    assert "belt_ripple" not in figure_findings_of({"belt": t | {"ripple": None}})
-
-
 @pytest.mark.parametrize("usual", [True, False])
 def test_captions_of_a_joint_follow_its_records(usual):
     a = {

@@ -1,17 +1,12 @@
-"""Chapters on a human joint and on a recorded treadmill, of data that show the opposite of the usual."""
+"""Chapter on a human joint, of data that show the opposite of the usual."""
 
-from types import SimpleNamespace
-
-import numpy as np
 import pandas as pd
 import pytest
 from joint_builders import fit_of, rows_of
 from typst_builders import typeset_words
 
 from tepsipe.reporting.numbers.position_manipulator import manipulator_data
-from tepsipe.reporting.numbers.treadmill import treadmill_data
 from tepsipe.reporting.numbers.treadmill_sentences import resonance_sentence
-from tepsipe.treadmill.calibration import ModelScore
 
 CHOICES = {
     "ingest": {"resample_rate_hz": 250.0},
@@ -27,7 +22,6 @@ CHOICES = {
         },
     },
 }
-MODELS = ("fir-causal", "fir", "ripple-tracking")
 
 
 def manipulator(usual):
@@ -48,47 +42,14 @@ def manipulator(usual):
     return manipulator_data({"a": fit_of(**made), "b": fit_of(**made)}, pd.concat(frames), joint)
 
 
-def belt(usual):
-    """One held-out recording; models with a limit of 0.9, or none that predicts anything."""
-    values = (0.5, 0.7, 0.8) if usual else (-3.0, -3.001, -5.0)
-    scores = [
-        ModelScore(model, "one", "two", hz, r2, 10.0, 5.0, 2, 0.9, "load", "N")
-        for model, r2 in zip(MODELS, values, strict=True)
-        for hz in (6.0, 20.0)
-    ]
-    ingested = {
-        "recorded_rate_hz": 100.0,
-        "clock": "kept",
-        "largest_stamp_deviation_s": 0.0,
-        "repeated_stamps": 0,
-        "repeated_velocity_fraction": 0.0,
-        "missing_samples": 0,
-    }
-    told = {
-        "coefficients": {"mass-spring-damper": {"m": [2.8, 2.68, 2.92]}} if usual else {},
-        "calibrated": {"velocity": [0.9, 1.5], "acceleration": [-3.0, 3.0]},
-        "beyond": {"two": 0.01},
-        "crossed": {"fir": {"one": {"one": 0.8, "two": 0.7}}} if usual else {},
-    }
-    named = {"recordings": ["two"], "models": list(MODELS), "unit": "N", "ingested": {"two": ingested}}
-    result = SimpleNamespace(
-        facts=named | told,
-        arrays={"ripple/tracked_orders": np.array([1.0, 2.0] if usual else [1.0])},
-    )
-    models = {"ripple": {"memory_s": 20.0}, "fir_lead_s": 0.1}
-    return treadmill_data(
-        result, scores, {"analysis": {"shown_cutoff_hz": 6}, "models": models}, {"two": "validate"}
-    )
-
-
 @pytest.fixture(scope="module", params=[True, False], ids=["usual", "contrary"])
 def told(request):
-    """Whether the data are usual, and words of both chapters, typeset without figures."""
-    data = {"belt": belt(request.param), "position_manipulator": manipulator(request.param)}
+    """Whether the data are usual, and words of the chapter, typeset without figures."""
+    data = {"position_manipulator": manipulator(request.param)}
     data |= {"title": "t", "names": {}, "choices": {"position_manipulator": CHOICES}}
     source = (
         '#set heading(numbering: "1.1")\n'
-        '#include "chapters/belt.typ"\n#include "chapters/position_manipulator.typ"\n'
+        '#include "chapters/position_manipulator.typ"\n'
         '#include "chapters/position_manipulator_methods.typ"\n'
         '#bibliography("references.bib", style: "ieee")\n'
     )
@@ -106,11 +67,6 @@ USUAL = (
     "Its memory is shorter than a block",
     "does not differ between the thirds of any record",
     "lies below 1 Hz: slow changes",
-    "The best linear model of the acceleration reaches",
-    "shows how well a calibration on one recording serves another",
-    "2.80 (2.68 to 2.92)",
-    "A lead of 100 ms increases",
-    "narrow lines",
 )
 CONTRARY = (
     "A joint in a",
@@ -125,9 +81,6 @@ CONTRARY = (
     "differs between the thirds of a and b",
     "voluntary torque drifted",
     "A check of this estimate failed",
-    "No linear model of the acceleration predicts more than the mean",
-    "not more than the best model without",
-    "a narrow line",
 )
 
 

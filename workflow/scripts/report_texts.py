@@ -132,11 +132,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
                 fits["standing"], task_fits, choices["standing"]["latency"]["detector"]
             )
         }
-    if "belt" in experiments:
-        models = about["models"]["belt"]
-        data["belt"] = treadmill.treadmill_data(
-            fits[models][models], read_scores(files[models]), choices["belt"], about["roles"]
-        )
     if "position_manipulator" in experiments:
         data["position_manipulator"] = position_manipulator.manipulator_data(
             fits["position_manipulator"], estimates, choices["position_manipulator"]["joint"]

@@ -52,7 +52,6 @@ def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
     for experiment, sentences in (
         ("dummy", _dummy),
         ("weight", _weight),
-        ("belt", _belt),
         ("standing", _standing),
         ("position_manipulator", _position_manipulator),
         ("platform", _platform),
@@ -197,41 +196,6 @@ def _weight(data: dict) -> list[Paragraph]:
             amplitudes=_amplitudes(data["foot"]["clear_from"]),
             rows=" and ".join(f"{row['K']} N·m/rad ({words(row['pathway'])})" for row in ends),
         )
-    return [found]
-
-
-def _belt(data: dict) -> list[Paragraph]:
-    t = data["belt"]
-    best, live = t["recommended"], t["recommended_live"]
-    found = pieces(
-        "*Recommendation.* No model of the belt's motion predicts the belt-induced load of a held-out "
-        "recording: none should be used for compensation. "
-    )
-    if best is not None:
-        found = pieces(
-            "*Recommendation.* Subtract the load that the model “{model}” predicts: on a held-out recording, "
-            "filtered at {cutoff} Hz, it reaches $R^2$ = {r2} and reduces the root mean square by {less} %. ",
-            cutoff=t["cutoff"],
-            **(best | {"model": words(best["model"])}),
-        )
-        if live is not None and live["model"] != best["model"]:
-            found += pieces(
-                "In real time, without looking ahead, “{model}” reaches $R^2$ = {r2}. "
-                if best.get("looks_ahead", True)
-                else "It does not look ahead, so it can be used in real time, too; “{model}”, which is "
-                "smaller, reaches $R^2$ = {r2}. ",
-                **(live | {"model": words(live["model"])}),
-            )
-    found += pieces(
-        "The upper limit for a linear model of the belt acceleration, estimated from coherence, is about "
-        "{limit}. The models hold for an empty belt, velocities of {v0} to {v1} m/s and "
-        "accelerations of {a0} to {a1} m/s².",
-        limit=t["tests"][0]["limit"],
-        v0=t["ranges"]["velocity"][0],
-        v1=t["ranges"]["velocity"][1],
-        a0=t["ranges"]["acceleration"][0],
-        a1=t["ranges"]["acceleration"][1],
-    )
     return [found]
 
 

@@ -36,7 +36,6 @@ def figure_findings_of(data: dict) -> dict[str, str]:
         ("weight", _weight),
         ("foot", _foot),
         ("standing", _standing),
-        ("belt", _belt),
         ("position_manipulator", _manipulator),
         ("budgets", _budgets),
     )
@@ -271,29 +270,6 @@ def _foot(f: dict) -> dict[str, str]:
         return {}
     parts = [f"{row['K']} ({words(row['pathway'])})" for row in (rows[0], rows[1], rows[-1])]
     return {"foot": f"K in N·m/rad is {', '.join(dict.fromkeys(parts))} at {f['clear_from']} m/s and above."}
-
-
-def _belt(t: dict) -> dict[str, str]:
-    found = {}
-    chosen = next((row for row in t["rows"] if row["model"] == t["chosen"]), None)
-    if chosen is not None:
-        cell = chosen["cells"][0]
-        found["belt_prediction"] = (
-            f"At {t['cutoff']} Hz the model {words(t['chosen'])} predicts the load with R² = {cell['r2']} "
-            f"and reduces its root mean square by {cell['less']} %."
-        )
-    if t["best_linear"] is not None:
-        found["belt_cutoff"] = (
-            f"The best linear model reaches R² = {t['best_linear']} at {t['cutoff']} Hz; the upper limit is "
-            f"{t['tests'][0]['limit']}."
-        )
-    if t["ripple"] is not None:
-        found["belt_ripple"] = (
-            f"The residual has {len(t['orders'])} narrow lines, which are tracked."
-            if t["orders"]
-            else "The residual has no narrow line that could be tracked."
-        )
-    return found
 
 
 def _manipulator(a: dict) -> dict[str, str]:

@@ -5,8 +5,7 @@ import pandas as pd
 
 from tepsipe.experiments.weight import shapes, usual_weight
 from tepsipe.io.result import Result
-from tepsipe.reporting.figures.names import short_name, unit_symbol
-from tepsipe.reporting.numbers.belt import belt_data
+from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.numbers.format import MINUS, number, percent, span, span_of_decimals
 from tepsipe.reporting.numbers.treadmill_sentences import (
     foot_sentences,
@@ -18,12 +17,9 @@ from tepsipe.reporting.numbers.treadmill_sentences import (
     resonance_sentence,
 )
 from tepsipe.treadmill.calibration import BOTH, OF_BOTH, ModelScore
-from tepsipe.treadmill.registry import MODEL_MEANINGS
 
 CLEAR_FROM_M_PER_S = 0.3
 
-# gain of R² by a lead that counts (-)
-CLEAR_GAIN = 0.005
 # delay of the weight's markers that the report discusses (s)
 LAG_S = 1e-4
 
@@ -238,96 +234,4 @@ def foot_data(
         "count": str(len(clear)),
         "clear_from": number(lowest, 1),
         "sentences": foot_sentences(own, choices["recommended"]),
-    }
-
-
-def treadmill_data(result: Result, scores: list[ModelScore], choices: dict, roles: dict[str, str]) -> dict:
-    """Numbers of a recorded treadmill's chapter as text.
-
-    Parameters
-    ----------
-    result : Result
-        Result of the calibration (units in it).
-    scores : list of ModelScore
-        One per model, test and cutoff (units in them).
-    choices : dict
-        Section ``treadmill`` of the configuration (units in the keys).
-    roles : dict of str to str
-        Recording -> calibrate or validate.
-
-    Returns
-    -------
-    dict
-        Text.
-    """
-    facts, shown_hz = result.facts, float(choices["analysis"]["shown_cutoff_hz"])
-    highest = max(s.cutoff_hz for s in scores)
-    tests = facts["recordings"]
-    at = {(s.model, s.test, s.cutoff_hz): s for s in scores}
-    rows = []
-    for model in facts["models"]:
-        cells = [at[model, test, shown_hz] for test in tests]
-        rows.append(
-            {
-                "model": model,
-                "converged": all(s.converged for s in cells),
-                "meaning": MODEL_MEANINGS[model],
-                "order": str(cells[0].order),
-                "cells": [
-                    {
-                        "r2": number(s.r2, 3),
-                        "after": number(s.rms_after, 4),
-                        "less": percent(100.0 * (1.0 - s.rms_after / s.rms_before), 1),
-                        "highest": number(at[model, s.test, highest].r2, 3),
-                    }
-                    for s in cells
-                ],
-            }
-        )
-    tracked = "ripple-tracking" in facts["models"]
-    linear = [at[m, tests[0], shown_hz].r2 for m in facts["models"] if m != "ripple-tracking"]
-    gain = None
-    if {"fir", "fir-causal"} <= set(facts["models"]):
-        gain = at["fir", tests[0], highest].r2 - at["fir-causal", tests[0], highest].r2
-    orders = result.arrays.get("ripple/tracked_orders", np.empty(0))
-    return {
-        **belt_data(facts, scores, shown_hz),
-        "rows": rows,
-        "chosen": choices.get("chosen"),
-        "tests": [
-            {
-                "name": test,
-                "before": number(at[facts["models"][0], test, shown_hz].rms_before, 4),
-                "limit": number(at[facts["models"][0], test, shown_hz].r2_limit, 3),
-                "limit_highest": number(at[facts["models"][0], test, highest].r2_limit, 3),
-            }
-            for test in tests
-        ],
-        "unit": unit_symbol(facts["unit"]),
-        "cutoff": f"{shown_hz:g}",
-        "highest": f"{highest:g}",
-        "orders": [number(x, 4) for x in np.sort(orders)],
-        "train": scores[0].train,
-        "best_linear": number(max(linear), 3) if linear else None,
-        "predicts": bool(linear and max(linear) > 0.0),
-        "ripple_helps": tracked
-        and bool(linear)
-        and at["ripple-tracking", tests[0], shown_hz].r2 > max(linear),
-        "ripple": number(at["ripple-tracking", tests[0], shown_hz].r2, 3) if tracked else None,
-        "memory": number(choices["models"]["ripple"]["memory_s"], 3),
-        "lead_ms": number(1e3 * choices["models"]["fir_lead_s"], 3),
-        "gain_by_lead": number(gain, 2) if gain is not None and gain > CLEAR_GAIN else None,
-        "recordings": [
-            {
-                "name": name,
-                "role": roles[name],
-                "rate": number(done["recorded_rate_hz"], 5),
-                "clock": done["clock"],
-                "deviation_ms": number(1e3 * done["largest_stamp_deviation_s"], 2),
-                "repeated_stamps": str(done["repeated_stamps"]),
-                "repeated_velocity": percent(100.0 * done["repeated_velocity_fraction"], 0),
-                "missing": str(done["missing_samples"]),
-            }
-            for name, done in facts["ingested"].items()
-        ],
     }
