@@ -12,28 +12,8 @@ from tepsipe.reporting.numbers.figure_findings import figure_findings_of
 from tepsipe.reporting.numbers.position_manipulator import _raises
 from tepsipe.reporting.numbers.shown_signals import belt_signals, muscle_signals, simulated_signals
 from tepsipe.reporting.numbers.simulations import _of_noise
-from tepsipe.reporting.numbers.treadmill import foot_data
 
 DASH = "\N{EN DASH}"
-
-
-@pytest.mark.parametrize(
-    ("amplitudes", "told"),
-    [
-        ({"a": 0.1, "b": 0.5}, "0.5"),
-        ({"a": 0.1, "b": 0.2}, "0.1"),
-        ({"a": None, "b": None}, DASH),
-    ],
-)
-def test_velocities_of_the_foot_are_those_of_the_sheet(amplitudes, told):
-    rows = [
-        {"experiment": "dummy", "condition": c, "pathway": "leg", "quantity": q, "value": 1.0}
-        for c in amplitudes
-        for q in ("I", "B", "K", "VAF_perturbation")
-    ]
-    choices = {"recommended": "leg", "foot": {"pathways": {}}}
-    found = foot_data(pd.DataFrame(rows), choices, None, amplitudes)
-    assert found["clear_from"] == told
 
 
 def noise(**means):
@@ -201,7 +181,7 @@ def test_captions_tell_the_usual_findings_only_where_they_hold(usual):
         "figure_stiffness": "15", "level": "20", "iv_error": "0.2", "method_sound": usual,
         "shown": {"as-printed": "1.0 to 9.9", "recommended": "15.0"} if usual else None,
     }  # fmt: skip
-    found = figure_findings_of({"dummy": dummy, "noise": noise, "weight": None})
+    found = figure_findings_of({"dummy": dummy, "noise": noise})
     for name in ("pathways", "torque", "noise"):
         assert (name in found) is usual, name
     assert ("more on the predicted trial" in found["dummy_cross_validation"]) is usual

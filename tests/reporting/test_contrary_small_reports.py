@@ -6,7 +6,6 @@ from joint_builders import fit_of, rows_of
 from typst_builders import typeset_words
 
 from tepsipe.reporting.numbers.position_manipulator import manipulator_data
-from tepsipe.reporting.numbers.treadmill_sentences import resonance_sentence
 
 CHOICES = {
     "ingest": {"resample_rate_hz": 250.0},
@@ -90,16 +89,3 @@ def test_chapters_tell_what_their_data_show_and_nothing_else(told):
         assert (sentence in words) is usual, sentence
     for sentence in CONTRARY:
         assert (sentence in words) is not usual, sentence
-
-
-@pytest.mark.parametrize(
-    ("empty_hz", "loaded_hz", "words"),
-    [
-        (52.0, 48.0, "locates it at 52.0 Hz without and at 48.0 Hz with the weight"),
-        (5e7, 48.0, "locates it at 48.0 Hz with the weight and shows none below 200 Hz without it"),
-        (52.0, float("inf"), "locates it at 52.0 Hz without the weight and shows none below 200 Hz with it"),
-        (5e7, float("inf"), "shows none below 200 Hz, neither without nor with the weight"),
-    ],
-)
-def test_a_resonance_that_is_not_seen_is_not_located(empty_hz, loaded_hz, words):
-    assert resonance_sentence(empty_hz, loaded_hz) == words

@@ -27,13 +27,11 @@ from tepsipe.reporting.numbers import (
     summary,
     thesis_dummy,
     time_varying,
-    treadmill,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
 from tepsipe.reporting.planned import read_planned
 from tepsipe.reporting.run import Run, about_study
 from tepsipe.reporting.thesis_tables import read_table
-from tepsipe.treadmill.calibration import read_scores
 
 
 def texts_of(run: Run, files: dict[str, str]) -> dict:
@@ -111,13 +109,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
                 stiffness,
             ),
         }
-    if "weight" in experiments:
-        plate = about["models"]["weight"]
-        data["weight"] = treadmill.weight_data(
-            fits, fits[plate][plate], read_scores(files[plate]), estimates, choices["weight"]
-        ) | {"belt": about["belt_of_models"]}
-    if "weight" in experiments and "dummy" in experiments:
-        data["foot"] = treadmill.foot_data(estimates, choices["dummy"], recovery, amplitudes)
     if "standing" in experiments:
         task_fits = {task: fits["standing_tasks"][task] for task in about["tasks"]}
         data["standing"] = standing.standing_data(

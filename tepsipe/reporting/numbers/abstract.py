@@ -6,7 +6,6 @@ text, emph, strong, math (as Typst writes it) and ref (a section of the PDF).
 
 import re
 
-from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import number
 
 MARKUP = re.compile(
@@ -51,7 +50,6 @@ def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
     parts: dict[str, list[Paragraph]] = {}
     for experiment, sentences in (
         ("dummy", _dummy),
-        ("weight", _weight),
         ("standing", _standing),
         ("position_manipulator", _position_manipulator),
         ("platform", _platform),
@@ -174,29 +172,6 @@ def _thesis_dummy(found: dict) -> list[Paragraph]:
 def _amplitudes(clear_from: str, word: str = " at") -> str:
     """The belt velocities (m/s) of which a sentence tells; nothing where the sheet has no amplitudes."""
     return "" if clear_from == number(None) else f"{word} {clear_from} m/s and above"
-
-
-def _weight(data: dict) -> list[Paragraph]:
-    found = pieces(
-        "Under a weight of {mass} kg, the belt-induced force is {size_fine} times that of the empty "
-        "belt{so}. Linear models of the empty belt "
-        "predict the belt-induced force under the weight with $R^2$ = {linear_other}, the same models fitted "
-        "to the weight with $R^2$ = {linear_own}; one model of the frame with its load, fitted to both, "
-        "reaches $R^2$ = {best_frame}.",
-        so=", so the force of the empty belt cannot be used as a correction"
-        if data["weight"]["load_matters"]
-        else "",
-        **data["weight"],
-    )
-    if "foot" in data:
-        shown = data["foot"]["rows"][1:]
-        ends = shown if len(shown) < 3 else [shown[0], shown[-1]]
-        found += pieces(
-            " With the torque from the foot and the force plate, $K${amplitudes} is {rows} ([@foot]).",
-            amplitudes=_amplitudes(data["foot"]["clear_from"]),
-            rows=" and ".join(f"{row['K']} N·m/rad ({words(row['pathway'])})" for row in ends),
-        )
-    return [found]
 
 
 def _standing(data: dict) -> list[Paragraph]:

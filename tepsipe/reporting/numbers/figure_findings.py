@@ -2,7 +2,6 @@
 
 import math
 
-from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import MINUS, number
 
 DASH = number(None)
@@ -33,8 +32,6 @@ def figure_findings_of(data: dict) -> dict[str, str]:
         ("thesis_dummy", _thesis_dummy),
         ("simulation", _simulation),
         ("noise", _noise),
-        ("weight", _weight),
-        ("foot", _foot),
         ("standing", _standing),
         ("position_manipulator", _manipulator),
         ("budgets", _budgets),
@@ -51,7 +48,7 @@ def _schematics(data: dict) -> dict[str, str]:
         return {}
     rigs = [RIGS[name] for name in RIGS if name in data["experiments"]]
     ways = "from the motion of the leg"
-    if data.get("foot") is not None:
+    if "weight" in data["experiments"]:
         ways += ", or from the motion of the foot and the force plate"
     cutoff = data["choices"]["dummy"]["analysis"]["lowpass_cutoff_hz"]
     return {
@@ -175,32 +172,6 @@ def _noise(n: dict) -> dict[str, str]:
     return found
 
 
-def _weight(w: dict) -> dict[str, str]:
-    found = {
-        "4_6": f"The estimated mass of a weight of {w['mass']} kg is {w['mass_span']} kg over the trials.",
-        "5_1": f"At {w['coarse']} the belt-induced force under the weight is {w['size_coarse']} times that "
-        "of the empty belt.",
-    }
-    if w["load_matters"]:
-        found["4_5"] = (
-            f"Under the weight the belt-induced force is {w['size_fine']} times that of the empty belt."
-        )
-    if w["linear_other"] and w["best_frame"] != DASH:
-        found["plate_models"] = (
-            f"Under the weight, linear models of the empty belt reach R² = {w['linear_other']}, the best "
-            f"frame fitted to both R² = {w['best_frame']}."
-        )
-    rows, columns = (w["force_scores"][key] for key in ("rows", "columns"))
-    known = [row for row in rows if math.isfinite(_value(row["cells"][0][1]))]
-    if known:
-        best = min(known, key=lambda row: _value(row["cells"][0][1]))
-        found["plate_responses"] = (
-            f"Of {columns[0]['before']} N (root mean square over all held-out trials) the "
-            f"{words(best['model'])} leaves {best['cells'][0][1]} N under the {columns[0]['name']}."
-        )
-    return found
-
-
 def _standing(p: dict) -> dict[str, str]:
     found = _of_muscles(p.get("signals"))
     best = p["recommended"]["estimator"]
@@ -262,14 +233,6 @@ def _of_muscles(signals: dict | None) -> dict[str, str]:
             "envelopes show this too early."
         )
     return found
-
-
-def _foot(f: dict) -> dict[str, str]:
-    rows = f["rows"]
-    if len(rows) < 2:
-        return {}
-    parts = [f"{row['K']} ({words(row['pathway'])})" for row in (rows[0], rows[1], rows[-1])]
-    return {"foot": f"K in N·m/rad is {', '.join(dict.fromkeys(parts))} at {f['clear_from']} m/s and above."}
 
 
 def _manipulator(a: dict) -> dict[str, str]:
