@@ -23,7 +23,7 @@ BRISTLES = {
     "resonance_sd_hz": [0.0, 0.2, 0.11],
 }
 BRISTLES |= {"resonance_hz": [1e6, 48.7, 43.9]}
-OTHERS = {"made": 0, "budgets": {}, "claims": None}
+OTHERS = {"made": 0, "claims": None}
 
 
 @pytest.mark.parametrize(

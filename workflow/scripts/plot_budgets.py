@@ -6,10 +6,9 @@ job.start(snakemake)
 
 from tepsipe.io.budget_table import read_budgets
 from tepsipe.io.estimates import read_estimates
-from tepsipe.reporting.budgets import budgeted, relative_budgets
+from tepsipe.reporting.budgets import SHOWN, budgeted, relative_budgets
 from tepsipe.reporting.figures.budget import plot_budgets
 from tepsipe.reporting.figures.style import save_figure
-from tepsipe.reporting.numbers.budget import SHOWN
 
 contributions = read_budgets(snakemake.input.uncertainty)
 own = budgeted(read_estimates(snakemake.input.estimates), snakemake.params.foot_pathway)

@@ -5,14 +5,11 @@ import pandas as pd
 from tepsipe.experiments.dummy.specification_curve import read_specification
 from tepsipe.experiments.position_manipulator.time_varying import read_varying
 from tepsipe.experiments.thesis_dummy.tables import read_cells
-from tepsipe.io.budget_table import read_budgets
-from tepsipe.io.estimates import read_estimates
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.laboratory import read_laboratory
 from tepsipe.reporting.ledger import read_ledger
 from tepsipe.reporting.numbers import (
     abstract,
-    budget,
     dummy,
     figure_findings,
     laboratory,
@@ -68,11 +65,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
         "provenance": study.provenance_data(provenance),
         "flags": study.flags_data(estimates),
         "names": study.names_data(estimates, choices),
-        "budgets": budget.budgets_data(
-            read_budgets(files["uncertainty"]),
-            read_estimates(files["estimates"]),
-            about["foot_pathway"],
-        ),
     }
     slips = [] if reported is None else reported["slips"]
     for table in (name for name in files if name.startswith("table_4_") and name != "table_4_4"):

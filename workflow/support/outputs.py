@@ -268,7 +268,7 @@ def model_names(study: Study) -> dict[str, str]:
 
 
 # experiments and parts with a module of numbers and predicates, tepsipe/reporting/chapters/<name>.py
-CHAPTERS = ("wristalyzer", "weight", "belt", "participants")
+CHAPTERS = ("wristalyzer", "weight", "belt", "participants", "budgets")
 
 
 def chapters(study: Study) -> list[str]:

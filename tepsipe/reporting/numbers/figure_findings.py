@@ -34,7 +34,6 @@ def figure_findings_of(data: dict) -> dict[str, str]:
         ("noise", _noise),
         ("standing", _standing),
         ("position_manipulator", _manipulator),
-        ("budgets", _budgets),
     )
     for name, sentences in chapters:
         if data.get(name) is not None:
@@ -265,17 +264,3 @@ def _manipulator(a: dict) -> dict[str, str]:
 
 def _and(names: list[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _budgets(budgets: dict) -> dict[str, str]:
-    found = {}
-    for name, budget in budgets.items():
-        parts = [
-            f"that of {q['quantity'] if len(q['quantity']) == 1 else 'the ' + q['quantity']} is the "
-            f"{q['largest']} ({q['size']} %)"
-            for q in budget["quantities"]
-        ]
-        if parts:
-            first = parts[0].replace("that of", "The largest source of uncertainty of", 1)
-            found[f"budget_{name}"] = f"{', '.join([first, *parts[1:]])}, in the typical trial."
-    return found
