@@ -163,9 +163,9 @@ def main() -> None:
     given = parser.parse_args()
     print("# Checks of a dummy trial: false alarms and power\n")
     print(
-        f"`benchmarks/dummy_checks.py`, {given.clean} clean trials a condition, {given.seeds} trials a size "
-        f"of a fault, sizes in steps of {STEP:g}. The joint's inertia is known to 0.0005 N·m·s²/rad. No row "
-        "counts `noise-biased`.\n"
+        f"`benchmarks/dummy_checks.py`, {given.clean} clean trials a condition, {given.seeds} trials a size\n"
+        f"of a fault, sizes in steps of {STEP:g}. The joint's inertia is known to 0.0005 N·m·s²/rad.\n"
+        "No row counts `noise-biased`.\n"
     )
     motions = {c: lab.Motion(c) for c in ("sine-0.1", "sine-0.3", "minjerk-0.5")}
     if given.clean:

@@ -119,7 +119,7 @@ def main() -> None:
     chosen = parser.parse_args()
     print("# Human joint: bias and coverage\n")
     print(
-        f"{chosen.seeds} records of {SECONDS:g} s per joint, half of each fitted. Slow torque: "
+        f"{chosen.seeds} records of {SECONDS:g} s per joint, half of each fitted. Slow torque:\n"
         f"{SLOW_SD:g} N·m (standard deviation).\n"
     )
     print(

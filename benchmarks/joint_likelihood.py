@@ -188,7 +188,7 @@ def main() -> None:
     given = parser.parse_args()
     print("# Joint likelihood of the dummy: efficiency and coverage\n")
     print(
-        f"`benchmarks/joint_likelihood.py`, {given.seeds} seeds ({given.today} for output error, "
+        f"`benchmarks/joint_likelihood.py`, {given.seeds} seeds ({given.today} for output error,\n"
         "for the law that softens, and for the shipped rubber). "
         "Three numbers in a cell: I, B, K.\n"
     )

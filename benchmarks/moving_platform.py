@@ -22,10 +22,11 @@ OPTIONS = MultiJointOptions(
 JOINTS = ("ankle", "hip")
 PUSH_N = 30.0
 ABOUT = (
-    f"300 s of a simulated person, own torque of 8 and 4 N·m, push of {PUSH_N:g} N. Identified: share of the "
-    "seeds in which the quantity is quoted. Median and spread (standard deviation) of the quoted values, "
-    "coverage of their 95 % intervals. Regression: median of ordinary least squares of the same model. "
-    "Rejected: share of the seeds in which the model is rejected at 1 %."
+    "300 s of a simulated person,\n"
+    f"own torque of 8 and 4 N·m, push of {PUSH_N:g} N. Identified: share of the seeds in which the\n"
+    "quantity is quoted. Median and spread (standard deviation) of the quoted values, coverage of\n"
+    "their 95 % intervals. Regression: median of ordinary least squares of the same model. Rejected:\n"
+    "share of the seeds in which the model is rejected at 1 %."
 )
 HEADER = "| Quantity | Truth | Identified (%) | Median | Spread | Coverage (%) | Regression | Rejected (%) |"
 INTRINSIC, REFLEX = PlatformPerson(), PlatformPerson().with_reflex()

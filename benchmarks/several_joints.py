@@ -64,10 +64,10 @@ HEADER = (
     "All K within 15 % (%) | Coverage K (%) | Coverage B (%) | Rejected at 1 % (%) |"
 )
 ABOUT = (
-    "Errors in per cent of sqrt(K_ii K_jj). "
-    "Quoted: share of the seeds in which the elements of K have values; all other columns but rank and "
-    "rejections are of these. Bias: of the element with the largest one. Coverage: of 95 % intervals, "
-    "pooled over elements and seeds. Rejected: share of the seeds in which chi2 rejects the model."
+    "Errors in per cent of sqrt(K_ii K_jj). Quoted: share of the seeds in which the elements of K have\n"
+    "values; all other columns but rank and rejections are of these. Bias: of the element with the\n"
+    "largest one. Coverage: of 95 % intervals, pooled over elements and seeds. Rejected: share of the\n"
+    "seeds in which chi2 rejects the model."
 )
 
 
@@ -154,7 +154,7 @@ def main() -> None:
     if given.part == "exact":
         print(f"# Stiffness matrix of ankle, knee and hip\n\n{ABOUT}")
     command = f"benchmarks/several_joints.py --part {given.part} --epochs {protocol.epochs} --seeds {seeds}"
-    print(f"\n*By `{command}`, {protocol.epochs} epochs of each perturbation, 250 ms after the onset:*")
+    print(f"\n*By `{command}`,\n{protocol.epochs} epochs of each perturbation, 250 ms after the onset:*")
     for name, _, sets, symmetric, part in chosen_cases:
         print(f"\n## {name[0].upper()}{name[1:]}, {_part(seeds, part)} seeds\n\n{HEADER}")
         print("|---|" + "---|" * (HEADER.count("|") - 2))

@@ -102,8 +102,8 @@ def main() -> int:
     report = [
         "# Results of the soak campaign",
         f"Commit {commit()}, seed {given.seed}, {now:%Y-%m-%d}, Python {platform.python_version()}, "
-        f"{platform.system()} on {platform.machine()}, cores: {given.cores}. Made by `make soak`; "
-        "[README.md](README.md) says what is a violation.",
+        f"{platform.system()} on {platform.machine()}, cores: {given.cores}.\n"
+        "Made by `make soak`. [README.md](README.md) defines a violation.",
     ]
     failed = []
     for part in given.part or TITLES:

@@ -200,7 +200,7 @@ def test_report_is_typeset(tmp_path, root):
     plan_table, _, shapes, filters = frames(tmp_path)
     drawn = (plot_needed(plan_table), plot_pulses(shapes), plot_filters(filters))
     assert all(figure.axes for figure in (*drawn, plot_treadmill_filters(filters)))
-    for name in ("plan.typ", "several_joints.typ", "style.typ"):
+    for name in ("plan.typ", "several_joints.typ", "style.typ", "data.typ", "format.typ"):
         (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
     for name in ("needed", "pulses", "filters", "treadmill_filters", "several_joints"):
         (tmp_path / f"{name}.svg").write_text(

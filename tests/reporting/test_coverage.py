@@ -273,7 +273,7 @@ def test_report_is_typeset(tmp_path, root):
     typst = pytest.importorskip("typst")
     data = said(tmp_path, many(96, 100) + many(50, 60, "", "shifted-means"), [laboratory(1)])
     assert data["shifted"] and data["by_set"]["rows"]
-    for name in ("coverage.typ", "style.typ"):
+    for name in ("coverage.typ", "style.typ", "data.typ", "format.typ"):
         (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
     for name in ("coverage.svg", "intervals.svg"):
         (tmp_path / name).write_text('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>')

@@ -115,7 +115,7 @@ def test_section_is_drawn_and_typeset(tables, tmp_path, root):
     assert len(figure.axes) == 2 and figure.axes[1].get_title(loc="left") == "belt + thigh + pelvis"
     data = {"title": "Plan", "joints": joints_data(sets, elements, models, SETTINGS)}
     (tmp_path / "report.json").write_text(json.dumps(data), encoding="utf-8")
-    for name in ("several_joints.typ", "style.typ"):
+    for name in ("several_joints.typ", "style.typ", "data.typ", "format.typ"):
         (tmp_path / name).write_text((root / "report" / name).read_text(encoding="utf-8"), encoding="utf-8")
     (tmp_path / "several_joints.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
