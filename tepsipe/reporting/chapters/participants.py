@@ -4,7 +4,7 @@ from tepsipe.reporting.run import Run
 
 
 def numbers(run: Run) -> dict:
-    """No numbers: the tables of participants and of means over them have all."""
+    """No numbers: the tables of participants and of means over them have all, with their units."""
     return {}
 
 
