@@ -54,6 +54,8 @@ SOURCES = {
     "fit_criterion": "criterion of the fit",
     "fitted_band": "fitted band",
 }
+# stiffness before damping, as the report discusses them
+SHOWN = ("K", "B", "mass")
 UNITS_OF_NAMES = ("_kgm2", "_kg", "_m", "_s", "_rad", "_scale", "_ratio", "_Nm", "_N", "_hz")
 
 

@@ -11,7 +11,7 @@ from bad_inputs import DURATION_S, ingest, paths, write_platform
 from tepsipe.new_study.look import platform_columns
 from tepsipe.new_study.study import new_study
 from tepsipe.reporting.figures.participants import plot_participants
-from tepsipe.reporting.numbers.participants import participants_data
+from tests.reporting.test_participants import words as chapter_of
 from tests.workflow.test_bad_inputs import assert_refused
 from workflow.support.yaml_file import read_settings
 
@@ -103,9 +103,9 @@ def test_participants_show_the_stiffness_of_both_joints():
     group = pd.DataFrame(
         [common | mean | {"quantity": name, "mean": np.mean(x)} for name, x in values.items()]
     )
-    (block,) = participants_data(people, group, choice)["experiments"]
-    assert [row["mean"] for row in block["means"]] == ["1050", "320"]
-    assert block["persons"][0]["cells"][:2] == ["1000 ± 10", "300 ± 10"]
-    assert len(block["heads"]) == len(block["persons"][0]["cells"])
+    words = chapter_of(people, group, shown=choice)
+    assert "quiet|K of the ankle, slow|N·m/rad|2|1050|" in words
+    assert "quiet|K of the hip, slow|N·m/rad|2|320|" in words
+    assert "quiet|P0|–|1000 ± 10|300 ± 10|–|–|–|" in words
     axes = plot_participants(people, group, choice).axes
     assert [axis.get_ylabel().split(" (")[0] for axis in axes] == ["$K$, slow, ankle", "$K$, slow, hip"]

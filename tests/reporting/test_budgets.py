@@ -1,15 +1,20 @@
 """What the report says of budgets: sentences and bars chosen by the numbers."""
 
 import math
+from dataclasses import asdict
 
 import numpy as np
+import pandas as pd
 import pytest
+from typst_builders import findings_of, typeset_words
 
 from tepsipe.io.budget_table import Contribution
 from tepsipe.io.estimates import Estimate
 from tepsipe.reporting.budgets import budgeted, relative_budgets, source_words
+from tepsipe.reporting.chapters import budgets
+from tepsipe.reporting.chapters.budgets import largest_source
 from tepsipe.reporting.figures.budget import bars_of, plot_budgets
-from tepsipe.reporting.numbers.budget import budgets_data, largest_source
+from tepsipe.reporting.run import Run, report_content
 
 NAMES = ("dummy", "leg", "windowed-least-squares")
 
@@ -31,6 +36,15 @@ def parts(scatter, mass, clock=0.0001):
         for c in ("a", "b")
         for source in sources
     ]
+
+
+def run_of(contributions, estimates, foot_pathway):
+    tables = {
+        "uncertainty": pd.DataFrame([asdict(row) for row in contributions]),
+        "estimates": pd.DataFrame([asdict(row) for row in estimates]),
+    }
+    study = {"foot_pathway": foot_pathway, "title": "t", "recordings_source": None, "experiments": {}}
+    return Run(tables, study=study | {"made": {}})
 
 
 def test_budgets_are_relative_to_the_estimate_of_each_trial():
@@ -56,9 +70,9 @@ def test_what_may_be_zero_has_no_relative_budget():
 def test_the_sentence_on_the_largest_source_follows_the_numbers(scatter, mass, largest, repeating):
     told = largest_source(relative_budgets(parts(scatter, mass), estimates((10.0, 10.0)))["K"])
     assert (told["largest"], told["repeating"]) == (largest, repeating)
-    assert told["now"] == f"{1.96 * math.hypot(1.0, 3.0):.1f}"
+    assert told["now_percent"] == pytest.approx(1.96 * math.hypot(1.0, 3.0), rel=1e-3)
     after = math.hypot(1.5, 1.0) if repeating else 3.0
-    assert told["after"] == f"{1.96 * after:.1f}"
+    assert told["after_percent"] == pytest.approx(1.96 * after, rel=1e-3)
 
 
 def test_budgets_of_the_report_are_those_of_recommended_estimates_and_of_the_foot():
@@ -71,13 +85,33 @@ def test_budgets_of_the_report_are_those_of_recommended_estimates_and_of_the_foo
     others = estimates(recommended=False)
     assert list(budgeted([*others, *foot], None)) == []
     assert budgeted([*quoted, *foot], "foot-compensated") == {"dummy": quoted, "foot": foot}
-    found = budgets_data(parts(0.1, 0.3), [*quoted, *foot], "foot-compensated")
+    run = run_of(parts(0.1, 0.3), [*quoted, *foot], "foot-compensated")
+    found = budgets.numbers(run)
     assert list(found) == ["dummy"]  # the foot has no budget here
     (quantity,) = found["dummy"]["quantities"]
-    assert quantity["type_b"] == "3.0 to 6.0" and quantity["type_a"] == "1.0 to 2.0"
-    assert quantity["expanded"] == "4.0 to 8.0"
-    assert found["dummy"]["trials"] == "2"
+    assert quantity["type_b_percent"] == pytest.approx([3.0, 6.0], rel=1e-3)
+    assert quantity["type_a_percent"] == pytest.approx([1.0, 2.0])
+    assert quantity["half_width_percent"] == pytest.approx([4.0, 8.0])
+    assert found["dummy"]["trials"] == 2
     assert found["dummy"]["sources"] == ["scatter", "leg_mass_kg", "clock_ratio"]
+    assert [p.__name__ for p in budgets.PREDICATES if p(run)] == ["any_budget", "of_dummy"]
+    none = run_of([], quoted, None)
+    assert budgets.numbers(none) == {} and not any(p(none) for p in budgets.PREDICATES)
+
+
+@pytest.mark.parametrize(("scatter", "repeating"), [(0.1, False), (0.5, True)])
+def test_the_section_and_the_caption_tell_the_budget(scatter, repeating):
+    run = run_of(parts(scatter, 0.3), estimates((10.0, 10.0)), None)
+    content = report_content(run, {"budgets": budgets}) | {"made": 0}
+    source = '#import "figures.typ": budget\n#set heading(numbering: "1.1")\n= Intervals <uncertainty>\n'
+    words = typeset_words(source + '#budget("dummy")[]', content)
+    assert "of the 95 % interval of K is 4.0 % of the estimate" in words
+    assert ("4 times as many perturbations would reduce the half-width" in words) is repeating
+    assert ("more perturbations cannot reduce it below 5.9 %" in words) is not repeating
+    told = findings_of(["figure_budget_dummy", "figure_budget_weight"], content)
+    largest = "scatter of the trial (5.0 %)" if repeating else "mass of the leg (3.0 %)"
+    caption = f"The largest source of uncertainty of K is the {largest}, in the typical trial."
+    assert told == {"figure_budget_dummy": caption}
 
 
 def test_small_sources_are_one_bar_and_type_a_is_apart():

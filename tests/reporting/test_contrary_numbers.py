@@ -3,34 +3,12 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from tepsipe.reporting.numbers.abstract import _standing
-from tepsipe.reporting.numbers.figure_findings import figure_findings_of
 from tepsipe.reporting.numbers.shown_signals import muscle_signals
-from tepsipe.reporting.numbers.treadmill import foot_data
 
 DASH = "\N{EN DASH}"
-
-
-@pytest.mark.parametrize(
-    ("amplitudes", "told"),
-    [
-        ({"a": 0.1, "b": 0.5}, "0.5"),
-        ({"a": 0.1, "b": 0.2}, "0.1"),
-        ({"a": None, "b": None}, DASH),
-    ],
-)
-def test_velocities_of_the_foot_are_those_of_the_sheet(amplitudes, told):
-    rows = [
-        {"experiment": "dummy", "condition": c, "pathway": "leg", "quantity": q, "value": 1.0}
-        for c in amplitudes
-        for q in ("I", "B", "K", "VAF_perturbation")
-    ]
-    choices = {"recommended": "leg", "foot": {"pathways": {}}}
-    found = foot_data(pd.DataFrame(rows), choices, None, amplitudes)
-    assert found["clear_from"] == told
 
 
 @pytest.mark.parametrize(
@@ -48,20 +26,6 @@ def test_latencies_without_an_onset_have_no_error(latency, told):
 
     words = "".join(piece for paragraph in _standing({"standing": person}) for _, piece in paragraph)
     assert words.endswith(f"the largest error is 3.1 % in stiffness{told}")
-
-
-@pytest.mark.parametrize("lines", [[], ["1.6", "6.3"]])
-def test_captions_of_a_treadmill_tell_its_lines_and_the_chosen_model(lines):
-    cell = {"r2": "0.70", "less": "45.0"}
-    t = {
-        "rows": [{"model": "hnat2014", "cells": [{"r2": "0"}]}, {"model": "fir", "cells": [cell]}],
-        "chosen": "fir", "cutoff": "6", "best_linear": "0.72", "tests": [{"limit": "0.75"}],
-        "ripple": "0.77", "orders": lines,
-    }  # fmt: skip
-    found = figure_findings_of({"belt": t})
-    assert "impulse response predicts the load with R² = 0.70" in found["belt_prediction"]
-    assert ("no narrow line" in found["belt_ripple"]) is (not lines)
-    assert "belt_ripple" not in figure_findings_of({"belt": t | {"ripple": None}})
 
 
 def test_muscles_without_an_onset_have_no_latency_in_a_caption():

@@ -1,17 +1,15 @@
 """Figure, numbers and chapter of the participants."""
 
-import json
-import shutil
-
 import pandas as pd
 import pytest
+from typst_builders import evaluated, typeset_words
 
+from tepsipe.reporting.chapters import participants
 from tepsipe.reporting.figures.participants import plot_participants
-from tepsipe.reporting.figures.style import save_figure
-from tepsipe.reporting.numbers.abstract import abstract_of
-from tepsipe.reporting.numbers.participants import participants_data
 from tepsipe.reporting.participants import GROUP_ESTIMATES, PERSON_ESTIMATES, PersonEstimate, group_estimates
+from tepsipe.reporting.run import Run, report_content
 
+CHAPTER = '#include "chapters/participants.typ"\n'
 SHOWN = {"standing": ["ankle", "window"], "position_manipulator": ["impedance", "parallel-cascade"]}
 
 
@@ -44,42 +42,45 @@ PEOPLE = [
 ]
 
 
-def test_numbers_of_the_chapter_are_those_of_the_tables(tables):
-    data = participants_data(*tables(PEOPLE), SHOWN)
-    assert (data["count"], data["masses"], data["belts"]) == ("2", "60.0 to 80.0", False)
-    standing, manipulator = data["experiments"]
-    first = standing["means"][0]
-    assert (first["condition"], first["quantity"], first["n"], first["mean"]) == ("relax", "K", "2", "320")
-    assert (first["unit"], first["sd"], first["sem"]) == ("N·m/rad", "28.3", "20.0")
+def content(people, group, shown=SHOWN):
+    """Content of report.json, and the tables of the chapter as text."""
+    study = {"title": "People", "recordings_source": None, "experiments": {}, "made": {}}
+    run = Run({"participants": people, "group": group}, study=study | {"shown_of_participants": shown})
+    tables = {name: rows.to_csv(index=False) for name, rows in run.tables.items()}
+    return report_content(run, {"participants": participants}), tables
+
+
+def words(*found, shown=SHOWN):
+    """Words of the chapter, with a bar after every cell."""
+    return typeset_words(CHAPTER, *content(*found, shown), cells="|")
+
+
+def test_chapter_tells_the_tables(tables):
+    chapter = words(*tables(PEOPLE))
+    assert "This study has 2 participants with body masses of 60.0 to 80.0 kg." in chapter
     # 12.706 times 20 on both sides
-    assert first["interval"] == "65.9 to 574"
-    assert [row["condition"] for row in standing["means"]] == [
-        "relax",
-        "relax",
-        "stiff",
-        "stiff minus relax",
-    ]
-    assert standing["means"][-1]["interval"] == ""
-    assert standing["persons"][0]["cells"][0] == "300 ± 15"
-    assert standing["persons"][0]["cells"][2] == "5.00 ± 0.25"
-    assert manipulator["persons"][0]["mass"] == "\N{EN DASH}"
+    assert "relax|K|N·m/rad|2|320|65.9 to 574|28.3|20.0|" in chapter
+    means = chapter[chapter.index("relax|K|") :]
+    conditions = [part for part in means.split("|") if part in ("relax", "stiff", "stiff minus relax")]
+    assert conditions[:4] == ["relax", "relax", "stiff", "stiff minus relax"]
+    assert "stiff minus relax|K|N·m/rad|1|200||" in chapter
+    assert "relax|01|60.0|300 ± 15|–|5.00 ± 0.25|–|–|" in chapter
+    assert "rest|01|–|50.0 ± 2.5|" in chapter
 
 
 def test_first_page_tells_the_means_over_people(tables):
-    data = {
-        "experiments": [],
-        "claims": None,
-        "cells": None,
-        "participants": participants_data(*tables(PEOPLE), SHOWN),
-    }
-    ((paragraph,),) = abstract_of(data).values()
-    text = "".join(piece for _, piece in paragraph)
-    assert (
-        "standing, as mean over participants, is 320 N·m/rad (relax, n = 2, 95 % interval 65.9 to 574)"
-        in text
-    )
+    data, rows = content(*tables(PEOPLE))
+    (told,) = evaluated(['told("abstract_participants").map(plain)'], "findings.typ", data, rows)
+    (text,) = told
+    mean = "standing, as mean over participants, is 320 N·m/rad (relax, n = 2, 95 % interval 65.9 to 574)"
+    assert mean in text
     assert "200 N·m/rad (stiff minus relax, n = 1)" in text
-    assert ["ref", "participants"] in paragraph
+    assert "experiment position manipulator, as mean" in text
+
+
+def test_nothing_is_told_of_another_pathway(tables):
+    data, rows = content(*tables(PEOPLE), shown={"standing": ["other", "window"]})
+    assert evaluated(['told("abstract_participants")'], "findings.typ", data, rows) == [[]]
 
 
 def test_figure_has_a_dot_for_every_person_and_the_mean_beside_them(tables):
@@ -99,24 +100,7 @@ def test_belts_are_separate_in_figure_and_chapter(tables):
         person("01", "relax", value, 60.0, belt=belt) for belt, value in (("left", 1.0), ("right", 3.0))
     ]
     found = tables(people, by_belt=True)
-    data = participants_data(*found, {"standing": SHOWN["standing"]})
-    assert [row["condition"] for row in data["experiments"][0]["means"]] == ["relax, left", "relax, right"]
+    chapter = words(*found, shown={"standing": SHOWN["standing"]})
+    assert chapter.index("relax, left|K|") < chapter.index("relax, right|K|")
     axis = plot_participants(*found, {"standing": SHOWN["standing"]}).axes[0]
     assert [label.get_text() for label in axis.get_xticklabels()] == ["relax\nleft", "relax\nright"]
-
-
-@pytest.mark.slow
-def test_chapter_is_typeset(tables, tmp_path, root):
-    typst = pytest.importorskip("typst")
-    found = tables(PEOPLE)
-    shutil.copytree(root / "report", tmp_path / "report")
-    (tmp_path / "report/figures").mkdir()
-    figure = tmp_path / "report/figures/figure_participants.svg"
-    save_figure(plot_participants(*found, SHOWN), figure, tmp_path / "figure.png")
-    data = {"title": "People", "trials": 9, "participants": participants_data(*found, SHOWN)}
-    (tmp_path / "report/report.json").write_text(json.dumps(data))
-    source = '#import "style.typ": style\n#show: style\n#include "chapters/participants.typ"\n'
-    (tmp_path / "report/main.typ").write_text(source)
-    pdf = typst.compile(str(tmp_path / "report/main.typ"), ignore_system_fonts=True)
-    assert pdf.startswith(b"%PDF")
-    assert len(pdf) > 10_000

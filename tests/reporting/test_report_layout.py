@@ -11,8 +11,6 @@ from tepsipe.reporting.figures.schematics import draw_rigs, rig_at_rest
 from tepsipe.reporting.numbers.format import MINUS, fixed
 from tepsipe.reporting.numbers.study import digest_of, recovery_data
 from tepsipe.reporting.numbers.summary import covered_of_recommended, summary_of
-from tepsipe.reporting.numbers.treadmill import matrix_data
-from tepsipe.treadmill.calibration import ModelScore
 
 
 @pytest.mark.parametrize(
@@ -87,23 +85,6 @@ def test_recommended_estimates_are_counted_once_each():
 
 def test_studies_without_the_thesis_have_no_summary():
     assert summary_of({"reported": None, "experiments": ["dummy"]}) == []
-
-
-def test_models_stand_in_rows_and_evaluations_in_columns():
-    def score(train, test, r2):
-        return ModelScore(
-            model="fir", train=train, test=test, load="Fy", unit="N", cutoff_hz=20.0, order=3, r2=r2,
-            rms_before=8.0, rms_after=2.0, r2_limit=0.95, converged=train == "empty",
-        )  # fmt: skip
-
-    data = matrix_data(
-        [score("empty", "empty", 0.9), score("empty", "weight", -20.0), score("weight", "weight", 0.8)], 20.0
-    )
-    assert [c["name"] for c in data["columns"]] == ["empty", "weight"]
-    first, second = data["rows"]
-    assert first["cells"] == [["0.900", "2.00"], [f"< {MINUS}10", "2.00"]]
-    assert second["cells"][0] == ["\N{EN DASH}"] * 2
-    assert (first["converged"], second["converged"]) == (True, False)
 
 
 def test_digest_does_not_depend_on_the_order_of_the_files():

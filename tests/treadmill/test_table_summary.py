@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 import scipy
 
-from tepsipe.reporting.numbers.belt import belt_data
-from tepsipe.treadmill.calibration import ModelScore
 from tepsipe.treadmill.mass_spring_damper import fit_mass_spring_damper
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FamilyOptions, FittedModel
@@ -65,26 +63,3 @@ def test_every_recording_predicts_every_other():
     found = crossed["mass-spring-damper"]
     assert found["one"]["one"] >= found["two"]["one"] > 0.8
     assert cross_prediction({"one": belt(1)}, ["mass-spring-damper"], FamilyOptions()) == {}
-
-
-def score(model, r2, order, converged=True):
-    return ModelScore(model, "one", "two", 6.0, r2, 2.0, 1.0, order, 0.75, "load", "Nm", converged)
-
-
-def recommended(*scores):
-    facts = {
-        "recordings": ["two"],
-        "coefficients": {},
-        "calibrated": {"velocity": [0.9, 1.5]},
-        "beyond": {},
-        "crossed": {},
-    }
-    data = belt_data(facts, scores, 6.0)
-    return [None if data[key] is None else data[key]["model"] for key in ("recommended", "recommended_live")]
-
-
-def test_smallest_of_equally_good_models_is_recommended_and_none_that_predicts_nothing():
-    assert recommended(score("fir", 0.727, 51), score("hnat2014", 0.721, 2)) == ["fir", "hnat2014"]
-    assert recommended(score("fir", 0.727, 51), score("hnat2014", 0.724, 2)) == ["hnat2014"] * 2
-    assert recommended(score("ripple-tracking", 0.9, 12), score("hnat2014", 0.7, 2, False)) == [None, None]
-    assert recommended(score("fir", -0.3, 51)) == [None, None]

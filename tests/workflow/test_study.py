@@ -100,7 +100,9 @@ def test_exactly_one_estimate_of_a_quantity_is_recommended_and_its_parts_add_up(
         assert total == pytest.approx(float(row["standard_error"]), rel=1e-6)
         assert total == pytest.approx(np.hypot(float(row["u_type_a"]), float(row["u_type_b"])), rel=1e-6)
         assert float(row["ci_high"]) - float(row["value"]) == pytest.approx(1.96 * total, rel=0.02)
-    told = json.loads((study / "results/report/report.json").read_text(encoding="utf-8"))["budgets"]
+    told = json.loads((study / "results/report/report.json").read_text(encoding="utf-8"))["chapters"][
+        "budgets"
+    ]["numbers"]
     assert {"dummy", "foot", "weight"} <= set(told)
     largest = {q["quantity"]: q for q in told["dummy"]["quantities"]}["K"]
     assert largest["largest"] == "mass of the leg" and not largest["repeating"]

@@ -6,10 +6,9 @@ job.start(snakemake)
 
 from tepsipe.io.budget_table import CONTRIBUTIONS
 from tepsipe.io.estimates import ESTIMATES
-from tepsipe.reporting.budgets import budgeted, relative_budgets
+from tepsipe.reporting.budgets import SHOWN, budgeted, relative_budgets
 from tepsipe.reporting.figures.budget import plot_budgets
 from tepsipe.reporting.figures.style import save_figure
-from tepsipe.reporting.numbers.budget import SHOWN
 
 contributions = CONTRIBUTIONS.read(snakemake.input.uncertainty)
 own = budgeted(ESTIMATES.read(snakemake.input.estimates), snakemake.params.foot_pathway)

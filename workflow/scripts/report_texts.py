@@ -2,27 +2,21 @@
 
 import pandas as pd
 
-from tepsipe.io.budget_table import CONTRIBUTIONS
-from tepsipe.io.estimates import ESTIMATES
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.laboratory import LABORATORY_ROWS
 from tepsipe.reporting.ledger import CELL_VERDICTS
 from tepsipe.reporting.numbers import (
     abstract,
-    budget,
     figure_findings,
     laboratory,
-    participants,
     shown_signals,
     standing,
     study,
     summary,
-    treadmill,
 )
 from tepsipe.reporting.numbers.ledger import cells_data
 from tepsipe.reporting.run import Run, about_study
 from tepsipe.reporting.thesis_tables import read_table
-from tepsipe.treadmill.calibration import MODEL_SCORES
 
 
 def texts_of(run: Run, files: dict[str, str]) -> dict:
@@ -44,8 +38,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
     if "claims" in files:
         claims = pd.read_csv(files["claims"])
 
-    amplitudes = about["amplitudes"]
-
     data = {
         **about_study(run),
         "slips": {},
@@ -59,24 +51,12 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
         "provenance": study.provenance_data(provenance),
         "flags": study.flags_data(estimates),
         "names": study.names_data(estimates, choices),
-        "budgets": budget.budgets_data(
-            CONTRIBUTIONS.read(files["uncertainty"]),
-            ESTIMATES.read(files["estimates"]),
-            about["foot_pathway"],
-        ),
     }
     slips = [] if reported is None else reported["slips"]
     for table in (name for name in files if name.startswith("table_4_") and name != "table_4_4"):
         conditions, _ = read_table(files[table])
         names = [short_name(condition) for condition in conditions]
         data["slips"][table] = study.slips_data(slips, table, conditions, names)
-    if "weight" in experiments:
-        plate = about["models"]["weight"]
-        data["weight"] = treadmill.weight_data(
-            fits, fits[plate][plate], MODEL_SCORES.read(files[plate]), estimates, choices["weight"]
-        ) | {"belt": about["belt_of_models"]}
-    if "weight" in experiments and "dummy" in experiments:
-        data["foot"] = treadmill.foot_data(estimates, choices["dummy"], recovery, amplitudes)
     if "standing" in experiments:
         task_fits = {task: fits["standing_tasks"][task] for task in about["tasks"]}
         data["standing"] = standing.standing_data(
@@ -91,15 +71,6 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
                 fits["standing"], task_fits, choices["standing"]["latency"]["detector"]
             )
         }
-    if "participants" in files:
-        text = {"participant": str, "condition": str}
-        people, group = (pd.read_csv(path, dtype=text) for path in (files["participants"], files["group"]))
-        data["participants"] = participants.participants_data(people, group, about["shown_of_participants"])
-    if "belt" in experiments:
-        models = about["models"]["belt"]
-        data["belt"] = treadmill.treadmill_data(
-            fits[models][models], MODEL_SCORES.read(files[models]), choices["belt"], about["roles"]
-        )
     data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
     data["summary"] = summary.summary_of(data)
     data["abstract"] = abstract.abstract_of(data)

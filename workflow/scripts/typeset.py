@@ -16,7 +16,7 @@ import typst
 from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.run import Run
 
-TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column"), str)
+TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column", "train", "test"), str)
 
 
 def read_run(tables: Mapping[str, str], fits: Iterable[str], settings: Mapping, study: Mapping) -> Run:

@@ -268,7 +268,19 @@ def model_names(study: Study) -> dict[str, str]:
 
 
 # experiments and parts with a module of numbers and predicates, tepsipe/reporting/chapters/<name>.py
-CHAPTERS = ("wristalyzer", "dummy", "thesis_dummy", "simulation", "noise", "position_manipulator", "platform")
+CHAPTERS = (
+    "wristalyzer",
+    "dummy",
+    "thesis_dummy",
+    "simulation",
+    "noise",
+    "weight",
+    "belt",
+    "participants",
+    "budgets",
+    "position_manipulator",
+    "platform",
+)
 
 
 def chapters(study: Study) -> list[str]:

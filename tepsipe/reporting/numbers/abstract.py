@@ -6,7 +6,6 @@ text, emph, strong, math (as Typst writes it) and ref (a section of the PDF).
 
 import re
 
-from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import number
 
 MARKUP = re.compile(
@@ -49,15 +48,9 @@ def pieces(template: str, **values: object) -> Paragraph:
 def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
     """Findings of the run by experiment or part (units in them), from the data of the report."""
     parts: dict[str, list[Paragraph]] = {}
-    for experiment, sentences in (
-        ("weight", _weight),
-        ("belt", _belt),
-        ("standing", _standing),
-    ):
+    for experiment, sentences in (("standing", _standing),):
         if experiment in data["experiments"]:
             parts[experiment] = sentences(data)
-    if "participants" in data:
-        parts["participants"] = _participants(data)
     if data["claims"] is not None:
         parts["claims"] = [
             pieces(
@@ -114,64 +107,6 @@ def _amplitudes(clear_from: str, word: str = " at") -> str:
     return "" if clear_from == number(None) else f"{word} {clear_from} m/s and above"
 
 
-def _weight(data: dict) -> list[Paragraph]:
-    found = pieces(
-        "Under a weight of {mass} kg, the belt-induced force is {size_fine} times that of the empty "
-        "belt{so}. Linear models of the empty belt "
-        "predict the belt-induced force under the weight with $R^2$ = {linear_other}, the same models fitted "
-        "to the weight with $R^2$ = {linear_own}; one model of the frame with its load, fitted to both, "
-        "reaches $R^2$ = {best_frame}.",
-        so=", so the force of the empty belt cannot be used as a correction"
-        if data["weight"]["load_matters"]
-        else "",
-        **data["weight"],
-    )
-    if "foot" in data:
-        shown = data["foot"]["rows"][1:]
-        ends = shown if len(shown) < 3 else [shown[0], shown[-1]]
-        found += pieces(
-            " With the torque from the foot and the force plate, $K${amplitudes} is {rows} ([@foot]).",
-            amplitudes=_amplitudes(data["foot"]["clear_from"]),
-            rows=" and ".join(f"{row['K']} N·m/rad ({words(row['pathway'])})" for row in ends),
-        )
-    return [found]
-
-
-def _belt(data: dict) -> list[Paragraph]:
-    t = data["belt"]
-    best, live = t["recommended"], t["recommended_live"]
-    found = pieces(
-        "*Recommendation.* No model of the belt's motion predicts the belt-induced load of a held-out "
-        "recording: none should be used for compensation. "
-    )
-    if best is not None:
-        found = pieces(
-            "*Recommendation.* Subtract the load that the model “{model}” predicts: on a held-out recording, "
-            "filtered at {cutoff} Hz, it reaches $R^2$ = {r2} and reduces the root mean square by {less} %. ",
-            cutoff=t["cutoff"],
-            **(best | {"model": words(best["model"])}),
-        )
-        if live is not None and live["model"] != best["model"]:
-            found += pieces(
-                "In real time, without looking ahead, “{model}” reaches $R^2$ = {r2}. "
-                if best.get("looks_ahead", True)
-                else "It does not look ahead, so it can be used in real time, too; “{model}”, which is "
-                "smaller, reaches $R^2$ = {r2}. ",
-                **(live | {"model": words(live["model"])}),
-            )
-    found += pieces(
-        "The upper limit for a linear model of the belt acceleration, estimated from coherence, is about "
-        "{limit}. The models hold for an empty belt, velocities of {v0} to {v1} m/s and "
-        "accelerations of {a0} to {a1} m/s².",
-        limit=t["tests"][0]["limit"],
-        v0=t["ranges"]["velocity"][0],
-        v1=t["ranges"]["velocity"][1],
-        a0=t["ranges"]["acceleration"][0],
-        a1=t["ranges"]["acceleration"][1],
-    )
-    return [found]
-
-
 def _standing(data: dict) -> list[Paragraph]:
     p = data["standing"]
     found = pieces(
@@ -199,24 +134,3 @@ def _standing(data: dict) -> list[Paragraph]:
             else f" and {p['recovery']['latency']} ms in the latency of a muscle",
         )
     return [found]
-
-
-def _participants(data: dict) -> list[Paragraph]:
-    found = []
-    for block in data["participants"]["experiments"]:
-        means = [row for row in block["means"] if row["quantity"] == "K"]
-        if not means:
-            continue
-        found += pieces(
-            "{start}The stiffness $K$ of the experiment {experiment}, as mean over participants, is {means} "
-            "([@participants]).",
-            start=" " if found else "",
-            experiment=block["experiment"],
-            means="; ".join(map(_mean_over_people, means)),
-        )
-    return [found] if found else []
-
-
-def _mean_over_people(row: dict) -> str:
-    interval = f", 95 % interval {row['interval']}" if row["interval"] else ""
-    return f"{row['mean']} {row['unit']} ({row['condition']}, n = {row['n']}{interval})"

@@ -2,7 +2,6 @@
 
 import math
 
-from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.numbers.format import MINUS, number
 
 DASH = number(None)
@@ -22,42 +21,10 @@ def figure_findings_of(data: dict) -> dict[str, str]:
         Name of a figure -> sentence; a figure without a finding that holds in this run is not in it.
     """
     found: dict[str, str] = {}
-    chapters = (
-        ("weight", _weight),
-        ("foot", _foot),
-        ("standing", _standing),
-        ("belt", _belt),
-        ("budgets", _budgets),
-    )
+    chapters = (("standing", _standing),)
     for name, sentences in chapters:
         if data.get(name) is not None:
             found |= sentences(data[name])
-    return found
-
-
-def _weight(w: dict) -> dict[str, str]:
-    found = {
-        "4_6": f"The estimated mass of a weight of {w['mass']} kg is {w['mass_span']} kg over the trials.",
-        "5_1": f"At {w['coarse']} the belt-induced force under the weight is {w['size_coarse']} times that "
-        "of the empty belt.",
-    }
-    if w["load_matters"]:
-        found["4_5"] = (
-            f"Under the weight the belt-induced force is {w['size_fine']} times that of the empty belt."
-        )
-    if w["linear_other"] and w["best_frame"] != DASH:
-        found["plate_models"] = (
-            f"Under the weight, linear models of the empty belt reach R² = {w['linear_other']}, the best "
-            f"frame fitted to both R² = {w['best_frame']}."
-        )
-    rows, columns = (w["force_scores"][key] for key in ("rows", "columns"))
-    known = [row for row in rows if math.isfinite(_value(row["cells"][0][1]))]
-    if known:
-        best = min(known, key=lambda row: _value(row["cells"][0][1]))
-        found["plate_responses"] = (
-            f"Of {columns[0]['before']} N (root mean square over all held-out trials) the "
-            f"{words(best['model'])} leaves {best['cells'][0][1]} N under the {columns[0]['name']}."
-        )
     return found
 
 
@@ -121,49 +88,4 @@ def _of_muscles(signals: dict | None) -> dict[str, str]:
             f"The muscles respond {signals['latency']} ms after the start of the stretch; the smoothed "
             "envelopes show this too early."
         )
-    return found
-
-
-def _foot(f: dict) -> dict[str, str]:
-    rows = f["rows"]
-    if len(rows) < 2:
-        return {}
-    parts = [f"{row['K']} ({words(row['pathway'])})" for row in (rows[0], rows[1], rows[-1])]
-    return {"foot": f"K in N·m/rad is {', '.join(dict.fromkeys(parts))} at {f['clear_from']} m/s and above."}
-
-
-def _belt(t: dict) -> dict[str, str]:
-    found = {}
-    chosen = next((row for row in t["rows"] if row["model"] == t["chosen"]), None)
-    if chosen is not None:
-        cell = chosen["cells"][0]
-        found["belt_prediction"] = (
-            f"At {t['cutoff']} Hz the model {words(t['chosen'])} predicts the load with R² = {cell['r2']} "
-            f"and reduces its root mean square by {cell['less']} %."
-        )
-    if t["best_linear"] is not None:
-        found["belt_cutoff"] = (
-            f"The best linear model reaches R² = {t['best_linear']} at {t['cutoff']} Hz; the upper limit is "
-            f"{t['tests'][0]['limit']}."
-        )
-    if t["ripple"] is not None:
-        found["belt_ripple"] = (
-            f"The residual has {len(t['orders'])} narrow lines, which are tracked."
-            if t["orders"]
-            else "The residual has no narrow line that could be tracked."
-        )
-    return found
-
-
-def _budgets(budgets: dict) -> dict[str, str]:
-    found = {}
-    for name, budget in budgets.items():
-        parts = [
-            f"that of {q['quantity'] if len(q['quantity']) == 1 else 'the ' + q['quantity']} is the "
-            f"{q['largest']} ({q['size']} %)"
-            for q in budget["quantities"]
-        ]
-        if parts:
-            first = parts[0].replace("that of", "The largest source of uncertainty of", 1)
-            found[f"budget_{name}"] = f"{', '.join([first, *parts[1:]])}, in the typical trial."
     return found

@@ -1,0 +1,106 @@
+"""Uncertainty budgets: sizes of their parts, the largest source, and the effect of repetition."""
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.io.budget_table import SCATTER
+from tepsipe.reporting.budgets import SHOWN, RelativeBudget, budgeted, relative_budgets, source_words
+from tepsipe.reporting.run import Run
+from tepsipe.statistics.uncertainty import coverage_factor
+
+MORE = 4  # times as many perturbations, in the sentence on repetition
+
+
+def numbers(run: Run) -> dict:
+    """Name of a budget, an experiment or foot -> its pathway, estimator and quantities (%)."""
+    found = {}
+    for name, own in _budgeted(run).items():
+        budgets = _relative(run, own)
+        if budgets:
+            found[name] = {
+                "pathway": own[0].pathway,
+                "estimator": own[0].estimator,
+                "sources": list(dict.fromkeys(s for b in budgets.values() for s in b.percent)),
+                "trials": max(len(b.conditions) for b in budgets.values()),
+                "more": MORE,
+                "quantities": [
+                    _parts(b, [e for e in own if e.quantity == q]) | largest_source(b)
+                    for q, b in budgets.items()
+                ],
+            }
+    return found
+
+
+def _budgeted(run: Run) -> dict:
+    return budgeted(run.tables["estimates"].itertuples(), run.study["foot_pathway"])
+
+
+def _relative(run: Run, estimates: list) -> dict[str, RelativeBudget]:
+    return relative_budgets(run.tables["uncertainty"].itertuples(), estimates, SHOWN)
+
+
+def _parts(budget: RelativeBudget, estimates: list) -> dict:
+    """Type A, Type B and half-widths of the 95 % intervals of the trials (%)."""
+    half = [
+        50.0 * (e.ci_high - e.ci_low) / abs(e.value)
+        for e in estimates
+        if e.condition in budget.conditions and pd.notna(e.ci_low) and pd.notna(e.ci_high)
+    ]
+    parts = {"type_a": budget.type_a, "type_b": budget.type_b, "half_width": half}
+    return {"quantity": budget.quantity} | {f"{name}_percent": values for name, values in parts.items()}
+
+
+def largest_source(budget: RelativeBudget) -> dict:
+    """The largest source in the typical trial, its size (%), and the 95 % half-widths with repetition (%).
+
+    ``repeating``: it is Type A, which more perturbations reduce. ``after`` is the half-width after `MORE`
+    times as many perturbations if it is, after any number of them if not.
+    """
+    factor = float(coverage_factor(np.array(np.inf)))
+    repeating = budget.largest == SCATTER
+    a, b = float(np.median(budget.type_a)), float(np.median(budget.type_b))
+    after = factor * np.hypot(a / np.sqrt(MORE), b) if repeating else budget.least_expanded
+    return {
+        "largest": source_words(budget.largest),
+        "size_percent": float(np.nanmedian(budget.percent[budget.largest])),
+        "repeating": repeating,
+        "now_percent": factor * float(np.hypot(a, b)),
+        "after_percent": float(after),
+    }
+
+
+def _shown(name: str, run: Run) -> bool:
+    return bool(_relative(run, _budgeted(run).get(name, [])))
+
+
+def of_wristalyzer(run: Run) -> bool:
+    """Recommended estimates of the Wristalyzer have a budget."""
+    return _shown("wristalyzer", run)
+
+
+def of_dummy(run: Run) -> bool:
+    """Recommended estimates of the dummy have a budget."""
+    return _shown("dummy", run)
+
+
+def of_foot(run: Run) -> bool:
+    """Estimates by the shown pathway from the foot have a budget."""
+    return _shown("foot", run)
+
+
+def of_standing(run: Run) -> bool:
+    """Recommended estimates of the standing person have a budget."""
+    return _shown("standing", run)
+
+
+def of_weight(run: Run) -> bool:
+    """Estimates of the mass of the weight have a budget."""
+    return _shown("weight", run)
+
+
+def any_budget(run: Run) -> bool:
+    """A budget is shown."""
+    return any(_relative(run, own) for own in _budgeted(run).values())
+
+
+PREDICATES = (any_budget, of_wristalyzer, of_dummy, of_foot, of_standing, of_weight)

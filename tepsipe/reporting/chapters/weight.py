@@ -1,0 +1,172 @@
+"""Chapter on the belt-induced force: peaks and shapes of the force, trends, conditions of its sentences."""
+
+import numpy as np
+import pandas as pd
+
+from tepsipe.experiments.weight import shapes, speed_at_peak, usual_weight
+from tepsipe.io.result import Result
+from tepsipe.reporting.run import Run
+from tepsipe.treadmill.calibration import BOTH, OF_BOTH
+
+# a trend counts if its slope exceeds this many standard errors (-)
+CLEAR = 2.5
+# delay of the weight's markers that the report discusses (s)
+LAG_S = 1e-4
+
+
+def numbers(run: Run) -> dict:
+    """Numbers of the usual weight over its conditions, which no table has (units in the keys)."""
+    weight, empty = usual_weight(run.fits["weight"]), run.fits["empty"]
+    fine, coarse = _filters(run)
+    speeds, peaks = _peak_speeds(weight, fine), _peaks(weight, fine)
+    alike_fine, size_fine = shapes(empty, weight, fine)
+    alike_coarse, size_coarse = shapes(empty, weight, coarse)
+    masses, spreads = ([_mass(run, q)[c] for c in weight] for q in ("mass", "mass_sd"))
+    return {
+        "conditions": list(weight),
+        "peak_empty_N": _peaks(empty, fine),
+        "peak_weight_N": peaks,
+        "peak_belt_N": _peaks(weight, "belt"),
+        "speed_at_peak": speed_at_peak(weight, fine),
+        "exponent": _exponent(speeds, peaks),
+        "alike_fine": alike_fine,
+        "alike_coarse": alike_coarse,
+        "size_fine": size_fine,
+        "size_coarse": size_coarse,
+        "mass_trend": trend(speeds, masses),
+        "spread_trend": trend(speeds, spreads),
+    }
+
+
+def _filters(run: Run) -> tuple[str, str]:
+    """Names of the shown low-pass and of the lowest one."""
+    cutoffs_hz = run.settings["weight"]["analysis"]["cutoffs_hz"]
+    return f"{cutoffs_hz[0]:g} Hz", f"{cutoffs_hz[-1]:g} Hz"
+
+
+def _peaks(results: dict[str, Result], name: str) -> list[float]:
+    """Peak of the mean belt-induced force of every trial (N)."""
+    return [float(np.abs(r.arrays[f"{name}/added_force"].mean(axis=0)).max()) for r in results.values()]
+
+
+def _peak_speeds(results: dict[str, Result], name: str) -> list[float]:
+    """Peak of the mean belt speed of every trial (m/s)."""
+    return [float(np.abs(r.arrays[f"{name}/belt_velocity"].mean(axis=0)).max()) for r in results.values()]
+
+
+def _exponent(speeds: list[float], peaks: list[float]) -> float | None:
+    """Power of the belt speed (m/s) that peaks of the force (N) grow with."""
+    if len(speeds) < 3 or not np.ptp(speeds) > 0.0 or not min(peaks) > 0.0:
+        return None
+    return float(np.polyfit(np.log(speeds), np.log(peaks), 1)[0])
+
+
+def _mass(run: Run, quantity: str) -> pd.Series:
+    return run.values("weight", quantity)
+
+
+def trend(speeds: list[float], values: list[float]) -> int:
+    """1 if values (any unit) rise with speed (m/s), -1 if they fall, 0 if neither is clear."""
+    x, y = np.asarray(speeds) - np.mean(speeds), np.asarray(values) - np.mean(values)
+    if x.size < 3 or not (x @ x) > 0.0:
+        return 0
+    slope = float(x @ y / (x @ x))
+    error = float(np.sqrt(np.sum((y - slope * x) ** 2) / (x.size - 2) / (x @ x)))
+    return 0 if abs(slope) <= CLEAR * error else int(np.sign(slope))
+
+
+# ---- conditions of sentences
+
+
+def load_matters(run: Run) -> bool:
+    """In every condition the weight changes the belt-induced force by more than a tenth."""
+    sizes = shapes(run.fits["empty"], usual_weight(run.fits["weight"]), _filters(run)[0])[1]
+    return bool(sizes) and all(abs(x - 1.0) > 0.1 for x in sizes)
+
+
+def alike(run: Run) -> bool:
+    """With the lowest cutoff the forces with and without the weight correlate by more than 0.9."""
+    found = shapes(run.fits["empty"], usual_weight(run.fits["weight"]), _filters(run)[1])[0]
+    return bool(found) and min(found) > 0.9
+
+
+def lags(run: Run) -> bool:
+    """In every condition the clocks of markers and forces differ by more than 0.1 ms."""
+    found = _lags(run)
+    return bool(found) and min(map(abs, found)) > LAG_S
+
+
+def markers_late(run: Run) -> bool:
+    """The clock of the markers lags that of the forces in every condition."""
+    return min(_lags(run)) > 0.0
+
+
+def markers_early(run: Run) -> bool:
+    """The clock of the markers leads that of the forces in every condition."""
+    return max(_lags(run)) < 0.0
+
+
+def _lags(run: Run) -> list[float]:
+    return [fit.facts["marker_lag_s"] for fit in usual_weight(run.fits["weight"]).values()]
+
+
+def linear_needs_load(run: Run) -> bool:
+    """Linear models of the weight predict it better than those of the empty belt, by more than 0.1 of R²."""
+    own, other = (_linear(run, train) for train in ("weight", "empty"))
+    return bool(len(own) and len(other)) and own.min() - other.max() > 0.1
+
+
+def linear_alike(run: Run) -> bool:
+    """Linear models of both were fitted, and those of the empty belt predict the weight about as well."""
+    return bool(len(_linear(run, "weight")) and len(_linear(run, "empty"))) and not linear_needs_load(run)
+
+
+def _scores(run: Run) -> pd.DataFrame:
+    """Scores of the models of the force at the shown cutoff."""
+    scores = run.tables[run.study["models"]["weight"]]
+    shown_hz = float(run.settings["weight"]["analysis"]["cutoffs_hz"][0])
+    return scores[(scores.load == "Fy") & (scores.cutoff_hz == shown_hz)]
+
+
+def _linear(run: Run, train: str) -> pd.Series:
+    """R² of linear models under the weight."""
+    scores = _scores(run)
+    wanted = (scores.train == train) & (scores.test == "weight")
+    return scores[wanted & ~scores.model.isin((*OF_BOTH, "mean-subtraction"))].r2
+
+
+def frame_scored(run: Run) -> bool:
+    """A model of the frame, fitted to the empty belt and the weight, was evaluated under the weight."""
+    scores = _scores(run)
+    wanted = (scores.train == BOTH) & (scores.test == "weight") & scores.model.isin(OF_BOTH)
+    return bool(scores[wanted].r2.notna().any())
+
+
+def scored(run: Run) -> bool:
+    """Models of the force were evaluated."""
+    return bool(_scores(run).rms_after.notna().any())
+
+
+def foot(run: Run) -> bool:
+    """The torque of the dummy was computed from the foot, too."""
+    return "dummy" in run.study["experiments"]
+
+
+def foot_pathways(run: Run) -> bool:
+    """The study has pathways of the torque from the foot."""
+    return foot(run) and len(run.settings["dummy"]["foot"]["pathways"]) > 0
+
+
+PREDICATES = (
+    load_matters,
+    alike,
+    lags,
+    markers_late,
+    markers_early,
+    linear_needs_load,
+    linear_alike,
+    frame_scored,
+    scored,
+    foot,
+    foot_pathways,
+)

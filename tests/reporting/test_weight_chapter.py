@@ -1,0 +1,262 @@
+"""Conditions and numbers of the chapter on the belt-induced force, and the sentences that they choose."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from typst_builders import evaluated, findings_of, typeset_words
+
+from tepsipe.io.result import Result
+from tepsipe.reporting.chapters import weight
+from tepsipe.reporting.chapters.weight import trend
+from tepsipe.reporting.run import Run, report_content
+
+SPEEDS = [0.1, 0.2, 0.3, 0.4, 0.5]
+FALLING, RISING = [20.4, 20.3, 20.2, 20.1, 20.0], [20.0, 20.1, 20.2, 20.3, 20.4]
+CONDITIONS = [f"sine-{speed}" for speed in SPEEDS]
+CHAPTER = '#set heading(numbering: "1.1")\n#include "chapters/weight.typ"\n'
+CHAPTER += '#bibliography("references.bib", style: "ieee")\n'
+FRAME = {"empty_hz": 52.0, "loaded_hz": 48.0, "motion": [0.1, 3.0, 2.0, 0.5], "lag_s": 0.004}
+FRAME |= {"friction_speed_m_per_s": 0.05, "mount_share": 0.1, "mount_time_s": 0.02}
+BRISTLES = {
+    "terms": ["bristles", "lever"],
+    "masses_kg": [0.0, 20.0, 60.0],
+    "resonance_sd_hz": [0.0, 0.2, 0.11],
+}
+BRISTLES |= {"resonance_hz": [1e6, 48.7, 43.9]}
+OTHERS = {"made": 0, "claims": None}
+
+
+@pytest.mark.parametrize(
+    ("values", "found"),
+    [
+        ([20.4, 20.3, 20.2, 20.1, 20.0], -1),
+        ([20.0, 20.1, 20.2, 20.3, 20.41], 1),
+        ([20.0, 20.4, 19.9, 20.3, 20.1], 0),
+        ([20.0, 20.0, 20.0, 20.0, 20.0], 0),
+    ],
+)
+def test_a_trend_is_one_only_if_its_slope_is_clear(values, found):
+    assert trend(SPEEDS, values) == found
+    assert trend(SPEEDS[:2], values[:2]) == 0
+
+
+def pulses(size, lag_s=0.0):
+    """Trials whose force grows with the belt speed to the power of 0.5."""
+    found = {}
+    for condition, speed in zip(CONDITIONS, SPEEDS, strict=True):
+        pulse = np.sin(np.linspace(0.0, np.pi, 21))[None]
+        names = ("20 Hz/added_force", "10 Hz/added_force", "belt/added_force")
+        arrays = dict.fromkeys(names, size * speed**0.5 * pulse)
+        facts = {"carried_kg": 20.0, "marker_lag_s": lag_s}
+        found[condition] = Result(arrays | {"20 Hz/belt_velocity": speed * pulse}, {}, facts)
+    return found
+
+
+def score(model, train, test, r2, converged=True, load="Fy", after=2.0):
+    names = {"model": model, "train": train, "test": test, "load": load, "order": 2, "cutoff_hz": 20.0}
+    numbers = {"r2": r2, "rms_before": 8.0, "rms_after": after, "r2_limit": 0.99, "unit": "N"}
+    return names | numbers | {"converged": converged}
+
+
+SCORES = (
+    score("fir", "empty", "empty", 0.9),
+    score("fir", "empty", "weight", 0.53, after=3.0),
+    score("fir", "weight", "weight", 0.96, converged=False),
+    score("loaded-frame", "empty+weight", "weight", 0.86),
+    score("bristle-frame", "empty+weight", "weight", 0.99),
+)
+
+
+def run_of(
+    masses=FALLING,
+    spreads=FALLING,
+    size=15.0,
+    lag_s=0.0,
+    scores=SCORES,
+    frame=FRAME,
+    bristles=BRISTLES,
+    dummy=(),
+    amplitudes=None,
+    pathways=("foot", "foot-compensated"),
+):
+    """Run of five trials with a weight; ``dummy`` are pathway, condition, K and flags of its estimates."""
+    rows = [
+        {"experiment": "weight", "condition": c, "pathway": "mass", "quantity": q, "value": x, "flags": ""}
+        for q, values in (("mass", masses), ("mass_sd", spreads))
+        for c, x in zip(CONDITIONS, values, strict=True)
+    ]
+    for pathway, condition, stiffness, flags in dummy:
+        own = {"experiment": "dummy", "condition": condition, "pathway": pathway, "flags": flags}
+        rows += [own | {"quantity": q, "value": stiffness} for q in ("I", "B", "K", "VAF_perturbation")]
+    table = pd.DataFrame(rows).assign(estimator="ls", unit="1", ci_low="", ci_high="")
+    plate = Result({}, {}, {"loaded_frame": frame, "bristle_frame": bristles})
+    fits = {"weight": pulses(size, lag_s), "empty": pulses(10.0), "plate": {"plate": plate}}
+    settings = {"weight": {"weight": {"mass_kg": 20.0}, "analysis": {"cutoffs_hz": [20.0, 10.0]}}}
+    settings |= {"dummy": {"recommended": "leg", "foot": {"pathways": dict.fromkeys(pathways)}}}
+    experiments = {"weight": CONDITIONS} | ({"dummy": ["a", "b"]} if dummy else {})
+    study = {"title": "t", "recordings_source": None, "experiments": experiments, "made": {}}
+    study |= {"models": {"weight": "plate"}, "belt_of_models": None, "amplitudes": amplitudes or {}}
+    return Run({"estimates": table, "plate": pd.DataFrame(list(scores))}, fits, settings, study)
+
+
+def content(run):
+    def text(rows):
+        return rows.replace({True: "true", False: "false"}).to_csv(index=False)
+
+    data = report_content(run, {"weight": weight}) | OTHERS
+    return data, {name: text(rows) for name, rows in run.tables.items()}
+
+
+def words(run):
+    return typeset_words(CHAPTER, *content(run), cells="|")
+
+
+@pytest.mark.parametrize(
+    ("masses", "spreads", "told"),
+    [
+        (FALLING, FALLING, "The estimate and its standard deviation decrease with amplitude."),
+        (
+            RISING,
+            FALLING,
+            "The estimate increases with amplitude, its standard deviation decreases with amplitude.",
+        ),
+        ([20.0, 20.4, 19.9, 20.3, 20.1], FALLING, "The estimate has no trend with amplitude, its standard"),
+    ],
+)
+def test_mass_falls_only_if_it_falls(masses, spreads, told):
+    assert told in words(run_of(masses, spreads))
+
+
+def with_linear(own, other):
+    found = [score("fir", "weight", "weight", r2) for r2 in own]
+    return run_of(scores=(*found, *(score("fir", "empty", "weight", r2) for r2 in other)))
+
+
+@pytest.mark.parametrize(
+    ("own", "other", "needed", "same"),
+    [
+        ([0.95, 0.97], [0.52, 0.54], True, False),
+        ([0.95, 0.97], [0.93, 0.96], False, True),
+        ([0.95], [], False, False),
+    ],
+)
+def test_linear_models_fail_only_if_they_do(own, other, needed, same):
+    run = with_linear(own, other)
+    assert (weight.linear_needs_load(run), weight.linear_alike(run)) == (needed, same)
+    assert ("fails in the same way, because" in words(run)) is needed
+    assert not weight.frame_scored(run)
+
+
+def test_growth_of_the_force_is_that_of_the_run():
+    found = weight.numbers(run_of())
+    assert found["speed_at_peak"] == pytest.approx([1.0] * 5)
+    assert found["exponent"] == pytest.approx(0.5)
+    chapter = words(run_of())
+    assert "moves at 100 % of its peak speed; the peak of the force grows" in chapter
+    assert "to the power of 0.50." in chapter
+
+
+@pytest.mark.parametrize(
+    ("size", "lag_s", "matters"), [(15.0, 0.001, True), (10.5, -0.001, False), (5.0, 0.00005, True)]
+)
+def test_load_and_clocks_matter_only_if_they_do(size, lag_s, matters):
+    run = run_of(size=size, lag_s=lag_s)
+    assert weight.load_matters(run) is matters
+    assert weight.lags(run) is (abs(lag_s) > 1e-4)
+    assert (weight.markers_late(run), weight.markers_early(run)) == (lag_s > 0.0, lag_s < 0.0)
+    assert weight.alike(run)
+    chapter = words(run)
+    assert ("This is not the case" in chapter) is matters
+    assert ("the markers leads that of the forces by 1.0 ms" in chapter) is (lag_s < 0.0)
+
+
+def test_cells_of_models_are_those_of_the_scores():
+    scores = (
+        score("fir", "empty", "empty", 0.9),
+        score("fir", "empty", "weight", -20.0),
+        score("arx", "weight", "weight", 0.8, converged=False),
+    )
+    chapter = words(run_of(scores=scores, bristles=None))
+    assert "fir|empty|2|0.900|2.00|< −10|2.00|" in chapter
+    assert "arx *|weight|2|–|–|0.800|2.00|" in chapter
+    assert "bristle frame starts from" not in chapter
+
+
+def test_frame_names_its_terms_and_no_resonance_that_nobody_sees():
+    chapter = words(run_of())
+    assert (
+        "these are bristles, by which friction depends on the path of the belt and a lever of the" in chapter
+    )
+    assert "above 200 Hz at 0 kg, at 48.7 ± 0.20 Hz at 20 kg and at 43.9 ± 0.11 Hz at 60 kg" in chapter
+    assert "|weight|force" in chapter and "|0.990|0.860|0.990|" in chapter
+    assert "these are no further term." in words(run_of(bristles=BRISTLES | {"terms": []}))
+
+
+@pytest.mark.parametrize(
+    ("empty_hz", "loaded_hz", "told"),
+    [
+        (52.0, 48.0, "locates it at 52.0 Hz without and at 48.0 Hz with the weight."),
+        (5e7, 48.0, "locates it at 48.0 Hz with the weight and shows none below 200 Hz without it."),
+        (52.0, float("inf"), "locates it at 52.0 Hz without the weight and shows none below 200 Hz with it."),
+        (5e7, float("inf"), "shows none below 200 Hz, neither without nor with the weight."),
+    ],
+)
+def test_a_resonance_that_is_not_seen_is_not_located(empty_hz, loaded_hz, told):
+    assert told in words(run_of(frame=FRAME | {"empty_hz": empty_hz, "loaded_hz": loaded_hz}))
+
+
+DUMMY = (
+    ("leg", "a", 10.0, ""),
+    ("leg", "b", 9.0, ""),
+    ("foot", "a", 3.0, ""),
+    ("foot", "b", 3.0, ""),
+    ("foot-compensated", "a", 10.5, ""),
+    ("foot-compensated", "b", 8.1, "treadmill-model"),
+)
+
+
+def test_foot_pathways_are_compared_with_the_leg_and_the_gate_is_told():
+    chapter = words(run_of(dummy=DUMMY, amplitudes={"a": 0.3, "b": 0.5}))
+    assert "by −10.0 to 5.0 %; in 1 of 2 conditions the gate rejects" in chapter
+    accepted = [(*row[:3], "") for row in DUMMY]
+    chapter = words(run_of(dummy=accepted, amplitudes={"a": 0.3, "b": 0.5}))
+    assert "accepts the treadmill model in all conditions" in chapter
+
+
+@pytest.mark.parametrize(
+    ("amplitudes", "told"),
+    [
+        ({"a": 0.1, "b": 0.5}, "0.5"),
+        ({"a": 0.1, "b": 0.2}, "0.1"),
+        ({"a": None, "b": None}, None),
+    ],
+)
+def test_velocities_of_the_foot_are_those_of_the_sheet(amplitudes, told):
+    data, tables = content(run_of(dummy=DUMMY, amplitudes=amplitudes))
+    (found,) = evaluated(
+        ["if clear-from != none { num(clear-from, digits: 1) }"], "weight_values.typ", data, tables
+    )
+    assert found == told
+    asked = ['told("abstract_weight").map(plain).join(" ")']
+    (text,) = evaluated(asked, "findings.typ", data, tables)
+    assert (f" at {told} m/s and above is" in text) is (told is not None)
+
+
+FIGURES = [f"figure_{name}" for name in ("4_5", "4_6", "5_1", "plate_models", "plate_responses", "foot")]
+
+
+def test_captions_tell_only_what_was_found():
+    found = findings_of(FIGURES, *content(run_of(dummy=DUMMY, amplitudes={"a": 0.3, "b": 0.5})))
+    assert list(found) == FIGURES
+    assert (
+        found["figure_4_5"] == "Under the weight the belt-induced force is 1.5 times that of the empty belt."
+    )
+    assert found["figure_4_6"].endswith("of 20.0 kg is 20.00 to 20.40 kg over the trials.")
+    assert found["figure_plate_models"].endswith("reach R² = 0.53, the best frame fitted to both R² = 0.990.")
+    assert found["figure_plate_responses"].startswith("Of 8.00 N (root mean square")
+    assert found["figure_foot"] == (
+        "K in N·m/rad is 9.00 to 10.00 (leg), 3.00 (foot), 8.10 to 10.50 (foot compensated) "
+        "at 0.3 m/s and above."
+    )
+    other = findings_of(FIGURES, *content(run_of(size=10.5, scores=SCORES[:3], dummy=DUMMY, pathways=())))
+    assert set(other) == {"figure_4_6", "figure_5_1", "figure_plate_responses"}
