@@ -22,70 +22,57 @@ report: "report/preface.rst"
 
 # checks the configuration and the trial sheet, and says what there is to do
 include: "workflow/rules/common.smk"
-# chapter 2: the rigs, where no recordings exist
-include: "workflow/rules/virtual_lab.smk"
-# raw files of any origin to one HDF5 file per trial
-include: "workflow/rules/ingest.smk"
-# sections 3-1-1 and 4-1-1: the joint in the torque-controlled manipulator
-include: "workflow/rules/wristalyzer.smk"
-# sections 3-1-2 and 4-1-2: TEP-SIPE on the ankle dummy
-include: "workflow/rules/dummy.smk"
-# sections 3-1-2 and 4-1-2: what the treadmill adds to the force, and models of it
-include: "workflow/rules/weight.smk"
-# sections 2-1 and 2-2: the rigs, and time lines of the trials
-include: "workflow/rules/rigs.smk"
-# sections 2-1-3 and 4-1-3: the dummy in a forward simulation
-include: "workflow/rules/simulation.smk"
-# sections 3-1-3 and 4-1-3: sensitivity to measurement noise
-include: "workflow/rules/noise.smk"
-# sections 2-2, 3-2 and 4-2: a person standing on the treadmill
-include: "workflow/rules/standing.smk"
-# participants of any experiment: values per person, means over people
-include: "workflow/rules/participants.smk"
-# a treadmill of your own
-include: "workflow/rules/belt.smk"
-# a human joint in a position-controlled manipulator
-include: "workflow/rules/position_manipulator.smk"
-include: "workflow/rules/platform.smk"
-include: "workflow/rules/operating_points.smk"
-# tables across experiments, and where truth meets estimate
-include: "workflow/rules/tables.smk"
-# the PDF and the HTML report
-include: "workflow/rules/report.smk"
-# a page per trial, and the index
-include: "workflow/rules/pages.smk"
 
 
-# how often intervals hold the truth: many drawn laboratories, each by all rules above
-if config["coverage"] is not None:
+# studies with rules and a report of their own: how often intervals hold the truth (coverage), what an experiment
+# will show (plan), the ankle in walking (walking)
+if STUDY.kind:
 
-    include: "workflow/rules/coverage.smk"
+    include: f"workflow/studies/{STUDY.kind}.smk"
 
+else:
 
-# what an experiment will show, and which filter to use
-if config["plan"] is not None:
+    # chapter 2: the rigs, where no recordings exist
+    include: "workflow/rules/virtual_lab.smk"
+    # raw files of any origin to one HDF5 file per trial
+    include: "workflow/rules/ingest.smk"
+    # sections 3-1-1 and 4-1-1: the joint in the torque-controlled manipulator
+    include: "workflow/rules/wristalyzer.smk"
+    # sections 3-1-2 and 4-1-2: TEP-SIPE on the ankle dummy
+    include: "workflow/rules/dummy.smk"
+    # sections 3-1-2 and 4-1-2: what the treadmill adds to the force, and models of it
+    include: "workflow/rules/weight.smk"
+    # sections 2-1 and 2-2: the rigs, and time lines of the trials
+    include: "workflow/rules/rigs.smk"
+    # sections 2-1-3 and 4-1-3: the dummy in a forward simulation
+    include: "workflow/rules/simulation.smk"
+    # sections 3-1-3 and 4-1-3: sensitivity to measurement noise
+    include: "workflow/rules/noise.smk"
+    # sections 2-2, 3-2 and 4-2: a person standing on the treadmill
+    include: "workflow/rules/standing.smk"
+    # participants of any experiment: values per person, means over people
+    include: "workflow/rules/participants.smk"
+    # a treadmill of your own
+    include: "workflow/rules/belt.smk"
+    # a human joint in a position-controlled manipulator
+    include: "workflow/rules/position_manipulator.smk"
+    include: "workflow/rules/platform.smk"
+    include: "workflow/rules/operating_points.smk"
+    # tables across experiments, and where truth meets estimate
+    include: "workflow/rules/tables.smk"
+    # the PDF and the HTML report
+    include: "workflow/rules/report.smk"
+    # a page per trial, and the index
+    include: "workflow/rules/pages.smk"
 
-    include: "workflow/rules/plan.smk"
-
-
-# the ankle in walking
-if config["walking"] is not None:
-
-    include: "workflow/rules/walking.smk"
+    OUTPUTS = [*outputs.everything(STUDY), *outputs.pages(STUDY)]
+    OUTPUTS += ["<results>/report/index.html", "<results>/report/report.html"]
 
 
 rule all:
     default_target: True
     input:
-        outputs.coverage(STUDY)
-        or outputs.plan(STUDY)
-        or outputs.walking(STUDY)
-        or [
-            *outputs.everything(STUDY),
-            *outputs.pages(STUDY),
-            "<results>/report/index.html",
-            "<results>/report/report.html",
-        ],
+        OUTPUTS,
 
 
 onstart:

@@ -19,7 +19,7 @@ MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
 # what several scripts import: the start of every job, and what reports are made of
 SHARED = {"job.py", "report_texts.py", "typeset.py"}
 SCRIPTS = sorted((ROOT / "workflow/scripts").glob("*.py"))
-RULE_FILES = sorted((ROOT / "workflow/rules").glob("*.smk"))
+RULE_FILES = sorted([*(ROOT / "workflow/rules").glob("*.smk"), *(ROOT / "workflow/studies").glob("*.smk")])
 LABORATORY = "tepsipe.virtual_lab"
 
 

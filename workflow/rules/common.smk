@@ -9,7 +9,6 @@ from pathlib import Path
 from tepsipe.mechanics.engines import resolved_engine
 from workflow.support import groups, outputs, runs
 from workflow.support.captions import caption_file
-from workflow.support.laboratories import Laboratories
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
 from workflow.support.settings import pick, without
@@ -30,7 +29,6 @@ def sections_of(key):
 
 try:
     STUDY = checked_study(config, CONFIGFILES)
-    LABORATORIES = Laboratories(config)
     # a rule is given no more of these files than it reads, and runs again for nothing else. Only the rules that
     # make raw files, and the comparison of estimates with the truth, may call truth_of
     truth_of, reported_of = sections_of("virtual_lab"), sections_of("reported")

@@ -305,7 +305,7 @@ EXPERIMENTS = {
             "analysis.training_fraction",
         ),
     ),
-    # a study of its own, with tables, figure and report of its own (workflow/rules/walking.smk)
+    # a study of its own, with tables, figure and report of its own (workflow/studies/walking.smk)
     "walking": Experiment(
         raw_files={"log": "log.c3d", "events": "events.csv"},
         optional_files=("events",),

@@ -293,31 +293,6 @@ def pages(study: Study) -> list[str]:
     return [f"<results>/report/trials/{e}/{c}.html" for e, c in study.trials]
 
 
-def coverage(study: Study) -> list[str]:
-    """What a coverage study makes, none of another study."""
-    if study.config["coverage"] is None:
-        return []
-    names = ("coverage", "dropped", "flags", "outcomes", "laboratories")
-    return [f"<results>/tables/{name}.csv" for name in names] + ["<results>/report/coverage.pdf"]
-
-
-def plan(study: Study) -> list[str]:
-    """What a plan study makes, none of another study."""
-    if study.config["plan"] is None:
-        return []
-    names = ("plan", "pulses", "filters", "several_joints")
-    return [f"<results>/tables/{name}.csv" for name in names] + ["<results>/report/plan.pdf"]
-
-
-def walking(study: Study) -> list[str]:
-    """What a study of walking makes, none of another study."""
-    if study.config["walking"] is None:
-        return []
-    names = ["estimates", "uncertainty", "walking", "needed"]
-    names += ["recovery"] if study.made("walking") else []
-    return [*(f"<results>/tables/{name}.csv" for name in names), "<results>/report/walking.pdf"]
-
-
 def plan_of_design(plan: dict, name: str) -> dict:
     """What of the section ``plan`` one design depends on."""
     used = {key: plan[key] for key in ("seed", "draws", "window_draws", "joint", "rig", "protocol")}

@@ -101,6 +101,12 @@ class Study:
                     "their rows, or correct its belt"
                 )
 
+    @property
+    def kind(self) -> str | None:
+        """Kind of a study with rules of its own, workflow/studies/<kind>.smk; None of the others."""
+        kinds = ("coverage", "plan", "walking")
+        return next((kind for kind in kinds if self.config[kind] is not None), None)
+
     # ---- experiments and files -------------------------------------------------------------------
 
     def has(self, name: str) -> bool:

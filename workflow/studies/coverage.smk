@@ -1,9 +1,11 @@
 # How often intervals hold the truth: many laboratories, drawn from what the analysis assumes and from other
-# distributions. A job is a whole study of one laboratory, by the same rules.
+# distributions. A job is a whole study of one laboratory, by the same Snakefile.
 
+from workflow.support.laboratories import Laboratories
 
-# where a study is called coverage
-ruleorder: write_coverage > write_report
+LABORATORIES = Laboratories(config)
+TABLES = ("coverage", "dropped", "flags", "outcomes", "laboratories")
+OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/coverage.pdf"]
 
 
 # on a cluster, beside the run itself

@@ -3,12 +3,8 @@
 WALKING = config["walking"]
 WALKS = STUDY.conditions("walking")
 MADE_WALKS = STUDY.made("walking")
-
-
-# where a study is called walking
-ruleorder: write_walking > write_report
-ruleorder: collect_walking > collect_estimates
-ruleorder: compare_walking_with_truth > compare_with_truth
+TABLES = ["estimates", "uncertainty", "walking", "needed", *(["recovery"] if MADE_WALKS else [])]
+OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/walking.pdf"]
 
 
 rule fit_walking:

@@ -1,12 +1,16 @@
 # What an experiment will show before it is done, the best pulse, and the best filter. Designs need no trials;
-# filters are also tried on simulated trials, made, ingested and calibrated by the rules of the study. Several joints
-# are those of the person that is planned for: the person's constants are the plan's, no hidden truth.
+# filters are also tried on simulated trials, made, ingested and calibrated by the rules of other studies. Several
+# joints are those of the person that is planned for: the person's constants are the plan's, no hidden truth.
 
 PLAN = config["plan"]
+TABLES = ("plan", "pulses", "filters", "several_joints")
+OUTPUTS = [*(f"<results>/tables/{name}.csv" for name in TABLES), "<results>/report/plan.pdf"]
 
 
-# where a study is called plan
-ruleorder: write_plan > write_report
+include: "../rules/virtual_lab.smk"
+include: "../rules/ingest.smk"
+include: "../rules/dummy.smk"
+include: "../rules/weight.smk"
 
 
 rule plan_design:
