@@ -29,7 +29,7 @@ from tepsipe.mechanics.engines import engine_version, installed_engines
 from tepsipe.mechanics.forward_dynamics import ForwardSimulation, Joint, simulate_dummy
 from tepsipe.mechanics.inverse_dynamics import Foot, Leg
 from tepsipe.signals.filters import butterworth_lowpass
-from workflow.support.settings import settings_of
+from workflow.settings.complete import settings_of
 
 JOINT = Joint(inertia_Nms2_per_rad=0.0, damping_Nms_per_rad=0.1, stiffness_Nm_per_rad=10.0)
 STEPS_S = (0.001, 0.002, 0.004)

@@ -51,7 +51,7 @@ from tepsipe.signals.onsets import OnsetOptions  # noqa: E402
 from tepsipe.virtual_lab.person_mechanisms import MECHANISMS, without  # noqa: E402
 from tepsipe.virtual_lab.standing_trial import make_standing_trial  # noqa: E402
 from tepsipe.virtual_lab.treadmill_trial import Protocol  # noqa: E402
-from workflow.support.settings import settings_of  # noqa: E402
+from workflow.settings.complete import settings_of  # noqa: E402
 
 DURATION_S, INTERVAL_S = 45.0, (3.6, 3.8)
 TRIALS = (("sine", 0.4), ("negative-sine", 0.4))

@@ -34,8 +34,8 @@ from tepsipe.virtual_lab.standing_trial import make_standing_trial
 from tepsipe.virtual_lab.treadmill_trial import Protocol
 from tepsipe.virtual_lab.weight_trial import make_weight_trial
 from tepsipe.virtual_lab.wristalyzer_trial import make_wristalyzer_trial
+from workflow.settings.complete import settings_of, without
 from workflow.support.rigs import RIG_KEYS, rig_of
-from workflow.support.settings import settings_of, without
 
 PLATE_TRIALS = ("dummy", "weight", "empty", "standing")
 PLATE = {"log": "log.mat", "calibration": "calibration.csv"}

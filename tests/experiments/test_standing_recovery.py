@@ -46,7 +46,7 @@ PATHWAYS = {name: TorquePathway(name, None) for name in ("ankle", "ankle-thesis"
 @pytest.fixture(scope="module")
 def choices(shipped_config):
     """The section of the standing person, and the library's options that its scripts make of it."""
-    from workflow.support.settings import settings_of
+    from workflow.settings.complete import settings_of
 
     section = settings_of(shipped_config)["standing"]
     analysis = section["analysis"]

@@ -13,8 +13,8 @@ from tepsipe.ingest.frozen import frozen_stretch, held_while_moving
 from tepsipe.ingest.limits import Limits, Rig
 from tepsipe.ingest.plate_treadmill import TreadmillOptions, ingest_treadmill_files
 from tepsipe.ingest.plausibility import plausible_trial
+from workflow.settings.complete import settings_of, without
 from workflow.support.rigs import RIG_KEYS, rig_of
-from workflow.support.settings import settings_of, without
 
 LABELS = ["foot1", "foot2", "foot3", "ankle", "leg1", "leg2", "leg3", "leg4"]
 FILES = {"log": "log.mat", "calibration": "matrix.csv", "markers": "markers.c3d"}

@@ -72,7 +72,7 @@ def ingested(dummy_files, one_file, options, labels):
 @pytest.fixture(scope="module")
 def dummy(shipped_config):
     """Options of the dummy's analysis, with the rests of the short laboratory."""
-    from workflow.support.settings import settings_of
+    from workflow.settings.complete import settings_of
 
     section = settings_of(shipped_config)["dummy"]
     analysis = section["analysis"] | {"rest_before_s": 2.0, "rest_after_s": 3.0}

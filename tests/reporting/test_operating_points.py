@@ -298,7 +298,7 @@ def test_sheet_gives_operating_points_and_leaves_out_trials_that_move(study_of):
         {"condition": "b"},
         {"condition": "c", "schedule_column": "phase"},
     )
-    assert study.operating_points() == {
+    assert study.manipulators.operating_points() == {
         "a": {"participant": "", "angle_rad": 0.1, "torque_Nm": -5.0},
         "b": {"participant": "", "angle_rad": None, "torque_Nm": None},
     }

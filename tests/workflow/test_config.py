@@ -10,6 +10,7 @@ from builders import assert_one_sentence
 from tepsipe.errors import InputError
 from tepsipe.reporting.claims import MEASURES
 from workflow.settings.check import check_content
+from workflow.settings.complete import only, pick, settings_of, without
 from workflow.settings.config import Config, check_config
 from workflow.settings.reported import Reported
 from workflow.settings.structure import all_keys, kind_at, section_of
@@ -18,7 +19,6 @@ from workflow.support.check import check_one_treadmill, check_plate_models
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.reach import reached_by
 from workflow.support.renames import KEYS, MOVED, PATHWAYS, REMOVED, VALUES
-from workflow.support.settings import only, pick, settings_of, without
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, check_sources, read_trial_sheet
 from workflow.support.version import code_version
 from workflow.support.yaml_file import read_settings

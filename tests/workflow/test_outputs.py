@@ -13,14 +13,15 @@ from tepsipe.mechanics.engines import ENGINES
 from tepsipe.mechanics.inverse_dynamics import TORQUE_PATHWAYS
 from tepsipe.signals import onsets
 from tepsipe.treadmill import registry
+from workflow.settings.complete import pick
 from workflow.settings.config import Config
 from workflow.settings.dummy import ABOUT_ESTIMATORS
 from workflow.settings.structure import kind_at, names_of
-from workflow.support import outputs
+from workflow.support import facts, outputs
 from workflow.support.captions import read_captions
 from workflow.support.experiments import APPENDIX, EXPERIMENTS, PARTS
-from workflow.support.settings import pick
-from workflow.support.study import Study, any_of, table_experiment
+from workflow.support.lookups.thesis import table_experiment
+from workflow.support.study import Study, any_of
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, TrialRow, read_trial_sheet
 
 
@@ -81,7 +82,7 @@ def test_every_caption_is_used_and_there(shipped, root):
 
 
 def test_constants_that_are_compared_are_in_the_laboratory(shipped, shipped_truth):
-    paths = shipped.true()
+    paths = facts.true(shipped)
     assert len(paths) == len(set(paths)) > 4
     joint = {key: shipped_truth["dummy"]["subject"][key] for key in ("joint_inertia_kgm2",)}
     assert pick(shipped_truth, *paths)["dummy"] == {
@@ -110,7 +111,7 @@ def test_outputs_of_the_shipped_study(shipped):
     figures = outputs.figures(shipped)
     assert len(figures) == 4 + 7 + 7 + 5 + 1 + 1 + 1 + 19 + 2 + 8 + 5
     assert outputs.budget_names(shipped) == ["wristalyzer", "dummy", "foot", "weight", "standing"]
-    assert shipped.budgeted_foot() == "foot-compensated"
+    assert shipped.estimators.budgeted_foot() == "foot-compensated"
     # trials of the manipulator and all of them together, of the dummy, its foot, the weight, and the
     # person, her tasks and their difference
     assert len(outputs.budgets(shipped)) == 5 + 1 + 12 + 12 + 13 + 16 + 2 + 1
@@ -133,8 +134,8 @@ def test_outputs_of_the_shipped_study(shipped):
 
 def test_a_table_is_laid_out_from_its_own_experiment(shipped):
     assert [table_experiment(f"table_4_{n}") for n in (1, 2, 3)] == ["wristalyzer", "dummy", "dummy"]
-    assert shipped.table_conditions("table_4_1") == ["0.08", "0.12", "0.16", "0.20", "0.24"]
-    assert {name.partition("-")[0] for name in shipped.table_conditions("table_4_3")} == {"minjerk"}
+    assert shipped.thesis.conditions("table_4_1") == ["0.08", "0.12", "0.16", "0.20", "0.24"]
+    assert {name.partition("-")[0] for name in shipped.thesis.conditions("table_4_3")} == {"minjerk"}
     files = outputs.estimates_of(shipped, "wristalyzer")
     assert files[-1] == "<results>/cross_validation/wristalyzer.csv"
     assert all("/wristalyzer" in path for path in files)
@@ -144,42 +145,42 @@ def test_a_table_is_laid_out_from_its_own_experiment(shipped):
 
 
 def test_pairs_of_tasks_are_those_of_one_person_whatever_their_names(study_of, shipped):
-    assert shipped.task_pairs() == {"stiff-relax": ("stiff", "relax")}
+    assert shipped.tasks.pairs() == {"stiff-relax": ("stiff", "relax")}
     own = [row("standing", name, task=name) for name in ("push", "calm", "relax")]
-    assert set(study_of(*own).task_pairs()) == {"push-calm", "push-relax", "calm-relax"}
-    assert study_of(own[0]).task_pairs() == {}
+    assert set(study_of(*own).tasks.pairs()) == {"push-calm", "push-relax", "calm-relax"}
+    assert study_of(own[0]).tasks.pairs() == {}
 
 
 def test_tasks_of_the_shipped_person(shipped):
-    assert shipped.tasks() == ["relax", "stiff"]
-    assert list(shipped.task_groups()) == [
+    assert shipped.tasks.names() == ["relax", "stiff"]
+    assert list(shipped.tasks.groups()) == [
         "relax, sine",
         "relax, negative-sine",
         "stiff, sine",
         "stiff, negative-sine",
     ]
-    made = shipped.made_tasks()
+    made = shipped.tasks.made()
     assert (made["relax-pos-0.4"], made["relax"], made["stiff"]) == ("relax", "relax", "stiff")
-    assert len(shipped.of_task("<results>/{condition}.h5", "stiff")) == 8
+    assert len(shipped.tasks.of_trials("<results>/{condition}.h5", "stiff")) == 8
 
 
 def test_noise_study_has_one_trial_of_every_profile_and_amplitude(shipped):
-    names = shipped.noise_conditions()
+    names = shipped.noise.conditions()
     assert len(names) == 10
     assert "sine-0.5-8s" not in names
-    assert shipped.averaged_noise_conditions() == [name for name in names if name.startswith("sine")]
-    assert shipped.same_profile("minjerk-0.3") == [name for name in names if name.startswith("minjerk")]
+    assert shipped.noise.averaged() == [name for name in names if name.startswith("sine")]
+    assert shipped.noise.same_profile("minjerk-0.3") == [name for name in names if name.startswith("minjerk")]
 
 
 def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shipped, study_of):
-    printed = shipped.printed()
+    printed = facts.printed(shipped)
     assert list(printed) == [*shipped.experiments, "noise"]
     assert printed["weight"] == {
         "weight": {"mass_kg": 20.0},
         "analysis": {"cutoffs_hz": [20.0, 10.0], "segment_s": 0.3},
     }
     assert printed["empty"] == {}
-    assert list(study_of(row("belt", "a", role="calibrate")).printed()) == ["belt"]
+    assert list(facts.printed(study_of(row("belt", "a", role="calibrate")))) == ["belt"]
 
 
 # ---- other studies ---------------------------------------------------------------------------------
@@ -188,12 +189,12 @@ def test_printed_settings_are_those_of_experiments_and_parts_in_the_study(shippe
 def test_study_without_weight_and_wristalyzer_has_neither_foot_nor_simulation(study_of):
     study = study_of(row("dummy", "a"), row("dummy", "b"), row("dummy", "sine-1"))
     assert [name for name in PARTS if study.has(name)] == ["rigs", "budgets"]
-    assert outputs.budget_names(study) == ["dummy"] and study.budgeted_foot() is None
+    assert outputs.budget_names(study) == ["dummy"] and study.estimators.budgeted_foot() is None
     names = [outputs.forward, outputs.noise, outputs.model_scores, outputs.task_fits]
     assert [files(study) for files in names] == [[]] * 4
     assert outputs.plate_models(study, "dummy", "a") == []
     assert outputs.specification(study) == ["<results>/tables/specification.csv"]
-    assert study.thesis_tables() == {"table_4_2": "dummy"}
+    assert study.thesis.tables() == {"table_4_2": "dummy"}
     assert [name for name in outputs.figures_of(study, "simulation") if name in APPENDIX] == list(
         APPENDIX[:3]
     )
@@ -230,7 +231,7 @@ def test_fits_are_in_the_order_in_which_they_are_read_where_a_sheet_mixes_experi
 def test_truth_is_wanted_of_what_was_made_alone(study_of):
     study = study_of(row("dummy", "own"), row("weight", "w", "virtual_lab"))
     assert study.all_made() == {"dummy": [], "weight": ["w"]}
-    assert study.true() == ["weight.mass_kg", "heavy_weight.mass_kg"]
+    assert facts.true(study) == ["weight.mass_kg", "heavy_weight.mass_kg"]
 
 
 def test_task_counts_as_made_only_if_all_of_its_trials_are(study_of):
@@ -239,8 +240,8 @@ def test_task_counts_as_made_only_if_all_of_its_trials_are(study_of):
         row("standing", "b", task="relax"),
         row("standing", "c", "virtual_lab", "sine", task="stiff"),
     )
-    assert study.made_tasks() == {"a": "relax", "c": "stiff", "stiff": "stiff"}
-    assert list(study.task_groups()) == ["relax, sine", "relax", "stiff, sine"]
+    assert study.tasks.made() == {"a": "relax", "c": "stiff", "stiff": "stiff"}
+    assert list(study.tasks.groups()) == ["relax, sine", "relax", "stiff, sine"]
 
 
 def test_condition_that_is_not_there_gives_way_to_the_last_of_the_sheet(study_of):

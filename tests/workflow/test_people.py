@@ -68,10 +68,10 @@ def test_tasks_of_two_people_are_never_pooled(study_of):
     study = study_of(
         *[standing(who, task, k) for who in ("P2", "P1") for k in (2, 1) for task in ("stiff", "relax")]
     )
-    assert study.tasks() == ["P1-relax", "P1-stiff", "P2-relax", "P2-stiff"]
-    assert study.of_task("{condition}", "P1-stiff") == ["P1-stiff-1", "P1-stiff-2"]
+    assert study.tasks.names() == ["P1-relax", "P1-stiff", "P2-relax", "P2-stiff"]
+    assert study.tasks.of_trials("{condition}", "P1-stiff") == ["P1-stiff-1", "P1-stiff-2"]
     assert "<results>/estimates/standing_tasks/P2-relax.csv" in outputs.estimates(study)
-    assert study.task_of()["P2-relax-1"] == "P2-relax"
+    assert study.tasks.by_condition()["P2-relax-1"] == "P2-relax"
     assert outputs.participants(study) == ["<results>/tables/participants.csv", "<results>/tables/group.csv"]
     assert "<results>/figures/figure_participants.svg" in outputs.figures(study)
 
@@ -79,14 +79,14 @@ def test_tasks_of_two_people_are_never_pooled(study_of):
 def test_another_order_of_the_rows_gives_the_same_pools(study_of):
     rows = [standing(who, task, k) for who in ("P1", "P2") for task in ("relax", "stiff") for k in (1, 2)]
     first, second = study_of(*rows), study_of(*rows[::-1])
-    assert first.pools() == second.pools()
-    assert first.tasks() == second.tasks()
+    assert first.tasks.pools() == second.tasks.pools()
+    assert first.tasks.names() == second.tasks.names()
 
 
 def test_without_the_column_tasks_have_their_own_names(study_of):
     rows = [standing("P1", task) | {"participant": "-"} for task in ("stiff", "relax")]
     study = study_of(*rows, people=None)
-    assert study.tasks() == ["stiff", "relax"]
+    assert study.tasks.names() == ["stiff", "relax"]
     assert not (study.by_participant or study.by_belt)
     assert groups.labels(study) == {}
     assert outputs.participants(study) == groups.members(study) == []
@@ -105,11 +105,11 @@ def test_person_has_the_numbers_of_the_table_and_the_markers_of_the_configuratio
 def test_figures_of_a_task_show_the_person_of_the_example(study_of):
     rows = [standing(who, task) for who in ("P1", "P2") for task in ("relax", "stiff")]
     study = study_of(*rows, example_condition="P1-stiff-1")
-    assert list(study.shown_pools()) == ["P1-relax", "P1-stiff"]
-    assert list(study.task_groups()) == ["P1-relax", "P1-stiff"]
-    assert list(study.task_groups("P2")) == list(study.shown_pools("P2")) == ["P2-relax", "P2-stiff"]
+    assert list(study.tasks.shown()) == ["P1-relax", "P1-stiff"]
+    assert list(study.tasks.groups()) == ["P1-relax", "P1-stiff"]
+    assert list(study.tasks.groups("P2")) == list(study.tasks.shown("P2")) == ["P2-relax", "P2-stiff"]
     # without the configured condition, the last of the sheet
-    assert list(study_of(*rows, example_condition="x").shown_pools()) == ["P2-relax", "P2-stiff"]
+    assert list(study_of(*rows, example_condition="x").tasks.shown()) == ["P2-relax", "P2-stiff"]
 
 
 def test_members_of_other_experiments_are_known_by_task_or_condition(study_of):
@@ -228,14 +228,14 @@ def test_table_with_a_mistake_is_refused_in_one_sentence(text, said, table):
 def test_models_are_those_of_the_belt_of_a_trial(study_of):
     rows = [standing("P1", "relax", belt="left"), standing("P1", "relax", 2)]
     study = study_of(*rows, *calibration("left"), *calibration("right"))
-    assert study.plates() == {"plate_left": "left", "plate_right": "right"}
+    assert study.treadmill.plates() == {"plate_left": "left", "plate_right": "right"}
     # a dash is the belt of the configuration
-    assert [study.belt_of("standing", f"P1-relax-{k}") for k in (1, 2)] == ["left", "right"]
+    assert [study.treadmill.belt_of("standing", f"P1-relax-{k}") for k in (1, 2)] == ["left", "right"]
     assert outputs.plate_models(study, "standing", "P1-relax-1") == [
         "<results>/treadmill_models/plate_left_Fy.json",
         "<results>/treadmill_models/plate_left_Mx.json",
     ]
-    assert {tuple(trial) for trial in study.plate_trials("left")} == {
+    assert {tuple(trial) for trial in study.treadmill.plate_trials("left")} == {
         (experiment, f"left-{role}", role)
         for experiment in ("weight", "empty")
         for role in ("calibrate", "validate")
@@ -244,7 +244,7 @@ def test_models_are_those_of_the_belt_of_a_trial(study_of):
     assert study.named("standing", "P1-relax-1") == {"participant": "P1", "belt": "left"}
     assert study.named("standing", "P1-relax-2") == {"participant": "P1"}
     # trials of one task on two belts are two pools, and two rows of the tables
-    assert study.tasks() == ["P1-left-relax", "P1-right-relax"]
+    assert study.tasks.names() == ["P1-left-relax", "P1-right-relax"]
     assert [m["belt"] for m in groups.members(study)] == ["left", "right"]
     assert groups.labels(study)["belt"]["standing"]["P1-left-relax"] == "left"
 
@@ -261,7 +261,7 @@ def test_exception_for_a_belt_is_possible_where_belts_have_models_of_their_own(c
 
 def test_without_the_column_the_models_have_their_own_name(study_of):
     study = study_of(*[row | {"belt": "-"} for row in calibration("right")])
-    assert study.plates() == {"plate": "right"}
+    assert study.treadmill.plates() == {"plate": "right"}
     assert outputs.belts_of_scores(study) == []
     assert outputs.model_scores(study) == ["<results>/treadmill_models/plate.csv"]
 

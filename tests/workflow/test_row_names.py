@@ -3,9 +3,9 @@
 import pytest
 
 from tepsipe.errors import InputError
+from workflow.settings.complete import pick, settings_of
 from workflow.support.experiments import EXPERIMENTS
 from workflow.support.row_names import NAME_COLUMNS, check_names
-from workflow.support.settings import pick, settings_of
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, read_trial_sheet
 

@@ -12,9 +12,9 @@ from study_builders import OVERRIDES, snakemake, write_config, write_sheet
 
 from tepsipe.errors import InputError
 from tepsipe.ingest.recording_options import RecordingOptions
+from workflow.settings.complete import settings_of
 from workflow.settings.config import check_config
 from workflow.support.check import check_one_treadmill, check_recordings
-from workflow.support.settings import settings_of
 from workflow.support.study import Study
 from workflow.support.trial_sheet import COLUMNS, OPTIONAL_COLUMNS, read_trial_sheet
 

@@ -7,14 +7,15 @@ from functools import partial
 from pathlib import Path
 
 from tepsipe.mechanics.engines import resolved_engine
-from workflow.support import groups, outputs, runs
+from workflow.support import facts, groups, outputs, runs
 from workflow.support.captions import caption_file
 from workflow.support.reach import reached_by
 from workflow.support.rigs import RIG_KEYS, rig_of
-from workflow.support.settings import pick, without
+from workflow.settings.complete import pick, without
 from workflow.support.start import checked_sections, checked_study, with_its_file
 from workflow.support.stopped import what_stopped
-from workflow.support.study import any_of, table_experiment
+from workflow.support.lookups.thesis import table_experiment
+from workflow.support.study import any_of
 from workflow.support.version import code_version
 
 # bytecode once, not once per job: some environments keep Python from writing it
@@ -44,7 +45,7 @@ SETTINGS, SEED = STUDY.settings, config["study"]["seed"]
 
 wildcard_constraints:
     condition=any_of(condition for _, condition in STUDY.trials),
-    task=any_of(STUDY.tasks()),
+    task=any_of(STUDY.tasks.names()),
 
 
 def as_it_is(value):

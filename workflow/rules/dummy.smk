@@ -71,7 +71,7 @@ rule specify_dummy:
         geometry=DUMMY["geometry"],
         analysis=DUMMY_ANALYSIS,
         foot=without(DUMMY["foot"], "pathways"),
-        belt=STUDY.belt_of("dummy", SPECIFIED),
+        belt=STUDY.treadmill.belt_of("dummy", SPECIFIED),
         options=without(DUMMY["specification"], "condition"),
         as_printed=DUMMY["pathways"][DUMMY["as_printed"]],
         recommended=DUMMY["pathways"][DUMMY["recommended"]],
@@ -121,7 +121,7 @@ rule fit_foot:
         bootstrap_draws=DUMMY["analysis"]["bootstrap_draws"],
         foot=DUMMY["foot"],
         uncertainty=SETTINGS["uncertainty"]["dummy"],
-        belt=lambda w: STUDY.belt_of("dummy", w.condition),
+        belt=lambda w: STUDY.treadmill.belt_of("dummy", w.condition),
         seed=SEED,
     script:
         "../scripts/fit_foot.py"
@@ -164,7 +164,7 @@ rule fit_thesis_dummy:
         "../envs/tepsipe.yaml"
     params:
         conditions=STUDY.conditions("dummy"),
-        fitted=STUDY.table_conditions("table_4_2"),
+        fitted=STUDY.thesis.conditions("table_4_2"),
         printed=meant_in("table_4_2", "table_4_3"),
         geometry=without(DUMMY["geometry"], "foot_mass_kg", "foot_height_m"),
         analysis=DUMMY_ANALYSIS,

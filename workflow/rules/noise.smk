@@ -25,7 +25,7 @@ rule simulate_without_noise:
 
 rule sweep_noise:
     input:
-        fits=lambda w: [f"<results>/fits/without_noise/{c}.h5" for c in STUDY.same_profile(w.condition)],
+        fits=lambda w: [f"<results>/fits/without_noise/{c}.h5" for c in STUDY.noise.same_profile(w.condition)],
         library=library_of("sweep_noise"),
     output:
         noise="<results>/noise/{condition}.csv",
@@ -34,7 +34,7 @@ rule sweep_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        conditions=lambda w: STUDY.same_profile(w.condition),
+        conditions=lambda w: STUDY.noise.same_profile(w.condition),
         geometry=DUMMY["geometry"],
         analysis=DUMMY_ANALYSIS,
         noise=NOISE,
@@ -45,7 +45,7 @@ rule sweep_noise:
 
 rule collect_noise:
     input:
-        noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise_conditions()],
+        noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
         library=library_of("collect_noise"),
     output:
         noise=report(
@@ -68,14 +68,14 @@ rule collect_noise:
         reported=reported_table("table_4_4"),
         table_snr_db=NOISE["table_snr_db"],
         swept_Nm_per_rad=NOISE["joint"]["stiffness_Nm_per_rad"][0],
-        averaged=STUDY.averaged_noise_conditions(),
+        averaged=STUDY.noise.averaged(),
     script:
         "../scripts/collect_noise.py"
 
 
 rule plot_noise:
     input:
-        noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise_conditions()],
+        noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise.conditions()],
         library=library_of("plot", "tepsipe/reporting/figures/noise.py"),
     output:
         **figure_files("noise"),
@@ -87,6 +87,6 @@ rule plot_noise:
         drawn_by="noise",
         joint=NOISE["joint"],
         table_snr_db=NOISE["table_snr_db"],
-        conditions=STUDY.averaged_noise_conditions(),
+        conditions=STUDY.noise.averaged(),
     script:
         "../scripts/plot.py"

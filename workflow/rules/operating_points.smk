@@ -3,8 +3,11 @@
 
 rule tabulate_operating_points:
     input:
-        estimates=[f"<results>/estimates/position_manipulator/{c}.csv" for c in STUDY.operating_points()],
-        fits=[f"<results>/fits/position_manipulator/{c}.h5" for c in STUDY.operating_points()],
+        estimates=[
+            f"<results>/estimates/position_manipulator/{c}.csv"
+            for c in STUDY.manipulators.operating_points()
+        ],
+        fits=[f"<results>/fits/position_manipulator/{c}.h5" for c in STUDY.manipulators.operating_points()],
         library=library_of("tabulate_operating_points"),
     output:
         points=report(
@@ -24,7 +27,7 @@ rule tabulate_operating_points:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        nominal=STUDY.operating_points(),
+        nominal=STUDY.manipulators.operating_points(),
     script:
         "../scripts/tabulate_operating_points.py"
 

@@ -21,7 +21,7 @@ rule write_wristalyzer_pages:
     params:
         composed_by="wristalyzer",
         title=TITLE,
-        trials=STUDY.described("wristalyzer"),
+        trials=facts.described(STUDY, "wristalyzer"),
     script:
         "../scripts/write_pages.py"
 
@@ -44,7 +44,7 @@ rule write_dummy_pages:
     params:
         composed_by="dummy",
         title=TITLE,
-        trials=STUDY.described("dummy"),
+        trials=facts.described(STUDY, "dummy"),
         recommended=DUMMY["recommended"],
     script:
         "../scripts/write_pages.py"
@@ -68,8 +68,8 @@ rule write_weight_pages:
         composed_by="weight",
         title=TITLE,
         experiment="weight",
-        belts=list(STUDY.plates().values()),
-        trials=STUDY.described("weight"),
+        belts=list(STUDY.treadmill.plates().values()),
+        trials=facts.described(STUDY, "weight"),
     script:
         "../scripts/write_pages.py"
 
@@ -91,7 +91,7 @@ use rule write_weight_pages as write_empty_pages with:
         title=TITLE,
         experiment="empty",
         belts=[],
-        trials=STUDY.described("empty"),
+        trials=facts.described(STUDY, "empty"),
 
 
 rule write_standing_pages:
@@ -111,7 +111,7 @@ rule write_standing_pages:
     params:
         composed_by="standing",
         title=TITLE,
-        trials=STUDY.described("standing"),
+        trials=facts.described(STUDY, "standing"),
         recommended=STANDING["recommended"],
     script:
         "../scripts/write_pages.py"
@@ -135,7 +135,7 @@ rule write_position_manipulator_pages:
     params:
         composed_by="position_manipulator",
         title=TITLE,
-        trials=STUDY.described("position_manipulator"),
+        trials=facts.described(STUDY, "position_manipulator"),
     script:
         "../scripts/write_pages.py"
 
@@ -156,7 +156,7 @@ rule write_platform_pages:
     params:
         composed_by="platform",
         title=TITLE,
-        trials=STUDY.described("platform"),
+        trials=facts.described(STUDY, "platform"),
     script:
         "../scripts/write_pages.py"
 
@@ -176,7 +176,7 @@ rule write_belt_pages:
     params:
         composed_by="belt",
         title=TITLE,
-        trials=STUDY.described("belt"),
+        trials=facts.described(STUDY, "belt"),
         model=SETTINGS["belt"]["chosen"],
     script:
         "../scripts/write_pages.py"

@@ -47,7 +47,7 @@ rule write_report:
         "../envs/tepsipe.yaml"
     params:
         chapters=outputs.chapters(STUDY),
-        settings=STUDY.printed(),
+        settings=facts.printed(STUDY),
         study=as_it_is(
             {
                 "title": config["study"]["title"],
@@ -69,9 +69,11 @@ rule write_report:
                 "amplitudes": STUDY.amplitudes("dummy"),
                 "roles": STUDY.roles("belt"),
                 "models": outputs.model_names(STUDY),
-                "belt_of_models": STUDY.plates().get(STUDY.shown_plate()) if STUDY.by_belt else None,
-                "foot_pathway": STUDY.budgeted_foot(),
-                "tasks": STUDY.tasks(),
+                "belt_of_models": (
+                    STUDY.treadmill.plates().get(STUDY.shown_plate()) if STUDY.by_belt else None
+                ),
+                "foot_pathway": STUDY.estimators.budgeted_foot(),
+                "tasks": STUDY.tasks.names(),
                 "people": {name: STUDY.person(name) for name in STUDY.participants("standing")},
                 "shown_of_participants": groups.shown_estimators(STUDY),
             }

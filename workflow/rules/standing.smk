@@ -20,7 +20,7 @@ rule fit_standing:
         "../envs/tepsipe.yaml"
     params:
         person=lambda w: STUDY.person(sheet("participant", "standing")(w)),
-        belt=lambda w: STUDY.belt_of("standing", w.condition),
+        belt=lambda w: STUDY.treadmill.belt_of("standing", w.condition),
         ankle_action={m: choice["ankle_action"] for m, choice in STANDING["muscles"].items()},
         max_gap_s=STANDING["ingest"]["max_gap_s"],
         emg=STANDING["emg"],
@@ -40,7 +40,7 @@ rule fit_standing:
 
 rule fit_standing_task:
     input:
-        responses=lambda w: STUDY.of_task("<results>/epochs/standing/{condition}.h5", w.task),
+        responses=lambda w: STUDY.tasks.of_trials("<results>/epochs/standing/{condition}.h5", w.task),
         library=library_of("fit_standing_task"),
     output:
         fit="<results>/fits/standing_tasks/{task}.h5",
@@ -51,7 +51,7 @@ rule fit_standing_task:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        person=lambda w: STUDY.person(STUDY.pools()[w.task].participant),
+        person=lambda w: STUDY.person(STUDY.tasks.pools()[w.task].participant),
         muscles={m: without(choice, "channel") for m, choice in STANDING["muscles"].items()},
         tried_windows_s=STANDING["analysis"]["tried_windows_s"],
         bootstrap_draws=STANDING["analysis"]["bootstrap_draws"],
@@ -69,8 +69,8 @@ rule fit_standing_task:
 
 rule compare_standing_tasks:
     input:
-        more=lambda w: f"<results>/fits/standing_tasks/{STUDY.task_pairs()[w.pair][0]}.h5",
-        less=lambda w: f"<results>/fits/standing_tasks/{STUDY.task_pairs()[w.pair][1]}.h5",
+        more=lambda w: f"<results>/fits/standing_tasks/{STUDY.tasks.pairs()[w.pair][0]}.h5",
+        less=lambda w: f"<results>/fits/standing_tasks/{STUDY.tasks.pairs()[w.pair][1]}.h5",
         library=library_of("compare_standing_tasks"),
     output:
         estimates="<results>/estimates/standing_pairs/{pair}.csv",
@@ -78,7 +78,7 @@ rule compare_standing_tasks:
     log:
         "<logs>/compare_standing_tasks/{pair}.log",
     wildcard_constraints:
-        pair=any_of(STUDY.task_pairs()),
+        pair=any_of(STUDY.tasks.pairs()),
     conda:
         "../envs/tepsipe.yaml"
     params:
@@ -107,8 +107,8 @@ rule plot_standing_trials:
 rule plot_standing:
     input:
         example=f"<results>/epochs/standing/{STUDY.shown('standing', STANDING['example_condition'])}.h5",
-        trials=[f"<results>/fits/standing/{c}.h5" for c in STUDY.shown_people()],
-        tasks=[f"<results>/fits/standing_tasks/{task}.h5" for task in STUDY.shown_pools()],
+        trials=[f"<results>/fits/standing/{c}.h5" for c in STUDY.tasks.shown_trials()],
+        tasks=[f"<results>/fits/standing_tasks/{task}.h5" for task in STUDY.tasks.shown()],
         library=library_of("plot", "tepsipe/reporting/figures/standing.py"),
     output:
         **figure_files("standing"),
@@ -118,13 +118,13 @@ rule plot_standing:
         "../envs/tepsipe.yaml"
     params:
         drawn_by="standing",
-        conditions=list(STUDY.shown_people()),
-        tasks=list(STUDY.shown_pools()),
-        task_of=STUDY.shown_people(),
+        conditions=list(STUDY.tasks.shown_trials()),
+        tasks=list(STUDY.tasks.shown()),
+        task_of=STUDY.tasks.shown_trials(),
         detector=STANDING["latency"]["detector"],
         recommended=STANDING["recommended"],
-        active=STUDY.active_estimators(),
-        groups=STUDY.task_groups(),
+        active=STUDY.estimators.active(),
+        groups=STUDY.tasks.groups(),
         window_s=STANDING["estimators"][STANDING["recommended"]["estimator"]]["window_s"],
         muscles=list(STANDING["muscles"]),
     script:
@@ -134,9 +134,9 @@ rule plot_standing:
 # the same of any participant, on demand
 use rule plot_standing as plot_standing_of_participant with:
     input:
-        example=lambda w: f"<results>/epochs/standing/{next(iter(STUDY.shown_people(w.participant)))}.h5",
-        trials=lambda w: [f"<results>/fits/standing/{c}.h5" for c in STUDY.shown_people(w.participant)],
-        tasks=lambda w: [f"<results>/fits/standing_tasks/{t}.h5" for t in STUDY.shown_pools(w.participant)],
+        example=lambda w: f"<results>/epochs/standing/{next(iter(STUDY.tasks.shown_trials(w.participant)))}.h5",
+        trials=lambda w: [f"<results>/fits/standing/{c}.h5" for c in STUDY.tasks.shown_trials(w.participant)],
+        tasks=lambda w: [f"<results>/fits/standing_tasks/{t}.h5" for t in STUDY.tasks.shown(w.participant)],
         library=library_of("plot", "tepsipe/reporting/figures/standing.py"),
     output:
         **figure_files("standing", "standing/{participant}"),
@@ -146,12 +146,12 @@ use rule plot_standing as plot_standing_of_participant with:
         participant=any_of(STUDY.participants("standing")),
     params:
         drawn_by="standing",
-        conditions=lambda w: list(STUDY.shown_people(w.participant)),
-        tasks=lambda w: list(STUDY.shown_pools(w.participant)),
-        task_of=lambda w: STUDY.shown_people(w.participant),
+        conditions=lambda w: list(STUDY.tasks.shown_trials(w.participant)),
+        tasks=lambda w: list(STUDY.tasks.shown(w.participant)),
+        task_of=lambda w: STUDY.tasks.shown_trials(w.participant),
         detector=STANDING["latency"]["detector"],
         recommended=STANDING["recommended"],
-        active=STUDY.active_estimators(),
-        groups=lambda w: STUDY.task_groups(w.participant),
+        active=STUDY.estimators.active(),
+        groups=lambda w: STUDY.tasks.groups(w.participant),
         window_s=STANDING["estimators"][STANDING["recommended"]["estimator"]]["window_s"],
         muscles=list(STANDING["muscles"]),

@@ -42,7 +42,7 @@ rule plot_budgets:
         "../envs/tepsipe.yaml"
     params:
         drawn_by="budgets",
-        foot_pathway=as_it_is(STUDY.budgeted_foot()),
+        foot_pathway=as_it_is(STUDY.estimators.budgeted_foot()),
         names=outputs.budget_names(STUDY),
     script:
         "../scripts/plot.py"
@@ -88,8 +88,8 @@ rule lay_out_table:
         "../envs/tepsipe.yaml"
     params:
         reported=lambda w: reported_table(w.table),
-        conditions=lambda w: STUDY.table_conditions(w.table),
-        pathways=lambda w: STUDY.table_pathways(w.table),
+        conditions=lambda w: STUDY.thesis.conditions(w.table),
+        pathways=lambda w: STUDY.thesis.pathways(w.table),
     script:
         "../scripts/lay_out_table.py"
 
@@ -118,13 +118,13 @@ rule compare_with_truth:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        truth=truth_of(*STUDY.true(), *STUDY.mechanisms()),
+        truth=truth_of(*facts.true(STUDY), *facts.mechanisms(STUDY)),
         made=STUDY.all_made(),
-        tasks=STUDY.made_tasks(),
-        windows_s=STUDY.dummy_windows(),
-        standing=STUDY.standing_windows(),
-        at_foot=STUDY.foot_pathways(),
-        heavy=[c for c in STUDY.made("weight") if c not in STUDY.usual_weight()],
+        tasks=STUDY.tasks.made(),
+        windows_s=STUDY.estimators.dummy_windows(),
+        standing=STUDY.estimators.standing_windows(),
+        at_foot=STUDY.estimators.foot_pathways(),
+        heavy=[c for c in STUDY.made("weight") if c not in STUDY.treadmill.usual_weight()],
     script:
         "../scripts/compare_with_truth.py"
 
@@ -147,7 +147,7 @@ rule judge_cells:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        tables=list(STUDY.thesis_tables()),
+        tables=list(STUDY.thesis.tables()),
         conditions=STUDY.conditions("dummy"),
         recorded=STUDY.recorded("wristalyzer") + STUDY.recorded("dummy"),
         reported=reported_of("tables").get("tables", {}),

@@ -18,8 +18,8 @@ rule fit_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        weight=lambda w: STUDY.weight_of(w.experiment, w.condition),
-        belt=lambda w: STUDY.belt_of(w.experiment, w.condition),
+        weight=lambda w: STUDY.treadmill.weight_of(w.experiment, w.condition),
+        belt=lambda w: STUDY.treadmill.belt_of(w.experiment, w.condition),
         analysis=WEIGHT["analysis"],
         uncertainty=SETTINGS["uncertainty"]["weight"],
     script:
@@ -29,7 +29,8 @@ rule fit_weight:
 rule calibrate_plate:
     input:
         trials=lambda w: [
-            f"<results>/trials/{e}/{c}.h5" for e, c, _ in STUDY.plate_trials(STUDY.plates()[w.plate])
+            f"<results>/trials/{e}/{c}.h5"
+            for e, c, _ in STUDY.treadmill.plate_trials(STUDY.treadmill.plates()[w.plate])
         ],
         library=library_of("calibrate_plate"),
     output:
@@ -41,14 +42,17 @@ rule calibrate_plate:
     log:
         "<logs>/calibrate_{plate}.log",
     wildcard_constraints:
-        plate=any_of(STUDY.plates()),
+        plate=any_of(STUDY.treadmill.plates()),
     conda:
         "../envs/tepsipe.yaml"
     params:
-        trials=lambda w: STUDY.plate_trials(STUDY.plates()[w.plate]),
-        weights=lambda w: [STUDY.weight_of(e, c) for e, c, _ in STUDY.plate_trials(STUDY.plates()[w.plate])],
+        trials=lambda w: STUDY.treadmill.plate_trials(STUDY.treadmill.plates()[w.plate]),
+        weights=lambda w: [
+            STUDY.treadmill.weight_of(e, c)
+            for e, c, _ in STUDY.treadmill.plate_trials(STUDY.treadmill.plates()[w.plate])
+        ],
         usual_kg=WEIGHT["weight"]["mass_kg"],
-        belt=lambda w: STUDY.plates()[w.plate],
+        belt=lambda w: STUDY.treadmill.plates()[w.plate],
         analysis=WEIGHT["analysis"],
         models=WEIGHT["models"],
         seed=SEED,
@@ -58,7 +62,7 @@ rule calibrate_plate:
 
 rule plot_weight:
     input:
-        weight=[f"<results>/fits/weight/{c}.h5" for c in STUDY.usual_weight()],
+        weight=[f"<results>/fits/weight/{c}.h5" for c in STUDY.treadmill.usual_weight()],
         empty=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
         plate=f"<results>/fits/{STUDY.shown_plate()}.h5",
         scores=f"<results>/treadmill_models/{STUDY.shown_plate()}.csv",
@@ -71,7 +75,7 @@ rule plot_weight:
         "../envs/tepsipe.yaml"
     params:
         drawn_by="weight",
-        weight=STUDY.usual_weight(),
+        weight=STUDY.treadmill.usual_weight(),
         empty=STUDY.conditions("empty"),
         cutoffs_hz=WEIGHT["analysis"]["cutoffs_hz"],
         mass_kg=WEIGHT["weight"]["mass_kg"],

@@ -52,7 +52,7 @@ rule pool_wristalyzer:
         "../envs/tepsipe.yaml"
     params:
         conditions=STUDY.conditions("wristalyzer"),
-        analysis=STUDY.pooled_wristalyzer(),
+        analysis=STUDY.manipulators.pooled(),
         uncertainty=SETTINGS["uncertainty"]["wristalyzer"],
     script:
         "../scripts/pool_wristalyzer.py"

@@ -3,6 +3,7 @@
 from tepsipe.errors import InputError
 from tepsipe.mechanics.engines import installed_engines
 from workflow.settings.check import check_content
+from workflow.settings.complete import plate_key, settings_of
 from workflow.settings.dummy import Dummy, Noise
 from workflow.settings.plan import Plan
 from workflow.settings.plate_treadmill import PlateTreadmill
@@ -16,7 +17,6 @@ from workflow.settings.uncertainty import Uncertainty
 from workflow.settings.walking import Walking
 from workflow.settings.weight import Belt, Empty, Weight
 from workflow.settings.wristalyzer import Wristalyzer
-from workflow.support.settings import plate_key, settings_of
 
 
 class Config(Section):

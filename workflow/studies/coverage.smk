@@ -58,10 +58,10 @@ rule collect_coverage:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        pooled=STUDY.tasks(),
+        pooled=STUDY.tasks.names(),
         also_evaluated=config["coverage"]["also_evaluated"],
         sets=list(LABORATORIES.sets()),
-        windows_s=STUDY.windows(),
+        windows_s=STUDY.estimators.windows(),
     script:
         "../scripts/collect_coverage.py"
 

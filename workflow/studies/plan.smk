@@ -66,7 +66,7 @@ rule sweep_filters:
         analysis=DUMMY_ANALYSIS,
         foot=without(DUMMY["foot"], "pathways"),
         treadmill_model=DUMMY["foot"]["pathways"]["foot-compensated"]["treadmill_model"],
-        belt=lambda w: STUDY.belt_of("dummy", w.condition),
+        belt=lambda w: STUDY.treadmill.belt_of("dummy", w.condition),
         filters=without(PLAN["filters"], "design"),
     script:
         "../scripts/sweep_filters.py"

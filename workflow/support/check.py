@@ -1,7 +1,7 @@
 """Checks of a configuration against the trials of its study; each raises one sentence."""
 
 from tepsipe.errors import InputError
-from workflow.support.settings import ON_THE_PLATE
+from workflow.settings.complete import ON_THE_PLATE
 from workflow.support.trial_sheet import TrialRow
 
 

@@ -11,12 +11,13 @@ def labels(study: Study) -> dict[str, dict[str, dict[str, str]]]:
     for column in [name for name, there in named if there]:
         cells: dict[str, dict[str, str]] = {}
         for (experiment, condition), row in study.trials.items():
-            cell = row.participant if column == "participant" else study.belt_of(experiment, condition)
+            belt = study.treadmill.belt_of(experiment, condition)
+            cell = row.participant if column == "participant" else belt
             cells.setdefault(experiment, {})[condition] = cell or ""
-        for pool in study.pools().values():
+        for pool in study.tasks.pools().values():
             cells["standing"][pool.name] = getattr(pool, column) or ""
-        for pair, (more, _) in study.task_pairs().items():
-            cells["standing"][pair] = getattr(study.pools()[more], column) or ""
+        for pair, (more, _) in study.tasks.pairs().items():
+            cells["standing"][pair] = getattr(study.tasks.pools()[more], column) or ""
         if study.has("wristalyzer_pooled"):
             cells["wristalyzer"]["pooled"] = ""
         found[column] = cells
@@ -38,10 +39,10 @@ def members(study: Study) -> list[dict]:
                 "label": label,
                 "is_task": row.task is not None,
                 "trials": 1,
-                "belt": (study.belt_of(experiment, condition) or "") if study.by_belt else "",
+                "belt": (study.treadmill.belt_of(experiment, condition) or "") if study.by_belt else "",
             }
         )
-    for pool in study.pools().values():
+    for pool in study.tasks.pools().values():
         if pool.participant is not None:
             found.append(
                 {

@@ -86,8 +86,8 @@ def budgets(study: Study) -> list[str]:
 
 def _of_tasks(study: Study) -> list[str]:
     """Folder and name of what several trials of a standing person yield: tasks, then differences."""
-    pairs = [f"standing_pairs/{pair}" for pair in study.task_pairs()]
-    return [f"standing_tasks/{task}" for task in study.tasks()] + pairs
+    pairs = [f"standing_pairs/{pair}" for pair in study.tasks.pairs()]
+    return [f"standing_tasks/{task}" for task in study.tasks.names()] + pairs
 
 
 def pooled_wristalyzer(study: Study) -> list[str]:
@@ -99,25 +99,25 @@ def pooled_wristalyzer(study: Study) -> list[str]:
 
 def task_fits(study: Study) -> list[str]:
     """Joint result of the trials of each task."""
-    return [f"<results>/fits/standing_tasks/{task}.h5" for task in study.tasks()]
+    return [f"<results>/fits/standing_tasks/{task}.h5" for task in study.tasks.names()]
 
 
 def plate_models(study: Study, experiment: str, condition: str) -> list[str]:
     """Models of the belt-induced force and moment of a trial's belt, if any: of Fy, then of Mx."""
     loads = ("Fy", "Mx") if study.has("weight") else ()
-    plate = study.plate_of(study.belt_of(experiment, condition))
+    plate = study.treadmill.plate_of(study.treadmill.belt_of(experiment, condition))
     return [f"<results>/treadmill_models/{plate}_{load}.json" for load in loads]
 
 
 def held_out(study: Study, experiment: str, condition: str) -> list[str]:
     """Residuals on the belt of a trial of which its treadmill model has not seen, if there is a model."""
-    plate = study.plate_of(study.belt_of(experiment, condition))
+    plate = study.treadmill.plate_of(study.treadmill.belt_of(experiment, condition))
     return [f"<results>/treadmill_models/{plate}_held_out.h5"] if study.has("weight") else []
 
 
 def plate_fits(study: Study) -> list[str]:
     """Responses of every calibration of the force plate, one per belt."""
-    return [f"<results>/fits/{name}.h5" for name in study.plates()] if study.has("weight") else []
+    return [f"<results>/fits/{name}.h5" for name in study.treadmill.plates()] if study.has("weight") else []
 
 
 def model_files(study: Study, experiment: str) -> list[str]:
@@ -130,7 +130,7 @@ def model_files(study: Study, experiment: str) -> list[str]:
 
 def model_scores(study: Study) -> list[str]:
     """Scores of the force plate's models and of those of a recorded treadmill."""
-    plates = study.plates() if study.has("weight") else {}
+    plates = study.treadmill.plates() if study.has("weight") else {}
     return [f"<results>/treadmill_models/{name}.csv" for name in plates] + model_files(study, "belt")[1:]
 
 
@@ -138,7 +138,7 @@ def belts_of_scores(study: Study) -> list[str]:
     """Belt of each file of `model_scores`, empty for a recorded treadmill; none if no belts are named."""
     if not study.by_belt:
         return []
-    belts = list(study.plates().values()) if study.has("weight") else []
+    belts = list(study.treadmill.plates().values()) if study.has("weight") else []
     return belts + [""] * (len(model_scores(study)) - len(belts))
 
 
@@ -149,7 +149,7 @@ def models(study: Study) -> list[str]:
 
 def thesis_tables(study: Study) -> list[str]:
     """The tables of the thesis, if the study has trials to compare."""
-    return [f"<results>/tables/{name}.csv" for name in study.thesis_tables()]
+    return [f"<results>/tables/{name}.csv" for name in study.thesis.tables()]
 
 
 def participants(study: Study) -> list[str]:

@@ -1,4 +1,4 @@
-"""Complete settings of every experiment, from a configuration in which each value stands once."""
+"""Complete settings of each experiment, where the configuration has every value once; parts of settings."""
 
 import copy
 

@@ -1,0 +1,57 @@
+"""Pathways and estimators that the configuration has chosen, and their windows."""
+
+from tepsipe.experiments.standing.muscle_torque import ACTIVE
+from tepsipe.identification.estimators import ESTIMATORS
+from workflow.settings.complete import only
+from workflow.support.lookups.sheet import Sheet
+from workflow.support.lookups.tasks import Tasks
+
+
+class Estimators:
+    """Pathways and estimators of a study; ``has_foot`` if it has the torque from the foot."""
+
+    def __init__(self, sheet: Sheet, settings: dict, tasks: Tasks, has_foot: bool) -> None:
+        self.sheet, self.settings, self.tasks, self.has_foot = sheet, settings, tasks, has_foot
+
+    def budgeted_foot(self) -> str | None:
+        """Pathway from the foot whose budget is shown: the last one with a treadmill model, None without."""
+        pathways = self.settings["dummy"]["foot"]["pathways"] if self.has_foot else {}
+        compensated = [name for name, choice in pathways.items() if choice["treadmill_model"] is not None]
+        return compensated[-1] if compensated else None
+
+    def foot_pathways(self) -> list[str]:
+        """Pathways of the dummy with the torque from the foot."""
+        return list(self.settings["dummy"]["foot"]["pathways"]) if self.has_foot else []
+
+    def active(self) -> list[str]:
+        """Estimators of the standing person that separate the muscle torque."""
+        choices = self.settings["standing"]["estimators"]
+        return [name for name, choice in choices.items() if ACTIVE[choice["active"]].separates]
+
+    def dummy_windows(self) -> dict[str, float | None]:
+        """Pathway of the dummy with estimates of windows -> length (s), None if that of the pulse."""
+        dummy = self.settings["dummy"]
+        foot = dummy["foot"]["pathways"] if self.has_foot else {}
+        legs = {name: None for name, p in dummy["pathways"].items() if ESTIMATORS[p["estimator"]].of_windows}
+        return legs | {name: p["window_s"] for name, p in foot.items()}
+
+    def standing_windows(self) -> dict | None:
+        """Simulated trials of a person by condition and pool, their baseline, and the fitted windows."""
+        if not self.sheet.made("standing"):
+            return None
+        settings, pools = self.settings["standing"], self.tasks.pools()
+        return {
+            "trials": {
+                name: pools[name].conditions if name in pools else (name,) for name in self.tasks.made()
+            },
+            "baseline_s": settings["analysis"]["baseline_s"],
+            "estimators": {n: only(e, "window_s", "inertia") for n, e in settings["estimators"].items()},
+        }
+
+    def windows(self) -> dict[str, dict[str, float | None]]:
+        """Experiment -> name of a pathway or estimator -> its window (s)."""
+        standing = self.settings["standing"]["estimators"]
+        return {
+            "dummy": self.dummy_windows(),
+            "standing": {name: choice["window_s"] for name, choice in standing.items()},
+        }
