@@ -55,7 +55,17 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"tepsipe {__version__}")
     parser.set_defaults(command=None)
     commands = parser.add_subparsers(title="commands", metavar="")
+    _add_fit(commands)
+    _add_calibrate(commands)
+    _add_info(commands)
+    _add_new_study(commands)
+    add_plan(commands).set_defaults(command=_plan)
+    _add_check(commands)
+    _add_export(commands)
+    return parser
 
+
+def _add_fit(commands: argparse._SubParsersAction) -> None:
     fit = commands.add_parser(
         "fit",
         help="estimate the impedance from a table of time, angle and torque",
@@ -106,6 +116,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     fit.set_defaults(command=_fit)
 
+
+def _add_calibrate(commands: argparse._SubParsersAction) -> None:
     calibrate = commands.add_parser(
         "calibrate",
         help="fit models of the belt-induced load to one recording and evaluate them on another",
@@ -132,6 +144,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     calibrate.set_defaults(command=_calibrate)
 
+
+def _add_info(commands: argparse._SubParsersAction) -> None:
     info = commands.add_parser(
         "info",
         help="what is in a file: channels, rates, units, gaps",
@@ -149,9 +163,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     info.set_defaults(command=_info)
 
-    _add_new_study(commands)
-    add_plan(commands).set_defaults(command=_plan)
 
+def _add_check(commands: argparse._SubParsersAction) -> None:
     check = commands.add_parser(
         "check",
         help="whether a study's configuration and trial sheet can be used, before it runs",
@@ -161,8 +174,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     check.add_argument("files", nargs="*", metavar="CONFIG", help="as after snakemake --configfile")
     check.set_defaults(command=_check)
-    _add_export(commands)
-    return parser
 
 
 def _add_export(commands: argparse._SubParsersAction) -> None:

@@ -133,16 +133,8 @@ def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figu
             axis = axes[k, column]
             axis.axhspan(1e-3, 10.0, color="#e7f3ea", zorder=0)
             for name in shown:
-                errors: dict[float, list[float]] = {}
-                for row in rows:
-                    wanted = (row.noise_on, row.quantity, row.estimator, row.stiffness_Nm_per_rad)
-                    if wanted == (target, quantity, name, truth[2]):
-                        error = 100.0 * np.hypot(row.mean - truth[k], row.sd) / truth[k]
-                        errors.setdefault(row.snr_db, []).append(error)
-                levels = sorted(errors)
-                low, middle, high = (
-                    [float(f(errors[level])) for level in levels] for f in (np.min, np.median, np.max)
-                )
+                chosen = (target, quantity, name, truth[2])
+                levels, low, middle, high = _errors_by_level(rows, chosen, truth[k])
                 colour, mark = PROCESSINGS[name]
                 axis.fill_between(levels, low, high, color=colour, alpha=0.15, linewidth=0.0)
                 axis.semilogy(levels, middle, color=colour, marker=mark, markersize=2.6, label=words(name))
@@ -156,3 +148,20 @@ def plot_usable(rows: list[NoiseRow], truth: tuple[float, float, float]) -> Figu
     handles.append(axes[0, 0].fill_between([], [], [], color="#e7f3ea"))
     figure.legend(handles, [*names, "within 10 %"], loc="outside lower center", ncols=5, fontsize=7.8)
     return figure
+
+
+def _errors_by_level(
+    rows: list[NoiseRow], chosen: tuple[str, str, str, float], truth: float
+) -> tuple[list[float], list[float], list[float], list[float]]:
+    """SNR (dB), and least, median and largest error over the trials (%).
+
+    ``chosen`` names the noisy signal, the quantity, the estimator and the stiffness (N·m/rad).
+    """
+    errors: dict[float, list[float]] = {}
+    for row in rows:
+        if (row.noise_on, row.quantity, row.estimator, row.stiffness_Nm_per_rad) == chosen:
+            error = 100.0 * np.hypot(row.mean - truth, row.sd) / truth
+            errors.setdefault(row.snr_db, []).append(error)
+    levels = sorted(errors)
+    low, middle, high = ([float(f(errors[level])) for level in levels] for f in (np.min, np.median, np.max))
+    return levels, low, middle, high

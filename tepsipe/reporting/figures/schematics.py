@@ -297,70 +297,56 @@ def draw_signal_chain(choices: Mapping) -> Figure:
         and ``emg``: whether the study has electromyograms.
     """
     figure, axis = new_figure(1, 1, 2.3)
-    left = [
-        ("Belt and force plate", "log: belt velocity, plate voltages,\ntrigger"),
-        (
-            "Motion capture",
-            "markers (C3D)"
-            + (
-                ""
-                if choices["sampling_hz"] is None
-                else f", one after another\nat {choices['sampling_hz']:g} Hz"
-            ),
-        ),
-        *([("EMG amplifier", "electromyograms (EDF), trigger")] if choices["emg"] else []),
-    ]
-    steps = [
-        "align by trigger;\nmarkers to\none instant;\nvoltages to forces",
-        f"resample at\n{choices['plate_rate_hz']:g} Hz:\none trial (HDF5)",
-        f"zero-lag\nlow-pass,\n{choices['cutoff_hz']:g} Hz",
-        "pathways:\ntorque, windows,\nestimator",
-    ]
-    height = 1.0 / len(left)
-    for k, (name, files) in enumerate(left):
-        y = 1.0 - (k + 0.5) * height
-        axis.add_patch(
-            FancyBboxPatch(
-                (0.0, y - 0.32 * height),
-                0.26,
-                0.64 * height,
-                boxstyle="round,pad=0.004",
-                facecolor="#f1ede2",
-                edgecolor=LINE,
-                linewidth=0.8,
-            )
-        )
-        axis.text(0.13, y + 0.15 * height, name, ha="center", va="center", fontsize=8.5, weight="bold")
-        axis.text(0.13, y - 0.12 * height, files, ha="center", va="center", fontsize=6.6)
-        axis.annotate(
-            "",
-            (0.325, 0.5 + 0.25 * (y - 0.5)),
-            (0.27, y),
-            arrowprops={"arrowstyle": "-|>", "lw": 0.9, "color": LINE},
-        )
-    width = 0.145
-    for k, label in enumerate(steps):
-        x = 0.33 + k * (width + 0.032)
-        axis.add_patch(
-            FancyBboxPatch(
-                (x, 0.27),
-                width,
-                0.46,
-                boxstyle="round,pad=0.004",
-                facecolor="#e3edf4",
-                edgecolor=LINE,
-                linewidth=0.8,
-            )
-        )
-        axis.text(x + 0.5 * width, 0.5, label, ha="center", va="center", fontsize=7.4)
-        if k:
-            axis.annotate(
-                "",
-                (x - 0.004, 0.5),
-                (x - 0.030, 0.5),
-                arrowprops={"arrowstyle": "-|>", "lw": 0.9, "color": LINE},
-            )
+    _draw_instruments(axis, choices)
+    _draw_steps(axis, choices)
     axis.set(xlim=(-0.01, 1.03), ylim=(0.0, 1.0))
     axis.grid(visible=False)
     axis.axis("off")
     return figure
+
+
+def _draw_instruments(axis: Axes, choices: Mapping) -> None:
+    """Boxes of the instruments and their files, one above the other, with arrows to the first step."""
+    sampling_hz = choices["sampling_hz"]
+    in_turn = "" if sampling_hz is None else f", one after another\nat {sampling_hz:g} Hz"
+    instruments = [
+        ("Belt and force plate", "log: belt velocity, plate voltages,\ntrigger"),
+        ("Motion capture", f"markers (C3D){in_turn}"),
+    ]
+    if choices["emg"]:
+        instruments.append(("EMG amplifier", "electromyograms (EDF), trigger"))
+    height = 1.0 / len(instruments)
+    for k, (name, files) in enumerate(instruments):
+        y = 1.0 - (k + 0.5) * height
+        _draw_box(axis, (0.0, y - 0.32 * height), (0.26, 0.64 * height), "#f1ede2")
+        axis.text(0.13, y + 0.15 * height, name, ha="center", va="center", fontsize=8.5, weight="bold")
+        axis.text(0.13, y - 0.12 * height, files, ha="center", va="center", fontsize=6.6)
+        _draw_arrow(axis, (0.27, y), (0.325, 0.5 + 0.25 * (y - 0.5)))
+
+
+def _draw_steps(axis: Axes, choices: Mapping) -> None:
+    """Boxes of the processing steps from left to right, joined by arrows."""
+    steps = (
+        "align by trigger;\nmarkers to\none instant;\nvoltages to forces",
+        f"resample at\n{choices['plate_rate_hz']:g} Hz:\none trial (HDF5)",
+        f"zero-lag\nlow-pass,\n{choices['cutoff_hz']:g} Hz",
+        "pathways:\ntorque, windows,\nestimator",
+    )
+    width = 0.145
+    for k, label in enumerate(steps):
+        x = 0.33 + k * (width + 0.032)
+        _draw_box(axis, (x, 0.27), (width, 0.46), "#e3edf4")
+        axis.text(x + 0.5 * width, 0.5, label, ha="center", va="center", fontsize=7.4)
+        if k:
+            _draw_arrow(axis, (x - 0.030, 0.5), (x - 0.004, 0.5))
+
+
+def _draw_box(axis: Axes, corner: tuple[float, float], size: tuple[float, float], colour: str) -> None:
+    """Rounded box of a flow chart; ``corner`` is the lower left one."""
+    style = {"boxstyle": "round,pad=0.004", "edgecolor": LINE, "linewidth": 0.8}
+    axis.add_patch(FancyBboxPatch(corner, *size, facecolor=colour, **style))
+
+
+def _draw_arrow(axis: Axes, begin: tuple[float, float], end: tuple[float, float]) -> None:
+    """Arrow of a flow chart."""
+    axis.annotate("", end, begin, arrowprops={"arrowstyle": "-|>", "lw": 0.9, "color": LINE})
