@@ -81,20 +81,7 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
     except csv.Error as error:
         raise InputError(f"{path}: expected cells separated by tabs, found {error}: correct it") from None
     header = [name.strip() for name in rows[0]] if rows else []
-    for name in header:
-        known = COLUMNS + OPTIONAL_COLUMNS
-        if name not in known:
-            close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-            raise InputError(f"{path}: unknown column {quoted(name)}: {hint}")
-        if header.count(name) > 1:
-            raise InputError(f"{path}: expected the column {quoted(name)} once, found it twice: remove one")
-    for name in COLUMNS:
-        if name not in header:
-            raise InputError(
-                f"{path}: expected the tab-separated column {quoted(name)}, found {listed(header)}: add "
-                "it to the header and fill it with - where it does not apply"
-            )
+    _check_header(header, path)
     trials: dict[tuple, TrialRow] = {}
     for number, cells in enumerate(rows[1:], start=2):
         if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
@@ -121,6 +108,30 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
                 "files": {k: str(Path(recordings_folder) / f) for k, f in row.files.items()},
             }
         )
+    _check_together(trials, path)
+    return trials
+
+
+def _check_header(header: list[str], path: str | Path) -> None:
+    """Refuse unknown, repeated and missing columns."""
+    for name in header:
+        known = COLUMNS + OPTIONAL_COLUMNS
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+            raise InputError(f"{path}: unknown column {quoted(name)}: {hint}")
+        if header.count(name) > 1:
+            raise InputError(f"{path}: expected the column {quoted(name)} once, found it twice: remove one")
+    for name in COLUMNS:
+        if name not in header:
+            raise InputError(
+                f"{path}: expected the tab-separated column {quoted(name)}, found {listed(header)}: add "
+                "it to the header and fill it with - where it does not apply"
+            )
+
+
+def _check_together(trials: dict[tuple, TrialRow], path: str | Path) -> None:
+    """Refuse a sheet without trials, names that are alike, and models without trials for them."""
     if not trials:
         raise InputError(f"{path}: expected at least one trial, found none: add a row")
     for experiment in dict.fromkeys(experiment for experiment, _ in trials):
@@ -134,7 +145,6 @@ def read_trial_sheet(path: str | Path, recordings_folder: str | Path) -> dict[tu
             )
     for models in dict.fromkeys(filter(None, (e.models for e in EXPERIMENTS.values()))):
         check_roles([row for row in trials.values() if EXPERIMENTS[row.experiment].models == models], path)
-    return trials
 
 
 def check_sources(trials: dict[tuple, TrialRow], path: str | Path, virtual_lab: str | None) -> None:
@@ -181,66 +191,16 @@ def check_roles(rows: list[TrialRow], path, belt: str | None = None) -> None:
 
 
 def _row(cells: dict[str, str], number: int, path) -> TrialRow:
+    """Row of a trial, checked cell by cell in the order of the columns."""
     here = f"{path}: line {number}"
-    experiment, condition, source = cells["experiment"], cells["condition"], cells["source"]
-    if experiment not in EXPERIMENTS:
-        raise InputError(
-            f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {quoted(experiment)}: "
-            f"{renamed(KEYS, experiment, EXPERIMENTS) or 'correct it'}"
-        )
-    known = EXPERIMENTS[experiment]
-    check_name(condition, "condition", here)
-    if source not in ("virtual_lab", "recorded"):
-        raise InputError(
-            f"{here}: expected the source to be virtual_lab or recorded, found {quoted(source)}: correct it"
-        )
-    needed = known.raw_files
-    files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
-    whole = "calibration" in needed and holds_whole_trial(files.get("log", ""))
-    if whole and ending_of(files["log"]) in TEXT_ENDINGS and cells.get("markers", "") not in (EMPTY, ""):
-        files["markers"] = cells["markers"]  # of the empty belt, too: D-Flow's forces are among the markers
-    if source == "recorded":
-        if whole:
-            _refuse_beside_whole_trial(files, f"{experiment}/{condition}", here)
-        for kind in needed:
-            if kind not in files and kind not in known.optional_files and not (whole and kind != "log"):
-                raise InputError(
-                    f"{here}: expected a {kind} file for {experiment}/{condition}, found "
-                    f"{quoted(cells.get(kind, 'no such column'))}: name the recorded file"
-                )
-    elif files or not all(needed.values()):
-        found = f"{quoted(next(iter(files.values())))}" if files else f"experiment {experiment!r}"
-        raise InputError(
-            f"{here}: expected no files for what the virtual laboratory can make, found {found}: set "
-            "the source to recorded"
-        )
-    numbers = {name: _positive(cells[name], name, here) for name in ("amplitude", "duration_s")}
-    shortest, dash, longest = cells["interval_s"].partition("-")
-    if known.at_random and shortest and dash:
-        interval = _positive(shortest, "interval_s", here), _positive(longest, "interval_s", here)
-        if interval[0] > interval[1]:
-            raise InputError(
-                f"{here}: expected interval_s from short to long, found {quoted(cells['interval_s'])}: "
-                "turn it round"
-            )
-    else:
-        interval = (_positive(cells["interval_s"], "interval_s", here),) * 2
-    numbers |= {"interval_s": interval[0], "longest_interval_s": interval[1]}
-    made = source == "virtual_lab"
-    wanted = ["duration_s"] + (["amplitude"] if made else [])
-    wanted += ["interval_s"] if made and known.pulsed else []
-    for name in wanted:
-        if numbers[name] is None:
-            raise InputError(f"{here}: expected a number for {name}, found {EMPTY!r}: fill it in")
-    if made and cells["profile"] not in known.profiles:
-        raise InputError(
-            f"{here}: expected a profile of {', '.join(known.profiles)}, found "
-            f"{quoted(cells['profile'])}: correct it"
-        )
+    _check_trial(cells, here)
+    files = _files(cells, here)
+    numbers = _numbers(cells, here)
+    _check_protocol(cells, numbers, here)
     return TrialRow(
-        experiment,
-        condition,
-        source,
+        cells["experiment"],
+        cells["condition"],
+        cells["source"],
         cells["profile"],
         **numbers,
         files=files,
@@ -252,6 +212,84 @@ def _row(cells: dict[str, str], number: int, path) -> TrialRow:
         mass_kg=_mass(cells, here),
         **{name: _operating(cells, name, here) for name in OPERATING_COLUMNS},
     )
+
+
+def _check_trial(cells: dict[str, str], here: str) -> None:
+    """Refuse an experiment, a condition or a source that cannot be."""
+    experiment, source = cells["experiment"], cells["source"]
+    if experiment not in EXPERIMENTS:
+        raise InputError(
+            f"{here}: expected an experiment of {', '.join(EXPERIMENTS)}, found {quoted(experiment)}: "
+            f"{renamed(KEYS, experiment, EXPERIMENTS) or 'correct it'}"
+        )
+    check_name(cells["condition"], "condition", here)
+    if source not in ("virtual_lab", "recorded"):
+        raise InputError(
+            f"{here}: expected the source to be virtual_lab or recorded, found {quoted(source)}: correct it"
+        )
+
+
+def _files(cells: dict[str, str], here: str) -> dict[str, str]:
+    """Kind -> name of the raw files: all that a recorded trial needs, none of a simulated one."""
+    needed = EXPERIMENTS[cells["experiment"]].raw_files
+    files = {kind: cells[kind] for kind in needed if cells.get(kind, "") not in (EMPTY, "")}
+    whole = "calibration" in needed and holds_whole_trial(files.get("log", ""))
+    if whole and ending_of(files["log"]) in TEXT_ENDINGS and cells.get("markers", "") not in (EMPTY, ""):
+        files["markers"] = cells["markers"]  # of the empty belt, too: D-Flow's forces are among the markers
+    if cells["source"] == "recorded":
+        _check_recorded(cells, files, whole, here)
+    elif files or not all(needed.values()):
+        experiment = cells["experiment"]
+        found = f"{quoted(next(iter(files.values())))}" if files else f"experiment {experiment!r}"
+        raise InputError(
+            f"{here}: expected no files for what the virtual laboratory can make, found {found}: set "
+            "the source to recorded"
+        )
+    return files
+
+
+def _check_recorded(cells: dict[str, str], files: dict[str, str], whole: bool, here: str) -> None:
+    """Refuse a recorded trial without a file that it needs; a log with the ``whole`` trial needs no other."""
+    experiment, trial = EXPERIMENTS[cells["experiment"]], f"{cells['experiment']}/{cells['condition']}"
+    if whole:
+        _refuse_beside_whole_trial(files, trial, here)
+    for kind in ("log",) if whole else experiment.raw_files:
+        if kind not in files and kind not in experiment.optional_files:
+            raise InputError(
+                f"{here}: expected a {kind} file for {trial}, found "
+                f"{quoted(cells.get(kind, 'no such column'))}: name the recorded file"
+            )
+
+
+def _numbers(cells: dict[str, str], here: str) -> dict[str, float | None]:
+    """Amplitude, duration (s), and shortest and longest interval between perturbations (s)."""
+    numbers = {name: _positive(cells[name], name, here) for name in ("amplitude", "duration_s")}
+    shortest, dash, longest = cells["interval_s"].partition("-")
+    if EXPERIMENTS[cells["experiment"]].at_random and shortest and dash:
+        interval = _positive(shortest, "interval_s", here), _positive(longest, "interval_s", here)
+        if interval[0] > interval[1]:
+            raise InputError(
+                f"{here}: expected interval_s from short to long, found {quoted(cells['interval_s'])}: "
+                "turn it round"
+            )
+    else:
+        interval = (_positive(cells["interval_s"], "interval_s", here),) * 2
+    return numbers | {"interval_s": interval[0], "longest_interval_s": interval[1]}
+
+
+def _check_protocol(cells: dict[str, str], numbers: dict[str, float | None], here: str) -> None:
+    """Refuse a trial without a length, and a simulated one without a motion that can be made."""
+    experiment, made = EXPERIMENTS[cells["experiment"]], cells["source"] == "virtual_lab"
+    wanted = ["duration_s"] + (["amplitude"] if made else [])
+    wanted += ["interval_s"] if made and experiment.pulsed else []
+    for name in wanted:
+        if numbers[name] is None:
+            raise InputError(f"{here}: expected a number for {name}, found {EMPTY!r}: fill it in")
+    if made and cells["profile"] not in experiment.profiles:
+        raise InputError(
+            f"{here}: expected a profile of {', '.join(experiment.profiles)}, found "
+            f"{quoted(cells['profile'])}: correct it"
+        )
 
 
 def _operating(cells: dict[str, str], name: str, here: str) -> float | None:
