@@ -2,15 +2,17 @@
 
 import importlib
 import re
+from itertools import chain
 from pathlib import Path
 
 import pytest
 from typst_builders import REPORT, evaluated
 
 from workflow.support.captions import read_captions
-from workflow.support.outputs import CHAPTERS
+from workflow.support.outputs import CHAPTERS, OWN_REPORTS
 
 ASKED = re.compile(r'(?:holds\(|^\s*\()"(\w+)\.(\w+)"', re.MULTILINE)
+MODULES = [*CHAPTERS, *chain(*OWN_REPORTS.values())]
 SOURCES = sorted(REPORT.rglob("*.typ"))
 
 
@@ -21,10 +23,10 @@ def asked():
 
 def test_every_module_of_a_chapter_is_evaluated():
     folder = Path(importlib.import_module("tepsipe.reporting.chapters").__file__).parent
-    assert {path.stem for path in folder.glob("*.py")} - {"__init__"} == set(CHAPTERS)
+    assert {path.stem for path in folder.glob("*.py")} - {"__init__"} == set(MODULES)
 
 
-@pytest.mark.parametrize("chapter", CHAPTERS)
+@pytest.mark.parametrize("chapter", MODULES)
 def test_predicates_of_a_chapter_are_those_that_its_sentences_ask_for(chapter):
     module = importlib.import_module(f"tepsipe.reporting.chapters.{chapter}")
     known = [predicate.__name__ for predicate in module.PREDICATES]

@@ -16,7 +16,7 @@ import typst
 from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.run import Run
 
-TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column", "train", "test"), str)
+TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column", "train", "test", "failed"), str)
 
 
 def read_run(tables: Mapping[str, str], fits: Iterable[str], settings: Mapping, study: Mapping) -> Run:
@@ -31,11 +31,16 @@ def table_files(paths: Iterable[str]) -> dict[str, str]:
 
 
 def _read_fits(paths: Iterable[str]) -> dict[str, dict[str, Result]]:
-    """Results below ``fits/``: folder -> name -> result; one without a folder has its name twice."""
+    """Results below ``fits/``: folder -> name -> result; one without a folder has its name twice.
+
+    A file of JSON, for example of a walking trial, has facts alone.
+    """
     fits: dict[str, dict[str, Result]] = {}
     for path in map(Path, paths):
         group = path.stem if path.parent.name == "fits" else path.parent.name
-        fits.setdefault(group, {})[path.stem] = read_result(path)
+        only_facts = path.suffix == ".json"
+        fit = Result({}, {}, json.loads(path.read_text("utf-8"))) if only_facts else read_result(path)
+        fits.setdefault(group, {})[path.stem] = fit
     return fits
 
 

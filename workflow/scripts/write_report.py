@@ -22,15 +22,21 @@ from typeset import (
 
 from tepsipe.reporting.run import raw, report_content
 
-provenance = json.loads(Path(snakemake.input.provenance).read_text(encoding="utf-8"))
-study = snakemake.params.study | {"provenance": provenance}
-tables = table_files(snakemake.input.tables)
-run = read_run(tables, snakemake.input.fits, snakemake.params.settings, study)
-data = raw(texts_of(run, tables)) | report_content(run, chapters(snakemake.params.chapters))
+given, params = snakemake.input, snakemake.params
+whole = params.main == "report.typ"
+study = dict(params.study)
+if whole:
+    study["provenance"] = json.loads(Path(given.provenance).read_text(encoding="utf-8"))
+tables = table_files(given.tables)
+run = read_run(tables, given.get("fits", ()), params.settings, study)
+data = report_content(run, chapters(params.chapters))
+if whole:
+    data = raw(texts_of(run, tables)) | data
 write_json(snakemake.output.data, data)
 
-files = source_files(snakemake.input.source, snakemake.params.source_folder)
-files |= report_files(snakemake.output.data, tables, snakemake.input.figures)
-typeset(files, "report.typ", snakemake.output.pdf)
-first = first_page(files, f"./{quote(Path(snakemake.output.pdf).name)}")
-write_json(snakemake.output.data, data | {"first_page": first})
+files = source_files(given.source, params.source_folder)
+files |= report_files(snakemake.output.data, tables, given.figures)
+typeset(files, params.main, snakemake.output.pdf)
+if whole:
+    first = first_page(files, f"./{quote(Path(snakemake.output.pdf).name)}")
+    write_json(snakemake.output.data, data | {"first_page": first})

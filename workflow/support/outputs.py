@@ -281,6 +281,8 @@ CHAPTERS = (
     "position_manipulator",
     "platform",
 )
+# reports of studies of their own, and their modules
+OWN_REPORTS = {"walking": ("walking",)}
 
 
 def chapters(study: Study) -> list[str]:
