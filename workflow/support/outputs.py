@@ -282,7 +282,7 @@ CHAPTERS = (
     "platform",
 )
 # reports of studies of their own, and their modules
-OWN_REPORTS = {"walking": ("walking",)}
+OWN_REPORTS = {"walking": ("walking",), "plan": ("plan", "several_joints")}
 
 
 def chapters(study: Study) -> list[str]:
