@@ -282,7 +282,11 @@ CHAPTERS = (
     "platform",
 )
 # reports of studies of their own, and their modules
-OWN_REPORTS = {"walking": ("walking",), "plan": ("plan", "several_joints")}
+OWN_REPORTS = {
+    "coverage": ("coverage",),
+    "plan": ("plan", "several_joints"),
+    "walking": ("walking",),
+}
 
 
 def chapters(study: Study) -> list[str]:
