@@ -28,7 +28,7 @@ study = dict(params.study)
 if whole:
     study["provenance"] = json.loads(Path(given.provenance).read_text(encoding="utf-8"))
 tables = table_files(given.tables)
-run = read_run(tables, given.get("fits", ()), params.settings, study)
+run = read_run(tables, given.fits, params.settings, study)
 data = report_content(run, chapters(params.chapters))
 if whole:
     data = raw(texts_of(run, tables)) | data
