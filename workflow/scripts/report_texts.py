@@ -1,79 +1,27 @@
-"""Texts of the chapters that do not yet read tables themselves: one part of report.json."""
+"""Texts of the standing person, whose chapter does not yet read tables itself: one part of report.json."""
 
 import pandas as pd
 
-from tepsipe.reporting.figures.names import short_name
-from tepsipe.reporting.laboratory import LABORATORY_ROWS
-from tepsipe.reporting.ledger import CELL_VERDICTS
-from tepsipe.reporting.numbers import (
-    abstract,
-    figure_findings,
-    laboratory,
-    shown_signals,
-    standing,
-    study,
-    summary,
-)
-from tepsipe.reporting.numbers.ledger import cells_data
-from tepsipe.reporting.run import Run, about_study
-from tepsipe.reporting.thesis_tables import read_table
+from tepsipe.reporting.numbers import abstract, figure_findings, shown_signals, standing, summary
+from tepsipe.reporting.run import Run
 
 
 def texts_of(run: Run, files: dict[str, str]) -> dict:
-    """Numbers as text, of chapters that do not read tables themselves; ``files`` are those of the tables."""
-    choices, fits, about = run.settings, run.fits, run.study
-    experiments, provenance = about["experiments"], about["provenance"]
+    """Numbers of the standing person as text; ``files`` are those of the tables."""
+    about = run.study
+    if "standing" not in about["experiments"]:
+        return {"abstract": {}, "summary": [], "figure_findings": {}}
     text_columns = {"condition": str}
     estimates = pd.read_csv(files["estimates"], dtype=text_columns)
-    recovery = claims = None
-    reported = about["reported"]
-    if "recovery" in files:
-        recovery = shown = pd.read_csv(files["recovery"], dtype=text_columns)
-        # of the standing person, whose chapter says more: the recommended torque, and the latencies used
-        of_person, person = recovery.experiment == "standing", choices.get("standing")
-        if person:
-            own = recovery.pathway == person["recommended"]["pathway"]
-            own |= recovery.estimator == person["latency"]["detector"]
-            shown = recovery[~of_person | own]
-    if "claims" in files:
-        claims = pd.read_csv(files["claims"])
-
-    data = {
-        **about_study(run),
-        "slips": {},
-        "reported": None if reported is None else study.reported_data(reported, about["start_stiffness"]),
-        "claims": None if claims is None else study.claims_data(claims),
-        "cells": cells_data(CELL_VERDICTS.read(files["cells"])) if "cells" in files else None,
-        "recovery": None if recovery is None else study.recovery_data(shown),
-        "laboratory": None
-        if recovery is None
-        else laboratory.laboratory_data(LABORATORY_ROWS.read(files["laboratory"])),
-        "provenance": study.provenance_data(provenance),
-        "flags": study.flags_data(estimates),
-        "names": study.names_data(estimates, choices),
+    recovery = pd.read_csv(files["recovery"], dtype=text_columns) if "recovery" in files else None
+    fits, choices = run.fits, run.settings["standing"]
+    tasks = {task: fits["standing_tasks"][task] for task in about["tasks"]}
+    person = standing.standing_data(fits["standing"], tasks, estimates, choices, recovery, about["people"])
+    signals = shown_signals.muscle_signals(fits["standing"], tasks, choices["latency"]["detector"])
+    data = {"standing": person | {"signals": signals}, "reported": about["reported"]}
+    data |= {"experiments": about["experiments"]}
+    return data | {
+        "summary": summary.summary_of(data),
+        "abstract": abstract.abstract_of(data),
+        "figure_findings": figure_findings.figure_findings_of(data),
     }
-    slips = [] if reported is None else reported["slips"]
-    for table in (name for name in files if name.startswith("table_4_") and name != "table_4_4"):
-        conditions, _ = read_table(files[table])
-        names = [short_name(condition) for condition in conditions]
-        data["slips"][table] = study.slips_data(slips, table, conditions, names)
-    if "standing" in experiments:
-        task_fits = {task: fits["standing_tasks"][task] for task in about["tasks"]}
-        data["standing"] = standing.standing_data(
-            fits["standing"],
-            task_fits,
-            estimates,
-            choices["standing"],
-            recovery,
-            about["people"],
-        ) | {
-            "signals": shown_signals.muscle_signals(
-                fits["standing"], task_fits, choices["standing"]["latency"]["detector"]
-            )
-        }
-    data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
-    data["summary"] = summary.summary_of(data)
-    data["abstract"] = abstract.abstract_of(data)
-    data["warnings"] = abstract.warnings_of(data)
-    data["figure_findings"] = figure_findings.figure_findings_of(data)
-    return data

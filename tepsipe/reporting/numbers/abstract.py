@@ -51,55 +51,7 @@ def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
     for experiment, sentences in (("standing", _standing),):
         if experiment in data["experiments"]:
             parts[experiment] = sentences(data)
-    if data["claims"] is not None:
-        parts["claims"] = [
-            pieces(
-                "Of the {total} claims of the thesis, {reproduced} are reproduced, {fitted} fitted (their "
-                "numbers were used to choose constants of the virtual laboratory), {predicted} predicted by "
-                "these constants, {explained} explained by a number, and {not_reproduced} not reproduced"
-                "{pending} ([@claims]).",
-                pending=""
-                if data["claims"]["not_computed"] == "0"
-                else f"; {data['claims']['not_computed']} were not computed",
-                **data["claims"],
-            )
-        ]
-    if data["cells"] is not None:
-        parts["cells"] = [
-            pieces(
-                "Of the {total} printed cells of Tables 4-1 to 4-4, {within} lie within their tolerance or "
-                "are explained by a number: {reproduced} reproduced, {fitted} fitted, {predicted} predicted, "
-                "{explained} explained ([@cells]).",
-                **data["cells"],
-            )
-        ]
     return parts
-
-
-def warnings_of(data: dict) -> list[Paragraph]:
-    """Recommended estimates (no unit) that failed a check: which, and what to look at.
-
-    Parameters
-    ----------
-    data : dict
-        Data of the report, of which ``flags`` is used.
-
-    Returns
-    -------
-    list of paragraphs
-        One, or none where no check failed.
-    """
-    quoted = data.get("flags", {}).get("recommended")
-    if not quoted or not quoted["kinds"]:
-        return []
-    found = pieces(
-        "*Look at these first.* {count} of the {total} recommended estimates failed a check.",
-        count=quoted["count"],
-        total=quoted["total"],
-    )
-    for kind in quoted["kinds"]:
-        found += pieces(" _{where}_: {meaning}.", where=kind["where"], meaning=kind["meaning"])
-    return [found]
 
 
 def _amplitudes(clear_from: str, word: str = " at") -> str:

@@ -1,34 +1,6 @@
 """Ten lines for the reader in a hurry: what the thesis found, why, what to do instead, how sure."""
 
-import pandas as pd
-
 from tepsipe.reporting.numbers.abstract import Paragraph, pieces
-
-
-def covered_of_recommended(estimates: pd.DataFrame, recovery: pd.DataFrame | None) -> dict | None:
-    """How many recommended estimates (values in their units) hold the truth in their 95 % interval.
-
-    Returns
-    -------
-    dict or None
-        ``total``, ``covered``, ``flagged`` and ``missed`` (neither), as text; None without a truth.
-    """
-    if recovery is None:
-        return None
-    keys = ["experiment", "condition", "pathway", "estimator", "quantity"]
-    quoted = estimates[estimates.recommended.astype(str).str.lower() == "true"]
-    both = quoted.merge(recovery[[*keys, "covered"]], on=keys, how="inner")
-    if not len(both):
-        return None
-    covered = both.covered.astype(str).str.lower() == "true"
-    flagged = both["flags"].fillna("") != ""
-    counts = {
-        "total": len(both),
-        "covered": covered.sum(),
-        "flagged": flagged.sum(),
-        "missed": (~covered & ~flagged).sum(),
-    }
-    return {name: str(int(count)) for name, count in counts.items()}
 
 
 def summary_of(data: dict) -> list[Paragraph]:
@@ -37,7 +9,7 @@ def summary_of(data: dict) -> list[Paragraph]:
     Parameters
     ----------
     data : dict
-        Data of the report: ``reported``, ``standing``, ``recommended_coverage``, texts.
+        Data of the report: ``reported``, ``standing``, texts.
 
     Returns
     -------
@@ -46,7 +18,7 @@ def summary_of(data: dict) -> list[Paragraph]:
     """
     if data["reported"] is None or "dummy" not in data["experiments"]:
         return []
-    return [*_person(data), *_how_sure(data)]
+    return _person(data)
 
 
 def _person(data: dict) -> list[Paragraph]:
@@ -63,19 +35,5 @@ def _person(data: dict) -> list[Paragraph]:
             "*On a person* the method needs the force plate and a model of the treadmill; the intrinsic "
             "stiffness of both ankles is then {values} ([@standing]).",
             values=values,
-        )
-    ]
-
-
-def _how_sure(data: dict) -> list[Paragraph]:
-    counts = data.get("recommended_coverage")
-    if counts is None:
-        return []
-    return [
-        pieces(
-            "*How sure.* The raw files are simulated, so the truth is known: the 95 % intervals of {covered} "
-            "of {total} recommended estimates contain it. Checks warn of {flagged} of them, and {missed} "
-            "miss the truth without a warning ([@truth]).",
-            **{name: "none" if count == "0" else count for name, count in counts.items()},
         )
     ]
