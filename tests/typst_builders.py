@@ -38,7 +38,7 @@ def report_root(
         shutil.copytree(REPORT, root)
         for name in ("tables", "figures"):
             (root / name).mkdir()
-        for name in yaml.safe_load((root / "captions.yaml").read_text(encoding="utf-8")):
+        for name in _figures(root):
             (root / f"figures/{name}.svg").write_text(
                 '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"></svg>'
             )
@@ -49,6 +49,13 @@ def report_root(
         for name, text in {"report.json": content, **(files or {})}.items():
             (root / name).write_text(text, encoding="utf-8")
         yield root
+
+
+def _figures(root: Path) -> set[str]:
+    """Names of the figures with a caption, and of those that a source shows by itself."""
+    sources = "".join(path.read_text(encoding="utf-8") for path in root.rglob("*.typ"))
+    captions = yaml.safe_load((root / "captions.yaml").read_text(encoding="utf-8"))
+    return {*captions, *re.findall(r'"figures/(\w+)\.svg"', sources)}
 
 
 def evaluated(

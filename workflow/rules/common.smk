@@ -143,6 +143,19 @@ def report_sources():
     return [here(path) for path in files]
 
 
+def figure_pairs(*names):
+    """Named outputs of a rule that draws figures which are not in the HTML report: SVG and PNG of each."""
+    svg = {name: f"<results>/figures/{name}.svg" for name in names}
+    return svg | {f"{name}_png": f"<results>/figures/{name}.png" for name in names}
+
+
+def about_study(**facts):
+    """Param function: title and trials of the study, and further facts that its report needs."""
+    study = {name: config["study"][name] for name in ("title", "recordings_source")}
+    study |= {"experiments": STUDY.all_conditions(), "made": STUDY.all_made()}
+    return as_it_is(study | facts)
+
+
 def caption(name):
     """File of a caption, for Snakemake's report."""
     return caption_file(Path(workflow.basedir) / "report/captions.yaml", name)

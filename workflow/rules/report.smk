@@ -46,6 +46,7 @@ rule write_report:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        main="report.typ",
         chapters=outputs.chapters(STUDY),
         settings=STUDY.printed(),
         study=as_it_is(

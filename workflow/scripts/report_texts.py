@@ -9,8 +9,8 @@ from tepsipe.reporting.run import Run
 def texts_of(run: Run, files: dict[str, str]) -> dict:
     """Numbers of the standing person as text; ``files`` are those of the tables."""
     about = run.study
-    if "standing" not in about["experiments"]:
-        return {"abstract": {}, "summary": [], "figure_findings": {}}
+    if "standing" not in about.get("experiments", ()):
+        return {}
     text_columns = {"condition": str}
     estimates = pd.read_csv(files["estimates"], dtype=text_columns)
     recovery = pd.read_csv(files["recovery"], dtype=text_columns) if "recovery" in files else None

@@ -16,15 +16,19 @@ import typst
 from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.run import Run
 
-TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column", "train", "test"), str)
+TEXT = dict.fromkeys(("condition", "participant", "belt", "flags", "column", "train", "test", "failed"), str)
 
 
 def read_run(
-    tables: Mapping[str, str], fits: Iterable[str], settings: Mapping, study: Mapping, provenance: str
+    tables: Mapping[str, str],
+    fits: Iterable[str],
+    settings: Mapping,
+    study: Mapping,
+    provenance: str | None = None,
 ) -> Run:
-    """Run of a report: its tables, fits and record of provenance are files."""
+    """Run of a report; tables, fits and the record of provenance are files."""
     rows = {name: pd.read_csv(path, dtype=TEXT) for name, path in tables.items()}
-    record = json.loads(Path(provenance).read_text(encoding="utf-8"))
+    record = json.loads(Path(provenance).read_text(encoding="utf-8")) if provenance else {}
     return Run(rows, _read_fits(fits), settings, study, record)
 
 
@@ -34,11 +38,16 @@ def table_files(paths: Iterable[str]) -> dict[str, str]:
 
 
 def _read_fits(paths: Iterable[str]) -> dict[str, dict[str, Result]]:
-    """Results below ``fits/``: folder -> name -> result; one without a folder has its name twice."""
+    """Results below ``fits/``: folder -> name -> result; one without a folder has its name twice.
+
+    A file of JSON, for example of a walking trial, has facts alone.
+    """
     fits: dict[str, dict[str, Result]] = {}
     for path in map(Path, paths):
         group = path.stem if path.parent.name == "fits" else path.parent.name
-        fits.setdefault(group, {})[path.stem] = read_result(path)
+        only_facts = path.suffix == ".json"
+        fit = Result({}, {}, json.loads(path.read_text("utf-8"))) if only_facts else read_result(path)
+        fits.setdefault(group, {})[path.stem] = fit
     return fits
 
 
@@ -93,9 +102,8 @@ def index_parts(files: Mapping[str, str | Path], pdf: str) -> dict[str, str]:
             sys_inputs={"pdf": pdf},
         ).decode()
     lines = re.sub("(</(?:p|li|tr|dd|div|summary|details)>)", r"\1\n", page)
-    return {
-        name: part.strip() for name, part in re.findall(r'(?s)<section id="(\w+)">(.*?)</section>', lines)
-    }
+    parts = re.findall(r'(?s)<section id="(\w+)">(.*?)</section>', lines)
+    return {name: part.strip() for name, part in parts}
 
 
 @contextmanager

@@ -9,12 +9,11 @@ from typeset import chapters, read_run, report_files, source_files, table_files,
 
 from tepsipe.reporting.run import raw, report_content
 
-params = snakemake.params
-tables = table_files(snakemake.input.tables)
-run = read_run(tables, snakemake.input.fits, params.settings, params.study, snakemake.input.provenance)
-data = raw(texts_of(run, tables)) | report_content(run, chapters(params.chapters))
-write_json(snakemake.output.data, data)
+given, params = snakemake.input, snakemake.params
+tables = table_files(given.tables)
+run = read_run(tables, given.get("fits", ()), params.settings, params.study, given.get("provenance"))
+write_json(snakemake.output.data, raw(texts_of(run, tables)) | report_content(run, chapters(params.chapters)))
 
-files = source_files(snakemake.input.source, params.source_folder)
-files |= report_files(snakemake.output.data, tables, snakemake.input.figures)
-typeset(files, "report.typ", snakemake.output.pdf)
+files = source_files(given.source, params.source_folder)
+files |= report_files(snakemake.output.data, tables, given.figures)
+typeset(files, params.main, snakemake.output.pdf)

@@ -282,6 +282,12 @@ CHAPTERS = (
     "position_manipulator",
     "platform",
 )
+# reports of studies of their own, and their modules
+OWN_REPORTS = {
+    "coverage": ("coverage",),
+    "plan": ("plan", "several_joints"),
+    "walking": ("walking",),
+}
 
 
 def chapters(study: Study) -> list[str]:

@@ -1,5 +1,7 @@
 """Figures of the coverage study: share of intervals that hold the truth, and the intervals themselves."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -9,7 +11,17 @@ from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 MOST_PANELS = 8
+TEXT = {"condition": str, "flags": str}
 ROOM = 1.5  # beyond the 98 % quantile of what is drawn
+
+
+def draw(files: Mapping[str, str], chosen: str) -> dict[str, Figure]:
+    """Draw the figures from the tables ``coverage`` and ``outcomes``; ``chosen`` is the nominal set."""
+    coverage, outcomes = (pd.read_csv(files[name], dtype=TEXT) for name in ("coverage", "outcomes"))
+    return {
+        "figure_coverage": plot_coverage(coverage, chosen),
+        "figure_coverage_intervals": plot_intervals(outcomes, chosen),
+    }
 
 
 @in_style

@@ -1,5 +1,7 @@
 """Figures of planned experiments, best pulses and filters."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -10,6 +12,17 @@ from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 _TICKS = (0.001, 0.01, 0.1, 1.0, 10.0, 100.0)
 _STYLES = ("-", "--", ":")
+
+
+def draw(files: Mapping[str, str], chosen: None) -> dict[str, Figure]:
+    """Draw the figures of a plan study from its tables ``plan``, ``shapes`` and ``filters``."""
+    filters = pd.read_csv(files["filters"])
+    return {
+        "figure_needed": plot_needed(pd.read_csv(files["plan"])),
+        "figure_pulses": plot_pulses(pd.read_csv(files["shapes"])),
+        "figure_filters": plot_filters(filters),
+        "figure_treadmill_filters": plot_treadmill_filters(filters),
+    }
 
 
 def _percent_axis(axis, low: float) -> None:

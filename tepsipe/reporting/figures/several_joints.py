@@ -1,5 +1,7 @@
 """Figure of several joints: what every set of perturbations says, and errors of the elements."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -7,6 +9,12 @@ from matplotlib.figure import Figure
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 _TICKS = (1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6)
+
+
+def draw(files: Mapping[str, str], chosen: Mapping[str, float]) -> dict[str, Figure]:
+    """Draw the figure from the tables ``sets`` and ``elements``; ``chosen`` are limits of intervals (%)."""
+    tables = (pd.read_csv(files[name]) for name in ("sets", "elements"))
+    return {"figure_several_joints": plot_several_joints(*tables, chosen["stiffness_percent"])}
 
 
 @in_style

@@ -1,5 +1,7 @@
 """Figure of the ankle's stiffness in walking."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -7,6 +9,24 @@ from matplotlib.figure import Figure
 from tepsipe.reporting.figures.style import CYCLE, in_style, new_figure
 
 NAMES = {"state": "matched", "mean": "plain mean"}
+TEXT = {"condition": str}
+
+
+def draw(files: Mapping[str, str], chosen: Sequence[str]) -> dict[str, Figure]:
+    """Draw the figure of the study, with strides needed in recorded trials.
+
+    Parameters
+    ----------
+    files : mapping of str to str
+        Tables ``rows``, ``needed`` and, of simulated trials, ``recovery``.
+    chosen : sequence of str
+        Simulated trials: resampled strides are alike, and need fewer than real ones.
+    """
+    names = [name for name in ("rows", "needed", "recovery") if files[name]]
+    tables = {name: pd.read_csv(files[name], dtype=TEXT) for name in names}
+    needed = tables["needed"]
+    needed = needed[~needed.condition.isin(chosen)]
+    return {"figure_walking": plot_walking(tables["rows"], needed, tables.get("recovery"))}
 
 
 @in_style

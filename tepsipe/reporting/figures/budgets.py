@@ -1,10 +1,14 @@
 """Figure of an uncertainty budget, source by source."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.io.budget_table import SCATTER
-from tepsipe.reporting.budgets import RelativeBudget, source_words
+from tepsipe.io.budget_table import CONTRIBUTIONS, SCATTER
+from tepsipe.io.estimates import ESTIMATES
+from tepsipe.reporting.budgets import SHOWN as QUANTITIES
+from tepsipe.reporting.budgets import RelativeBudget, budgeted, relative_budgets, source_words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 # sources below this part of the largest (-) are drawn together
@@ -12,6 +16,15 @@ SMALL = 0.2
 # an axis ends at this multiple of the typical combined uncertainty (-); a triangle marks what lies beyond
 SHOWN = 3.5
 TYPE_COLOURS = {"A": COLOURS["recommended"], "B": "#c28a0e", "combined": "#4b4b4b"}
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Uncertainty budget of each of the ``names``: experiments, and the dummy's foot."""
+    contributions = CONTRIBUTIONS.read(files.uncertainty)
+    own = budgeted(ESTIMATES.read(files.estimates), chosen.foot_pathway)
+    for name in chosen.names:
+        budgets = relative_budgets(contributions, own.get(name, []), QUANTITIES)
+        yield f"figure_budget_{name}", plot_budgets(budgets)
 
 
 def bars_of(budget: RelativeBudget) -> list[tuple[str, str, np.ndarray]]:

@@ -1,8 +1,14 @@
 """Stiffness and damping of the joint in the manipulator against the amplitude of the motion."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from matplotlib.figure import Figure
 
+from tepsipe.experiments.wristalyzer.names import PERIODS
+from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.recovery_table import RECOVERIES
+from tepsipe.io.result import read_result
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
 # groups of terms, added one to the other
@@ -12,6 +18,42 @@ LAYERS = (
     ("hardening", "with hardening", "-.", COLOURS["compensated"]),
     ("friction", "with friction", "--", COLOURS["model"]),
 )
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figure of the fit to all trials (``pooled``), of those to each trial, and of the truth, if any."""
+    pooled = read_result(files.pooled)
+    names = list(pooled.facts["conditions"])
+    rows = {
+        (row.condition, row.quantity): row
+        for row in ESTIMATES.read(*files.estimates)
+        if row.estimator == PERIODS
+    }
+    fitted = {q: np.array([_with_interval(rows[name, q]) for name in names]).T for q in ("B", "K")}
+    shares = {
+        name.removeprefix("shares/"): values
+        for name, values in pooled.arrays.items()
+        if name.startswith("shares/")
+    }
+    truth = _truth(files.recovery[0], names) if files.recovery else None
+    figure = plot_amplitudes(pooled.arrays["rms_angle"], shares, fitted, truth)
+    yield "figure_wristalyzer_amplitudes", figure
+
+
+def _with_interval(row: Estimate) -> tuple[float, float, float]:
+    return row.value, row.ci_low, row.ci_high
+
+
+def _truth(recovery: str, names: list[str]) -> dict[str, np.ndarray] | None:
+    """Quantity -> truth of every trial, from the comparison with the truth; None if a trial has none."""
+    true = {
+        (row.condition, row.quantity): row.truth
+        for row in RECOVERIES.read(recovery)
+        if row.experiment == "wristalyzer" and row.estimator == PERIODS
+    }
+    if not all((name, "K") in true for name in names):
+        return None
+    return {quantity: np.array([true[name, quantity] for name in names]) for quantity in ("B", "K")}
 
 
 @in_style

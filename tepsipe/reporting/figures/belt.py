@@ -1,13 +1,23 @@
 """Figures of a treadmill's calibration: prediction, size of the filter, ripple of the rollers."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.io.result import Result
+from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.figures.names import unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 from tepsipe.reporting.figures.weight import MODEL_COLOURS
-from tepsipe.treadmill.calibration import ModelScore
+from tepsipe.treadmill.calibration import MODEL_SCORES, ModelScore
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of a treadmill's calibration (``fit``) and of the scores of its models."""
+    result, scores = read_result(files.fit), MODEL_SCORES.read(files.scores)
+    yield "figure_belt_prediction", plot_calibration(result, scores, chosen.model)
+    yield "figure_belt_cutoff", plot_cutoffs(scores, result.facts["recordings"][0])
+    yield "figure_belt_ripple", plot_ripple(result)
 
 
 @in_style
