@@ -8,7 +8,6 @@ from page_builders import NASTY, parsed
 from study_chapter_builders import CLAIM, estimate, study_content, study_run
 from typst_builders import index_parts_of, plain_words
 
-from tepsipe.reporting.numbers.abstract import abstract_of
 from tepsipe.reporting.pages.index import Listing, render_index
 
 
@@ -57,21 +56,6 @@ def test_abstract_has_what_the_study_has():
     words = plain_words(findings).replace("\u2060", "")
     assert "stiffness of the joint is K = 50.0 N·m/rad" in words and "Of the 2 claims" in words
     assert "Wristalyzer" not in words and "platform" not in words
-
-
-def test_standing_person_is_told_task_by_task():
-    rows = [
-        {"task": task, "name": name, "stiffness": value, "over_mgh": "0.7"}
-        for task, name, value in (("a_b", "x", "1"), ("a_b", "y", "2"), ("c", "y", "3"))
-    ]
-    person = {"stood": "3", "trials": "4", "tasks": ["a_b", "c", "d"], "recommended": {"estimator": "y"}}
-    data = {"experiments": ["standing"], "standing": person | {"estimators": rows, "recovery": None}}
-    (paragraphs,) = abstract_of(data).values()
-    (paragraph,) = paragraphs
-    told = "".join(words for _, words in paragraph)
-    assert ["emph", "a_b"] in paragraph
-    assert "is 2 N·m/rad, 0.7 times" in told and "is 3 N·m/rad" in told
-    assert "is 1 " not in told and ["emph", "d"] not in paragraph
 
 
 def test_formulas_sections_and_references_of_the_first_page_are_html():

@@ -4,15 +4,14 @@ import job
 
 job.start(snakemake)
 
-from report_texts import texts_of
 from typeset import chapters, read_run, report_files, source_files, table_files, typeset, write_json
 
-from tepsipe.reporting.run import raw, report_content
+from tepsipe.reporting.run import report_content
 
 given, params = snakemake.input, snakemake.params
 tables = table_files(given.tables)
 run = read_run(tables, given.get("fits", ()), params.settings, params.study, given.get("provenance"))
-write_json(snakemake.output.data, raw(texts_of(run, tables)) | report_content(run, chapters(params.chapters)))
+write_json(snakemake.output.data, report_content(run, chapters(params.chapters)))
 
 files = source_files(given.source, params.source_folder)
 files |= report_files(snakemake.output.data, tables, given.figures)

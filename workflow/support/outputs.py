@@ -276,6 +276,7 @@ CHAPTERS = (
     "simulation",
     "noise",
     "weight",
+    "standing",
     "belt",
     "participants",
     "budgets",
