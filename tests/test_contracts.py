@@ -17,7 +17,7 @@ from workflow.support.reach import reached_by
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "tepsipe").rglob("*.py"))
 # what several scripts import: the start of every job, and what reports are made of
-SHARED = {"job.py", "report_texts.py", "typeset.py"}
+SHARED = {"job.py", "typeset.py"}
 SCRIPTS = sorted((ROOT / "workflow/scripts").glob("*.py"))
 RULE_FILES = sorted((ROOT / "workflow/rules").glob("*.smk"))
 LABORATORY = "tepsipe.virtual_lab"

@@ -108,13 +108,13 @@ def plain_words(page: str) -> str:
     return " ".join(unicodedata.normalize("NFKC", words).split())
 
 
-def first_page_of(data: Mapping, pdf: str, tables: Mapping[str, str | Path] | None = None) -> dict[str, str]:
-    """Parts of the first page as HTML, from the content of report.json, the address of the PDF and tables."""
-    from workflow.scripts.typeset import first_page
+def index_parts_of(data: Mapping, tables: Mapping[str, str | Path] | None = None) -> dict[str, str]:
+    """Parts of the index as HTML, from the content of report.json and tables."""
+    from workflow.scripts.typeset import index_parts
 
     with report_root(data, tables or {}) as root:
         files = {str(path.relative_to(root)): path for path in root.rglob("*") if path.is_file()}
-        return first_page(files, pdf)
+        return index_parts(files, "./my%20study.pdf")
 
 
 def tables_of(results: Path) -> dict[str, Path]:

@@ -105,11 +105,14 @@ rule write_coverage:
         main="coverage.typ",
         chapters=outputs.OWN_REPORTS["coverage"],
         settings={},
-        study=about_study(
-            code=code_version(workflow.basedir),
-            sets=LABORATORIES.sets(),
-            drawn=LABORATORIES.drawn(),
-            seed=config["coverage"]["seed"],
+        study=as_it_is(
+            ABOUT_STUDY
+            | {
+                "code": code_version(workflow.basedir),
+                "sets": LABORATORIES.sets(),
+                "drawn": LABORATORIES.drawn(),
+                "seed": config["coverage"]["seed"],
+            }
         ),
         source_folder=lambda w: here("report"),
     script:

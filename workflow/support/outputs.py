@@ -269,12 +269,14 @@ def model_names(study: Study) -> dict[str, str]:
 
 # experiments and parts with a module of numbers and predicates, tepsipe/reporting/chapters/<name>.py
 CHAPTERS = (
+    "study",
     "wristalyzer",
     "dummy",
     "thesis_dummy",
     "simulation",
     "noise",
     "weight",
+    "standing",
     "belt",
     "participants",
     "budgets",
@@ -291,7 +293,7 @@ OWN_REPORTS = {
 
 def chapters(study: Study) -> list[str]:
     """Chapters of the report that have numbers of their own."""
-    return [name for name in CHAPTERS if study.has(name)]
+    return [name for name in CHAPTERS if name == "study" or study.has(name)]
 
 
 def pages(study: Study) -> list[str]:

@@ -1,15 +1,11 @@
 """Report on coverage: names in words, rows that its sentences list, and conditions of these sentences."""
 
-import re
-
 import pandas as pd
 
 from tepsipe.reporting.budgets import source_words
 from tepsipe.reporting.coverage import SHIFTED
 from tepsipe.reporting.coverage_flags import ANY
 from tepsipe.reporting.figures.names import words
-from tepsipe.reporting.numbers.laboratory import DIRECTIONS
-from tepsipe.reporting.numbers.laboratory_words import unit_of, words_of
 from tepsipe.reporting.run import Run
 
 PROMISED = 0.95  # what an interval promises
@@ -22,7 +18,6 @@ INFORMATIVE_LOW = 0.85
 
 def numbers(run: Run) -> dict:
     """Limits, rows that sentences list (units in their keys), and names in words."""
-    changed = (path for one in run.study["sets"].values() for path in _changed(one))
     return {
         "limits": {
             "width_ratio": WIDEST,
@@ -33,12 +28,7 @@ def numbers(run: Run) -> dict:
         "listed": {rows.__name__: rows(run) for rows in LISTED},
         "words": _names(run),
         "sources": {name: source_words(name) for name in run.rows("dropped").source.unique()},
-        "constants": {path: _constant(path) for path in (*run.study["drawn"], *changed)},
     }
-
-
-def _changed(chosen: dict) -> list[str]:
-    return [*chosen.get("factors", {}), *chosen.get("constants", {})]
 
 
 def _names(run: Run) -> dict[str, str]:
@@ -50,12 +40,6 @@ def estimator(name: str) -> str:
     """An estimator in words, for example "free reflex torque (GLS), 50 ms" for free-reflex-gls-50."""
     base, _, window = name.rpartition("-")
     return f"{words(base)}, {window} ms" if window.isdigit() else words(name)
-
-
-def _constant(path: str) -> dict[str, str]:
-    """Name of a constant of the laboratory, with its direction where it has one, and its unit."""
-    key, index = re.sub(r"(\.\d+)+$", "", path), path.rpartition(".")[2]
-    return {"name": words_of(key) + DIRECTIONS.get(index, ""), "unit": unit_of(key)}
 
 
 def _first(run: Run) -> str:
