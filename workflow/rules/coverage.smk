@@ -69,7 +69,7 @@ rule plot_coverage:
     input:
         coverage="<results>/tables/coverage.csv",
         outcomes="<results>/tables/outcomes.csv",
-        library=library_of("plot_study", "tepsipe/reporting/figures/coverage.py"),
+        library=library_of("plot", "tepsipe/reporting/figures/coverage.py"),
     output:
         **figure_pairs("figure_coverage", "figure_coverage_intervals"),
     log:
@@ -77,10 +77,10 @@ rule plot_coverage:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        module="coverage",
-        chosen=next(iter(LABORATORIES.sets())),
+        drawn_by="coverage",
+        first=next(iter(LABORATORIES.sets())),
     script:
-        "../scripts/plot_study.py"
+        "../scripts/plot.py"
 
 
 rule write_coverage:
@@ -90,7 +90,9 @@ rule write_coverage:
             "<results>/figures/figure_coverage.svg",
             "<results>/figures/figure_coverage_intervals.svg",
         ],
+        fits=[],
         tables=[f"<results>/tables/{name}.csv" for name in ("coverage", "dropped", "flags", "laboratories")],
+        provenance=[],
         library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["coverage"])),
     output:
         pdf="<results>/report/coverage.pdf",

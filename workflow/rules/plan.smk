@@ -131,30 +131,29 @@ rule collect_plan:
         "../scripts/collect_plan.py"
 
 
-rule plot_plan:
+rule plot_planning:
     input:
         plan="<results>/tables/plan.csv",
         shapes="<results>/tables/pulse_shapes.csv",
         filters="<results>/tables/filters.csv",
-        library=library_of("plot_study", "tepsipe/reporting/figures/planning.py"),
+        library=library_of("plot", "tepsipe/reporting/figures/planning.py"),
     output:
         **figure_pairs("figure_needed", "figure_pulses", "figure_filters", "figure_treadmill_filters"),
     log:
-        "<logs>/plot_plan.log",
+        "<logs>/plot_planning.log",
     conda:
         "../envs/tepsipe.yaml"
     params:
-        module="planning",
-        chosen=None,
+        drawn_by="planning",
     script:
-        "../scripts/plot_study.py"
+        "../scripts/plot.py"
 
 
 rule plot_several_joints:
     input:
         sets="<results>/tables/several_joints.csv",
         elements="<results>/tables/several_joints_elements.csv",
-        library=library_of("plot_study", "tepsipe/reporting/figures/several_joints.py"),
+        library=library_of("plot", "tepsipe/reporting/figures/several_joints.py"),
     output:
         **figure_pairs("figure_several_joints"),
     log:
@@ -162,17 +161,19 @@ rule plot_several_joints:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        module="several_joints",
-        chosen=PLAN["several_joints"]["limits"],
+        drawn_by="several_joints",
+        limits=PLAN["several_joints"]["limits"],
     script:
-        "../scripts/plot_study.py"
+        "../scripts/plot.py"
 
 
 rule write_plan:
     input:
         source=report_sources(),
         figures=[f"<results>/figures/figure_{name}.svg" for name in PLAN_FIGURES],
+        fits=[],
         tables=[f"<results>/tables/{name}.csv" for name in PLAN_TABLES],
+        provenance=[],
         library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["plan"])),
     output:
         pdf="<results>/report/plan.pdf",

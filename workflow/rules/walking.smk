@@ -79,7 +79,7 @@ rule plot_walking:
         rows="<results>/tables/walking.csv",
         needed="<results>/tables/needed.csv",
         recovery="<results>/tables/recovery.csv" if MADE_WALKS else [],
-        library=library_of("plot_study", "tepsipe/reporting/figures/walking.py"),
+        library=library_of("plot", "tepsipe/reporting/figures/walking.py"),
     output:
         **figure_pairs("figure_walking"),
     log:
@@ -87,10 +87,10 @@ rule plot_walking:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        module="walking",
-        chosen=MADE_WALKS,
+        drawn_by="walking",
+        simulated=MADE_WALKS,
     script:
-        "../scripts/plot_study.py"
+        "../scripts/plot.py"
 
 
 rule write_walking:
@@ -102,6 +102,7 @@ rule write_walking:
             f"<results>/tables/{name}.csv"
             for name in ("walking", "needed", *(["recovery"] if MADE_WALKS else []))
         ],
+        provenance=[],
         library=library_of("write_report", *chapter_modules(outputs.OWN_REPORTS["walking"])),
     output:
         data="<results>/report/walking.json",

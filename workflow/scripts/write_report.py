@@ -10,7 +10,7 @@ from tepsipe.reporting.run import report_content
 
 given, params = snakemake.input, snakemake.params
 tables = table_files(given.tables)
-run = read_run(tables, given.get("fits", ()), params.settings, params.study, given.get("provenance"))
+run = read_run(tables, given.fits, params.settings, params.study, given.provenance)
 write_json(snakemake.output.data, report_content(run, chapters(params.chapters)))
 
 files = source_files(given.source, params.source_folder)

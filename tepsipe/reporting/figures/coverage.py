@@ -1,6 +1,6 @@
 """Figures of the coverage study: share of intervals that hold the truth, and the intervals themselves."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -15,13 +15,11 @@ TEXT = {"condition": str, "flags": str}
 ROOM = 1.5  # beyond the 98 % quantile of what is drawn
 
 
-def draw(files: Mapping[str, str], chosen: str) -> dict[str, Figure]:
-    """Draw the figures from the tables ``coverage`` and ``outcomes``; ``chosen`` is the nominal set."""
-    coverage, outcomes = (pd.read_csv(files[name], dtype=TEXT) for name in ("coverage", "outcomes"))
-    return {
-        "figure_coverage": plot_coverage(coverage, chosen),
-        "figure_coverage_intervals": plot_intervals(outcomes, chosen),
-    }
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the tables of the coverage and of all estimates."""
+    coverage, outcomes = (pd.read_csv(path, dtype=TEXT) for path in (files.coverage, files.outcomes))
+    yield "figure_coverage", plot_coverage(coverage, chosen.first)
+    yield "figure_coverage_intervals", plot_intervals(outcomes, chosen.first)
 
 
 @in_style

@@ -1,6 +1,6 @@
 """Figures of planned experiments, best pulses and filters."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -14,15 +14,13 @@ _TICKS = (0.001, 0.01, 0.1, 1.0, 10.0, 100.0)
 _STYLES = ("-", "--", ":")
 
 
-def draw(files: Mapping[str, str], chosen: None) -> dict[str, Figure]:
-    """Draw the figures of a plan study from its tables ``plan``, ``shapes`` and ``filters``."""
-    filters = pd.read_csv(files["filters"])
-    return {
-        "figure_needed": plot_needed(pd.read_csv(files["plan"])),
-        "figure_pulses": plot_pulses(pd.read_csv(files["shapes"])),
-        "figure_filters": plot_filters(filters),
-        "figure_treadmill_filters": plot_treadmill_filters(filters),
-    }
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the tables of designs, pulses and filters."""
+    filters = pd.read_csv(files.filters)
+    yield "figure_needed", plot_needed(pd.read_csv(files.plan))
+    yield "figure_pulses", plot_pulses(pd.read_csv(files.shapes))
+    yield "figure_filters", plot_filters(filters)
+    yield "figure_treadmill_filters", plot_treadmill_filters(filters)
 
 
 def _percent_axis(axis, low: float) -> None:

@@ -1,6 +1,6 @@
 """Figure of several joints: what every set of perturbations says, and errors of the elements."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -11,10 +11,10 @@ from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 _TICKS = (1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6)
 
 
-def draw(files: Mapping[str, str], chosen: Mapping[str, float]) -> dict[str, Figure]:
-    """Draw the figure from the tables ``sets`` and ``elements``; ``chosen`` are limits of intervals (%)."""
-    tables = (pd.read_csv(files[name]) for name in ("sets", "elements"))
-    return {"figure_several_joints": plot_several_joints(*tables, chosen["stiffness_percent"])}
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figure of the sets of perturbations and the elements of K."""
+    sets, elements = pd.read_csv(files.sets), pd.read_csv(files.elements)
+    yield "figure_several_joints", plot_several_joints(sets, elements, chosen.limits["stiffness_percent"])
 
 
 @in_style

@@ -1,6 +1,6 @@
 """Figure of the ankle's stiffness in walking."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -12,21 +12,11 @@ NAMES = {"state": "matched", "mean": "plain mean"}
 TEXT = {"condition": str}
 
 
-def draw(files: Mapping[str, str], chosen: Sequence[str]) -> dict[str, Figure]:
-    """Draw the figure of the study, with strides needed in recorded trials.
-
-    Parameters
-    ----------
-    files : mapping of str to str
-        Tables ``rows``, ``needed`` and, of simulated trials, ``recovery``.
-    chosen : sequence of str
-        Simulated trials: resampled strides are alike, and need fewer than real ones.
-    """
-    names = [name for name in ("rows", "needed", "recovery") if files[name]]
-    tables = {name: pd.read_csv(files[name], dtype=TEXT) for name in names}
-    needed = tables["needed"]
-    needed = needed[~needed.condition.isin(chosen)]
-    return {"figure_walking": plot_walking(tables["rows"], needed, tables.get("recovery"))}
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figure of the study; resampled strides of simulated trials are alike, and need fewer than real ones."""
+    rows, needed = (pd.read_csv(path, dtype=TEXT) for path in (files.rows, files.needed))
+    recovery = pd.read_csv(files.recovery, dtype=TEXT) if files.recovery else None
+    yield "figure_walking", plot_walking(rows, needed[~needed.condition.isin(chosen.simulated)], recovery)
 
 
 @in_style
