@@ -37,8 +37,6 @@ def told(run, *places):
 @pytest.mark.parametrize(
     ("predicate", "usual", "contrary"),
     [
-        (study.claims_checked, study_run({"claims": [CLAIM]}), study_run({})),
-        (study.cells_judged, study_run({"cells": [{"verdict": "fitted"}]}), study_run({})),
         (study.truth_of_recommended_known, compared(), compared(missing=True)),
         (study.recommended_flagged, compared(), study_run({"estimates": [estimate(flags="at-bound")]})),
     ],
@@ -70,6 +68,7 @@ def test_verdicts_are_counted_and_named_in_the_same_order_everywhere():
     assert "and 1 not reproduced; 1 were not computed" in claimed
     assert "Of the 6 printed cells of Tables 4-1 to 4-4, 4 lie within" in cells
     assert "were not computed" not in told(study_run({"claims": claims[:5]}), "abstract_claims")[0]
+    assert told(study_run({}), "abstract_claims", "abstract_cells") == [None, None]
 
 
 @pytest.mark.parametrize(

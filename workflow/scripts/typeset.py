@@ -24,9 +24,9 @@ def read_run(
     fits: Iterable[str],
     settings: Mapping,
     study: Mapping,
-    provenance: str | None = None,
+    provenance: str = "",
 ) -> Run:
-    """Run of a report; tables, fits and the record of provenance are files."""
+    """Run of a report; tables, fits and the record of provenance, if there is one, are files."""
     rows = {name: pd.read_csv(path, dtype=TEXT) for name, path in tables.items()}
     record = json.loads(Path(provenance).read_text(encoding="utf-8")) if provenance else {}
     return Run(rows, _read_fits(fits), settings, study, record)

@@ -1,4 +1,4 @@
-"""Parts of every report: claims and cells of the thesis, estimates to quote, checks and provenance."""
+"""Parts of every report: estimates to quote, the meaning of checks, and provenance."""
 
 import hashlib
 from collections.abc import Iterable, Mapping
@@ -48,16 +48,6 @@ def _recommended(run: Run) -> pd.DataFrame:
 # ---- conditions of sentences
 
 
-def claims_checked(run: Run) -> bool:
-    """The claims of the thesis were compared with the run."""
-    return "claims" in run.tables
-
-
-def cells_judged(run: Run) -> bool:
-    """The printed cells of the thesis were compared with the run."""
-    return "cells" in run.tables
-
-
 def truth_of_recommended_known(run: Run) -> bool:
     """The study reproduces the thesis with the dummy, and the truth of recommended estimates is known."""
     if run.study["reported"] is None or "dummy" not in run.study["experiments"]:
@@ -71,4 +61,4 @@ def recommended_flagged(run: Run) -> bool:
     return bool((_recommended(run)["flags"].fillna("") != "").any())
 
 
-PREDICATES = (claims_checked, cells_judged, truth_of_recommended_known, recommended_flagged)
+PREDICATES = (truth_of_recommended_known, recommended_flagged)
