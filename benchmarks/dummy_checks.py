@@ -177,7 +177,7 @@ def main() -> None:
             names = [
                 look(motion, instruments, 1000 + seed, bend_as_believed)[0] for seed in range(given.clean)
             ]
-            by = Counter(flag for own in names for flag in own)
+            by = Counter(flag for raised in names for flag in raised)
             count = sum(map(bool, names))
             cells = (f"{count} of {len(names)}", ", ".join(f"{k} {v}" for k, v in by.items()) or "–")
             print(row(condition, f"{noise:g}", *cells), flush=True)
@@ -188,14 +188,14 @@ def main() -> None:
         print("|---" * 4 + "|")
         for name, (unit, fault) in (MARKER_FAULTS | BELIEF_FAULTS).items():
             start = 2.0 if name in BELIEF_FAULTS else 0.3 if fault is bend else 0.01
-            found = detected(motions["sine-0.3"], instruments, unit, fault, given.seeds, start)
-            if found is None:
+            detection = detected(motions["sine-0.3"], instruments, unit, fault, given.seeds, start)
+            if detection is None:
                 print(row(name, "none", "–", "–"), flush=True)
                 continue
-            size, names, errors = found
-            by = Counter(flag for own in names for flag in own)
-            told = ", ".join(k for k, v in by.most_common() if v >= 0.5 * len(names))
-            print(row(name, f"{size:.2g}", f"{errors[0]:+.2f} / {errors[1]:+.2f}", told), flush=True)
+            size, names, errors = detection
+            by = Counter(flag for raised in names for flag in raised)
+            flags = ", ".join(k for k, v in by.most_common() if v >= 0.5 * len(names))
+            print(row(name, f"{size:.2g}", f"{errors[0]:+.2f} / {errors[1]:+.2f}", flags), flush=True)
 
 
 if __name__ == "__main__":

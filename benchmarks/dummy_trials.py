@@ -124,8 +124,8 @@ class Motion:
             np.gradient(motion.angle_rate, motion.time),
             motion.joint_torque,
         )
-        found = linear_truth(true, [(time[p.start], time[p.stop - 1]) for p in perturbations])
-        return np.array(list(found.values()))
+        parameters = linear_truth(true, [(time[p.start], time[p.stop - 1]) for p in perturbations])
+        return np.array(list(parameters.values()))
 
     def trial(
         self, rng: np.random.Generator, instruments: Instruments | None = None, broken: Callable | None = None

@@ -68,8 +68,8 @@ def source(arguments: list[str], settings: dict) -> BeltRecording:
     if arguments:
         return recorded(Path(arguments[0]), settings)
     folder = Path(os.environ.get("TEPSIPE_REAL_DATA", ROOT.parent / "shared" / "real-data"))
-    found = folder / "rmill-treadmill" / "RandomSlowSpeed1.txt"
-    return recorded(found, settings) if found.is_file() else made_up(settings)
+    path = folder / "rmill-treadmill" / "RandomSlowSpeed1.txt"
+    return recorded(path, settings) if path.is_file() else made_up(settings)
 
 
 def main() -> None:

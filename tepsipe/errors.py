@@ -12,8 +12,8 @@ class InputError(ValueError):
 
 def quoted(text: object, length: int = 60) -> str:
     """``text`` as it is quoted in a message (no unit): in quotes and cut to ``length`` characters."""
-    shown = repr(str(text)) if not isinstance(text, float | int | None) else repr(text)
-    return shown if len(shown) <= length else f"{shown[:length]}..."
+    quotation = repr(str(text)) if not isinstance(text, float | int | None) else repr(text)
+    return quotation if len(quotation) <= length else f"{quotation[:length]}..."
 
 
 def listed(names, most: int = 20) -> str:

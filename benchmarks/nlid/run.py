@@ -70,8 +70,8 @@ def find_toolbox() -> Path:
 def find_octave() -> str:
     """The program Octave on the PATH."""
     for name in ("octave-cli", "octave"):
-        if found := shutil.which(name):
-            return found
+        if program := shutil.which(name):
+            return program
     raise InputError(
         "PATH: expected GNU Octave, found neither octave-cli nor octave: install Octave 7 or later with its "
         "packages signal, statistics and control"
@@ -131,14 +131,14 @@ def read_results(folder: Path) -> dict[str, np.ndarray | str]:
     path = folder / "models.txt"
     if not path.is_file():
         raise InputError(f"{path}: expected the models that Octave fitted, found no file: see its messages")
-    found: dict[str, np.ndarray | str] = {}
+    predictions: dict[str, np.ndarray | str] = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         model, _, reason = line.partition("\t")
         values = None if reason else np.loadtxt(folder / f"{model}.txt", ndmin=2)
         if values is not None and not (values.shape[1] == 2 and np.isfinite(values).all()):
             reason = "its prediction is not finite"
-        found[model] = reason or values
-    return found
+        predictions[model] = reason or values
+    return predictions
 
 
 def toolbox_scores(path: Path, settings: dict, options: PositionManipulatorOptions) -> list[Score]:
@@ -168,13 +168,13 @@ def toolbox_scores(path: Path, settings: dict, options: PositionManipulatorOptio
                 f"{DRIVER}: expected models, found that Octave stopped ({last}): check its installation"
             )
         results = read_results(Path(folder))
-    found = []
+    scores = []
     for model, values in results.items():
         if isinstance(values, str):
-            found.append(Score(f"NLID: {model}", None, values))
+            scores.append(Score(f"NLID: {model}", None, values))
         else:
-            found.append(Score(f"NLID: {model}", score(values[:, 0], sign * values[:, 1], trial, options)))
-    return found
+            scores.append(Score(f"NLID: {model}", score(values[:, 0], sign * values[:, 1], trial, options)))
+    return scores
 
 
 def table_of(scores: dict[str, list[Score]]) -> str:
@@ -183,8 +183,8 @@ def table_of(scores: dict[str, list[Score]]) -> str:
         "| Recording | Model | Fitted (%) | Held out (%) | Held out, free offset (%) |",
         "|---|---|---|---|---|",
     ]
-    for recording, own in scores.items():
-        for s in own:
+    for recording, of_recording in scores.items():
+        for s in of_recording:
             cells = [f"not fitted: {s.reason}", "–", "–"]
             if s.vaf is not None:
                 cells = [f"{v:.2f}" for v in (s.vaf.training, s.vaf.held_out, s.vaf.held_out_any_offset)]

@@ -76,7 +76,7 @@ def sentence_lacks(message: str, path: Path) -> str:
 def attempt(reader: Reader, path: Path) -> tuple[int, str]:
     """Read one file: READ, REFUSED or ENDED, and what is wrong with that (empty if nothing)."""
     try:
-        found = reader.read(path)
+        content = reader.read(path)
     except InputError as error:
         lacking = sentence_lacks(str(error), path)
         how = ENDED if any(words in str(error) for words in OF_THE_GUARD) else REFUSED
@@ -85,7 +85,7 @@ def attempt(reader: Reader, path: Path) -> tuple[int, str]:
         frame = traceback.extract_tb(error.__traceback__)[-1]
         return REFUSED, f"{type(error).__name__} at {Path(frame.filename).name}:{frame.lineno}: {error}"
     try:
-        reader.check(found)
+        reader.check(content)
     except AssertionError as error:
         return READ, f"the result lacks what is promised: {error}"
     except Exception as error:  # of any kind: what was read cannot be looked at
@@ -220,8 +220,8 @@ def again(reader: str, seed: int, k: int) -> None:
         kept = Path(tempfile.gettempdir()) / f"mutation-{reader}-{k}{''.join(path.suffixes)}"
         kept.write_bytes(content)
         print(f"{kept}: {len(content)} bytes, made from {path.name}")
-        found = READERS[reader].read(path)
-        READERS[reader].check(found)
+        result = READERS[reader].read(path)
+        READERS[reader].check(result)
         print("read")
 
 

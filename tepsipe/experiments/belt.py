@@ -170,11 +170,11 @@ class TreadmillCalibration:
         recording = next(iter(self.tests.values()))
         model = self.models[self.best]
         time = np.arange(recording.load.size) / recording.rate_hz
-        shown = slice(time.size // 2, time.size // 2 + round(20.0 * recording.rate_hz))
+        span = slice(time.size // 2, time.size // 2 + round(20.0 * recording.rate_hz))
         figure, axis = plt.subplots(layout="constrained")
-        axis.plot(time[shown], recording.load[shown], color="0.4", linewidth=1.2, label="measured")
-        predicted = model.predict(recording)[shown]
-        axis.plot(time[shown], predicted, color="#c8371b", linewidth=1.0, label=f"predicted, {self.best}")
+        axis.plot(time[span], recording.load[span], color="0.4", linewidth=1.2, label="measured")
+        predicted = model.predict(recording)[span]
+        axis.plot(time[span], predicted, color="#c8371b", linewidth=1.0, label=f"predicted, {self.best}")
         axis.set(xlabel="Time (s)", ylabel="Load (N·m)" if recording.unit == "Nm" else "Load (N)")
         axis.legend(loc="upper right", frameon=False)
         return figure

@@ -55,7 +55,7 @@ def contributions_of(
     Arguments are those of `with_budget` (units in them). Type A comes first, and what is not finite, of a
     single perturbation, is left out.
     """
-    found = []
+    contributions = []
     for row in rows:
         if row.quantity not in quantities:
             continue
@@ -63,5 +63,5 @@ def contributions_of(
         parts = [(SCATTER, "A", float(budget.type_a[k]))]
         parts += [(name, "B", float(budget.of_source(name)[k])) for name in budget.contributions]
         names = (row.experiment, row.condition, row.pathway, row.estimator, row.quantity, row.unit)
-        found += [Contribution(*names, *part) for part in parts if math.isfinite(part[2])]
-    return found
+        contributions += [Contribution(*names, *part) for part in parts if math.isfinite(part[2])]
+    return contributions

@@ -186,9 +186,9 @@ def shapes(empty: dict[str, Result], weight: dict[str, Result], filter_name: str
 
 def speed_at_peak(results: dict[str, Result], filter_name: str) -> list[float]:
     """Belt speed at the peak of the mean belt-induced force, relative to the peak speed (-), by condition."""
-    found = []
+    shares = []
     for result in results.values():
         force = result.arrays[f"{filter_name}/added_force"].mean(axis=0)
         speed = np.abs(result.arrays[f"{filter_name}/belt_velocity"].mean(axis=0))
-        found.append(float(speed[np.abs(force).argmax()] / speed.max()))
-    return found
+        shares.append(float(speed[np.abs(force).argmax()] / speed.max()))
+    return shares

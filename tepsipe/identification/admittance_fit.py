@@ -258,10 +258,10 @@ def distance_to_other_criterion(
     omega, response = 2.0 * np.pi * estimate.frequency_hz, estimate.response
     columns = np.column_stack([-(omega**2) * response, 1j * omega * response, response])
     weighted, unit = columns * np.sqrt(power)[:, None], np.sqrt(power)
-    other = np.linalg.lstsq(
+    by_least_squares = np.linalg.lstsq(
         np.vstack([weighted.real, weighted.imag]), np.concatenate([unit, 0.0 * unit]), rcond=None
     )[0]
-    return fit.parameters - other
+    return fit.parameters - by_least_squares
 
 
 def fit_from_many_starts(

@@ -119,7 +119,7 @@ def _likelihood(softening: bool) -> Callable:
         from tepsipe.identification.likelihood.likelihood import maximise_likelihood
         from tepsipe.identification.likelihood.result import estimates_in_windows
 
-        found = maximise_likelihood(
+        fit = maximise_likelihood(
             record.motion.time,
             record.markers,
             record.belt_log,
@@ -127,7 +127,7 @@ def _likelihood(softening: bool) -> Callable:
             record.at_rest,
             softening=softening,
         )
-        return estimates_in_windows(found, record.motion, record.perturbations, record.at_rest)
+        return estimates_in_windows(fit, record.motion, record.perturbations, record.at_rest)
 
     return function
 

@@ -162,14 +162,14 @@ def impedance_in_windows(
         part = slice(start, start + window)
         x, y = _without(nuisance, columns[part]), _without(nuisance, torque[part])
         solver = _solver(x, f"the window from {start / rate_hz:.3g} s")
-        left = y - x @ (solver @ y)
-        sums[part] += left
+        residual = y - x @ (solver @ y)
+        sums[part] += residual
         times[part] += 1.0
-        squared[part] += np.mean(left**2)
+        squared[part] += np.mean(residual**2)
         solvers.append(solver)
         spans.append(np.linalg.qr(np.hstack([x / np.linalg.norm(x, axis=0), nuisance]))[0])
         values.append(solver @ y)
-        vafs.append(_vaf(y, left))
+        vafs.append(_vaf(y, residual))
     often = np.maximum(times, 1.0)
     level = np.sqrt(squared / often)
     unit = (sums / often)[times > 0.0] / level[times > 0.0]
@@ -231,8 +231,8 @@ def impedance_of_ensemble(
         )
     at = starts[:, None] + np.arange(length)
     motion, load = columns[at], torque[at]
-    own = motion - motion.mean(axis=0)
-    if np.mean(own[..., 1] ** 2) < LEAST_VARIATION * np.mean(motion[..., 1] ** 2):
+    deviation_of_motion = motion - motion.mean(axis=0)
+    if np.mean(deviation_of_motion[..., 1] ** 2) < LEAST_VARIATION * np.mean(motion[..., 1] ** 2):
         raise InputError(
             "expected perturbations that differ between the realisations, found the same velocity in all of "
             "them: perturb each realisation at random"
@@ -247,7 +247,7 @@ def impedance_of_ensemble(
         part = slice(first, first + segment)
         pieces = [
             (_without(nuisance, x), _without(nuisance, y))
-            for x, y in zip(own[:, part], deviation[:, part], strict=True)
+            for x, y in zip(deviation_of_motion[:, part], deviation[:, part], strict=True)
         ]
         place = f"the segment {first / rate_hz:.3g} s after the trigger"
         fits.append(_pooled(pieces, times, place, lost=1))
@@ -309,19 +309,19 @@ def impedance_by_schedule(
     runs = _runs(place, round(piece_s * rate_hz), max(8, round(0.25 * piece_s * rate_hz)))
     centres, fits, means, count = [], [], [], []
     for b in range(bins):
-        own = [part for part in runs if place[part.start] == b]
-        if len(own) < LEAST_PIECES:
+        pieces_of_bin = [part for part in runs if place[part.start] == b]
+        if len(pieces_of_bin) < LEAST_PIECES:
             continue
-        inside = np.concatenate([np.arange(part.start, part.stop) for part in own])
+        inside = np.concatenate([np.arange(part.start, part.stop) for part in pieces_of_bin])
         pieces = []
-        for part in own:
+        for part in pieces_of_bin:
             nuisance = _level_and_trend(part.stop - part.start)
             pieces.append((_without(nuisance, columns[part]), _without(nuisance, torque[part])))
-        times = _multiplicities(len(own), draws, rng)
+        times = _multiplicities(len(pieces_of_bin), draws, rng)
         fits.append(_pooled(pieces, times, f"the schedule near {edges[b]:g}", lost=2))
         centres.append(schedule[inside].mean())
         means.append([angle[inside].mean(), torque[inside].mean()])
-        count.append(len(own))
+        count.append(len(pieces_of_bin))
     if not fits:
         raise InputError(
             f"expected at least {LEAST_PIECES} pieces of {0.25 * piece_s:g} s or longer in a bin of the "
@@ -374,8 +374,8 @@ def _refuse_short(samples: int, parameters: int, rate_hz: float, what: str) -> N
         )
 
 
-def _vaf(y: np.ndarray, left: np.ndarray) -> float:
-    return float(100.0 * (1.0 - np.sum(left**2) / np.sum(y**2)))
+def _vaf(y: np.ndarray, residual: np.ndarray) -> float:
+    return float(100.0 * (1.0 - np.sum(residual**2) / np.sum(y**2)))
 
 
 def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) -> np.ndarray:
@@ -388,7 +388,7 @@ def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) ->
     block = min(block, unit.size)
     blocks = -(-level.size // block)
     window = solvers[0].shape[1]
-    found = np.empty((len(starts), draws, solvers[0].shape[0]))
+    deviations = np.empty((len(starts), draws, solvers[0].shape[0]))
     taken, power = np.zeros((2, len(starts)))
     for first in range(0, draws, CHUNK):
         count = min(CHUNK, draws - first)
@@ -396,10 +396,10 @@ def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) ->
         drawn = unit[(begin[..., None] + np.arange(block)).reshape(count, -1)[:, : level.size]] * level
         for w, (solver, span, start) in enumerate(zip(solvers, spans, starts, strict=True)):
             part = drawn[:, start : start + window]
-            found[w, first : first + count] = part @ solver.T
+            deviations[w, first : first + count] = part @ solver.T
             taken[w] += np.sum((part @ span) ** 2)
             power[w] += np.sum(part**2)
-    return found / np.sqrt(1.0 - taken / power)[:, None, None]
+    return deviations / np.sqrt(1.0 - taken / power)[:, None, None]
 
 
 def _multiplicities(pieces: int, draws: int, rng: np.random.Generator) -> np.ndarray:
@@ -428,12 +428,12 @@ def _pooled(pieces, times: np.ndarray, place: str, lost: int) -> tuple[np.ndarra
 def _runs(place: np.ndarray, longest: int, shortest: int) -> list[slice]:
     """Pieces of consecutive samples at one place, split into equal parts of at most ``longest`` samples."""
     ends = np.flatnonzero(np.diff(place)) + 1
-    found = []
+    pieces = []
     for start, stop in pairwise([0, *ends, place.size]):
         parts = -(-(stop - start) // longest)
         cuts = np.linspace(start, stop, parts + 1).astype(int)
-        found += [slice(a, b) for a, b in pairwise(cuts) if b - a >= shortest]
-    return found
+        pieces += [slice(a, b) for a, b in pairwise(cuts) if b - a >= shortest]
+    return pieces
 
 
 def _result(over, at, names, values, deviations, means, pieces, vafs) -> VaryingImpedance:

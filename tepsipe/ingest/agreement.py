@@ -140,8 +140,8 @@ def belt_fixed_motion(
     most = max(1, round(longest_s * rate_hz))
     for lag in range(-most, most + 1):
         shifted = np.roll(y, -lag)[active]
-        product, own = float(shifted @ v[active]), float(shifted @ shifted)
-        correlation = product / np.sqrt(own * power) if own > 0.0 else 0.0
+        product, energy = float(shifted @ v[active]), float(shifted @ shifted)
+        correlation = product / np.sqrt(energy * power) if energy > 0.0 else 0.0
         if correlation > best[2]:
             best = (product / power, lag / rate_hz, correlation)
     return best
@@ -152,9 +152,11 @@ def _refuse_belt_fixed(
 ) -> None:
     """Refuse a belt-fixed marker whose scale, delay and correlation are not those of the belt."""
     scale, delay_s, correlation = motion
-    own, log = source(files, "markers"), source(files, "log")
-    where = f"{own}: expected the belt-fixed marker {label!r} to move with the belt"
-    where, both = (where, "") if own == log else (f"{where} of {log}", "that both files are of this trial, ")
+    marker_file, log = source(files, "markers"), source(files, "log")
+    where = f"{marker_file}: expected the belt-fixed marker {label!r} to move with the belt"
+    where, both = (
+        (where, "") if marker_file == log else (f"{where} of {log}", "that both files are of this trial, ")
+    )
     low, high = limits.belt_fixed_scale
     if correlation < limits.belt_fixed_correlation:
         if not rig.person:  # after a step a foot is not belt-fixed: standing trials report the step
@@ -264,11 +266,11 @@ def _refuse_held(trial: Trial, angle, torque, of: str, limits: Limits, log: str,
     """Refuse an angle, or a torque, that is constant while the other one changes."""
     pairs = [("angle", angle, "torque", torque), ("torque", torque, "angle", angle)]
     for still, values, moving, others in pairs[: 1 + both]:
-        found = held_while_moving(values, others, trial.rate_hz, 3.0 * limits.frozen_s)
-        if found is not None:
+        held = held_while_moving(values, others, trial.rate_hz, 3.0 * limits.frozen_s)
+        if held is not None:
             raise InputError(
                 f"{log}: expected the {still}{of} to change with the {moving}, found it constant from "
-                f"{trial.time[found[0]]:.3f} to {trial.time[found[1] - 1]:.3f} s while the {moving} changes: "
+                f"{trial.time[held[0]]:.3f} to {trial.time[held[1] - 1]:.3f} s while the {moving} changes: "
                 "check that its sensor was connected, and record again"
             )
 

@@ -155,10 +155,10 @@ def ingest_belt_table(
         ("load", load, "load", options.load_unit),
         ("belt_velocity", velocity, "velocity", "m/s"),
     ):
-        there = np.isfinite(values)
-        repair_time_stamps(instants[there], options.max_gap_s, f"{name}, samples with {columns[key]!r}")
-        if not (clock.regular and there.all()):
-            values = np.interp(wanted, instants[there], values[there])
+        finite = np.isfinite(values)
+        repair_time_stamps(instants[finite], options.max_gap_s, f"{name}, samples with {columns[key]!r}")
+        if not (clock.regular and finite.all()):
+            values = np.interp(wanted, instants[finite], values[finite])
         signals[signal] = Signal(values, unit, ("time",), f"recorded as {columns[key]}", steps)
     return Trial(
         rate_hz=clock.rate_hz,
@@ -253,12 +253,12 @@ def refuse_other_unit(column: str, unit: str, name: str) -> None:
     InputError
         If the brackets hold another unit.
     """
-    for found in re.findall(r"[(\[]([^()\[\]]*)[)\]]", column):
-        plain = re.sub(r"[\s.·⋅*^_-]", "", found).casefold()
+    for written in re.findall(r"[(\[]([^()\[\]]*)[)\]]", column):
+        plain = re.sub(r"[\s.·⋅*^_-]", "", written).casefold()
         if plain in KNOWN_UNITS and plain not in SPELLINGS[unit].split():
             what = {"s": "time", "m/s": "belt velocity"}.get(unit, "load")
             raise InputError(
-                f"{name}: expected the {what} in {unit}, found {quoted(found)} in the header "
+                f"{name}: expected the {what} in {unit}, found {quoted(written)} in the header "
                 f"{quoted(column)}: convert the column, or name another one or its unit"
             )
 
@@ -271,11 +271,11 @@ def _refuse_unusable(values: np.ndarray, column: str, name: str) -> None:
             f"{name}: expected finite numbers in {column!r}, found {values[infinite[0]]:g} on line "
             f"{infinite[0] + 2}: repair the file or export it again"
         )
-    there = values[np.isfinite(values)]
-    if not there.size:
+    finite = values[np.isfinite(values)]
+    if not finite.size:
         raise InputError(f"{name}: expected numbers in {column!r}, found none: export the recording again")
-    if np.ptp(there) == 0.0:
+    if np.ptp(finite) == 0.0:
         raise InputError(
-            f"{name}: expected {column!r} to change with the belt's motion, found {there[0]:g} throughout: "
+            f"{name}: expected {column!r} to change with the belt's motion, found {finite[0]:g} throughout: "
             "check that its channel was connected and that the right column is named"
         )

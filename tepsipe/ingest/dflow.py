@@ -108,13 +108,13 @@ def with_record(mocap: DFlowTable, record: DFlowTable, belt_fixed_labels: tuple[
     def at(late: float) -> dict[str, np.ndarray]:
         """Signals at the frames, if the record file is late by a number of samples."""
         where = np.arange(n) + late
-        found = {name: np.interp(where, sample[order], x[order]) for name, x in signals.items()}
+        interpolated = {name: np.interp(where, sample[order], x[order]) for name, x in signals.items()}
         outside = (where < sample[0] - 1.0) | (where > sample[-1] + 1.0)
-        return {name: np.where(outside, np.nan, x) for name, x in found.items()}
+        return {name: np.where(outside, np.nan, x) for name, x in interpolated.items()}
 
     late = 0.0 if counted else _late(recording, record, at(0.0), clock, belt_fixed_labels)
-    found = at(late)
-    seen = np.flatnonzero(np.isfinite(np.column_stack(list(found.values()))).any(axis=1))
+    interpolated = at(late)
+    seen = np.flatnonzero(np.isfinite(np.column_stack(list(interpolated.values()))).any(axis=1))
     if seen.size < 0.5 * n:
         raise InputError(
             f"{record.name}: expected samples for the {n} frames of {mocap.name}, found them for "
@@ -122,7 +122,7 @@ def with_record(mocap: DFlowTable, record: DFlowTable, belt_fixed_labels: tuple[
         )
     channels = {
         name: Channel(x, unit_of(name), clock.rate_hz)
-        for name, x in found.items()
+        for name, x in interpolated.items()
         if name not in recording.channels
     }
     whole = replace(recording, channels=recording.channels | channels)

@@ -237,22 +237,22 @@ def ingest_position_manipulator(
 
 def _scheduled(table, keep, time, grid, options, name) -> dict[str, Signal]:
     """Schedule and trigger of a table, where it has them: held between samples, because both may jump."""
-    rate, found = options.resample_rate_hz, {}
+    rate, signals = options.resample_rate_hz, {}
     for key, what in (("schedule", "scheduled quantity"), ("trigger", "start of a realisation")):
         if key not in table:
             continue
         line = table[key][keep]
-        there = np.isfinite(line)
-        repair_time_stamps(time[there], options.max_gap_s, f"{name}, samples with a {key}")
+        finite = np.isfinite(line)
+        repair_time_stamps(time[finite], options.max_gap_s, f"{name}, samples with a {key}")
         if key == "schedule":
-            held = np.searchsorted(time[there], grid + 1e-9, side="right") - 1
-            values = line[there][np.maximum(held, 0)]
+            held = np.searchsorted(time[finite], grid + 1e-9, side="right") - 1
+            values = line[finite][np.maximum(held, 0)]
         else:
-            edges = time[there][rising_edges(line[there], f"{name}, column of the trigger")]
+            edges = time[finite][rising_edges(line[finite], f"{name}, column of the trigger")]
             values = np.zeros(grid.size)
             values[np.clip(np.ceil((edges - grid[0]) * rate - 1e-6).astype(int), 0, grid.size - 1)] = 1.0
-        found[key] = Signal(values, "1", ("time",), what, (f"held between samples, at {rate:g} Hz",))
-    return found
+        signals[key] = Signal(values, "1", ("time",), what, (f"held between samples, at {rate:g} Hz",))
+    return signals
 
 
 def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:

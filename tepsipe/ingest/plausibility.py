@@ -126,11 +126,11 @@ def _refuse_range(trial: Trial, name: str, values: np.ndarray, allowed, key: str
     flat = values.reshape(values.shape[0], -1)
     worst = np.where(np.isfinite(flat), np.maximum(low - flat, flat - high), np.inf)
     k, column = np.unravel_index(int(worst.argmax()), flat.shape)
-    found = float(flat[k, column])
+    value = float(flat[k, column])
     where = _place(trial, signal.axes[1:], values.shape[1:], int(column))
     instant = trial.axes[signal.axes[0]][k]
     raise InputError(
-        f"{file}: expected {kind.what} of {low:g} to {high:g} {signal.unit}, found {found:.4g} "
+        f"{file}: expected {kind.what} of {low:g} to {high:g} {signal.unit}, found {value:.4g} "
         f"{signal.unit}{where} at {instant:.3f} s: {kind.advice}, repair the sample, or change {key} in the "
         "configuration"
     )
@@ -168,10 +168,10 @@ def _refuse_dead_plate(trial: Trial, limits: Limits, rig: Rig, files: dict[str, 
         return
     for name, component, what in (("force", 1, "Fy"), ("force", 2, "Fz"), ("moment", 0, "Mx")):
         values = trial.values(name)[:, belt, component]
-        found = frozen_stretch(values[:, None], trial.rate_hz, limits.frozen_s)
-        if found is None:
+        stretch = frozen_stretch(values[:, None], trial.rate_hz, limits.frozen_s)
+        if stretch is None:
             continue
-        start, stop = found
+        start, stop = stretch
         throughout = stop - start == values.size
         when = "throughout" if throughout else f"from {trial.time[start]:.3f} to {trial.time[stop - 1]:.3f} s"
         unit = trial.signals[name].unit
@@ -220,10 +220,10 @@ def _without_frozen_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[
     changed = False
     for k, label in enumerate(trial.axes["marker"].tolist()):
         while True:
-            found = frozen_stretch(positions[:, k], trial.rate_hz, limits.frozen_s, hidden[:, k])
-            if found is None:
+            stretch = frozen_stretch(positions[:, k], trial.rate_hz, limits.frozen_s, hidden[:, k])
+            if stretch is None:
                 break
-            start, stop = found
+            start, stop = stretch
             if not rig.person or stop - start > FROZEN_SHARE * trial.time.size:
                 raise InputError(
                     f"{source(files, 'markers')}: expected the marker {label!r} to move or at least to show "

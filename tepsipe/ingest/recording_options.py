@@ -123,7 +123,7 @@ class RecordingOptions:
         )
 
 
-def channel_of(recording: Recording, label: str, key: str) -> Channel:
+def named_channel(recording: Recording, label: str, key: str) -> Channel:
     """A channel of a recording (in its unit), named by a key of the configuration.
 
     Raises

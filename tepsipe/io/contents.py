@@ -73,7 +73,7 @@ def contents_of(path: str | Path) -> Contents:
     return readers[ending](path)
 
 
-def delimiter_of(header: str) -> str:
+def commonest_delimiter(header: str) -> str:
     """Character between the columns of a table with this header (no unit): tab, semicolon or comma."""
     return max("\t;,", key=header.count)
 
@@ -95,13 +95,13 @@ def table_columns(path: Path) -> tuple[list[str], str]:
     InputError
         If the file is no text table with a header.
     """
-    from tepsipe.io.readers.plain_table import fields_of
+    from tepsipe.io.readers.plain_table import column_names
     from tepsipe.io.readers.text_file import read_text
 
     text = read_text(path, "a table of samples")
     header = text.partition("\n")[0].rstrip("\r")
-    delimiter = delimiter_of(header)
-    names = fields_of(header, delimiter)
+    delimiter = commonest_delimiter(header)
+    names = column_names(header, delimiter)
     numbers = sum(bool(re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?", name, re.IGNORECASE)) for name in names)
     if len(names) < 2 or numbers > len(names) // 2:
         raise InputError(

@@ -45,9 +45,9 @@ class Channel:
         values = np.asarray(values)
         if values.dtype.kind not in "fiub" or not values.size:
             return cls(name, unit, rate_hz, values.shape, 0, np.nan, np.nan, 0, None)
-        there = np.isfinite(values)
-        low, high = (float(f(values[there])) if there.any() else np.nan for f in (np.min, np.max))
-        gaps = ~there.reshape(values.shape[0], -1).all(axis=1) if values.ndim else ~there.reshape(1)
+        finite = np.isfinite(values)
+        low, high = (float(f(values[finite])) if finite.any() else np.nan for f in (np.min, np.max))
+        gaps = ~finite.reshape(values.shape[0], -1).all(axis=1) if values.ndim else ~finite.reshape(1)
         edges = np.flatnonzero(np.diff(np.concatenate(([False], gaps, [False]))))
         longest = int(np.diff(edges)[::2].max(initial=0))
         return cls(name, unit, rate_hz, values.shape, int(gaps.sum()), low, high, longest, values)
@@ -109,7 +109,7 @@ class Contents:
         ]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         for row in rows:
-            left = "  ".join(cell.ljust(w) for cell, w in zip(row[:2], widths[:2], strict=True))
+            label = "  ".join(cell.ljust(w) for cell, w in zip(row[:2], widths[:2], strict=True))
             right = "  ".join(cell.rjust(w) for cell, w in zip(row[2:], widths[2:], strict=True))
-            lines.append(f"{left}  {right}")
+            lines.append(f"{label}  {right}")
         return "\n".join(lines)

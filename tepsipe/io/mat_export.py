@@ -55,11 +55,11 @@ def valid_name(name: str, taken: Iterable[str] = ()) -> str:
     if not valid[0].isalpha() or valid in RESERVED:
         valid = f"x{valid}"
     valid = valid[:LONGEST]
-    found, number, used = valid, 1, set(taken)
-    while found in used:
+    candidate, number, used = valid, 1, set(taken)
+    while candidate in used:
         number += 1
-        found = f"{valid[: LONGEST - len(str(number)) - 1]}_{number}"
-    return found
+        candidate = f"{valid[: LONGEST - len(str(number)) - 1]}_{number}"
+    return candidate
 
 
 def _of_trial(trial: Trial) -> dict:
@@ -102,10 +102,10 @@ def _of_result(result: Result) -> dict:
 
 def _structure(facts: dict) -> dict:
     """Facts as a structure: dicts as structures, lists of numbers as arrays, other lists as cells."""
-    found: dict = {}
+    fields: dict = {}
     for name, value in facts.items():
-        found[valid_name(str(name), found)] = _value(value)
-    return found
+        fields[valid_name(str(name), fields)] = _value(value)
+    return fields
 
 
 def _value(value):

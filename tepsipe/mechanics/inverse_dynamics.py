@@ -299,8 +299,8 @@ def standing_torque_as_printed(
     y_a, y_f = ankle[:, 0], foot_com[:, 0]
     r_af = np.hypot(*(foot_com - ankle).T)
     y_cop = load.m_x / load.f_z
-    moved = (y_a - y_cop) * load.f_y - (y_a - y_f) * m_f * foot_com_dd[:, 0]
-    return moved - (y_a - y_f) * m_f * gravity_m_per_s2 - feet.inertia_kgm2 + m_f * r_af
+    torque = (y_a - y_cop) * load.f_y - (y_a - y_f) * m_f * foot_com_dd[:, 0]
+    return torque - (y_a - y_f) * m_f * gravity_m_per_s2 - feet.inertia_kgm2 + m_f * r_af
 
 
 def single_joint_torque(

@@ -116,7 +116,7 @@ def swing(leg: Leg, joints: list[RubberJoint], foot_acceleration: np.ndarray, st
 
     pushes = coupling * np.tile(foot_acceleration.T, (1, len(joints)))
     steps = (pushes.shape[0] - 1) // 2
-    theta, rate, moved, r2, r3, r4, a1, a2, a3, a4 = np.zeros((10, half.size))
+    theta, rate, rate_half, r2, r3, r4, a1, a2, a3, a4 = np.zeros((10, half.size))
     path = np.zeros((steps + 1, half.size))
 
     def onwards(x, by, slope, out):
@@ -124,20 +124,20 @@ def swing(leg: Leg, joints: list[RubberJoint], foot_acceleration: np.ndarray, st
 
     def whole_step(x, first, second, third, fourth):
         """Add h / 6 (first + 2 second + 2 third + fourth) to x."""
-        add(first, multiply(two, second, part), moved)
-        add(moved, multiply(two, third, part), moved)
-        add(moved, fourth, moved)
-        add(x, multiply(sixth, moved, moved), x)
+        add(first, multiply(two, second, part), rate_half)
+        add(rate_half, multiply(two, third, part), rate_half)
+        add(rate_half, fourth, rate_half)
+        add(x, multiply(sixth, rate_half, rate_half), x)
 
     for k in range(steps):
         start, middle, end = pushes[2 * k : 2 * k + 3]
         acceleration(theta, rate, start, a1)
         onwards(rate, halved, a1, r2)
-        acceleration(onwards(theta, halved, rate, moved), r2, middle, a2)
+        acceleration(onwards(theta, halved, rate, rate_half), r2, middle, a2)
         onwards(rate, halved, a2, r3)
-        acceleration(onwards(theta, halved, r2, moved), r3, middle, a3)
+        acceleration(onwards(theta, halved, r2, rate_half), r3, middle, a3)
         onwards(rate, h, a3, r4)
-        acceleration(onwards(theta, h, r3, moved), r4, end, a4)
+        acceleration(onwards(theta, h, r3, rate_half), r4, end, a4)
         whole_step(theta, rate, r2, r3, r4)
         whole_step(rate, a1, a2, a3, a4)
         path[k + 1] = theta

@@ -245,13 +245,13 @@ def markers_in(found: Found) -> tuple[Markers, str]:
     InputError
         If the file cannot be read.
     """
-    from tepsipe.io.readers.c3d import markers_of, open_c3d
+    from tepsipe.io.readers.c3d import c3d_markers, open_c3d
 
     if found.contents.kind == "TRC":
         from tepsipe.io.readers.trc import read_trc
 
         return read_trc(found.path), ""
-    markers = _positions(markers_of(open_c3d(found.path), found.path), found)
+    markers = _positions(c3d_markers(open_c3d(found.path), found.path), found)
     return markers, found.contents.facts.get("made by", "")
 
 

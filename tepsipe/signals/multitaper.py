@@ -62,8 +62,8 @@ def multitaper_response(
             f"{len(at)} in {u.size / rate_hz:.3g} s: record longer"
         )
     of_u, of_y = _padded_spectrum(u), _padded_spectrum(y)
-    found = [_at_one_frequency(of_u, of_y, *band) for band in zip(at, tapers, strict=True)]
-    response, error, coherence = (np.array(column) for column in zip(*found, strict=True))
+    estimates = [_at_one_frequency(of_u, of_y, *band) for band in zip(at, tapers, strict=True)]
+    response, error, coherence = (np.array(column) for column in zip(*estimates, strict=True))
     return FrequencyResponse(step * at, response, coherence, tapers, error, 2.0 * (tapers - UNKNOWNS))
 
 
@@ -81,8 +81,8 @@ def _at_one_frequency(of_u, of_y, j: int, tapers: int) -> tuple[complex, float, 
     columns = np.column_stack([u, place * (of_u[j - k] + of_u[j + k]), place**2 * u])
     inverse = np.linalg.pinv(columns.conj().T @ columns, hermitian=True)
     solution = inverse @ (columns.conj().T @ y)
-    left = y - columns @ solution
-    variance = np.vdot(left, left).real / (tapers - UNKNOWNS)
+    residual = y - columns @ solution
+    variance = np.vdot(residual, residual).real / (tapers - UNKNOWNS)
     # that of the real and of the imaginary part
     error = np.sqrt(0.5 * variance * inverse[0, 0].real) / max(abs(solution[0]), 1e-300)
     return solution[0], error, min(1.0, abs(np.vdot(u, y)) ** 2 / (power_u * power_y))
@@ -91,8 +91,8 @@ def _at_one_frequency(of_u, of_y, j: int, tapers: int) -> tuple[complex, float, 
 def _padded_spectrum(x: np.ndarray) -> np.ndarray:
     """Spectrum (unit of x) of a record less its straight line, x_1 ... x_N among 2 (N + 1) samples."""
     time = np.linspace(-1.0, 1.0, x.size)
-    left = x - x.mean() - time * (time @ x) / (time @ time)
-    return np.fft.fft(np.concatenate([[0.0], left, np.zeros(x.size + 1)]))
+    detrended = x - x.mean() - time * (time @ x) / (time @ time)
+    return np.fft.fft(np.concatenate([[0.0], detrended, np.zeros(x.size + 1)]))
 
 
 def _bands(last: float, widest: float) -> tuple[np.ndarray, np.ndarray]:

@@ -158,8 +158,8 @@ def detect_onset(
         onsets, wanted = _change_points(time, y, error, options), 1.0 + options.signal_to_noise * error
     else:
         onsets, wanted = _crossings(time, y, options)
-    found = np.isfinite(onsets[1:])
-    share = float(found.mean()) if found.size else None
+    detected = np.isfinite(onsets[1:])
+    share = float(detected.mean()) if detected.size else None
     reason = None
     if np.isnan(onsets[0]):
         first, last = (1e3 * instant for instant in options.search_s)
@@ -180,10 +180,10 @@ def detect_onset(
         )
     if reason is not None:
         return Onset(None, None, None, share, reason)
-    if not found.size:
+    if not detected.size:
         return Onset(float(onsets[0]), None, None, None, None)
-    low, high = np.quantile(onsets[1:][found], [0.025, 0.975])
-    spread = float(onsets[1:][found].std(ddof=1))
+    low, high = np.quantile(onsets[1:][detected], [0.025, 0.975])
+    spread = float(onsets[1:][detected].std(ddof=1))
     return Onset(float(onsets[0]), spread, (float(low), float(high)), share, None)
 
 
@@ -245,12 +245,12 @@ def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fr
             f"onset of a motion: expected a motion after the rest, which lasts until {baseline_until_s:g} s, "
             f"found one at {t[-1]:.4g} s: end the rest earlier"
         )
-    best, apart = low, high - low
+    best, half_width = low, high - low
     for finer in (1.0, 0.1, 0.01):  # of a sample
-        T = np.arange(max(low, best - apart), min(high, best + apart), finer * step)
+        T = np.arange(max(low, best - half_width), min(high, best + half_width), finer * step)
         explained = _explained_by_ramp(t, z, T)
         k = int(np.clip(explained.argmax(), 1, T.size - 2))
-        best, apart = T[k], 2.0 * finer * step
+        best, half_width = T[k], 2.0 * finer * step
     return float(best + 0.01 * step * _vertex(*explained[k - 1 : k + 2]))
 
 
@@ -361,7 +361,7 @@ def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: Onset
     b[b == 0.0] = 1.0
     searched = (time >= options.search_s[0]) & (time <= options.search_s[1])
     standing_out = (z > b * (1.0 + options.signal_to_noise * error)) & searched
-    found = standing_out.any(axis=1)
+    active = standing_out.any(axis=1)
     sample = np.arange(time.size)
     first = standing_out.argmax(axis=1)[:, None]
     near = (sample >= first) & (sample <= first + round(PEAK_WITHIN_S * rate))
@@ -374,7 +374,7 @@ def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: Onset
     Y = np.take_along_axis(y, np.maximum(end[:, None] + lags, 0), axis=1) / b
     onsets = time[end] + _ramp_starts(lags.astype(float), Y, longest) / rate
     inside = (onsets >= options.search_s[0]) & (onsets <= options.search_s[1])
-    return np.where(found & inside, onsets, np.nan)
+    return np.where(active & inside, onsets, np.nan)
 
 
 def _ramp_starts(t: np.ndarray, y: np.ndarray, longest: int) -> np.ndarray:

@@ -99,7 +99,7 @@ def detect_perturbations(
                 "that the belt was perturbed"
             )
         )
-    found = []
+    perturbations = []
     for a, b in runs:
         if speed[a:b].max() < 0.5 * peak:
             continue
@@ -109,18 +109,18 @@ def detect_perturbations(
             start -= 1
         while stop < speed.size and (speed[stop : stop + margin] > threshold).any():
             stop += 1
-        found.append(Perturbation(int(start), int(stop), float(speed[start:stop].max())))
+        perturbations.append(Perturbation(int(start), int(stop), float(speed[start:stop].max())))
     last_rest = velocity.size - round(rest_after_s * rate_hz)
-    for place, length_s, moved in (
-        ("first", rest_before_s, [p.start for p in found if p.start < at_rest.size]),
-        ("last", rest_after_s, [p.start for p in found if p.stop > last_rest]),
+    for place, length_s, starts in (
+        ("first", rest_before_s, [p.start for p in perturbations if p.start < at_rest.size]),
+        ("last", rest_after_s, [p.start for p in perturbations if p.stop > last_rest]),
     ):
-        if moved:
+        if starts:
             raise InputError(
                 f"{what}: expected the belt at rest during the {place} {length_s:g} s, found a "
-                f"perturbation at {moved[0] / rate_hz:.3f} s: correct the time of rest in the configuration"
+                f"perturbation at {starts[0] / rate_hz:.3f} s: correct the time of rest in the configuration"
             )
-    return found
+    return perturbations
 
 
 def belt_noise(speed: np.ndarray, resting: int, rate_hz: float) -> float:
@@ -266,7 +266,7 @@ def unperturbed_samples(
     return unperturbed
 
 
-def perturbations_of(
+def filtered_perturbations(
     belt_velocity: np.ndarray, rate_hz: float, options: WindowOptions, what: str
 ) -> list[Perturbation]:
     """Perturbations in the filtered belt velocity (m/s); see `detect_perturbations`, which also raises."""

@@ -90,8 +90,8 @@ class FrequencyResponse:
         One number, or one per frequency where the number of averages differs; 1 for fewer than two.
         """
         others = np.maximum(np.asarray(self.averages, dtype=float) - 1.0, 1e-9)
-        found = np.where(others < 1.0, 1.0, 1.0 - (1.0 - confidence) ** (1.0 / others))
-        return found if found.ndim else float(found)
+        threshold = np.where(others < 1.0, 1.0, 1.0 - (1.0 - confidence) ** (1.0 / others))
+        return threshold if threshold.ndim else float(threshold)
 
     def confidence_band(self, confidence: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
         """Confidence bands of gain and phase at each frequency, by Student's t.

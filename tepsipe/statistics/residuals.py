@@ -116,8 +116,8 @@ def solution_with_errors(
     parts = (np.array_split(z, blocks) for z in (x, y - x @ solution))
     changes = np.array(
         [
-            np.linalg.pinv(normal - part.T @ part, hermitian=True) @ (part.T @ left)
-            for part, left in zip(*parts, strict=True)
+            np.linalg.pinv(normal - part.T @ part, hermitian=True) @ (part.T @ rest)
+            for part, rest in zip(*parts, strict=True)
         ]
     )
     error = np.sqrt((blocks - 1.0) / blocks * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))

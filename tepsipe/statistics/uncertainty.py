@@ -75,7 +75,7 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
     InputError
         If a standard uncertainty is negative or not a number, or a distribution is unknown.
     """
-    found = {}
+    sources = {}
     for name, stated in section.items():
         if stated is None:
             continue
@@ -91,8 +91,8 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
                 f"{quoted(shape)}: correct it"
             )
         freedom = stated.get("freedom")
-        found[name] = Source(name, u, shape, np.inf if freedom is None else freedom, stated["source"])
-    return found
+        sources[name] = Source(name, u, shape, np.inf if freedom is None else freedom, stated["source"])
+    return sources
 
 
 @dataclass(frozen=True)
@@ -237,12 +237,12 @@ def linear_contributions(
     dict of str to ndarray, shape (1, p)
         Source -> c_i u(x_i) (units of the estimates), for `Budget.contributions`.
     """
-    found = {}
+    contributions = {}
     for source in sources:
         u = source.standard_uncertainty
         above, below = (np.asarray(estimate({source.name: sign * u})) for sign in (1.0, -1.0))
-        found[source.name] = 0.5 * (above - below)[None]
-    return found
+        contributions[source.name] = 0.5 * (above - below)[None]
+    return contributions
 
 
 def root_of_draws(draws: np.ndarray) -> np.ndarray:

@@ -184,18 +184,18 @@ def left_out_in_turn(trials: list[dict[str, BeltRecording]]) -> list[dict[str, B
         In the same order.
     """
     masses = [trial["Fy"].carried_kg for trial in trials]
-    found = []
+    parts_of_trials = []
     for trial, kg in zip(trials, masses, strict=True):
         if masses.count(kg) > 1 or len(trial["Fy"].onsets) < 2:
-            found.append(trial)
+            parts_of_trials.append(trial)
             continue
         for half in (0, 1):
             parts = {
                 c: replace(r, name=f"{r.name}, half {half + 1}", onsets=r.onsets[half::2])
                 for c, r in trial.items()
             }
-            found.append(parts)
-    return found
+            parts_of_trials.append(parts)
+    return parts_of_trials
 
 
 def _chosen(
@@ -219,7 +219,7 @@ def _chosen(
 
 def _weights(windows: PulseWindows) -> dict[str, float]:
     """Component -> standard deviation of one pulse about the trial's mean, and of what no model predicts."""
-    found = {}
+    weights = {}
     for component, single in windows.single.items():
         noise, size = [], []
         for k, parts in enumerate(single):
@@ -231,8 +231,8 @@ def _weights(windows: PulseWindows) -> dict[str, float]:
             total = inside.mean(axis=0) + carried - carried.mean()
             size.append(windows.count[k] * np.mean(total**2))
         usual = np.mean(noise) if noise else 0.0
-        found[component] = float(np.sqrt(usual + DISCREPANCY**2 * np.mean(size)))
-    return found
+        weights[component] = float(np.sqrt(usual + DISCREPANCY**2 * np.mean(size)))
+    return weights
 
 
 def _centred(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
@@ -280,12 +280,12 @@ def _solve(
 
         rows = np.column_stack([seen(x) for x in columns])
         total = _centred(windows, windows.load[component] + windows.carried[component]) / weights[component]
-        left = total - seen(carried[component])
+        target = total - seen(carried[component])
         size = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
         held = np.array([1.0 / priors[k] if k in priors else 0.0 for k in range(size.size)]) / size
         stacked = np.concatenate([rows / size, np.diag(held)])
-        solution = np.linalg.lstsq(stacked, np.append(left, np.zeros(size.size)), rcond=1e-10)[0] / size
-        return solution, left - rows @ solution
+        solution = np.linalg.lstsq(stacked, np.append(target, np.zeros(size.size)), rcond=1e-10)[0] / size
+        return solution, target - rows @ solution
 
     force, left_force = least_squares("Fy", [acceleration, *rubbing], {})
     columns, priors = [acceleration, velocity], {}
@@ -321,11 +321,11 @@ def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...
         full[free] = x * scale[free]
         return full
 
-    def left(x: np.ndarray) -> np.ndarray:
+    def error(x: np.ndarray) -> np.ndarray:
         searched = whole(x)
-        found = _solve(windows, searched, terms, weights)[1]
+        solution = _solve(windows, searched, terms, weights)[1]
         weak = [searched[AT[name]] / PRIOR[name] for name in ("second_mode", "second_mode_moment")]
-        return np.append(found, weak)
+        return np.append(solution, weak)
 
     for name, values in (TRIED[term] for term in TRIED if term in terms):
         starts = [base.copy() for _ in range(len(values) + 1)]
@@ -334,8 +334,8 @@ def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...
         base = min(starts, key=lambda x: float(np.sum(_solve(windows, x, terms, weights)[1] ** 2)))
     low, high = LOW[free], HIGH[free]
     first = np.clip(base[free] / scale[free], low + 1e-3, high - 1e-3)
-    found = scipy.optimize.least_squares(
-        left,
+    solution = scipy.optimize.least_squares(
+        error,
         first,
         bounds=(low, high),
         diff_step=1e-3,
@@ -343,10 +343,10 @@ def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...
         ftol=1e-5,
         max_nfev=30,
     )
-    constants, _ = _solve(windows, whole(found.x), terms, weights)
+    constants, _ = _solve(windows, whole(solution.x), terms, weights)
     # a bound of v_0 is no fault: where bristles explain the friction, the smooth part is about 0
-    at_bound = found.active_mask[free != AT["friction_speed_m_per_s"]].any()
-    converged = bool(found.success and not at_bound)
+    at_bound = solution.active_mask[free != AT["friction_speed_m_per_s"]].any()
+    converged = bool(solution.success and not at_bound)
     return _Fit(constants, converged, *_leave_out(windows, weights, terms, constants))
 
 
@@ -378,11 +378,11 @@ def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndar
         + named.lever_m * friction
         + named.cross_talk_m * carried["Fy"],
     }
-    found = {}
+    residual = {}
     for c, response in _responses(windows, named).items():
         modelled = np.fft.irfft((carried[c] + added[c]) * response, windows.samples, axis=1)
-        found[c] = windows.load[c] + windows.carried[c] - modelled
-    return found
+        residual[c] = windows.load[c] + windows.carried[c] - modelled
+    return residual
 
 
 def _leave_out(
@@ -396,8 +396,8 @@ def _leave_out(
     trial = np.tile(np.repeat(np.arange(windows.kg.size), windows.evaluated.sum(axis=1)), len(COMPONENTS))
 
     def weighted(x: np.ndarray) -> np.ndarray:
-        found = residuals(windows, x)
-        return np.concatenate([_centred(windows, found[c]) / weights[c] for c in COMPONENTS])
+        residual = residuals(windows, x)
+        return np.concatenate([_centred(windows, residual[c]) / weights[c] for c in COMPONENTS])
 
     error = weighted(constants)
     least = np.concatenate([0.1 * SCALE, np.full(len(CONSTANTS) - SEARCHED, 1e-3)])
@@ -414,10 +414,10 @@ def _leave_out(
     normal = slopes.T @ slopes + np.diag(prior**-2.0 + 1e-9)
     total, changes, spread = 0.0, *np.zeros((2, windows.kg.size, len(CONSTANTS)))
     for k in range(windows.kg.size):
-        own = slopes[trial == k]
-        moment, information = own.T @ error[trial == k], own.T @ own
+        rows = slopes[trial == k]
+        moment, information = rows.T @ error[trial == k], rows.T @ rows
         change = np.linalg.solve(normal - information, -moment)
         changes[k, free] = change / norm
         spread[k, free] = bias_reduced_share(normal, information, moment) / norm
-        total += float(np.sum((error[trial == k] - own @ change) ** 2))
+        total += float(np.sum((error[trial == k] - rows @ change) ** 2))
     return total / error.size, changes, spread

@@ -315,9 +315,9 @@ def _bristles(pulses: Pulses, w: np.ndarray, bristles: Bristles) -> tuple[np.nda
 
 def _from_each_pulse(recording: BeltRecording, x: np.ndarray) -> np.ndarray:
     """``x`` less its value before the last pulse that has begun, shape (n,) (unit of ``x``)."""
-    found = x.copy()
+    relative = x.copy()
     before = round(0.1 * recording.rate_hz)
     ends = [*recording.onsets[1:], x.size]
     for onset, end in zip(recording.onsets, ends, strict=True):
-        found[onset:end] -= x[max(0, onset - before)]
-    return found
+        relative[onset:end] -= x[max(0, onset - before)]
+    return relative

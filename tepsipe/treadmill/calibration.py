@@ -171,16 +171,16 @@ def calibrate(
         fitted = fit_model(entry.model, training[entry.train], options)
         models.append(fitted)
         for test in entry.tests:
-            found = evaluate(fitted, testing[test])
+            score = evaluate(fitted, testing[test])
             scores.append(
                 ModelScore(
                     entry.model,
                     entry.train,
                     test,
                     testing[test][0].lowpass.cutoff_hz,
-                    found.r2,
-                    found.rms_before,
-                    found.rms_after,
+                    score.r2,
+                    score.rms_before,
+                    score.rms_after,
                     fitted.model.order,
                     limits[test],
                     load,
@@ -270,8 +270,8 @@ def mean_responses(models: list[FittedModel], recordings: list[BeltRecording]) -
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     for r in recordings:
-        shown = {"measured": r.load} | {m.name: m.predict(r) for m in models}
-        for key, x in shown.items():
+        signals = {"measured": r.load} | {m.name: m.predict(r) for m in models}
+        for key, x in signals.items():
             name = f"{r.condition}/{key}"
             arrays[name], units[name] = r.segments(x).mean(axis=0), r.unit
     heaviest = max(r.carried_kg for r in recordings)
@@ -348,9 +348,13 @@ def table_result(
     for r in recordings:
         start = max(0, (r.load.size - most_samples) // 2)
         part = slice(start, start + most_samples)
-        shown = {"time": np.arange(r.load.size) / r.rate_hz, "belt_velocity": r.velocity, "measured": r.load}
-        shown |= {m.name: m.predict(r) for m in models}
-        for key, x in shown.items():
+        signals = {
+            "time": np.arange(r.load.size) / r.rate_hz,
+            "belt_velocity": r.velocity,
+            "measured": r.load,
+        }
+        signals |= {m.name: m.predict(r) for m in models}
+        for key, x in signals.items():
             name = f"{r.name}/{key}"
             arrays[name] = x[part]
             units[name] = {"time": "s", "belt_velocity": "m/s"}.get(key, r.unit)

@@ -48,13 +48,13 @@ def compensated_loads(
                 f"{recordings[component].name}: expected a treadmill model of {component}, found models of "
                 f"{listed(models)}: calibrate it"
             )
-    found, friction = {}, None
+    compensated, friction = {}, None
     if {"Fy", "Mx"} <= models.keys():  # of one frame: the same friction
         friction = models["Fy"].model.shared_friction(models["Mx"].model, recordings["Fy"])
     for component in sorted(recordings):  # the force first: its cross-talk is part of the moment
-        force = found["Fy"] + recordings["Fy"].carried if "Fy" in found else None
-        found[component] = models[component].compensate(recordings[component], force, friction)
-    return found
+        force = compensated["Fy"] + recordings["Fy"].carried if "Fy" in compensated else None
+        compensated[component] = models[component].compensate(recordings[component], force, friction)
+    return compensated
 
 
 def added_per_kg(
@@ -110,23 +110,23 @@ def compensated_draws(
     groups, deviations = _groups(models)
     if not groups:
         return {component: np.empty((0, x.size)) for component, x in best.items()}
-    found = {component: np.tile(x, (deviations[0].shape[0], 1)) for component, x in best.items()}
-    change = np.empty_like(next(iter(found.values())))
+    draws = {component: np.tile(x, (deviations[0].shape[0], 1)) for component, x in best.items()}
+    change = np.empty_like(next(iter(draws.values())))
     for k, members in enumerate(groups):
         for constant in np.flatnonzero(deviations[k].std(axis=0) > 0.0):
             step = np.zeros(deviations[k].shape[1])
             step[constant] = STEP * deviations[k][:, constant].std()
-            moved = {
+            shifted = {
                 component: replace(m, model=m.model.moved(step), deviations=None)
                 if component in members
                 else m
                 for component, m in models.items()
             }
-            for component, x in compensated_loads(moved, recordings).items():
+            for component, x in compensated_loads(shifted, recordings).items():
                 slope = (x - best[component]) / step[constant]
                 np.multiply(deviations[k][:, constant, None], slope, out=change)
-                found[component] += change
-    return found
+                draws[component] += change
+    return draws
 
 
 def _groups(models: dict[str, FittedModel]) -> tuple[list[tuple[str, ...]], list[np.ndarray]]:

@@ -176,7 +176,7 @@ def held_out_residuals(
     facts: dict = {"trials": [], "kg": [], "before_s": BEFORE_S, "after_s": after_s}
     facts["below_limit_kg"] = list(below_limit_kg)
 
-    def keep(windows: PulseWindows, k: int, left: dict[str, np.ndarray]) -> None:
+    def keep(windows: PulseWindows, k: int, residual: dict[str, np.ndarray]) -> None:
         name = windows.names[k]
         facts["trials"].append(name)
         facts["kg"].append(float(windows.kg[k]))
@@ -184,7 +184,7 @@ def held_out_residuals(
         part = slice(0, round((BEFORE_S + after_s) * windows.rate_hz))
         arrays[f"{name}/velocity"], units[f"{name}/velocity"] = windows.velocity[k, part], "m/s"
         for c in COMPONENTS:
-            single = windows.single[c][k] - windows.load[c][k] + left[c][k]
+            single = windows.single[c][k] - windows.load[c][k] + residual[c][k]
             arrays[f"{name}/{c}"], units[f"{name}/{c}"] = single[:, part].astype(np.float32), UNITS[c]
 
     windows = pulse_windows(left_out_in_turn(training), whole=True)
@@ -192,9 +192,9 @@ def held_out_residuals(
         keep(windows, k, residuals(windows, constants + change))
     if testing:
         windows = pulse_windows(testing, whole=True)
-        left = residuals(windows, constants)
+        residual = residuals(windows, constants)
         for k in range(windows.kg.size):
-            keep(windows, k, left)
+            keep(windows, k, residual)
     return Result(arrays, units, facts)
 
 
@@ -251,20 +251,20 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
     total, variance, used, differences = np.zeros(p), np.zeros(p), [], []
     for weight, kg in _masses(held_out.kg, subject.mass_kg):
         rows = np.flatnonzero(held_out.kg == kg)
-        signs, delays, apart = _compare(held_out, rows, subject)
-        near = np.flatnonzero(apart <= apart.min() + ALIKE)
+        signs, delays, distance = _compare(held_out, rows, subject)
+        near = np.flatnonzero(distance <= distance.min() + ALIKE)
         means, errors = [], []
         for k in near:
-            found = signs[k] * _torque_errors(held_out, rows[k], subject, delays[k]) @ solve.T
-            means.append(found.mean(axis=0))
-            count = found.shape[0]
-            errors.append(found.var(axis=0, ddof=1) / count if count > 1 else np.full(p, np.inf))
+            deviations = signs[k] * _torque_errors(held_out, rows[k], subject, delays[k]) @ solve.T
+            means.append(deviations.mean(axis=0))
+            count = deviations.shape[0]
+            errors.append(deviations.var(axis=0, ddof=1) / count if count > 1 else np.full(p, np.inf))
         total += weight * np.mean(means, axis=0)
         variance += weight**2 * np.mean(errors, axis=0) / near.size
         if kg in held_out.below_limit_kg:
             variance += UNKNOWN**2
         used += [held_out.names[rows[k]] for k in near]
-        differences.append(float(apart.min()))
+        differences.append(float(distance.min()))
     return PredictedError(total, np.sqrt(variance), tuple(used), max(differences))
 
 
@@ -285,22 +285,22 @@ def _compare(
     """Signs, delays (samples) and relative differences of some trials' pulses from the subject's, (rows,)."""
     onset = round(held_out.before_s * held_out.rate_hz)
     length = min(subject.velocity.size, held_out.velocity.shape[1] - onset, round(0.3 * held_out.rate_hz))
-    own = subject.velocity[:length]
-    norm = max(float(np.linalg.norm(own)), 1e-300)
+    velocity_of_subject = subject.velocity[:length]
+    norm = max(float(np.linalg.norm(velocity_of_subject)), 1e-300)
     at = onset + np.arange(length)
-    found = []
+    matches = []
     for velocity in held_out.velocity[rows]:
-        sign = 1.0 if own @ velocity[at] >= 0.0 else -1.0
+        sign = 1.0 if velocity_of_subject @ velocity[at] >= 0.0 else -1.0
         delay = 0.0
         for _ in range(ALIGNMENTS):  # onsets are samples, and belts under other loads begin otherwise
             shifted = sign * np.interp(at + delay, np.arange(velocity.size), velocity)
             slope = np.gradient(shifted)
-            delay += float((own - shifted) @ slope / max(float(slope @ slope), 1e-300))
+            delay += float((velocity_of_subject - shifted) @ slope / max(float(slope @ slope), 1e-300))
             delay = float(np.clip(delay, -onset / 4, onset / 4))
         shifted = sign * np.interp(at + delay, np.arange(velocity.size), velocity)
-        found.append((sign, delay, float(np.linalg.norm(shifted - own)) / norm))
-    signs, delays, apart = np.array(found).T
-    return signs, delays, apart
+        matches.append((sign, delay, float(np.linalg.norm(shifted - velocity_of_subject)) / norm))
+    signs, delays, difference = np.array(matches).T
+    return signs, delays, difference
 
 
 def _torque_errors(held_out: HeldOut, k: int, subject: Subject, delay: float) -> np.ndarray:
@@ -312,10 +312,10 @@ def _torque_errors(held_out: HeldOut, k: int, subject: Subject, delay: float) ->
     last = round((held_out.before_s + held_out.after_s) * rate) - 2  # beyond it the window returns to zero
     at = np.minimum(onset + delay + np.arange(length), last)
     low = np.floor(at).astype(int)
-    found = error[:, low] + (at - low) * (error[:, np.minimum(low + 1, last)] - error[:, low])
+    errors = error[:, low] + (at - low) * (error[:, np.minimum(low + 1, last)] - error[:, low])
     if onset + delay + length > last:
-        found[:, at >= last] = error[:, last - round(0.2 * rate) : last].mean(axis=1, keepdims=True)
-    return found
+        errors[:, at >= last] = error[:, last - round(0.2 * rate) : last].mean(axis=1, keepdims=True)
+    return errors
 
 
 def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:

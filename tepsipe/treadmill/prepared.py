@@ -14,7 +14,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.signals.perturbations import (
     Perturbation,
     WindowOptions,
-    perturbations_of,
+    filtered_perturbations,
     rest_samples,
     unperturbed_samples,
 )
@@ -146,7 +146,7 @@ def prepare_trial(
         If no perturbation or no rest is found.
     """
     velocity = lowpass(trial.values("belt_velocity"), trial.rate_hz)
-    perturbations = perturbations_of(velocity, trial.rate_hz, window, name)
+    perturbations = filtered_perturbations(velocity, trial.rate_hz, window, name)
     if quiet_after_s is None:
         at_rest = rest_samples(trial.time, window)
     else:

@@ -257,18 +257,18 @@ def bent(velocity: np.ndarray, bristles: Bristles, rate_hz: float) -> tuple[np.n
     """
     speed = np.abs(velocity).T
     most = 1.0 + bristles.stribeck * np.exp(-((speed / bristles.stribeck_speed_m_per_s) ** 2))
-    left = np.exp(-speed / (rate_hz * bristles.distance_m * most))
-    pushed = np.sign(velocity).T * most * (1.0 - left)
-    z = np.zeros_like(left)
+    decay = np.exp(-speed / (rate_hz * bristles.distance_m * most))
+    pushed = np.sign(velocity).T * most * (1.0 - decay)
+    z = np.zeros_like(decay)
     state = np.zeros(velocity.shape[0])
     moving = np.flatnonzero(velocity.any(axis=0))
     first, last = (moving[0], moving[-1] + 1) if moving.size else (0, 0)
-    for kept, push, row in zip(left[first:last], pushed[first:last], z[first:last], strict=True):
+    for kept, push, row in zip(decay[first:last], pushed[first:last], z[first:last], strict=True):
         np.multiply(kept, state, out=row)
         np.add(row, push, out=row)
         state = row
     z[last:] = state
-    return np.cumprod(left, axis=0).T, z.T
+    return np.cumprod(decay, axis=0).T, z.T
 
 
 def mean_state(windows: PulseWindows, velocity: np.ndarray, bristles: Bristles) -> np.ndarray:
@@ -335,12 +335,12 @@ def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarr
     """
     n = recording.load.size
     body = int(np.argmin(pulses.ramp == 1.0))
-    found = np.zeros(n)
+    signal = np.zeros(n)
     parts = np.fft.irfft(_coarse(x, pulses.ramp), x.shape[1] // FINER, axis=1)
     for start, part, value in zip(pulses.start, parts, last, strict=True):
-        found[start:] = value
-        found[start : start + body] = part[: min(body, n - start)]
-    return recording.through_lowpass(found)
+        signal[start:] = value
+        signal[start : start + body] = part[: min(body, n - start)]
+    return recording.through_lowpass(signal)
 
 
 def _coarse(x: np.ndarray, ramp: np.ndarray) -> np.ndarray:

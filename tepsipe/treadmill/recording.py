@@ -198,10 +198,10 @@ class Score:
 def score(recordings: list[BeltRecording], predictions: list[np.ndarray]) -> Score:
     """Score of predictions (unit of the load), each of shape (n,), over all evaluated samples."""
     load = np.concatenate([r.load[r.evaluated] for r in recordings])
-    left = load - np.concatenate([p[r.evaluated] for r, p in zip(recordings, predictions, strict=True)])
+    residual = load - np.concatenate([p[r.evaluated] for r, p in zip(recordings, predictions, strict=True)])
     total = float(np.sum((load - load.mean()) ** 2))
     return Score(
-        1.0 - float(left @ left) / total,
+        1.0 - float(residual @ residual) / total,
         float(np.sqrt(np.mean(load**2))),
-        float(np.sqrt(np.mean(left**2))),
+        float(np.sqrt(np.mean(residual**2))),
     )

@@ -208,8 +208,8 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     }
     if name not in fits:
         raise InputError(f"expected a treadmill model of {', '.join(FAMILY)}, found {name!r}: correct it")
-    for needing, given in (("ripple-tracking", options.ripple), ("bristle-frame", options.joint)):
-        if name == needing and given is None:
+    for needing, settings in (("ripple-tracking", options.ripple), ("bristle-frame", options.joint)):
+        if name == needing and settings is None:
             what = (
                 "options of the ripple" if name == "ripple-tracking" else "the joint fit of force and moment"
             )

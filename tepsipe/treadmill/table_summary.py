@@ -16,7 +16,7 @@ BLOCKS = 20
 CROSSED = ("mass-spring-damper", "output-error", "fir", "fir-causal")
 
 
-def coefficients_of(models: list[FittedModel], recordings: list[BeltRecording]) -> dict[str, dict]:
+def model_coefficients(models: list[FittedModel], recordings: list[BeltRecording]) -> dict[str, dict]:
     """Coefficients of models that have few, with 95 % intervals where the fit is linear.
 
     Intervals are by a delete-one-block jackknife over `BLOCKS` stretches of the calibration, which
@@ -36,32 +36,32 @@ def coefficients_of(models: list[FittedModel], recordings: list[BeltRecording]) 
         mass-spring-damper -> m, c, k -> [value, low, high] (unit of the load over m/s², m/s, m);
         discrete models -> ``numerator`` (unit of the load over m/s²) and ``denominator`` (-).
     """
-    found: dict[str, dict] = {}
+    coefficients: dict[str, dict] = {}
     for fitted in models:
         if isinstance(fitted.model, MassSpringDamper):
             rows = np.concatenate([motion_regressors(r)[r.evaluated] for r in recordings])
             load = np.concatenate([r.load[r.evaluated] for r in recordings])
             _, error, freedom = solution_with_errors(rows, load, max(1, load.size // BLOCKS))
             width = scipy.stats.t.ppf(0.975, freedom) * error
-            found[fitted.name] = {
+            coefficients[fitted.name] = {
                 term: [float(c), float(c - w), float(c + w)]
                 for term, c, w in zip(TERMS, fitted.model.coefficients, width, strict=False)
             }
         elif isinstance(fitted.model, DiscreteTransfer):
-            found[fitted.name] = {
+            coefficients[fitted.name] = {
                 "numerator": fitted.model.numerator.tolist(),
                 "denominator": fitted.model.denominator.tolist(),
             }
-    return found
+    return coefficients
 
 
 def range_of_validity(recordings: list[BeltRecording]) -> dict[str, list[float]]:
     """Range of the calibration: ``velocity`` (m/s), ``acceleration`` (m/s²), both from lowest to highest."""
-    found = {}
+    ranges = {}
     for name in ("velocity", "acceleration"):
         values = np.concatenate([getattr(r, name)[r.evaluated] for r in recordings])
-        found[name] = [float(values.min()), float(values.max())]
-    return found
+        ranges[name] = [float(values.min()), float(values.max())]
+    return ranges
 
 
 def beyond(recording: BeltRecording, ranges: dict[str, list[float]]) -> float:
@@ -82,14 +82,14 @@ def cross_prediction(
     """
     if len(recordings) < 2:
         return {}
-    found: dict[str, dict[str, dict[str, float]]] = {}
+    scores: dict[str, dict[str, dict[str, float]]] = {}
     for name in (model for model in family if model in CROSSED):
         fits = {train: fit_model(name, [r], options) for train, r in recordings.items()}
-        found[name] = {
+        scores[name] = {
             train: {test: evaluate(fitted, [r]).r2 for test, r in recordings.items()}
             for train, fitted in fits.items()
         }
-    return found
+    return scores
 
 
 def table_facts(
@@ -114,10 +114,10 @@ def table_facts(
     options : FamilyOptions
         Choices (units in their names).
     """
-    ranges, own = range_of_validity(calibration), {r.name for r in calibration}
+    ranges, used = range_of_validity(calibration), {r.name for r in calibration}
     return {
-        "coefficients": coefficients_of(models, calibration),
+        "coefficients": model_coefficients(models, calibration),
         "calibrated": ranges,
-        "beyond": {name: beyond(r, ranges) for name, r in recordings.items() if r.name not in own},
+        "beyond": {name: beyond(r, ranges) for name, r in recordings.items() if r.name not in used},
         "crossed": cross_prediction(recordings, family, options),
     }

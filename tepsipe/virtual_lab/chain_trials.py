@@ -70,9 +70,9 @@ def _write(group, record: ChainRecord, protocol: ChainProtocol) -> None:
     group.attrs["before"] = round(protocol.before_s * protocol.rate_hz)
     group.create_dataset("unperturbed", data=record.unperturbed).attrs["units"] = "rad"
     for name, arrays in (("angle", record.angle), ("drive", record.drive)):
-        own = group.create_group(name)
-        own.attrs["names"] = list(arrays)
+        subgroup = group.create_group(name)
+        subgroup.attrs["names"] = list(arrays)
         for key, values in arrays.items():
             belt = protocol.pulses[key].segment is None
             unit = "rad" if name == "angle" else "m/s2" if belt else "N"
-            own.create_dataset(key, data=values).attrs["units"] = unit
+            subgroup.create_dataset(key, data=values).attrs["units"] = unit

@@ -71,15 +71,15 @@ def draw_laboratory(constants: dict) -> dict:
         In one sentence, if a path names no number, a distribution is none of these, or no draw lies where it
         must.
     """
-    found = copy.deepcopy(constants)
+    drawn = copy.deepcopy(constants)
     for number in drawn_numbers(constants):
         *holders, last = number.path.split(".")
-        place = found
+        place = drawn
         for key in holders:
             place = place[int(key)] if isinstance(place, list) else place[key]
         place[int(last) if isinstance(place, list) else last] = number.value
-    found["drawn"] = None
-    return found
+    drawn["drawn"] = None
+    return drawn
 
 
 def drawn_numbers(constants: dict) -> list[DrawnNumber]:
@@ -100,11 +100,11 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
     ValueError
         As `draw_laboratory`.
     """
-    found: dict[str, DrawnNumber] = {}
+    numbers: dict[str, DrawnNumber] = {}
     for path, choice in (constants.get("drawn") or {}).items():
         shape, spread, freedom = _shape(path, choice)
         for where, nominal in _numbers(constants, path):
-            if where in found:
+            if where in numbers:
                 raise ValueError(
                     f"expected every number to be drawn once, found {where!r} twice in 'drawn', the second "
                     f"time as {path!r}: take one of the two out"
@@ -116,9 +116,9 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
                     f"{where!r}: make it absolute"
                 )
             random = Random(f"{constants['seed']}/{where}")
-            own = DrawnNumber(where, nominal, nominal, shape, deviation)
-            found[where] = replace(own, value=_value(own, freedom, choice, random))
-    return list(found.values())
+            entry = DrawnNumber(where, nominal, nominal, shape, deviation)
+            numbers[where] = replace(entry, value=_value(entry, freedom, choice, random))
+    return list(numbers.values())
 
 
 def _value(number: DrawnNumber, freedom: float, choice: dict, random: Random) -> float:

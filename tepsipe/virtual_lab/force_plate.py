@@ -74,11 +74,11 @@ def bristle_deflection(displacement: np.ndarray, breakaway_m: float) -> np.ndarr
     """
     steps = np.diff(displacement)
     kept = np.exp(-np.abs(steps) / breakaway_m).tolist()
-    z, found = 0.0, array("d", [0.0])
+    z, deflection = 0.0, array("d", [0.0])
     for sign, part in zip(np.sign(steps).tolist(), kept, strict=True):
         z = sign + (z - sign) * part if sign else z
-        found.append(z)
-    return np.array(found)
+        deflection.append(z)
+    return np.array(deflection)
 
 
 BELTS = ("left", "right")

@@ -98,9 +98,9 @@ def slipping(step_m: float, settling_s: float, onsets_s: np.ndarray, rng: np.ran
 def shifted(path: MarkerPath, shift: Shift) -> MarkerPath:
     """The path, moved forwards by a displacement (m) at every instant (s)."""
 
-    def moved(instant: np.ndarray) -> np.ndarray:
-        found = path(instant)
-        found[:, 1] += shift(instant)
-        return found
+    def moved_path(instant: np.ndarray) -> np.ndarray:
+        positions = path(instant)
+        positions[:, 1] += shift(instant)
+        return positions
 
-    return moved
+    return moved_path

@@ -196,8 +196,10 @@ def record_platform(
     platform = drawn(protocol.platform_m, protocol.platform_band_hz, 3)
     acceleration = np.gradient(np.gradient(platform, step), step)
     push = drawn(protocol.push_N, protocol.push_band_hz, 2)
-    own = np.column_stack([drawn(deviation, person.own_band_hz, 2) for deviation in person.own_torque_Nm])
-    angle, torque = _move(person, acceleration, push, own, step)
+    spontaneous = np.column_stack(
+        [drawn(deviation, person.own_band_hz, 2) for deviation in person.own_torque_Nm]
+    )
+    angle, torque = _move(person, acceleration, push, spontaneous, step)
     every = slice(round(SETTLING_S / step), None, round(1.0 / (protocol.rate_hz * step)))
     angle, torque = angle[every], torque[every]
     angle = angle + protocol.angle_noise_rad * rng.standard_normal(angle.shape)
@@ -227,7 +229,9 @@ def _accelerations(person: PlatformPerson):
     return accelerations
 
 
-def _move(person: PlatformPerson, acceleration, push, own, step: float) -> tuple[np.ndarray, np.ndarray]:
+def _move(
+    person: PlatformPerson, acceleration, push, spontaneous, step: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Integrate by the midpoint rule in plain numbers (rad, N·m), which are faster than short arrays."""
     (k11, k12), (k21, k22) = person.stiffness_Nm_per_rad
     (b11, b12), (b21, b22) = person.damping_Nms_per_rad
@@ -239,7 +243,7 @@ def _move(person: PlatformPerson, acceleration, push, own, step: float) -> tuple
     states, torques = [(0.0, 0.0, 0.0, 0.0)] * count, [(0.0, 0.0)] * count
     p = r = u = w = 0.0
     for i, (a, f, n1, n2) in enumerate(
-        zip(acceleration.tolist(), push.tolist(), *own.T.tolist(), strict=True)
+        zip(acceleration.tolist(), push.tolist(), *spontaneous.T.tolist(), strict=True)
     ):
         states[i] = (p, r, u, w)
         if i >= late1:

@@ -162,7 +162,7 @@ def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Ge
     settling, kept = round(SETTLING_S / STEP_S), round(protocol.unperturbed_s / STEP_S)
     every = round(1.0 / (protocol.rate_hz * STEP_S))
     before, after = round(protocol.before_s / STEP_S), round(protocol.after_s / STEP_S)
-    own = np.column_stack(
+    spontaneous = np.column_stack(
         [
             sd * coloured_noise(rng, settling + kept, STEP_S, person.own_band_hz, 2)
             for sd in person.own_torque_Nm
@@ -179,11 +179,11 @@ def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Ge
         STEP_S,
     ) as body:
         mover = _Mover(body, person)
-        states = mover.sway(own)
-        moved = {
+        states = mover.sway(spontaneous)
+        responses = {
             name: np.array(
                 [
-                    mover.perturbed(states[start], own[start:], pulse, sign, (before, after))[::every]
+                    mover.perturbed(states[start], spontaneous[start:], pulse, sign, (before, after))[::every]
                     for start, sign in zip(starts[name], signs[name], strict=True)
                 ]
             )
@@ -201,7 +201,7 @@ def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Ge
         noise = protocol.belt_noise_m_per_s2 if pulse.segment is None else protocol.force_noise_N
         exact = signs[name][:, None] * pulse.at(elapsed)
         drives[name] = exact + noise * rng.standard_normal(exact.shape)
-    return ChainRecord(seen(still), {name: seen(q) for name, q in moved.items()}, drives)
+    return ChainRecord(seen(still), {name: seen(q) for name, q in responses.items()}, drives)
 
 
 def _engine(name: str):
@@ -240,9 +240,9 @@ class _Mover:
         self.constant = tuple((np.array(hold) + k @ np.array(self.posture)).tolist())
         self.rows = tuple(map(tuple, np.hstack([k, b]).tolist()))
 
-    def _torque(self, q, rate, last, own) -> tuple[float, float, float]:
+    def _torque(self, q, rate, last, spontaneous) -> tuple[float, float, float]:
         """Of the joints: the rate at the step is extrapolated from the two half steps before it."""
-        (q1, q2, q3), (c1, c2, c3), (n1, n2, n3) = q, self.constant, own
+        (q1, q2, q3), (c1, c2, c3), (n1, n2, n3) = q, self.constant, spontaneous
         w1, w2, w3 = (
             1.5 * rate[0] - 0.5 * last[0],
             1.5 * rate[1] - 0.5 * last[1],
@@ -257,12 +257,12 @@ class _Mover:
             c3 + n3 - k31 * q1 - k32 * q2 - k33 * q3 - b31 * w1 - b32 * w2 - b33 * w3,
         )
 
-    def sway(self, own: np.ndarray) -> list[tuple]:
+    def sway(self, spontaneous: np.ndarray) -> list[tuple]:
         """Angles (rad), rates half a step and three half steps before (rad/s) at every step."""
         q, rate = self.posture, (0.0, 0.0, 0.0)
         last, states = rate, []
         self.body.put(q, rate)
-        for k, torque in enumerate(own.tolist()):
+        for k, torque in enumerate(spontaneous.tolist()):
             states.append((q, rate, last))
             before, (q, rate) = rate, self.body.step(self._torque(q, rate, last, torque), 0.0)
             last = before
@@ -271,7 +271,7 @@ class _Mover:
         return states
 
     def perturbed(
-        self, state, own: np.ndarray, pulse: Pulse, sign: float, steps: tuple[int, int]
+        self, state, spontaneous: np.ndarray, pulse: Pulse, sign: float, steps: tuple[int, int]
     ) -> np.ndarray:
         """Joint angles (rad) at every step from before the onset to after it, shape (n, 3)."""
         before, after = steps
@@ -279,7 +279,7 @@ class _Mover:
         self.body.put(q, rate)
         drive = sign * pulse.at(STEP_S * np.arange(-before, after + 1))
         angles = []
-        for u, torque in zip(drive.tolist(), own[: drive.size].tolist(), strict=True):
+        for u, torque in zip(drive.tolist(), spontaneous[: drive.size].tolist(), strict=True):
             angles.append(q)
             if u and pulse.segment is not None:
                 self.body.push(pulse.segment, pulse.height_m, u, q)

@@ -78,15 +78,15 @@ def walk_markers(walk: Walk, unperturbed: Walk, body: WalkerBody) -> dict[str, n
     ankle = np.column_stack([signals["ankle_x"], signals["ankle_y"]])
     turned = np.column_stack([np.cos(pitch), np.sin(pitch)])
     across = np.column_stack([-turned[:, 1], turned[:, 0]])
-    found = {
+    markers = {
         "LMAL": ankle,
         "LKNE": ankle + body.shank_m * np.column_stack([np.cos(shank), np.sin(shank)]),
         "LHEE": ankle + body.heel_m[0] * turned + body.heel_m[1] * across,
         "LTOE": ankle + body.toe_m[0] * turned + body.toe_m[1] * across,
     }
     if "com" in signals:
-        found["SACR"] = np.column_stack([signals["com"], np.full(len(ankle), body.sacrum_height_m)])
-    return found
+        markers["SACR"] = np.column_stack([signals["com"], np.full(len(ankle), body.sacrum_height_m)])
+    return markers
 
 
 def walk_plates(walk: Walk) -> list[np.ndarray]:
@@ -95,11 +95,11 @@ def walk_plates(walk: Walk) -> list[np.ndarray]:
        x points to the right, y forward.
     The force acts at height 0 on the middle of its belt, the other foot's below the origin of the axes.
     """
-    own = (walk.signals["anterior"], walk.signals["vertical"], walk.signals["cop"])
-    other = (0.0 * own[0], walk.signals["other_vertical"], 0.0 * own[0])
+    first_foot = (walk.signals["anterior"], walk.signals["vertical"], walk.signals["cop"])
+    second_foot = (0.0 * first_foot[0], walk.signals["other_vertical"], 0.0 * first_foot[0])
     return [
         np.column_stack([0.0 * up, forward, up, cop * up, -lateral * up, lateral * forward])
-        for lateral, (forward, up, cop) in zip(LATERAL_M, (own, other), strict=True)
+        for lateral, (forward, up, cop) in zip(LATERAL_M, (first_foot, second_foot), strict=True)
     ]
 
 
@@ -110,7 +110,7 @@ def write_events(path: Path, walk: Walk) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(EVENTS)
         for k in range(max(map(len, columns))):
-            writer.writerow([f"{own[k]:.6f}" if k < len(own) else "" for own in columns])
+            writer.writerow([f"{times[k]:.6f}" if k < len(times) else "" for times in columns])
 
 
 def write_truth(path: Path, joint: Joint) -> None:
@@ -165,9 +165,9 @@ def _write_dflow(path: Path, rate_hz, labels, positions, plates, body, rng) -> N
         columns += list((positions[:, k] @ turn.T).T)
     for k, load in enumerate(plates):
         measured = load + _noise(load.shape, body, rng)
-        for kind, own in (("For", measured[:, :3]), ("Mom", measured[:, 3:])):
+        for kind, vector in (("For", measured[:, :3]), ("Mom", measured[:, 3:])):
             names += [f"FP{k + 1}.{kind}{axis}" for axis in "XYZ"]
-            columns += list((own @ turn.T).T)
+            columns += list((vector @ turn.T).T)
     formats = ["%.6f", "%d", *["%.5f"] * (len(names) - 2)]
     np.savetxt(path, np.column_stack(columns), formats, "\t", header="\t".join(names), comments="")
 
@@ -195,7 +195,7 @@ def _write_c3d(path: Path, rate_hz, labels, positions, plates, body, rng) -> Non
         about_centre = load[:, 3:] - np.cross(centre, load[:, :3])
         # x from corner 2 to corner 1, y from 4 to 1: x to the right, y backward, z down
         in_plate = np.hstack([load[:, :3] * [1.0, -1.0, -1.0], 1000.0 * about_centre * [1.0, -1.0, -1.0]])
-        channels += [np.interp(fine, np.arange(n), own) for own in in_plate.T]
+        channels += [np.interp(fine, np.arange(n), channel) for channel in in_plate.T]
     to_file = np.tile([1.0, 1.0, 1.0, 1000.0, 1000.0, 1000.0], len(plates))
     noise = to_file * np.hstack([_noise((fine.size, 6), body, rng) for _ in plates])
     analog["RATE"]["value"] = [ANALOG_PER_FRAME * rate_hz]

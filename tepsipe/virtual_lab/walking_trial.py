@@ -62,12 +62,12 @@ def make_walking_trial(
     period = float(np.mean(end - start))
     strides = int(protocol["duration_s"] / period) - 2
     unperturbed = resample_walk(base, strides, rng)
-    apart = int(np.ceil(protocol["interval_s"] / period - 1e-9))
+    spacing = int(np.ceil(protocol["interval_s"] / period - 1e-9))
     onsets = np.repeat([p for p, _ in chosen["pulses"]], [n for _, n in chosen["pulses"]]).astype(float)
-    places = rng.permutation(np.arange(2, strides - 2, max(apart, 1)))
+    places = rng.permutation(np.arange(2, strides - 2, max(spacing, 1)))
     if places.size < onsets.size:
         raise ValueError(
-            f"expected at most {places.size} pulses in {strides} strides, {apart} strides apart, found "
+            f"expected at most {places.size} pulses in {strides} strides, {spacing} strides apart, found "
             f"{onsets.size} of {condition}"
         )
     pulses = dict(zip(places[: onsets.size].tolist(), rng.permutation(onsets).tolist(), strict=True))

@@ -42,7 +42,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, markers_of
+from tepsipe.experiments.dummy.leg_pathways import DummyAnalysis, DummyOptions, trial_markers
 from tepsipe.identification.estimators import LEAST_SQUARES
 from tepsipe.identification.likelihood.likelihood import LikelihoodFit
 from tepsipe.identification.likelihood.result import (
@@ -120,12 +120,12 @@ def failed(checks: Sequence[Check]) -> list[str]:
     return [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
 
 
-def delay_check(found: LikelihoodEstimates, uncertainty_s: float) -> Check:
+def delay_check(fit: LikelihoodEstimates, uncertainty_s: float) -> Check:
     """Delay of the angle after the foot.
 
     Parameters
     ----------
-    found : LikelihoodEstimates
+    fit : LikelihoodEstimates
         With sampling instants corrected (units there).
     uncertainty_s : float
         Standard uncertainty of the correction between foot and leg (s).
@@ -135,18 +135,18 @@ def delay_check(found: LikelihoodEstimates, uncertainty_s: float) -> Check:
     Check
         Its size is the delay (s).
     """
-    error = float(np.hypot(found.fit.standard_error("delay"), uncertainty_s))
-    return Check("foot-leg-delay", abs(found.delay_s), _two_sided(found.delay_s / error))
+    error = float(np.hypot(fit.fit.standard_error("delay"), uncertainty_s))
+    return Check("foot-leg-delay", abs(fit.delay_s), _two_sided(fit.delay_s / error))
 
 
 def inertia_check(
-    found: LikelihoodEstimates, known_kgm2: float, known_uncertainty_kgm2: float, type_b_kgm2: float = 0.0
+    fit: LikelihoodEstimates, known_kgm2: float, known_uncertainty_kgm2: float, type_b_kgm2: float = 0.0
 ) -> Check:
     """I of small movements against what is known of the joint's own.
 
     Parameters
     ----------
-    found : LikelihoodEstimates
+    fit : LikelihoodEstimates
         The fit (units there).
     known_kgm2, known_uncertainty_kgm2 : float
         Inertia of the joint and its standard uncertainty (N·m·s²/rad).
@@ -158,18 +158,18 @@ def inertia_check(
     Check
         Its size is the difference (N·m·s²/rad).
     """
-    difference = float(found.small[0]) - known_kgm2
-    own = float(np.sqrt(found.small_covariance[0, 0]))
-    error = float(np.sqrt(own**2 + known_uncertainty_kgm2**2 + type_b_kgm2**2))
+    difference = float(fit.small[0]) - known_kgm2
+    statistical = float(np.sqrt(fit.small_covariance[0, 0]))
+    error = float(np.sqrt(statistical**2 + known_uncertainty_kgm2**2 + type_b_kgm2**2))
     return Check("joint-inertia", abs(difference), _two_sided(difference / error))
 
 
-def fit_check(found: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
+def fit_check(fit: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
     """Power and pulse-locked mean of the likelihood's residuals.
 
     Parameters
     ----------
-    found : LikelihoodFit
+    fit : LikelihoodFit
         The fit (units there).
     perturbations : list of Perturbation
         Windows (samples).
@@ -179,19 +179,19 @@ def fit_check(found: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
     Check
         Its size is the root mean square residual over that of the angle (-).
     """
-    white, n = innovations(found), found.channels.angle.size
-    band = 2.0 * found.model.bins.size / n
+    white, n = innovations(fit), fit.channels.angle.size
+    band = 2.0 * fit.model.bins.size / n
     total = float(np.mean(white[0] ** 2))
-    power = scipy.stats.f.sf(total, band * n, found.channels.marker_freedom)
+    power = scipy.stats.f.sf(total, band * n, fit.channels.marker_freedom)
     length = min(np.diff([p.start for p in perturbations]), default=n - perturbations[0].start)
     folded = _folded(white.T, perturbations, int(min(length, n - perturbations[-1].start)))
     mean, count = folded.mean(axis=0), len(folded)
     freedom = band * mean.size
     locked = scipy.stats.chi2.sf(count * float(np.sum(mean**2)) * band, freedom)
-    left = max(float(np.mean(mean[:, 0] ** 2)) - 1.0 / count, total - 1.0, 0.0)
-    unit = found.channels.marker_noise_m * np.sqrt(found.channels.geometry[1, 1] * band)
-    moved = float(np.sqrt(np.mean(found.model.motion.phi[perturbations[0].start :] ** 2)))
-    return Check("lack-of-fit", float(np.sqrt(left)) * unit / moved, min(1.0, 2.0 * min(power, locked)))
+    excess = max(float(np.mean(mean[:, 0] ** 2)) - 1.0 / count, total - 1.0, 0.0)
+    unit = fit.channels.marker_noise_m * np.sqrt(fit.channels.geometry[1, 1] * band)
+    swing = float(np.sqrt(np.mean(fit.model.motion.phi[perturbations[0].start :] ** 2)))
+    return Check("lack-of-fit", float(np.sqrt(excess)) * unit / swing, min(1.0, 2.0 * min(power, locked)))
 
 
 def foot_check(positions: np.ndarray, perturbations: list[Perturbation], rate_hz: float) -> Check | None:
@@ -214,20 +214,20 @@ def foot_check(positions: np.ndarray, perturbations: list[Perturbation], rate_hz
     k = positions.shape[1]
     if k < 2:
         return None
-    apart = positions - positions.mean(axis=1, keepdims=True)
-    apart = apart.reshape(len(apart), -1)
+    deviations = positions - positions.mean(axis=1, keepdims=True)
+    deviations = deviations.reshape(len(deviations), -1)
     rank, kept = 2.0 * (k - 1), 1.0 - 1.0 / k
-    step, chance = _steps(apart, perturbations, rate_hz, rank / (2.0 * k))
-    motion, locked = _locked(apart, perturbations, rate_hz, rank / (2.0 * k))
+    step, chance = _steps(deviations, perturbations, rate_hz, rank / (2.0 * k))
+    motion, locked = _locked(deviations, perturbations, rate_hz, rank / (2.0 * k))
     return Check("foot-markers-apart", max(step, motion) / kept, min(1.0, 2.0 * min(chance, locked)))
 
 
-def residual_checks(found: LikelihoodFit, perturbations: list[Perturbation]) -> list[Check]:
+def residual_checks(fit: LikelihoodFit, perturbations: list[Perturbation]) -> list[Check]:
     """Steps, and pulse-locked motion, of the markers against the rigid leg on the foot.
 
     Parameters
     ----------
-    found : LikelihoodFit
+    fit : LikelihoodFit
         The fit (units there).
     perturbations : list of Perturbation
         Windows (samples).
@@ -237,7 +237,7 @@ def residual_checks(found: LikelihoodFit, perturbations: list[Perturbation]) -> 
     list of Check
         ``markers-slip`` and ``markers-pulse-locked``, with sizes in m.
     """
-    channels = found.channels
+    channels = fit.channels
     residuals, rate_hz = channels.residuals, channels.rate_hz
     independent = (residuals.shape[1] - 2.0) / residuals.shape[1]
     return [
@@ -248,7 +248,7 @@ def residual_checks(found: LikelihoodFit, perturbations: list[Perturbation]) -> 
 
 def leg_check(
     of_leg: WindowedFits,
-    found: LikelihoodEstimates,
+    fit: LikelihoodEstimates,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
@@ -261,7 +261,7 @@ def leg_check(
     ----------
     of_leg : WindowedFits
         From the torque of the leg (units there).
-    found : LikelihoodEstimates
+    fit : LikelihoodEstimates
         Of the same trial.
     leg_markers : SegmentMarkers
         Markers of the leg (m).
@@ -280,11 +280,11 @@ def leg_check(
     Check
         Its size is the difference over K (-).
     """
-    expected = expected_of_leg(of_leg, found, leg_markers, lowpass, at_rest)
-    expected = expected + noise_bias(of_leg, expected, found.fit, leg_markers, lowpass)
+    expected = expected_of_leg(of_leg, fit, leg_markers, lowpass, at_rest)
+    expected = expected + noise_bias(of_leg, expected, fit.fit, leg_markers, lowpass)
     each = of_leg.parameters[:, 2]
     scatter = float(each.std(ddof=1)) / np.sqrt(each.size) if each.size > 1 else np.inf
-    error = float(np.linalg.norm([scatter, found.interval().standard_error[2], of_difference]))
+    error = float(np.linalg.norm([scatter, fit.interval().standard_error[2], of_difference]))
     difference = float(of_leg.mean[2] - expected[2])
     # Welch and Satterthwaite: only the scatter has few degrees of freedom
     share = scatter / error if np.isfinite(scatter) else 1.0
@@ -296,7 +296,7 @@ def leg_check(
 
 def expected_of_leg(
     of_leg: WindowedFits,
-    found: LikelihoodEstimates,
+    fit: LikelihoodEstimates,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
@@ -305,22 +305,22 @@ def expected_of_leg(
 
     Arguments are those of `leg_check` (units there). Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
     """
-    channels = found.fit.channels
-    theta = estimated_angle(found.fit) + channels.theta_0_rad
-    foot = estimated_foot(found.fit)
+    channels = fit.fit.channels
+    theta = estimated_angle(fit.fit) + channels.theta_0_rad
+    foot = estimated_foot(fit.fit)
     across, along = leg_markers.layout_m.T
     y = foot[:, None] + np.outer(np.cos(theta), across) + np.outer(np.sin(theta), along)
     z = np.outer(np.cos(theta), along) - np.outer(np.sin(theta), across)
     markers = butterworth_lowpass(np.stack([y, z], axis=2), channels.rate_hz, *lowpass)
     time = np.arange(theta.size) / channels.rate_hz
-    motion = motion_of_markers(time, markers, leg_markers, found.fit.model.leg.com_m)
-    return regress_perturbations(motion, found.fit.model.leg, of_leg.perturbations, at_rest, "leg").mean
+    motion = motion_of_markers(time, markers, leg_markers, fit.fit.model.leg.com_m)
+    return regress_perturbations(motion, fit.fit.model.leg, of_leg.perturbations, at_rest, "leg").mean
 
 
 def noise_bias(
     of_leg: WindowedFits,
     parameters: np.ndarray,
-    found: LikelihoodFit,
+    fit: LikelihoodFit,
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
 ) -> np.ndarray:
@@ -337,7 +337,7 @@ def noise_bias(
         From the torque of the leg (units there).
     parameters : ndarray, shape (3,)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) without noise.
-    found : LikelihoodFit
+    fit : LikelihoodFit
         For the noise of the markers (m) and the leg.
     leg_markers : SegmentMarkers
         Markers of the leg (m).
@@ -349,13 +349,13 @@ def noise_bias(
     ndarray, shape (3,)
         Bias of the means of I, B, K (their units).
     """
-    rate_hz, leg = found.channels.rate_hz, found.model.leg
+    rate_hz, leg = fit.channels.rate_hz, fit.model.leg
     impulse = np.zeros(4096)
     impulse[2048] = 1.0
     gain = np.abs(np.fft.rfft(butterworth_lowpass(impulse, rate_hz, *lowpass))) ** 2
     omega = 2.0 * np.pi * np.fft.rfftfreq(impulse.size, 1.0 / rate_hz)
     along = leg_markers.layout_m[:, 1]
-    of_angle = found.channels.marker_noise_m**2 / np.sum((along - along.mean()) ** 2)
+    of_angle = fit.channels.marker_noise_m**2 / np.sum((along - along.mean()) ** 2)
     zeroth, second, fourth = (of_angle * 2.0 * np.sum(gain * omega**k) / impulse.size for k in (0, 2, 4))
     p = leg.mass_kg * leg.com_m
     turned = leg.inertia_kgm2 + p * (leg.com_m - along.mean())
@@ -481,28 +481,28 @@ def check_dummy(
         Without a joint likelihood among the pathways there are no checks.
     """
     fits = {
-        name: found
-        for name, found in analysis.likelihood_estimates.items()
+        name: fit
+        for name, fit in analysis.likelihood_estimates.items()
         if analysis.pathways[name].marker_instants == "aligned"
     }
     first, recommended = quoted
     if not fits:
         return Verdict([], {}, first)
-    name, found = next(iter(fits.items()))
+    name, fit = next(iter(fits.items()))
     of_leg = analysis.regressions.get(recommended) if _windowed(analysis, recommended) else None
-    own = [analysis.budgets[name].combined[2], analysis.small_budgets[name].type_b[0]]
+    relevant = [analysis.budgets[name].combined[2], analysis.small_budgets[name].type_b[0]]
     if of_leg is not None:
-        own.append(analysis.budgets[recommended].minus(analysis.budgets[name]).type_b[2])
-    checks = _checks(trial, options, found, of_leg, own, joint_inertia)
+        relevant.append(analysis.budgets[recommended].minus(analysis.budgets[name]).type_b[2])
+    checks = _checks(trial, options, fit, of_leg, relevant, joint_inertia)
     names = failed(checks)
     flags = {}
     for name, pathway in analysis.pathways.items():
         if pathway.torque != "leg" or pathway.marker_instants != "aligned":
             continue
-        own = OF_ANGLE if name in analysis.output_errors else OF_TORQUE
-        flags[name] = [n for n in names if n in own]
+        relevant = OF_ANGLE if name in analysis.output_errors else OF_TORQUE
+        flags[name] = [n for n in names if n in relevant]
     if of_leg is not None:
-        if _biased(of_leg, found, options, analysis, recommended):
+        if _biased(of_leg, fit, options, analysis, recommended):
             flags[recommended].append(NOISE_BIASED)
         if first in fits and "lack-of-fit" in names and not flags[recommended]:
             first = recommended
@@ -533,25 +533,25 @@ def _windowed(analysis: DummyAnalysis, name: str) -> bool:
 def _checks(
     trial: Trial,
     options: DummyOptions,
-    found: LikelihoodEstimates,
+    fit: LikelihoodEstimates,
     of_leg,
     uncertainties: Sequence[float],
     joint_inertia: tuple[float, float] | None,
 ) -> list[Check]:
-    markers, perturbations = markers_of(trial, options, "aligned"), found.perturbations
+    markers, perturbations = trial_markers(trial, options, "aligned"), fit.perturbations
     lowpass = (options.lowpass_cutoff_hz, options.lowpass_order)
     labels, sampling = trial.axes["marker"].tolist(), options.sources.get("marker_sampling_s")
-    apart = _order(labels, options.leg_markers.labels) - _order(labels, options.belt_fixed_labels)
-    later = 0.0 if sampling is None else sampling.standard_uncertainty * apart
+    places = _order(labels, options.leg_markers.labels) - _order(labels, options.belt_fixed_labels)
+    later = 0.0 if sampling is None else sampling.standard_uncertainty * places
     foot = markers.positions[:, markers.on_foot & ~markers.on_leg]
-    checks = [delay_check(found, later), *residual_checks(found.fit, perturbations)]
-    checks += [fit_check(found.fit, perturbations), foot_check(foot, perturbations, trial.rate_hz)]
+    checks = [delay_check(fit, later), *residual_checks(fit.fit, perturbations)]
+    checks += [fit_check(fit.fit, perturbations), foot_check(foot, perturbations, trial.rate_hz)]
     if of_leg is not None:
         at_rest = rest_samples(trial.time, options.window)
         of_k = uncertainties[0::2]
-        checks.append(leg_check(of_leg, found, options.leg_markers, lowpass, at_rest, *of_k))
+        checks.append(leg_check(of_leg, fit, options.leg_markers, lowpass, at_rest, *of_k))
     if joint_inertia is not None:
-        checks.append(inertia_check(found, *joint_inertia, uncertainties[1]))
+        checks.append(inertia_check(fit, *joint_inertia, uncertainties[1]))
     return [check for check in checks if check is not None]
 
 
@@ -560,12 +560,12 @@ def _order(labels: list[str], wanted: Sequence[str]) -> float:
     return float(np.mean([labels.index(label) for label in wanted]))
 
 
-def _biased(of_leg, found, options: DummyOptions, analysis: DummyAnalysis, name: str) -> bool:
+def _biased(of_leg, fit, options: DummyOptions, analysis: DummyAnalysis, name: str) -> bool:
     """Whether noise moves K or B of a windowed fit by a good part of its combined uncertainty."""
     lowpass = (options.lowpass_cutoff_hz, options.lowpass_order)
     at_rest = rest_samples(analysis.time, options.window)
-    expected = expected_of_leg(of_leg, found, options.leg_markers, lowpass, at_rest)
-    bias = noise_bias(of_leg, expected, found.fit, options.leg_markers, lowpass)
+    expected = expected_of_leg(of_leg, fit, options.leg_markers, lowpass, at_rest)
+    bias = noise_bias(of_leg, expected, fit.fit, options.leg_markers, lowpass)
     return bool((np.abs(bias) > LARGEST_BIAS * analysis.budgets[name].combined)[1:].any())
 
 

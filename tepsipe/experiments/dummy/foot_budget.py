@@ -88,8 +88,8 @@ def delayed(motion: SegmentMotion, delay_s: float) -> SegmentMotion:
 
 
 def foot_budget(
-    found: WindowedFits,
-    again: Callable[[SegmentMotion, np.ndarray], np.ndarray],
+    fit: WindowedFits,
+    reestimate: Callable[[SegmentMotion, np.ndarray], np.ndarray],
     motion: SegmentMotion,
     torque: np.ndarray,
     known: FootKnowledge,
@@ -98,9 +98,9 @@ def foot_budget(
 
     Parameters
     ----------
-    found : WindowedFits
+    fit : WindowedFits
         The estimates (units there).
-    again : callable
+    reestimate : callable
         Estimates them, shape (3,), from another motion (s, rad) and torque (N·m), linear in the torque.
     motion : SegmentMotion
         Motion of the leg on the clock of the forces (s, rad).
@@ -115,22 +115,22 @@ def foot_budget(
         Type A and one entry per source that acts.
     """
     contributions = {
-        name: np.array([again(motion, change) for change in changes])
+        name: np.array([reestimate(motion, change) for change in changes])
         for name, changes in changed_torques(known).items()
     }
     shifts = {}
     if "log_delay_s" in known.sources:
         delay = known.sources["log_delay_s"].standard_uncertainty
         y_a_d, jerk = derivative(motion.time, known.y_a), derivative(motion.time, known.y_a_dd)
-        moved = y_a_d * known.loads["Fz"] + 0.5 * known.foot.mass_kg * known.foot.height_m * jerk
-        shifts["log_delay_s"] = (delayed(motion, delay), torque - delay * moved)
+        rate = y_a_d * known.loads["Fz"] + 0.5 * known.foot.mass_kg * known.foot.height_m * jerk
+        shifts["log_delay_s"] = (delayed(motion, delay), torque - delay * rate)
     if "clock_ratio" in known.sources:
         slower = 1.0 / (1.0 + known.sources["clock_ratio"].standard_uncertainty)
-        other = replace(motion, theta_d=motion.theta_d * slower, theta_dd=motion.theta_dd * slower**2)
+        slower_motion = replace(motion, theta_d=motion.theta_d * slower, theta_dd=motion.theta_dd * slower**2)
         inertia = 0.5 * known.foot.mass_kg * known.foot.height_m * known.y_a_dd
-        shifts["clock_ratio"] = (other, torque - (slower**2 - 1.0) * inertia)
+        shifts["clock_ratio"] = (slower_motion, torque - (slower**2 - 1.0) * inertia)
     for name, changed in shifts.items():
-        contributions[name] = (again(*changed) - found.mean)[None]
-    contributions |= compliance_contributions(found.mean, known.sources)
+        contributions[name] = (reestimate(*changed) - fit.mean)[None]
+    contributions |= compliance_contributions(fit.mean, known.sources)
     freedom = {name: known.sources[name].freedom for name in contributions}
-    return Budget(*scatter(found.parameters), contributions, freedom)
+    return Budget(*scatter(fit.parameters), contributions, freedom)

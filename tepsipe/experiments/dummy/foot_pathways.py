@@ -248,8 +248,10 @@ def foot_side(
         If the belt is not in the trial.
     """
     time, at_rest = prepared.time, prepared.at_rest
-    moved = ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
-    motion = replace(motion, **{key: advanced(time, getattr(motion, key), delay_s) for key in moved})
+    advanced_signals = ("theta", "theta_d", "theta_dd", "y_dd", "z_dd")
+    motion = replace(
+        motion, **{key: advanced(time, getattr(motion, key), delay_s) for key in advanced_signals}
+    )
     ankle = _along_belt(prepared)[:, prepared.markers.index(options.ankle_label)]
     ankle = advanced(time, ankle, delay_s)
     # the belt creeps: a line through rest that is subtracted from Mx must be subtracted from y_A, too

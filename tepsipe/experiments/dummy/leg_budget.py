@@ -54,15 +54,15 @@ ANTERIOR, LONGITUDINAL = "anterior", "longitudinal"
 OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
 
 
-def type_a_of(found: WindowedFits) -> tuple[np.ndarray, float]:
+def type_a_uncertainty(fit: WindowedFits) -> tuple[np.ndarray, float]:
     """Type A of the means of I, B, K, shape (3,) (their units), and its degrees of freedom (-).
 
     From the covariance of the fit where it has one, from the scatter of the perturbations elsewhere.
     """
-    covariance = getattr(found, "covariance", None)
+    covariance = getattr(fit, "covariance", None)
     if covariance is not None:
         return np.sqrt(np.diag(covariance)), np.inf
-    return scatter(found.parameters)
+    return scatter(fit.parameters)
 
 
 @dataclass(frozen=True)
@@ -117,8 +117,8 @@ def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) 
 
 
 def leg_budget(
-    found: WindowedFits,
-    again: Callable[[SegmentMotion, Leg], np.ndarray] | None,
+    fit: WindowedFits,
+    reestimate: Callable[[SegmentMotion, Leg], np.ndarray] | None,
     known: LegKnowledge,
     further: Mapping[str, np.ndarray],
 ) -> Budget:
@@ -126,9 +126,9 @@ def leg_budget(
 
     Parameters
     ----------
-    found : WindowedFits
+    fit : WindowedFits
         The estimates (units there).
-    again : callable or None
+    reestimate : callable or None
         Estimates them, shape (3,), from another motion and leg (units there); None if they come from the
         angle over the whole trial.
     known : LegKnowledge
@@ -143,23 +143,23 @@ def leg_budget(
     """
     if not known.sources:
         contributions = {}
-    elif again is None:
-        contributions = angle_contributions(found.mean, known.leg, known.sources)
+    elif reestimate is None:
+        contributions = angle_contributions(fit.mean, known.leg, known.sources)
     else:
-        contributions = torque_contributions(again, known)
-    contributions |= compliance_contributions(found.mean, known.sources) | dict(further or {})
+        contributions = torque_contributions(reestimate, known)
+    contributions |= compliance_contributions(fit.mean, known.sources) | dict(further or {})
     freedom = {name: known.sources[name].freedom for name in contributions}
-    return Budget(*type_a_of(found), contributions, freedom)
+    return Budget(*type_a_uncertainty(fit), contributions, freedom)
 
 
 def small_budget(
-    found: LikelihoodEstimates, leg: Leg, sources: Mapping[str, Source], further: Mapping[str, np.ndarray]
+    fit: LikelihoodEstimates, leg: Leg, sources: Mapping[str, Source], further: Mapping[str, np.ndarray]
 ) -> Budget:
     """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad); ``further`` as there."""
-    contributions = angle_contributions(found.small, leg, sources) if sources else {}
-    contributions |= compliance_contributions(found.small, sources) | dict(further)
+    contributions = angle_contributions(fit.small, leg, sources) if sources else {}
+    contributions |= compliance_contributions(fit.small, sources) | dict(further)
     freedom = {name: sources[name].freedom for name in contributions}
-    return Budget(np.sqrt(np.diag(found.small_covariance)), np.inf, contributions, freedom)
+    return Budget(np.sqrt(np.diag(fit.small_covariance)), np.inf, contributions, freedom)
 
 
 def changed_leg(leg: Leg, deviations: Mapping[str, float]) -> Leg:
@@ -184,14 +184,14 @@ def marker_sources(markers: SegmentMarkers, sources: Mapping[str, Source]) -> li
 
 def of_layout(markers: SegmentMarkers, com_m: float, deviations: Mapping[str, float]) -> np.ndarray:
     """C (rad), a and l (m) for deviations of `marker_sources` (m), shape (3,)."""
-    moved = markers.layout_m.copy()
+    layout = markers.layout_m.copy()
     for name, deviation in deviations.items():
         kind, _, label = name.partition("/")
         if kind in OFFSETS:
-            moved[markers.labels.index(label), OFFSETS.index(kind)] += deviation
-    if np.array_equal(moved, markers.layout_m):
+            layout[markers.labels.index(label), OFFSETS.index(kind)] += deviation
+    if np.array_equal(layout, markers.layout_m):
         return np.zeros(3)
-    pose = fit_rigid_segment(markers.layout_m[None], moved, np.array([0.0, com_m]))
+    pose = fit_rigid_segment(markers.layout_m[None], layout, np.array([0.0, com_m]))
     return np.array([pose.angle[0], pose.point[0, 0], pose.point[0, 1] - com_m])
 
 
@@ -268,7 +268,7 @@ def by_source(contributions: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def torque_contributions(
-    again: Callable[[SegmentMotion, Leg], np.ndarray], known: LegKnowledge
+    reestimate: Callable[[SegmentMotion, Leg], np.ndarray], known: LegKnowledge
 ) -> dict[str, np.ndarray]:
     """What each source contributes to I, B, K from a torque of the leg.
 
@@ -276,21 +276,23 @@ def torque_contributions(
     marker and direction.
     """
     sources, leg = known.sources, known.leg
-    apart = ("joint_offset_m", "marker_sampling_s", "foot_compliance_rad_per_Nm", *OFFSETS)
-    parts = [source for name, source in sources.items() if name in LEG_SOURCES and name not in apart]
+    separate = ("joint_offset_m", "marker_sampling_s", "foot_compliance_rad_per_Nm", *OFFSETS)
+    parts = [source for name, source in sources.items() if name in LEG_SOURCES and name not in separate]
     if "joint_offset_m" in sources:
         offset = sources["joint_offset_m"]
         parts += [replace(offset, name=f"joint_offset_m/{d}") for d in (ANTERIOR, LONGITUDINAL)]
     parts += marker_sources(known.markers, sources)
-    found = linear_contributions(
-        lambda deviations: again(
+    contributions = linear_contributions(
+        lambda deviations: reestimate(
             changed_motion(known.motion, known.markers, leg.com_m, deviations), changed_leg(leg, deviations)
         ),
         parts,
     )
     if known.sampled_later is not None:
-        found["marker_sampling_s"] = (again(known.sampled_later, leg) - again(known.motion, leg))[None]
-    return by_source(found)
+        contributions["marker_sampling_s"] = (
+            reestimate(known.sampled_later, leg) - reestimate(known.motion, leg)
+        )[None]
+    return by_source(contributions)
 
 
 def angle_contributions(values: np.ndarray, leg: Leg, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:

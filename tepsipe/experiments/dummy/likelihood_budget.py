@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tepsipe.identification.likelihood.channels import DummyMarkers, levelled, make_channels
-from tepsipe.identification.likelihood.result import LikelihoodEstimates, changes_by
+from tepsipe.identification.likelihood.result import LikelihoodEstimates, first_order_changes
 from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.uncertainty import Source
 
@@ -53,13 +53,13 @@ class LikelihoodData:
 
 
 def marker_contributions(
-    found: LikelihoodEstimates, data: LikelihoodData, sources: Mapping[str, Source]
+    fit: LikelihoodEstimates, data: LikelihoodData, sources: Mapping[str, Source]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """What sources that move markers contribute to I, B, K, at the working amplitude and of small movements.
 
     Parameters
     ----------
-    found : LikelihoodEstimates
+    fit : LikelihoodEstimates
         The estimates (units there).
     data : LikelihoodData
         What they were fitted to (s, m, m/s).
@@ -74,17 +74,17 @@ def marker_contributions(
     markers = levelled(data.markers, data.at_rest)
     moves: dict[str, Callable[[float], np.ndarray]] = {
         "levelled_rad": lambda u: _turned(markers.positions, u),
-        "leg_bending_rad_per_m_per_s2": lambda u: _bent(markers, u, found.fit.model.motion.y_dd),
+        "leg_bending_rad_per_m_per_s2": lambda u: _bent(markers, u, fit.fit.model.motion.y_dd),
     }
     if data.places is not None:
         moves["marker_sampling_s"] = lambda u: _later(markers.positions, data.time, u * data.places)
     working, small = {}, {}
-    for name, moved in moves.items():
+    for name, displace in moves.items():
         if name not in sources:
             continue
-        other = replace(markers, positions=moved(sources[name].standard_uncertainty))
-        channels = make_channels(data.time, other, data.belt_log, data.at_rest, level=False)
-        both = changes_by(found, channels, data.perturbations)
+        displaced = replace(markers, positions=displace(sources[name].standard_uncertainty))
+        channels = make_channels(data.time, displaced, data.belt_log, data.at_rest, level=False)
+        both = first_order_changes(fit, channels, data.perturbations)
         working[name], small[name] = (x[None] for x in both)
     return working, small
 

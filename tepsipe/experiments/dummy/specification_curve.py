@@ -184,7 +184,7 @@ def specify_dummy(
     signals = {
         key: _signals(prepared.behind(lowpass), dummy, foot, delay_s) for key, lowpass in known.items()
     }
-    found = [*_by_torque(prepared, signals, options), *_by_angle(prepared, signals, dummy)]
+    fits_by_choice = [*_by_torque(prepared, signals, options), *_by_angle(prepared, signals, dummy)]
     rows = [
         Specification(
             condition,
@@ -193,7 +193,7 @@ def specify_dummy(
             *map(float, fits.mean),
             float(fits.vaf_per_perturbation.mean()),
         )
-        for choices, fits in found
+        for choices, fits in fits_by_choice
     ]
     return sorted(rows, key=lambda row: (row.K_Nm_per_rad, row.choices))
 
@@ -302,7 +302,7 @@ def _regress(
         one = Record(motion=cut, torque=torque[part], perturbations=[placed], at_rest=before)
         alone.append(estimate(estimator, one))
     joined = {
-        key: np.concatenate([getattr(found, key)[rest:] for found in alone])
+        key: np.concatenate([getattr(fit, key)[rest:] for fit in alone])
         for key in ("torque", "predicted", "regressors")
     }
     stops = np.cumsum([0, *(w.stop - w.start for w in windows)])
@@ -311,9 +311,9 @@ def _regress(
             replace(w, start=int(a), stop=int(b))
             for w, a, b in zip(windows, stops[:-1], stops[1:], strict=True)
         ],
-        fits=[found.fits[0] for found in alone],
-        theta_rest_rad=float(np.mean([found.theta_rest_rad for found in alone])),
-        torque_rest_Nm=float(np.mean([found.torque_rest_Nm for found in alone])),
+        fits=[fit.fits[0] for fit in alone],
+        theta_rest_rad=float(np.mean([fit.theta_rest_rad for fit in alone])),
+        torque_rest_Nm=float(np.mean([fit.torque_rest_Nm for fit in alone])),
         **joined,
     )
 

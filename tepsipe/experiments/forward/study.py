@@ -164,8 +164,8 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
         signals = simulated_signals(simulated, name)
         pairs = {"theta": (simulated.theta, signals["theta"])}
         pairs |= {key: (torque, signals["tau"]) for key, torque in simulated.torques.items()}
-        for quantity, (measured, found) in pairs.items():
-            predicted = np.where(np.isnan(found), 0.0, found)
+        for quantity, (measured, simulated_values) in pairs.items():
+            predicted = np.where(np.isnan(simulated_values), 0.0, simulated_values)
             windows = [slice(p.start, p.stop) for p in simulated.perturbations]
             scores.append(
                 ForwardScore(

@@ -139,10 +139,12 @@ class NoiseCell:
             "snr_db": self.snr_db,
             "estimator": self.estimator,
         }
-        found = [(q, UNITS[q], self.parameters[:, k], float(self.bias[k])) for k, q in enumerate(PARAMETERS)]
-        found += [(f"SEM_{q}", "-", self.sem_as_printed[:, k], None) for k, q in enumerate(PARAMETERS)]
-        found += [(f"SE_{q}", UNITS[q], self.standard_error[:, k], None) for k, q in enumerate(PARAMETERS)]
-        found += [
+        columns = [
+            (q, UNITS[q], self.parameters[:, k], float(self.bias[k])) for k, q in enumerate(PARAMETERS)
+        ]
+        columns += [(f"SEM_{q}", "-", self.sem_as_printed[:, k], None) for k, q in enumerate(PARAMETERS)]
+        columns += [(f"SE_{q}", UNITS[q], self.standard_error[:, k], None) for k, q in enumerate(PARAMETERS)]
+        columns += [
             ("VAF_perturbation", "%", self.vaf_perturbation, None),
             ("VAF_trial", "%", self.vaf_trial, None),
             ("VAF_theta_perturbation", "%", clipped(self.vaf_theta_perturbation), None),
@@ -150,7 +152,7 @@ class NoiseCell:
             ("unstable_fraction", "-", np.array([self.unstable_fraction]), None),
         ]
         if self.vaf_cross_validated is not None:
-            found.append(("VAF_cross_validated", "%", self.vaf_cross_validated, None))
+            columns.append(("VAF_cross_validated", "%", self.vaf_cross_validated, None))
         return [
             head
             | {
@@ -161,7 +163,7 @@ class NoiseCell:
                 "bias": bias,
                 "n_draws": self.n_draws,
             }
-            for quantity, unit, values, bias in found
+            for quantity, unit, values, bias in columns
         ]
 
 
@@ -197,14 +199,14 @@ def _estimate_chunk(windowed: WindowedTrial, chunk: dict[str, np.ndarray]) -> tu
         regressors = regressors + windowed.regressor_noise(chunk["theta"])
     if windowed.estimator == "instrumental-variables":
         fits = instrumental_variables(windowed.instruments, regressors, windowed.torque + noise)
-        found = fits.parameters, fits.sem_as_printed, fits.standard_error
+        estimates = fits.parameters, fits.sem_as_printed, fits.standard_error
     else:
         fits = regress_windows(regressors, windowed.torque + noise)
         by_window = fits.parameters, fits.sem_as_printed, fits.standard_error
-        found = tuple(values.mean(axis=1) for values in by_window)
+        estimates = tuple(values.mean(axis=1) for values in by_window)
     missed = fits.residuals - noise  # of the torque without noise
     unexplained = np.sum(missed**2, axis=-1) / np.sum(windowed.torque**2, axis=-1)
-    parameters, sem, error = found
+    parameters, sem, error = estimates
     return parameters, sem, 100.0 * (1.0 - unexplained).mean(axis=1), error
 
 

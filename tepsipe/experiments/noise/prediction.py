@@ -29,8 +29,8 @@ def is_stable(leg: Leg, parameters: np.ndarray) -> np.ndarray:
         True where stable (-).
     """
     p = leg.mass_kg * leg.com_m
-    own = np.array([leg.inertia_kgm2 + p * leg.com_m, 0.0, -p * leg.gravity_m_per_s2])
-    return (parameters + own > 0.0).all(axis=-1)
+    leg_terms = np.array([leg.inertia_kgm2 + p * leg.com_m, 0.0, -p * leg.gravity_m_per_s2])
+    return (parameters + leg_terms > 0.0).all(axis=-1)
 
 
 def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, rate_hz: float) -> np.ndarray:

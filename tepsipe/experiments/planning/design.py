@@ -288,12 +288,14 @@ def belt_velocity(protocol: Protocol, pulse_velocity: np.ndarray, time: np.ndarr
         Sum over the pulses (m/s).
     """
     elapsed = STEP_S * np.arange(pulse_velocity.size)
-    found = np.zeros(time.size)
+    velocity = np.zeros(time.size)
     for onset, sign in zip(protocol.onsets_s, protocol.signs, strict=True):
         first, last = np.searchsorted(time, [onset, onset + elapsed[-1]])
-        own = slice(first, last + 1)
-        found[own] += sign * np.interp(time[own] - onset, elapsed, pulse_velocity, right=0.0)
-    return found
+        pulse_samples = slice(first, last + 1)
+        velocity[pulse_samples] += sign * np.interp(
+            time[pulse_samples] - onset, elapsed, pulse_velocity, right=0.0
+        )
+    return velocity
 
 
 @dataclass(frozen=True)
@@ -343,8 +345,8 @@ def expected_motion(design: Design) -> ExpectedMotion:
     """
     rig, protocol = design.rig, design.protocol
     time = np.arange(round(protocol.lasts_s * rig.camera_rate_hz)) / rig.camera_rate_hz
-    moved = rig.drive.follow(protocol.pulse.velocity_m_per_s)
-    velocity = belt_velocity(protocol, moved, time)
+    pulse_velocity = rig.drive.follow(protocol.pulse.velocity_m_per_s)
+    velocity = belt_velocity(protocol, pulse_velocity, time)
     stride = math.ceil(1.0 / (rig.camera_rate_hz * STEP_S) - 1e-9)
     step = 1.0 / (rig.camera_rate_hz * stride)
     refuse_unstable(design.leg, design.joint)
@@ -358,7 +360,7 @@ def expected_motion(design: Design) -> ExpectedMotion:
     windows = find_perturbations(
         time, velocity, rest_before_s=before, rest_after_s=after, cutoff_hz=protocol.cutoff_hz
     )
-    return ExpectedMotion(simulated, windows, time < before, moved)
+    return ExpectedMotion(simulated, windows, time < before, pulse_velocity)
 
 
 def exact_markers(design: Design, motion: ExpectedMotion) -> tuple[np.ndarray, list[str], tuple[str, ...]]:

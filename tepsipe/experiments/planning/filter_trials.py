@@ -91,21 +91,21 @@ def filter_estimates(
     recordings = recordings_of_loads(prepared, side.measured, options.foot.mass_kg + leg.mass_kg)
     behind = {component: replace(model, lowpass=lowpass) for component, model in models.items()}
     compensated = compensated_loads(behind, recordings)
-    moved = replace(prepared, perturbations=late(prepared.perturbations, lowpass, rate))
-    after_foot = windows_from_onset(moved, FOOT_WINDOW_S)
+    delayed = replace(prepared, perturbations=late(prepared.perturbations, lowpass, rate))
+    after_foot = windows_from_onset(delayed, FOOT_WINDOW_S)
     torque = leg_torque(leg, motion.theta, motion.theta_dd, motion.y_dd, motion.z_dd)
-    fitted = [(LEG, motion, torque, moved.perturbations, LEAST_SQUARES)]
+    fitted = [(LEG, motion, torque, delayed.perturbations, LEAST_SQUARES)]
     for pathway, loads in ((FOOT, side.measured), (COMPENSATED, compensated)):
         torque = side.torque("foot", options.foot, leg, loads)
         fitted.append((pathway, side.motion, torque, after_foot, LEAST_SQUARES_OWN_ZERO))
     # the windows before the delay of the filter
     earlier = time - delay_samples(lowpass, rate) / rate
-    found = []
+    estimates = []
     for pathway, motion, torque, windows, estimator in fitted:
         record = Record(motion=motion, torque=torque, perturbations=windows, at_rest=prepared.at_rest)
         spans = [(float(earlier[p.start]), float(earlier[p.stop - 1])) for p in windows]
-        found.append(FilteredEstimates(pathway, lowpass, estimate(estimator, record).parameters, spans))
-    return found
+        estimates.append(FilteredEstimates(pathway, lowpass, estimate(estimator, record).parameters, spans))
+    return estimates
 
 
 def lowpasses(

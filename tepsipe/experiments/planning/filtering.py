@@ -69,8 +69,8 @@ def filtered_motion(
         Angle and accelerations (rad, m, s), late by the delay of the filter.
     """
     rate = (time.size - 1) / (time[-1] - time[0])
-    own = marker_positions(np.asarray(positions, dtype=float), labels, markers)
-    return motion_of_markers(time, filtered(own, lowpass, rate), markers, com_m)
+    raw = marker_positions(np.asarray(positions, dtype=float), labels, markers)
+    return motion_of_markers(time, filtered(raw, lowpass, rate), markers, com_m)
 
 
 def delay_samples(lowpass: Lowpass, rate_hz: float) -> int:
@@ -111,9 +111,9 @@ def mismatch_bias(
     positions, labels, _ = exact_markers(design, motion)
     # nothing of an exact signal lies above this cutoff
     whole = Lowpass(0.45 * rate, 2, True)
-    moved = filtered_motion(
+    of_leg = filtered_motion(
         motion.time, positions, labels, design.rig.leg_markers, design.leg.com_m, of_motion or whole
     )
     torque = filtered(motion.simulated.torque, of_torque or whole, rate)
     windows = late(motion.perturbations, of_motion or whole, rate)
-    return regress_torque(moved, torque, windows, motion.at_rest).mean - design.parameters
+    return regress_torque(of_leg, torque, windows, motion.at_rest).mean - design.parameters

@@ -70,9 +70,9 @@ class _Problem:
     def __init__(self, design: Design, expected: ExpectedFit, duration_s: float, limits: Limits):
         protocol, drive = design.protocol, design.rig.drive
         self.basis = spline_basis(duration_s)
-        moved = [drive.follow(b, limited=False) for b in self.basis.T]
-        longest = max(x.size for x in moved)
-        self.moved = np.array([np.pad(x, (0, longest - x.size)) for x in moved]).T
+        responses = [drive.follow(b, limited=False) for b in self.basis.T]
+        longest = max(x.size for x in responses)
+        self.moved = np.array([np.pad(x, (0, longest - x.size)) for x in responses]).T
         self.rows = _limit_rows(self.moved, self.basis.shape[0], _with_drive(limits, drive))
         names = expected.fit.point.names
         kept = [k for k, name in enumerate(names) if expected.by_foot[k].any()]
@@ -130,28 +130,28 @@ def _with_drive(limits: Limits, drive: Drive) -> Limits:
     return replace(limits, acceleration_m_per_s2=most)
 
 
-def _limit_rows(moved: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
+def _limit_rows(motions: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
     """Rows l_i of the limits of motions (n, coefficients) after commands of that number of samples."""
-    often = min(len(moved), samples + round(_AFTER_S / STEP_S))
-    held = np.concatenate([np.arange(often), np.arange(often, len(moved), round(_RARELY_S / STEP_S))])
-    padded = np.vstack([np.zeros(moved.shape[1]), moved, np.zeros(moved.shape[1])])
+    often = min(len(motions), samples + round(_AFTER_S / STEP_S))
+    held = np.concatenate([np.arange(often), np.arange(often, len(motions), round(_RARELY_S / STEP_S))])
+    padded = np.vstack([np.zeros(motions.shape[1]), motions, np.zeros(motions.shape[1])])
     acceleration = np.diff(padded, axis=0) / STEP_S
     displacement = STEP_S * np.cumsum(0.5 * (padded[1:] + padded[:-1]), axis=0)
     jerk = np.diff(acceleration, axis=0) / STEP_S
-    found = []
+    scaled = []
     for x, limit in zip((padded, displacement, acceleration, jerk), vars(limits).values(), strict=True):
         if np.isfinite(limit):
-            found.append(x[held] / (_MARGIN * limit))
-    rows = np.vstack(found)
+            scaled.append(x[held] / (_MARGIN * limit))
+    rows = np.vstack(scaled)
     return rows[np.abs(rows).max(axis=1) > 1e-6 * np.abs(rows).max()]
 
 
-def _spectra(moved: np.ndarray, expected: ExpectedFit, protocol: Protocol) -> np.ndarray:
+def _spectra(motions: np.ndarray, expected: ExpectedFit, protocol: Protocol) -> np.ndarray:
     """Spectra Y_fj of the foot's position over the trial, shape (m, k) (m times samples)."""
     model, rate = expected.fit.model, expected.fit.channels.rate_hz
     s = model.s
-    time = STEP_S * np.arange(len(moved))
-    pulse = np.exp(-s[:, None] * time) @ moved * STEP_S
+    time = STEP_S * np.arange(len(motions))
+    pulse = np.exp(-s[:, None] * time) @ motions * STEP_S
     train = np.exp(-np.outer(s, protocol.onsets_s)) @ protocol.signs
     # position is the integral of the velocity; a sum over samples is the integral times the rate
     return pulse * (train * rate / s)[:, None]
@@ -184,12 +184,12 @@ def optimise_pulse(design: Design, expected: ExpectedFit, limits: Limits) -> Opt
     starts = _starts(problem)
     if not design.protocol.pulse.one_way:
         problem, starts = _returning(problem, starts)
-    found = max((_gauss_newton(problem, c) for c in starts), key=lambda c: problem.weights(c)[1])
-    w, value = problem.weights(found)
+    best = max((_gauss_newton(problem, c) for c in starts), key=lambda c: problem.weights(c)[1])
+    w, value = problem.weights(best)
     bound = min(_bound(problem, w), _bound(problem, problem.weights(problem.scaled(starts[0]))[0]))
-    command = problem.basis @ found
+    command = problem.basis @ best
     sign = 1.0 if command[np.argmax(np.abs(command))] > 0.0 else -1.0
-    belt = sign * (problem.moved @ found)
+    belt = sign * (problem.moved @ best)
     pulse = Pulse(OPTIMAL, sign * command, design.protocol.pulse.one_way)
     # limits as they are, not as they are used
     most = max(bound / _MARGIN**2, value)
@@ -256,10 +256,10 @@ def _bound(problem: _Problem, w: np.ndarray) -> float:
     log_d = np.zeros(len(rows))
     best = np.inf
     for power in _DESCENTS:
-        found = scipy.optimize.minimize(
+        search = scipy.optimize.minimize(
             value, log_d, args=(power,), jac=True, method="L-BFGS-B", options={"maxiter": 150}
         )
-        log_d = np.clip(found.x - found.x.max(), -25.0, 0.0)
+        log_d = np.clip(search.x - search.x.max(), -25.0, 0.0)
         d = np.exp(log_d)
         d = d / d.sum()
         best = min(best, float(scipy.linalg.eigh(q, (rows.T * d) @ rows, eigvals_only=True)[-1]))

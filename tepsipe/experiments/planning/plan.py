@@ -99,9 +99,9 @@ class Plan:
         None where no number is enough, because tolerances and bias alone exceed it, or the value is 0.
         """
         k = PARAMETERS.index(quantity)
-        left = relative * self.design.parameters[k] - abs(self.bias[k])
-        wanted = (left / COVERAGE) ** 2 - self.type_b[k] ** 2 - self.of_rest[k] ** 2
-        if not (left > 0.0 and wanted > 0.0):
+        allowed = relative * self.design.parameters[k] - abs(self.bias[k])
+        wanted = (allowed / COVERAGE) ** 2 - self.type_b[k] ** 2 - self.of_rest[k] ** 2
+        if not (allowed > 0.0 and wanted > 0.0):
             return None
         falling = self.type_a[k] ** 2 - self.of_rest[k] ** 2
         needed = self.design.protocol.number * falling / wanted
@@ -264,17 +264,17 @@ def _of_windows(design: Design, motion: ExpectedMotion) -> Plan:
     signals = _signals(design, motion)
     windows = late(motion.perturbations, design.protocol.lowpass, design.rig.camera_rate_hz)
 
-    def fit(moved: SegmentMotion, torque: np.ndarray) -> WindowedFits:
-        return regress_torque(moved, torque, windows, motion.at_rest)
+    def fit(of_leg: SegmentMotion, torque: np.ndarray) -> WindowedFits:
+        return regress_torque(of_leg, torque, windows, motion.at_rest)
 
-    found = fit(signals.motion, signals.torque)
-    noise = window_noise(design, found.regressors, windows, int(motion.at_rest.sum()))
+    fitted = fit(signals.motion, signals.torque)
+    noise = window_noise(design, fitted.regressors, windows, int(motion.at_rest.sum()))
     if not np.isfinite(noise.covariance).all() or not (np.diag(noise.covariance) > 0.0).all():
         raise InputError(
             "plan: expected windows that determine I, B, K, found regressors that depend on each other: plan "
             "other pulses"
         )
-    contributions = _window_contributions(design, found, fit, signals)
+    contributions = _window_contributions(design, fitted, fit, signals)
     known = replace(design, sources=_with_jitter(design))
     budget = _budget(known, np.sqrt(np.diag(noise.covariance)), contributions)
     return Plan(design, motion, noise.covariance, None, noise.bias, noise.of_rest, budget)
@@ -288,19 +288,19 @@ def _with_jitter(design: Design) -> dict:
     return sources
 
 
-def _window_contributions(design: Design, found: WindowedFits, fit, signals: _Signals) -> dict:
+def _window_contributions(design: Design, fitted: WindowedFits, fit, signals: _Signals) -> dict:
     """What every tolerance contributes to I, B, K, rows of shape (3,)."""
     sources = _with_jitter(design)
     if not sources:
         return {}
     if design.protocol.pathway == FOOT:
         known = FootKnowledge(design.foot, signals.loads, signals.y_a, signals.y_a_dd, sources)
-        again = lambda moved, torque: fit(moved, torque).mean  # noqa: E731
-        return foot_budget(found, again, signals.motion, signals.torque, known).contributions
+        reestimate = lambda of_leg, torque: fit(of_leg, torque).mean  # noqa: E731
+        return foot_budget(fitted, reestimate, signals.motion, signals.torque, known).contributions
 
-    def by_leg(moved: SegmentMotion, leg: Leg) -> np.ndarray:
-        torque = leg_torque(leg, moved.theta, moved.theta_dd, moved.y_dd, moved.z_dd)
-        return fit(moved, torque).mean
+    def by_leg(of_leg: SegmentMotion, leg: Leg) -> np.ndarray:
+        torque = leg_torque(leg, of_leg.theta, of_leg.theta_dd, of_leg.y_dd, of_leg.z_dd)
+        return fit(of_leg, torque).mean
 
     known = LegKnowledge(design.leg, design.rig.leg_markers, sources, signals.motion)
-    return torque_contributions(by_leg, known) | compliance_contributions(found.mean, sources)
+    return torque_contributions(by_leg, known) | compliance_contributions(fitted.mean, sources)

@@ -138,7 +138,7 @@ def epochs_of(
     body = linearised(chain, recording.unperturbed.mean(axis=0))
     rest = joint_angles(recording.unperturbed)
     substeps = round(recording.drive_rate_hz / recording.rate_hz)
-    found: dict[str, Perturbation] = {}
+    perturbations: dict[str, Perturbation] = {}
     for name, point in points.items():
         drive, angle = recording.drive[name], joint_angles(recording.angle[name]) - rest.mean(axis=0)
         sign = np.sign(drive @ drive[0])
@@ -147,8 +147,8 @@ def epochs_of(
             length = round(window_s * recording.rate_hz) * substeps + 1
             mean = np.pad(mean, (0, max(0, length - mean.size)))[:length]
             angle = np.zeros((len(drive), recording.before + (length - 1) // substeps + 1, angle.shape[2]))
-        found[name] = Perturbation(mean, sign[:, None, None] * angle, point.push(body))
-    samples = next(iter(found.values())).response.shape[1]
+        perturbations[name] = Perturbation(mean, sign[:, None, None] * angle, point.push(body))
+    samples = next(iter(perturbations.values())).response.shape[1]
     weight = np.linalg.inv(unperturbed_covariance(rest, samples))
     symmetric, inertia = model
     setting = Setting(
@@ -161,7 +161,7 @@ def epochs_of(
         inertia == EXACT,
         chain.relative_covariance(tolerance) if inertia == WITHIN else None,
     )
-    return Epochs(setting, found)
+    return Epochs(setting, perturbations)
 
 
 def sets_of(names: Sequence[str], largest: int = 3) -> list[Set]:
@@ -227,18 +227,18 @@ def predict(
     setting = epochs.setting
     p = expected_parameters(setting, *matrices)
     scale, prior = setting.scale(p), setting.prior()
-    own = {name: information(setting, p, [one]) for name, one in epochs.perturbations.items()}
-    found = []
+    gained = {name: information(setting, p, [one]) for name, one in epochs.perturbations.items()}
+    predictions = []
     for chosen in sets:
-        total = prior + sum(own[name] for name in chosen)
+        total = prior + sum(gained[name] for name in chosen)
         known = determined(setting, total, scale, limits)
         inverse = np.linalg.pinv(total * np.outer(scale, scale), rcond=1e-15, hermitian=True)
         by_inertia = np.sqrt(np.diag(inverse @ (prior * np.outer(scale, scale)) @ inverse))
         open_ = not (setting.inertia_known or prior.any()) and all(
             epochs.perturbations[name].push is None for name in chosen
         )
-        found.append(SetPrediction(chosen, setting, known, by_inertia, open_))
-    return found
+        predictions.append(SetPrediction(chosen, setting, known, by_inertia, open_))
+    return predictions
 
 
 def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
@@ -262,8 +262,8 @@ def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, n
     p, q = expected_parameters(setting, *matrices), 2 * len(setting.pairs)
     f = information(setting, p, [epochs.perturbations[name] for name in chosen])
     # with the inertia held at 1, the other parameters take what it explains
-    moved = np.linalg.solve(f[:q, :q], f[:q, q:])
-    covariance = moved @ setting.inertia_covariance @ moved.T
+    shift = np.linalg.solve(f[:q, :q], f[:q, q:])
+    covariance = shift @ setting.inertia_covariance @ shift.T
     return np.sqrt(np.diag(covariance)) / setting.scale(p)[:q]
 
 

@@ -149,17 +149,17 @@ class StandingPlan:
     def response(self) -> np.ndarray:
         """Torque (N·m), angle (rad) and rate (rad/s) of the epoch, baseline-corrected, shape (n, 3)."""
         design, time = self.design, epoch_time()
-        moved = self.motion.pulse_velocity
-        onset = int(np.argmax(np.abs(moved) > ONSET_SHARE * self.peak_m_per_s))
-        velocity = np.concatenate([np.zeros(400), moved, np.zeros(600)])
+        pulse = self.motion.pulse_velocity
+        onset = int(np.argmax(np.abs(pulse) > ONSET_SHARE * self.peak_m_per_s))
+        velocity = np.concatenate([np.zeros(400), pulse, np.zeros(600)])
         fine = STEP_S * (np.arange(velocity.size) - 400 - onset)
         rate = -velocity / design.lever_m
         angle = np.cumsum(rate) * STEP_S
         torque = design.damping_Nms_per_rad * rate + design.stiffness_Nm_per_rad * angle
         cutoff = design.options.lowpass_cutoff_hz
         filtered = butterworth_lowpass(np.column_stack([torque, angle, rate]), 1.0 / STEP_S, cutoff, 4)
-        found = np.column_stack([np.interp(time, fine, column) for column in filtered.T])
-        return found - found[baseline_of(time)].mean(axis=0)
+        signals = np.column_stack([np.interp(time, fine, column) for column in filtered.T])
+        return signals - signals[baseline_samples(time)].mean(axis=0)
 
     @property
     def peak_m_per_s(self) -> float:
@@ -234,7 +234,7 @@ def epoch_time() -> np.ndarray:
     return np.arange(-round(BEFORE_S * RATE_HZ), round(AFTER_S * RATE_HZ) + 1) / RATE_HZ
 
 
-def baseline_of(time: np.ndarray) -> np.ndarray:
+def baseline_samples(time: np.ndarray) -> np.ndarray:
     """Samples of the baseline, shape (n,) (-): the first tenth of a second of the epoch (s)."""
     return time <= time[0] + BASELINE_S
 
@@ -243,7 +243,7 @@ def sway_covariance(design: StandingDesign) -> np.ndarray:
     """S for a whole epoch, relative to its baseline, shape (n, n), in squared units of the torque (N·m)."""
     time = epoch_time()
     covariance = stationary_covariance(design, time.size)
-    mean = np.where(baseline_of(time), 1.0 / baseline_of(time).sum(), 0.0)
+    mean = np.where(baseline_samples(time), 1.0 / baseline_samples(time).sum(), 0.0)
     relative = np.eye(time.size) - mean
     return relative @ covariance @ relative.T
 

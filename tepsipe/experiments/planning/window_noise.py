@@ -112,11 +112,11 @@ class _Noise:
         s = 2j * np.pi * frequency
         passed = lowpass_gain(frequency, rate, protocol.lowpass)
         theta, torque = _noise_filters(design, s)
-        moved = np.stack([s**2 * theta, s * theta, theta]) * passed
-        error = torque * passed - np.einsum("p,pkm->km", design.parameters, moved)
+        spectra = np.stack([s**2 * theta, s * theta, theta]) * passed
+        error = torque * passed - np.einsum("p,pkm->km", design.parameters, spectra)
         self.error = self._shared(error, error)
-        self.crossed = [self._shared(x, error) for x in moved]
-        self.moved = [[self._shared(a, b) for b in moved] for a in moved]
+        self.crossed = [self._shared(x, error) for x in spectra]
+        self.moved = [[self._shared(a, b) for b in spectra] for a in spectra]
         # density of the error at 0 Hz, of which a mean over n samples keeps 1 / n
         self.slow = float(np.sum(np.abs(error[:, 0]) ** 2))
 
@@ -126,12 +126,12 @@ class _Noise:
 
     def of_products(self, lag: np.ndarray) -> np.ndarray:
         """Covariance of dR'e of a window with such lags (Isserlis), shape (3, 3)."""
-        found = np.empty((3, 3))
+        covariance = np.empty((3, 3))
         for a in range(3):
             for b in range(3):
-                both = self.moved[a][b][lag] * self.error[lag]
-                found[a, b] = np.sum(both + self.crossed[a][lag] * self.crossed[b][lag].T)
-        return found
+                product = self.moved[a][b][lag] * self.error[lag]
+                covariance[a, b] = np.sum(product + self.crossed[a][lag] * self.crossed[b][lag].T)
+        return covariance
 
 
 def window_noise(

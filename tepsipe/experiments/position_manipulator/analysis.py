@@ -330,12 +330,12 @@ def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
         draws = fit.unloading_gain_bootstrap
         rows.append(_drawn(names, "unloading_gain", "Nms/rad", fit.unloading_gain, draws, fit.blocks))
     for choice in fit.assumptions:
-        own = [
+        rows_of_choice = [
             Estimate(*names, choice.quantity, choice.unit, choice.value),
             Estimate(*names, f"{choice.quantity}_low", choice.unit, choice.low),
             Estimate(*names, f"{choice.quantity}_high", choice.unit, choice.high),
         ]
-        rows += flagged(own, *["assumed"] * (not choice.determined))
+        rows += flagged(rows_of_choice, *["assumed"] * (not choice.determined))
     return [
         *rows,
         Estimate(*names, "reflex_peak", "s", fit.reflex_peak_s),
@@ -350,12 +350,12 @@ def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
         np.isclose(muscle.constants[1 + k], bounds, rtol=AT_BOUND).any()
         for k, bounds in enumerate(MUSCLE_BOUNDS)
     )
-    own = [
+    rows = [
         _drawn(names, quantity, unit, muscle.constants[k], muscle.bootstrap[:, k], fit.blocks)
         for k, (quantity, unit) in enumerate(MUSCLE_UNITS.items())
     ]
-    own.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
-    return flagged(own + _vaf_rows(names, muscle.vaf), *["at-bound"] * at_bound)
+    rows.append(Estimate(*names, "reflex_delay", "s", fit.structure.delay_s))
+    return flagged(rows + _vaf_rows(names, muscle.vaf), *["at-bound"] * at_bound)
 
 
 def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:
@@ -449,5 +449,5 @@ def _paths(fit: ParallelCascadeFit) -> dict[str, tuple[np.ndarray, str]]:
 
 def _terms(fit: ParallelCascadeFit) -> np.ndarray:
     """Terms of the models that were compared, shape (models, 6): whether each of ``TERMS`` is present."""
-    found = [[bool(getattr(s.structure, name)) for name in TERMS] for s in fit.models]
-    return np.array(found, dtype=float)
+    present = [[bool(getattr(s.structure, name)) for name in TERMS] for s in fit.models]
+    return np.array(present, dtype=float)

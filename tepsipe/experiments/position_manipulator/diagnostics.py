@@ -98,10 +98,10 @@ def parts_of_record(
         columns[:, 4] -= columns[:, 4].mean()
         residual = analysis.torque[part] - predicted[part]
         solution, error, freedom = solution_with_errors(columns, residual, block)
-        own = stiffness + solution[2]
+        stiffness_of_part = stiffness + solution[2]
         # the level is that of the torque beside its response to the movement
-        level = np.mean(analysis.torque[part] - own * columns[:, 2])
-        rows.append((time[part[0]], time[part[-1]], own, error[2], level, error[3], freedom))
+        level = np.mean(analysis.torque[part] - stiffness_of_part * columns[:, 2])
+        rows.append((time[part[0]], time[part[-1]], stiffness_of_part, error[2], level, error[3], freedom))
     columns = np.array(rows).T
     return PartsOfRecord(columns[:2].T, *columns[2:])
 

@@ -153,7 +153,7 @@ def analyse_time_varying(
     lasts = time.size / rate
     if lasts < max(options.window_s + options.window_step_s, 4.0 * options.block_s):
         return None
-    found = impedance_in_windows(
+    impedance = impedance_in_windows(
         joint,
         window_s=options.window_s,
         step_s=options.window_step_s,
@@ -161,7 +161,7 @@ def analyse_time_varying(
         draws=draws,
         rng=rng,
     )
-    return VaryingImpedance(**(vars(found) | {"at": found.at + time[0]}))
+    return VaryingImpedance(**(vars(impedance) | {"at": impedance.at + time[0]}))
 
 
 def _realisation_s(starts: np.ndarray, rate_hz: float, options: TimeVaryingOptions) -> float:
@@ -176,30 +176,30 @@ def _realisation_s(starts: np.ndarray, rate_hz: float, options: TimeVaryingOptio
     return float(np.diff(starts).min()) / rate_hz
 
 
-def varying_rows(experiment: str, condition: str, found: VaryingImpedance | None) -> list[VaryingRow]:
+def varying_rows(experiment: str, condition: str, impedance: VaryingImpedance | None) -> list[VaryingRow]:
     """Tidy rows of one trial (units in the rows), none if there is no result."""
-    if found is None:
+    if impedance is None:
         return []
     rows = []
-    for k, at in enumerate(found.at):
-        for i, quantity in enumerate(found.names):
+    for k, at in enumerate(impedance.at):
+        for i, quantity in enumerate(impedance.names):
             rows.append(
                 VaryingRow(
                     experiment,
                     condition,
-                    found.over,
+                    impedance.over,
                     float(at),
-                    "unit of the recording" if found.over == "schedule" else "s",
-                    float(found.angle[k]),
-                    float(found.torque[k]),
-                    int(found.pieces[k]),
+                    "unit of the recording" if impedance.over == "schedule" else "s",
+                    float(impedance.angle[k]),
+                    float(impedance.torque[k]),
+                    int(impedance.pieces[k]),
                     quantity,
                     UNITS.get(quantity, "1"),
-                    float(found.values[k, i]),
-                    float(found.standard_error[k, i]),
-                    float(found.low[k, i]),
-                    float(found.high[k, i]),
-                    float(found.vaf[k]),
+                    float(impedance.values[k, i]),
+                    float(impedance.standard_error[k, i]),
+                    float(impedance.low[k, i]),
+                    float(impedance.high[k, i]),
+                    float(impedance.vaf[k]),
                 )
             )
     return rows

@@ -121,7 +121,7 @@ class MuscleTorque:
         values = product(*(options.tried[name] for name in self.delays))
         return [dict(zip(self.delays, combination, strict=True)) for combination in values]
 
-    def gains_of(self, muscles: tuple[str, ...]) -> tuple[str, ...]:
+    def gain_names(self, muscles: tuple[str, ...]) -> tuple[str, ...]:
         """Names of the gains with these muscles (N·m/uV each for those of muscles)."""
         return tuple(f"F_{muscle}" for muscle in muscles) if self.by_muscle else self.gains
 

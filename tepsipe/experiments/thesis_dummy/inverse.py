@@ -139,8 +139,8 @@ def fit_joint(
 
     def residuals_and_slopes(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         tried = [joint_at(x), *(joint_at(x + step * row) for row in np.eye(x.size))]
-        found = deviations(tried, fitted)
-        return found[0], (found[1:] - found[0]).T / step
+        fit = deviations(tried, fitted)
+        return fit[0], (fit[1:] - fit[0]).T / step
 
     cache: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
@@ -151,7 +151,7 @@ def fit_joint(
         return cache[key]
 
     bounds = [[math.log(max(limit[name], 1e-6)) for name in free] for limit in (LOWEST, HIGHEST)]
-    found = scipy.optimize.least_squares(
+    fit = scipy.optimize.least_squares(
         lambda x: at(x)[0],
         [math.log(getattr(START, name)) for name in free],
         jac=lambda x: at(x)[1],
@@ -160,19 +160,19 @@ def fit_joint(
         ftol=1e-4,
         max_nfev=30,
     )
-    joint = joint_at(found.x)
-    freedom = found.fun.size - len(free)
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * (2.0 * found.cost / freedom)
+    joint = joint_at(fit.x)
+    freedom = fit.fun.size - len(free)
+    covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * (2.0 * fit.cost / freedom)
     reach = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.diag(covariance))
     others = [name for name in belts if name not in fitted]
-    apart = deviations([joint], others)[0] if others else np.array([np.nan])
+    differences = deviations([joint], others)[0] if others else np.array([np.nan])
     return JointFit(
         joint=joint,
         free=free,
-        low={name: float(np.exp(v - r)) for name, v, r in zip(free, found.x, reach, strict=True)},
-        high={name: float(np.exp(v + r)) for name, v, r in zip(free, found.x, reach, strict=True)},
-        fitted_rms=float(np.sqrt(np.mean(found.fun**2))),
-        predicted_rms=float(np.sqrt(np.mean(apart**2))),
+        low={name: float(np.exp(v - r)) for name, v, r in zip(free, fit.x, reach, strict=True)},
+        high={name: float(np.exp(v + r)) for name, v, r in zip(free, fit.x, reach, strict=True)},
+        fitted_rms=float(np.sqrt(np.mean(fit.fun**2))),
+        predicted_rms=float(np.sqrt(np.mean(differences**2))),
     )
 
 
@@ -219,10 +219,10 @@ def fit_marker_noise(
     def distance(log_noise: float) -> float:
         return float(np.sum((np.log(without + slope * math.exp(2.0 * log_noise)) - wanted) ** 2))
 
-    found = scipy.optimize.minimize_scalar(
+    minimum = scipy.optimize.minimize_scalar(
         distance, bounds=(math.log(1e-7), math.log(1e-3)), method="bounded", options={"xatol": 1e-4}
     )
-    return math.exp(found.x)
+    return math.exp(minimum.x)
 
 
 def printed_quantities(fits: WindowedFits) -> dict[str, float]:

@@ -113,16 +113,16 @@ def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> B
     """
     rate, recorded = trial.rate_hz, trial.values("belt_velocity").astype(float)
     lowpass = Lowpass(path.cutoff_hz, path.order, True)
-    found = prepare_trial(trial, "belt velocity", lowpass, path.window).perturbations
+    perturbations = prepare_trial(trial, "belt velocity", lowpass, path.window).perturbations
     before = int(BEFORE_S * rate)
-    length = before + max(p.stop - p.start for p in found) + int(AFTER_S * rate)
-    pulses = np.array([recorded[p.start - before : p.start - before + length] for p in found])
+    length = before + max(p.stop - p.start for p in perturbations) + int(AFTER_S * rate)
+    pulses = np.array([recorded[p.start - before : p.start - before + length] for p in perturbations])
     pulse = pulses.mean(axis=0)
     pulse -= np.linspace(pulse[:3].mean(), pulse[-3:].mean(), length)
-    found = [p for p in found if p.start < longest_s * rate] or found[:1]
-    last = found[-1].start - before + length + int(path.window.rest_after_s * rate)
+    perturbations = [p for p in perturbations if p.start < longest_s * rate] or perturbations[:1]
+    last = perturbations[-1].start - before + length + int(path.window.rest_after_s * rate)
     velocity = np.zeros(min(recorded.size, last))
-    for p in found:
+    for p in perturbations:
         velocity[p.start - before : p.start - before + length] = pulse
     time = np.arange(velocity.size) / rate
     spline = scipy.interpolate.CubicSpline(time, velocity)
@@ -132,7 +132,7 @@ def belt_motion(trial: Trial, path: PrintedPath, longest_s: float = np.inf) -> B
         velocity=butterworth_lowpass(velocity, rate, path.cutoff_hz, path.order),
         position=spline.antiderivative(),
         acceleration=spline(halves, 1),
-        perturbations=found,
+        perturbations=perturbations,
     )
 
 

@@ -51,9 +51,9 @@ def within_tolerance(quantity: str, printed: float, value: float) -> bool:
     if quantity.startswith("SEM"):
         return 1.0 / SEM_FACTOR <= value / printed <= SEM_FACTOR
     if quantity.startswith("VAF"):
-        missing, found = 100.0 - printed, 100.0 - value
+        missing, unexplained = 100.0 - printed, 100.0 - value
         low = max(0.0, missing - 0.5 * LAST_DIGIT) / UNEXPLAINED_FACTOR
-        return low <= found <= UNEXPLAINED_FACTOR * (missing + 0.5 * LAST_DIGIT)
+        return low <= unexplained <= UNEXPLAINED_FACTOR * (missing + 0.5 * LAST_DIGIT)
     allowed = {"I": INERTIA_SHARE * printed, "B": DAMPING, "K": STIFFNESS_SHARE * printed}[quantity]
     return abs(value - printed) <= allowed
 

@@ -117,28 +117,28 @@ def analyse_walking(
         *_of_no_phase(recording.name, pulses.onset, percent, options),
     ]
     for phase in options.onsets_percent:
-        here = np.abs(percent - phase) <= options.phase_tolerance_percent
-        if not here.any():
+        at_phase = np.abs(percent - phase) <= options.phase_tolerance_percent
+        if not at_phase.any():
             continue
-        if here.sum() < options.fewest_strides:
+        if at_phase.sum() < options.fewest_strides:
             dropped.append(
                 f"{recording.name}: expected at least {options.fewest_strides} perturbed strides at "
                 f"{phase:g} % of "
-                f"stance, found {here.sum()}: record more, the other phases are kept"
+                f"stance, found {at_phase.sum()}: record more, the other phases are kept"
             )
             continue
-        found = subtract_unperturbed(
+        deviation = subtract_unperturbed(
             walk,
-            (pulses.onset[here], delay[here]),
+            (pulses.onset[at_phase], delay[at_phase]),
             starts,
             options.window_s,
             options.ridge,
             options.state_before_s,
         )
-        deviations[phase] = found
-        phases[phase] = estimate_impedance(found, options, sources)
-        onset_percent[phase] = float(percent[here].mean())
-        if _loaded(recording, pulses.onset[here], options.window_s) < LEAST_CONTACT:
+        deviations[phase] = deviation
+        phases[phase] = estimate_impedance(deviation, options, sources)
+        onset_percent[phase] = float(percent[at_phase].mean())
+        if _loaded(recording, pulses.onset[at_phase], options.window_s) < LEAST_CONTACT:
             phases[phase] = without_contact(phases[phase])
             at_percent[phase] = onset_percent[phase]
             continue
@@ -161,16 +161,20 @@ def _rising(
 ) -> dict[float, tuple[float, float, float]]:
     """Rate of K at each phase by the phases beside it, its uncertainty, and the time of K after the onset."""
     usable = [phase for phase, fit in phases.items() if not fit.flags]
-    found = {}
+    rates = {}
     for k, phase in enumerate(usable):
         first, last = usable[max(k - 1, 0)], usable[min(k + 1, len(usable) - 1)]
         if first == last:
             continue
-        apart = stance_s * (at_percent[last] - at_percent[first]) / 100.0
+        interval_s = stance_s * (at_percent[last] - at_percent[first]) / 100.0
         low, high = phases[first], phases[last]
         u = np.hypot(low.budget.type_a[2], high.budget.type_a[2])
-        found[phase] = (float(high.values[2] - low.values[2]) / apart, float(u) / apart, phases[phase].at_s)
-    return found
+        rates[phase] = (
+            float(high.values[2] - low.values[2]) / interval_s,
+            float(u) / interval_s,
+            phases[phase].at_s,
+        )
+    return rates
 
 
 def _loaded(recording: WalkingRecording, onsets: np.ndarray, window_s: float) -> float:

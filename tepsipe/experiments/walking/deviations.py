@@ -156,10 +156,12 @@ def subtract_unperturbed(
     rounded = np.round(delay, 3)  # pulses of one delay share their unperturbed strides
     perturbed = np.empty((onset.size, len(CHANNELS), time.size))
     for value in np.unique(rounded):
-        here = rounded == value
-        matching, *_ = _matching(walk, unperturbed + delay[here].mean(), time, ridge, before_s)
-        predicted = matching.predict(state_features(walk.state, onset[here], before_s))
-        perturbed[here] = _signals(walk, onset[here], time) - predicted.reshape(-1, len(CHANNELS), time.size)
+        alike = rounded == value
+        matching, *_ = _matching(walk, unperturbed + delay[alike].mean(), time, ridge, before_s)
+        predicted = matching.predict(state_features(walk.state, onset[alike], before_s))
+        perturbed[alike] = _signals(walk, onset[alike], time) - predicted.reshape(
+            -1, len(CHANNELS), time.size
+        )
     matching, features, signals = _matching(walk, unperturbed + delay.mean(), time, ridge, before_s)
     residuals = left_out_residuals(matching, features, signals)
     return Deviations(time, perturbed, residuals.reshape(-1, len(CHANNELS), time.size))
@@ -177,9 +179,9 @@ def _signals(walk: FilteredWalk, onsets: np.ndarray, time: np.ndarray) -> np.nda
 
     Derivatives too: a zero-lag filter brings the start of the pulse forward, before the onset.
     """
-    found = []
+    responses = []
     for name, order in CHANNELS:
         spline = walk.splines[name].derivative(order) if order else walk.splines[name]
         values = cut(spline, onsets, time)
-        found.append(values - spline(onsets)[:, None])
-    return np.stack(found, axis=1)
+        responses.append(values - spline(onsets)[:, None])
+    return np.stack(responses, axis=1)

@@ -281,9 +281,9 @@ def _step(signals, time: np.ndarray, beta: np.ndarray, free: slice, options: Wal
     corrected = gram - product
     if np.linalg.eigvalsh(_scaled(corrected, gram))[0] < 0.2:  # no more signal than scatter: no correction
         corrected, cross = gram, 0.0 * cross
-    found = beta.copy()
-    found[free] = np.linalg.solve(corrected, design.T @ inverse @ moment - cross)
-    return found, np.linalg.solve(corrected, design.T @ inverse)
+    updated = beta.copy()
+    updated[free] = np.linalg.solve(corrected, design.T @ inverse @ moment - cross)
+    return updated, np.linalg.solve(corrected, design.T @ inverse)
 
 
 def _scaled(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -303,11 +303,13 @@ def _reflex(time: np.ndarray, start_s: float) -> np.ndarray:
 def _type_a(influence: np.ndarray, scatter: np.ndarray) -> tuple[np.ndarray, float]:
     """Standard uncertainty by the perturbed strides and by the unperturbed mean; degrees of freedom."""
     n, m = len(influence), len(scatter)
-    own = influence.var(axis=0, ddof=1) / n
+    perturbed = influence.var(axis=0, ddof=1) / n
     # strides perturbed at random: slow drift is common to both kinds, and no correlation needs to be added
-    other = scatter.var(axis=0, ddof=1) / m
-    freedom = (own + other)[-1] ** 2 / (own[-1] ** 2 / (n - 1) + other[-1] ** 2 / (m - 1))
-    return np.sqrt(own + other), float(freedom)
+    unperturbed = scatter.var(axis=0, ddof=1) / m
+    freedom = (perturbed + unperturbed)[-1] ** 2 / (
+        perturbed[-1] ** 2 / (n - 1) + unperturbed[-1] ** 2 / (m - 1)
+    )
+    return np.sqrt(perturbed + unperturbed), float(freedom)
 
 
 def _size(deviations: Deviations) -> float:
@@ -347,11 +349,11 @@ def _type_b(
         "angle_gain": -modelled,
         "inertia_kgm2": -mean[ACCELERATION] if free.start else np.zeros_like(modelled),
     }
-    found = {}
+    contributions = {}
     for name, source in sources.items():
         contribution = np.zeros(3)
         contribution[free] = weights @ made[name] * source.standard_uncertainty
         if name == "inertia_kgm2" and free.start:
             contribution[0] = source.standard_uncertainty
-        found[name] = contribution[None]
-    return found
+        contributions[name] = contribution[None]
+    return contributions

@@ -134,12 +134,16 @@ def walking_recording(
         for name, x in markers.items()
     }
     across = np.cross(forward, up)
-    own, other = (
+    measured, other = (
         files.force_sign * on_clock(np.column_stack([p.force @ plane.T, p.moment @ across]), p.rate_hz)
         for p in plates
     )
-    loaded = own[:, 1] > CONTACT_N
-    cop = np.where(loaded, (own[:, 2] + files.surface_m * own[:, 0]) / np.where(loaded, own[:, 1], 1.0), 0.0)
+    loaded = measured[:, 1] > CONTACT_N
+    cop = np.where(
+        loaded,
+        (measured[:, 2] + files.surface_m * measured[:, 0]) / np.where(loaded, measured[:, 1], 1.0),
+        0.0,
+    )
     shank, foot = at[KNEE] - at[ANKLE], at[TOE] - at[HEEL]
     state = {"shank": np.arctan2(*shank.T[::-1])}
     for label in set(at) - set(NEEDED):
@@ -149,8 +153,8 @@ def walking_recording(
         rate_hz,
         clock,
         angle=np.unwrap(state["shank"] - np.arctan2(*foot.T[::-1])) - 0.5 * np.pi,
-        vertical=own[:, 1],
-        anterior=own[:, 0],
+        vertical=measured[:, 1],
+        anterior=measured[:, 0],
         cop=cop,
         ankle_x=at[ANKLE][:, 0],
         ankle_y=at[ANKLE][:, 1],
@@ -194,11 +198,11 @@ def _filled(recording: Recording, files: WalkingFiles, max_gap_s: float) -> dict
         raise InputError(f"{recording.name}: expected markers, found none: export the file with its points")
     chosen = select_markers(recording.markers, list(files.markers.values()), recording.name)
     frames = np.arange(len(chosen.positions))
-    found = {}
-    for key, label, own in zip(
+    filled = {}
+    for key, label, positions in zip(
         files.markers, chosen.labels, chosen.positions.transpose(1, 0, 2), strict=True
     ):
-        seen = np.isfinite(own[:, 0])
+        seen = np.isfinite(positions[:, 0])
         steps = np.diff(np.concatenate([[-1], frames[seen], [frames.size]])) - 1
         longest = steps.max() / chosen.rate_hz
         if longest > max_gap_s or seen.sum() < 2:
@@ -207,8 +211,8 @@ def _filled(recording: Recording, files: WalkingFiles, max_gap_s: float) -> dict
                 f"{longest:.3g} s: cut the trial there, or fill the gap where the motion is known"
             )
         if not seen.all():
-            own = scipy.interpolate.PchipInterpolator(frames[seen], own[seen])(
+            positions = scipy.interpolate.PchipInterpolator(frames[seen], positions[seen])(
                 np.clip(frames, frames[seen][0], frames[seen][-1])
             )
-        found[key] = own
-    return found
+        filled[key] = positions
+    return filled

@@ -126,10 +126,10 @@ def allocation(needed: Sequence[float], total: int, fewest: int) -> list[int]:
         if not below.any():
             break
         held |= below
-    found = np.floor(shares + 1e-9).astype(int)
-    for k in np.argsort(found - shares)[: total - found.sum()]:
-        found[k] += 1
-    return found.tolist()
+    counts = np.floor(shares + 1e-9).astype(int)
+    for k in np.argsort(counts - shares)[: total - counts.sum()]:
+        counts[k] += 1
+    return counts.tolist()
 
 
 def needed_strides(
@@ -175,7 +175,7 @@ def needed_strides(
     stance, rows = float(strides.stance.mean()), []
     planned = max(FEWEST_PLANNED, options.fewest_strides)
     for matching, chosen in (("state", options.matched_by), ("mean", ())):
-        walk, own = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, chosen), []
+        walk, predicted = filter_walk(recording, options.lowpass_cutoff_hz, options.lowpass_order, chosen), []
         for phase, stiffness in pulse.stiffness_Nm_per_rad.items():
             delay = np.full(len(strides), phase / 100.0 * stance)
             cut = subtract_unperturbed(
@@ -192,11 +192,11 @@ def needed_strides(
             late = np.argmin(np.abs(cut.time - 0.06))
             angle, moment = (cut.unperturbed[:, channel, late].std() for channel in (0, 3))
             count = (u / (0.15 * stiffness)) ** 2
-            own.append((condition, phase, matching, *map(float, (moment, angle, stiffness, u, count))))
-        strides_of = allocation([row[-1] for row in own], pulse.strides, planned)
+            predicted.append((condition, phase, matching, *map(float, (moment, angle, stiffness, u, count))))
+        strides_of = allocation([row[-1] for row in predicted], pulse.strides, planned)
         rows += [
             NeededRow(*row, number, 15.0 * float(np.sqrt(row[-1] / number)))
-            for row, number in zip(own, strides_of, strict=True)
+            for row, number in zip(predicted, strides_of, strict=True)
         ]
     return rows
 

@@ -195,8 +195,8 @@ def locate_pulses(
             )
         else:
             kept.append((onset, index))
-    found = np.array(kept).reshape(-1, 2)
-    return Pulses(found[:, 0], found[:, 1].astype(int), tuple(dropped))
+    located = np.array(kept).reshape(-1, 2)
+    return Pulses(located[:, 0], located[:, 1].astype(int), tuple(dropped))
 
 
 def random_onsets(strides: Strides, phases_percent: Sequence[float], rng: np.random.Generator) -> np.ndarray:
@@ -245,10 +245,10 @@ def refuse_swapped_belts(recording: WalkingRecording, strides: Strides) -> None:
         swing |= (time > start + stance + 0.05) & (time < end - 0.05)
     if not swing.any():
         return
-    own, other = recording.vertical[swing].mean(), recording.other_vertical[swing].mean()
-    if own > max(other, CONTACT_N):
+    load, other_load = recording.vertical[swing].mean(), recording.other_vertical[swing].mean()
+    if load > max(other_load, CONTACT_N):
         raise InputError(
-            f"{recording.name}: expected the foot's own belt unloaded in its swing, found {own:.0f} N on "
+            f"{recording.name}: expected the foot's own belt unloaded in its swing, found {load:.0f} N on "
             "it and "
-            f"{other:.0f} N on the other: swap the belts, or the events of left and right"
+            f"{other_load:.0f} N on the other: swap the belts, or the events of left and right"
         )

@@ -18,7 +18,7 @@ from tepsipe.identification.cascade.record import (
     REFLEX_GROUPS,
     CascadeRecord,
     Design,
-    groups_of,
+    column_groups,
     make_design,
 )
 from tepsipe.identification.cascade.selection import fit_once
@@ -56,7 +56,7 @@ def fit_muscle(
     """
     drive = {
         name: delayed(record.reflex_input(name, structure), structure.delay_s, record.rate_hz)
-        for name in groups_of(structure)
+        for name in column_groups(structure)
         if name in REFLEX_GROUPS
     }
     pathways = _Pathways(record, structure, drive)
@@ -94,8 +94,8 @@ class _Pathways:
 
     def design(self, responses: np.ndarray) -> Design:
         """Regressors of the structure with these responses of the reflex."""
-        given = {name: responses[:, [k]] for k, name in enumerate(self.drive)}
-        return make_design(self.record, self.structure, given)
+        columns = {name: responses[:, [k]] for k, name in enumerate(self.drive)}
+        return make_design(self.record, self.structure, columns)
 
 
 def _best_muscle(pathways: _Pathways) -> np.ndarray:

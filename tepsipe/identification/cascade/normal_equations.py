@@ -101,10 +101,10 @@ def solve_bounded(normal: np.ndarray, right: np.ndarray, bounded: np.ndarray) ->
     trace = np.trace(reduced, axis1=1, axis2=2) + np.finfo(float).tiny
     root = np.linalg.cholesky(reduced + 1e-10 * trace[:, None, None] * np.eye(held.size))
     goal = np.linalg.solve(root, target[..., None])[..., 0]
-    found = np.empty_like(right)
-    found[:, held] = [scipy.optimize.nnls(a.T, b)[0] for a, b in zip(root, goal, strict=True)]
-    found[:, free] = through[..., 0] - np.einsum("kij,kj->ki", through[..., 1:], found[:, held])
-    return found
+    solution = np.empty_like(right)
+    solution[:, held] = [scipy.optimize.nnls(a.T, b)[0] for a, b in zip(root, goal, strict=True)]
+    solution[:, free] = through[..., 0] - np.einsum("kij,kj->ki", through[..., 1:], solution[:, held])
+    return solution
 
 
 def solve_without_each(sums: BlockSums, penalty: np.ndarray, bounded: np.ndarray) -> np.ndarray:
@@ -125,9 +125,9 @@ def solve_without_each(sums: BlockSums, penalty: np.ndarray, bounded: np.ndarray
         Coefficients, row by row without this block (unit of y).
     """
     others = sums.normal.sum(axis=0) - sums.normal
-    left = sums.right.sum(axis=0) - sums.right
+    right = sums.right.sum(axis=0) - sums.right
     weight = sums.size.sum() - sums.size
-    return solve_bounded(others + weight[:, None, None] * penalty, left, bounded)
+    return solve_bounded(others + weight[:, None, None] * penalty, right, bounded)
 
 
 def solve_drawn(sums: BlockSums, times: np.ndarray, penalty: np.ndarray, bounded: np.ndarray) -> np.ndarray:
@@ -149,10 +149,10 @@ def solve_drawn(sums: BlockSums, times: np.ndarray, penalty: np.ndarray, bounded
     ndarray, shape (draws, p)
         Coefficients (unit of y).
     """
-    found = [np.empty((0, sums.right.shape[1]))]
+    solutions = [np.empty((0, sums.right.shape[1]))]
     for start in range(0, times.shape[0], BATCH):
         part = times[start : start + BATCH]
         weight = part @ sums.size
         normal = np.tensordot(part, sums.normal, 1) + weight[:, None, None] * penalty
-        found.append(solve_bounded(normal, part @ sums.right, bounded))
-    return np.concatenate(found)
+        solutions.append(solve_bounded(normal, part @ sums.right, bounded))
+    return np.concatenate(solutions)

@@ -31,11 +31,11 @@ def stop_deflection(angle: np.ndarray, radius: float) -> np.ndarray:
     ndarray, shape (n,)
         z (rad): dz = dtheta, limited to |z| <= radius. An element of stiffness w has the torque w z.
     """
-    deflection, found = 0.0, []
+    deflection, deflections = 0.0, []
     for step in np.diff(angle, prepend=angle[:1]).tolist():
         deflection = min(radius, max(-radius, deflection + step))
-        found.append(deflection)
-    return np.array(found)
+        deflections.append(deflection)
+    return np.array(deflections)
 
 
 def relaxing_deflection(angle: np.ndarray, time_s: float, rate_hz: float) -> np.ndarray:

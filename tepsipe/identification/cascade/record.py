@@ -273,11 +273,11 @@ class Design:
 
     def of(self, structure: Structure) -> np.ndarray:
         """Indices of the columns of a structure with fewer terms (unitless)."""
-        own = groups_of(structure)
-        return np.concatenate([np.arange(self.scale.size)[self.groups[name]] for name in own])
+        names = column_groups(structure)
+        return np.concatenate([np.arange(self.scale.size)[self.groups[name]] for name in names])
 
 
-def groups_of(structure: Structure) -> list[str]:
+def column_groups(structure: Structure) -> list[str]:
     """Groups of regressors of a structure, in their order (unitless)."""
     return [
         "intrinsic",
@@ -316,7 +316,7 @@ def make_design(
         Scaled columns (unitless).
     """
     given = given or {}
-    names = groups_of(structure)
+    names = column_groups(structure)
     pairs = [
         (given[name], record.whiten(given[name])) if name in given else record.group(name, structure)
         for name in names
@@ -341,20 +341,20 @@ def make_design(
 
 def _penalty(groups: dict[str, slice], structure: Structure, given: dict) -> np.ndarray:
     """Penalty of all columns without lambda (unitless)."""
-    size = max(own.stop for own in groups.values())
+    size = max(columns.stop for columns in groups.values())
     penalty = np.zeros((size, size))
     lags = groups["intrinsic"].stop
     penalty[:lags, :lags] = np.diag((np.abs(np.arange(lags) - lags // 2) > 1).astype(float))
     for name in REFLEX_GROUPS:
-        own = groups[name]
-        count = own.stop - own.start
+        columns = groups[name]
+        count = columns.stop - columns.start
         if name in given or not count:
             continue
         if structure.pole_per_s:
-            penalty[own, own] = RIDGE * np.eye(count)
+            penalty[columns, columns] = RIDGE * np.eye(count)
         else:
             bends = np.diff(np.eye(count + 2), 2, axis=0)[:, 1:-1]
-            penalty[own, own] = bends.T @ bends
+            penalty[columns, columns] = bends.T @ bends
     return penalty
 
 

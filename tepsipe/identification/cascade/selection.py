@@ -169,17 +169,17 @@ def choose_rows(tables: np.ndarray, reflex: np.ndarray, tolerance: float) -> np.
         Chosen rows (unitless).
     """
     at = np.arange(tables.shape[0])
-    found = []
+    chosen = []
     for kind in (~reflex, reflex):
         rows = np.flatnonzero(kind)
         if rows.size:
             mean = tables[:, rows].mean(axis=2)
             within = mean <= (1.0 + tolerance) * mean.min(axis=1, keepdims=True)
-            found.append(rows[np.argmax(within, axis=1)])
-    if len(found) == 1:
-        return found[0]
-    gain = tables[at, found[0]] - tables[at, found[1]]
-    return np.where(_separated(gain), found[1], found[0])
+            chosen.append(rows[np.argmax(within, axis=1)])
+    if len(chosen) == 1:
+        return chosen[0]
+    gain = tables[at, chosen[0]] - tables[at, chosen[1]]
+    return np.where(_separated(gain), chosen[1], chosen[0])
 
 
 def cross_validated(record: CascadeRecord, structure: Structure) -> float:
@@ -209,13 +209,13 @@ def _vaf_of_folds(
 ) -> float:
     """VAF (%) of every block by the solution without it, with the offset of the other blocks."""
     y = record.used[: record.training]
-    left = y[:, None] - columns @ solutions.T
-    totals = left.sum(axis=0)
+    residuals = y[:, None] - columns @ solutions.T
+    totals = residuals.sum(axis=0)
     squares = 0.0
     for k, fold in enumerate(folds):
-        own = left[fold, k]
-        level = (totals[k] - own.sum()) / (y.size - own.size)
-        squares += np.sum((own - level) ** 2)
+        held_out = residuals[fold, k]
+        level = (totals[k] - held_out.sum()) / (y.size - held_out.size)
+        squares += np.sum((held_out - level) ** 2)
     return float(100.0 * (1.0 - squares / np.sum((y - y.mean()) ** 2)))
 
 
@@ -240,8 +240,8 @@ def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> np.
     weight = structure.penalty * record.training * design.penalty
     solution = solve_bounded(sums.normal + weight, sums.right, design.bounded)[0]
     at = design.groups["offset"]
-    left = (record.used - design.columns @ solution)[: record.training]
-    solution[at] += left.mean() * design.scale[at]
+    residual = (record.used - design.columns @ solution)[: record.training]
+    solution[at] += residual.mean() * design.scale[at]
     return solution
 
 
@@ -260,7 +260,7 @@ def assumptions(selection: Selection) -> tuple[Assumption, ...]:
     """
     if not selection.delays:
         return ()
-    found = []
+    ranges = []
     for quantity, unit, field, profile in (
         ("reflex_delay", "s", "delay_s", selection.delays),
         ("reflex_threshold", "rad/s", "threshold_rad_per_s", selection.thresholds),
@@ -272,7 +272,7 @@ def assumptions(selection: Selection) -> tuple[Assumption, ...]:
             for value in {low, high, getattr(selection.structure, field)}
         ]
         # the range is at most the value and its two neighbours
-        found.append(
+        ranges.append(
             Assumption(
                 quantity,
                 unit,
@@ -284,7 +284,7 @@ def assumptions(selection: Selection) -> tuple[Assumption, ...]:
                 len(within) <= 3 and getattr(selection.structure, field) in within,
             )
         )
-    return tuple(found)
+    return tuple(ranges)
 
 
 def scores(selection: Selection) -> tuple[ModelScore, ...]:
@@ -304,18 +304,18 @@ def scores(selection: Selection) -> tuple[ModelScore, ...]:
     best = min(selection.errors.values(), key=np.mean)
     design = make_design(record, selection.full)
     sums = block_sums(design.white, record.white_torque, folds)
-    found = []
+    models = []
     for structure, error in selection.errors.items():
         columns = design.of(structure)
-        own, bounded = sums.of(columns), design.bounded[columns]
+        fold_sums, bounded = sums.of(columns), design.bounded[columns]
         penalty = structure.penalty * design.penalty[np.ix_(columns, columns)]
         x = design.columns[:, columns]
-        without = solve_without_each(own, penalty, bounded)
-        every = solve_drawn(own, np.ones((1, len(folds))), penalty, bounded)[0]
+        without = solve_without_each(fold_sums, penalty, bounded)
+        every = solve_drawn(fold_sums, np.ones((1, len(folds))), penalty, bounded)[0]
         predicted = x @ every
         predicted += (record.used - predicted)[: record.training].mean()
         more = 100.0 * (error - best) / best.mean()
-        found.append(
+        models.append(
             ModelScore(
                 structure,
                 float(more.mean()),
@@ -325,7 +325,7 @@ def scores(selection: Selection) -> tuple[ModelScore, ...]:
                 len(columns),
             )
         )
-    return tuple(found)
+    return tuple(models)
 
 
 def fold_slices(record: CascadeRecord) -> list[slice]:
@@ -377,17 +377,19 @@ def _at_kernel(errors: dict[Structure, np.ndarray], structure: Structure) -> Str
 def _slow_model(record: CascadeRecord, structure: Structure) -> SlowModel:
     """Slow torque in the residual of ordinary least squares with all terms."""
     design = make_design(record, structure)
-    left = record.used - design.columns @ fit_once(record, design, structure)
-    return estimate_slow_model(left[: record.training], record.rate_hz)
+    residual = record.used - design.columns @ fit_once(record, design, structure)
+    return estimate_slow_model(residual[: record.training], record.rate_hz)
 
 
 def _fold_errors(
     sums: BlockSums, design: Design, columns: np.ndarray, penalties: tuple[float, ...]
 ) -> np.ndarray:
     """Error of every block, fitted to the others, for every penalty, shape (penalties, folds) (N²·m²)."""
-    own = sums.of(columns)
+    fold_sums = sums.of(columns)
     penalty, bounded = design.penalty[np.ix_(columns, columns)], design.bounded[columns]
-    return np.array([own.errors(solve_without_each(own, lam * penalty, bounded)) for lam in penalties])
+    return np.array(
+        [fold_sums.errors(solve_without_each(fold_sums, lam * penalty, bounded)) for lam in penalties]
+    )
 
 
 def _errors(record: CascadeRecord, structure: Structure) -> tuple[Structure, np.ndarray]:
@@ -413,7 +415,7 @@ def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, 
     """Errors of all sets of terms within a full structure, the simplest first."""
     design = make_design(record, full, fitted_only=True)
     sums = block_sums(design.white, record.white_torque, fold_slices(record))
-    found = []
+    candidates = []
     of_joint, of_reflex = ("stops", "relaxing", "stiffening"), ("gain_slope", "unloading")
     for reflex, *present in product((False, True), repeat=1 + len(of_joint + of_reflex)):
         terms = dict(zip(of_joint + of_reflex, present, strict=True))
@@ -425,10 +427,10 @@ def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, 
         if not reflex:
             structure = replace(structure, direction=0, delay_s=0.0, threshold_rad_per_s=0.0, pole_per_s=0.0)
         errors = _fold_errors(sums, design, design.of(structure), record.options.penalties)
-        found.append(_with_penalty(record, structure, errors))
+        candidates.append(_with_penalty(record, structure, errors))
     # a reflex is the largest step, terms of the reflex are smaller ones than those of the joint
-    found.sort(key=lambda x: (abs(x[0].direction), x[0].terms, x[1].mean()))
-    return dict(found)
+    candidates.sort(key=lambda x: (abs(x[0].direction), x[0].terms, x[1].mean()))
+    return dict(candidates)
 
 
 def _delays(record: CascadeRecord) -> list[float]:

@@ -318,12 +318,12 @@ def _joint_offset(
     if on_leg.all():
         return 0.0, 0.0
     design = np.column_stack([np.ones(along.size), along])
-    left = on_leg - design @ (np.linalg.pinv(design) @ on_leg.astype(float))
-    moved = sine - sine.mean()
-    total = float(np.sum(left**2) * np.sum(moved**2))
-    if np.sum(left**2) < 1e-9 or not total > 0.0:
+    unexplained = on_leg - design @ (np.linalg.pinv(design) @ on_leg.astype(float))
+    swing = sine - sine.mean()
+    total = float(np.sum(unexplained**2) * np.sum(swing**2))
+    if np.sum(unexplained**2) < 1e-9 or not total > 0.0:
         return 0.0, 0.0
-    return float(moved @ (residuals @ left)) / total, 1.0 / float(np.sqrt(total))
+    return float(swing @ (residuals @ unexplained)) / total, 1.0 / float(np.sqrt(total))
 
 
 def _reduced(
@@ -333,8 +333,8 @@ def _reduced(
     design = np.column_stack([np.ones(along.size), along])
     whole = np.ones(len(y), dtype=bool) if hidden is None else ~hidden.any(axis=1)
     solve = np.linalg.pinv(design)
-    left = y[whole] - y[whole] @ solve.T @ design.T
-    offsets = left.mean(axis=0) if left.size else np.zeros(along.size)
+    residual = y[whole] - y[whole] @ solve.T @ design.T
+    offsets = residual.mean(axis=0) if residual.size else np.zeros(along.size)
     y = y - offsets
     reduced = y @ solve.T
     if not whole.all():
@@ -367,11 +367,11 @@ def _noise(residuals: np.ndarray, foot: np.ndarray, angle: np.ndarray, rate_hz: 
     n, k = residuals.shape
     frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
     band = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
-    moved = scipy.fft.rfft(np.column_stack([foot, angle]), axis=0)[band]
-    left = scipy.fft.rfft(residuals, axis=0)[band]
-    columns = np.concatenate([moved.real, moved.imag])
+    motion = scipy.fft.rfft(np.column_stack([foot, angle]), axis=0)[band]
+    residual_spectrum = scipy.fft.rfft(residuals, axis=0)[band]
+    columns = np.concatenate([motion.real, motion.imag])
     columns = columns / np.linalg.norm(columns, axis=0)
-    values = np.concatenate([left.real, left.imag])
+    values = np.concatenate([residual_spectrum.real, residual_spectrum.imag])
     values = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
     freedom = (k - 2.0) * (2.0 * band.sum() - 2.0)
     return float(np.sqrt((values**2).sum() / freedom * 2.0 / n)), float(freedom)

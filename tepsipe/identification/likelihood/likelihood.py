@@ -324,10 +324,10 @@ def _gauss_newton(
             step = 0.5 * step
         else:
             break
-        moved, gained = np.abs(step) / errors, current.deviance - tried.deviance
+        change, gained = np.abs(step) / errors, current.deviance - tried.deviance
         point, current = trial, tried
         ended = count > _NOISE_STEPS and gained < 1e-8 * current.deviance
-        if count > 3 and (moved.max() < 1e-3 or ended):
+        if count > 3 and (change.max() < 1e-3 or ended):
             break
     else:
         raise undetermined("no convergence")
@@ -387,11 +387,11 @@ def _sandwich(normal: np.ndarray, information: np.ndarray) -> np.ndarray:
 def _by_offset(likelihood: _Likelihood, current: Residuals, normal: np.ndarray | None = None) -> np.ndarray:
     """Contribution of the standard error of the joint's place to the covariance, shape (p, p)."""
     channels = likelihood.channels
-    moved = np.zeros_like(likelihood.measured)
-    moved[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, likelihood.measured[1])
-    moved = likelihood.whitening() @ moved
-    moved = moved - current.direction * np.sum(current.direction.conj() * moved, axis=0)
-    step = _step_by(current, replace(current, whitened=moved).gradient, normal)
+    shift = np.zeros_like(likelihood.measured)
+    shift[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, likelihood.measured[1])
+    shift = likelihood.whitening() @ shift
+    shift = shift - current.direction * np.sum(current.direction.conj() * shift, axis=0)
+    step = _step_by(current, replace(current, whitened=shift).gradient, normal)
     return np.outer(step, step)
 
 

@@ -145,7 +145,7 @@ def estimates_in_windows(
     )
 
 
-def changes_by(
+def first_order_changes(
     estimates: LikelihoodEstimates, channels: Channels, perturbations: list[Perturbation]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Change of the estimates by slightly other channels, to first order.

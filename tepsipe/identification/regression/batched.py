@@ -85,7 +85,7 @@ def window_parameters(regressors: np.ndarray, torque: np.ndarray) -> tuple[np.nd
             "depend on each other: check the windows"
         )
     y1, y2, y3 = (
-        y / own for y, own in zip(np.moveaxis(_moment(regressors, torque), -1, 0), length, strict=True)
+        y / norm for y, norm in zip(np.moveaxis(_moment(regressors, torque), -1, 0), length, strict=True)
     )
     y2 = y2 - a * y1
     q3 = (y3 - b * y1 - y2 * e / d2) / d3

@@ -144,8 +144,8 @@ def sensitivity(
         dy = target_slopes[k]
         if regressor_slopes is not None:
             dx = regressor_slopes[k]
-            left = record.target - record.regressors @ fit.parameters
-            total = total + (np.swapaxes(dx, -1, -2) @ (weight @ left)[..., None])[..., 0]
+            residual = record.target - record.regressors @ fit.parameters
+            total = total + (np.swapaxes(dx, -1, -2) @ (weight @ residual)[..., None])[..., 0]
             dy = dy - dx @ fit.parameters
         total = total + dy @ (weight @ record.regressors)
     return np.linalg.solve(fit.information.sum(axis=0), np.asarray(total)[..., None])[..., 0]

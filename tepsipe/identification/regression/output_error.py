@@ -145,8 +145,8 @@ def simulate_leg(
     phi_dd = derivative(time, phi_d)
     # the same equation, differentiated with respect to J, B, K, C and B_s
     forces = [-phi_dd, -phi_d, -phi, *forces]
-    moved = [phi, phi_d, *(simulate_angle(motion, force, rate) for force in forces)]
-    late = scipy.interpolate.CubicSpline(time, np.column_stack(moved))(
+    responses = [phi, phi_d, *(simulate_angle(motion, force, rate) for force in forces)]
+    late = scipy.interpolate.CubicSpline(time, np.column_stack(responses))(
         np.clip(time - delay, time[0], time[-1])
     )
     sensitivities = np.column_stack([late[:, 2:5], np.ones(time.size), -late[:, 1], late[:, 5:]])
@@ -200,43 +200,43 @@ def match_angle(
     """
     time = motion.time
     belt_position = scipy.interpolate.CubicSpline(time, belt_velocity).antiderivative()(time)
-    moved = {
+    accelerations = {
         name: scipy.interpolate.CubicSpline(time, position)(time, 2)
         for name, position in (("markers", foot_position), ("belt", belt_position))
     }
-    for name, acceleration in moved.items():
+    for name, acceleration in accelerations.items():
         if not np.ptp(acceleration) > 0.0:
             raise InputError(
                 f"expected {'a foot' if name == 'markers' else 'a belt'} that moves, found one that stands "
                 "still: check belt_fixed_labels in the configuration, and that the belt was perturbed"
             )
-    used = moved["belt" if source == "belt" else "markers"]
-    other = moved["belt" if source == "instruments" else source]
-    task = _Task(motion, leg, moved["belt"], used, other, source == "instruments", perturbations)
+    used = accelerations["belt" if source == "belt" else "markers"]
+    other = accelerations["belt" if source == "instruments" else source]
+    task = _Task(motion, leg, accelerations["belt"], used, other, source == "instruments", perturbations)
     x, low, high = _start(motion, leg, at_rest)
     # the belt velocity gives a less noisy acceleration, and so a better starting point
     solution = scipy.optimize.least_squares(
-        lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[0] - motion.theta,
+        lambda x: simulate_leg(x, leg, time, motion.theta, accelerations["belt"])[0] - motion.theta,
         x,
-        jac=lambda x: simulate_leg(x, leg, time, motion.theta, moved["belt"])[1],
+        jac=lambda x: simulate_leg(x, leg, time, motion.theta, accelerations["belt"])[1],
         bounds=(low, high),
         x_scale=[0.1 * x[0], x[1], 0.1 * x[2], 1e-3, 1e-3],
     )
-    found = _solve(task, solution.x, low, high)
-    softer = _softening_solution(task, found.x, low, high)
+    fit = _solve(task, solution.x, low, high)
+    softer = _softening_solution(task, fit.x, low, high)
     if softer is not None:
-        found = softer
-    angle = simulate_leg(found.x, leg, time, motion.theta, used, found.half_rad)[0]
-    each = found.each[:, :3].copy()
+        fit = softer
+    angle = simulate_leg(fit.x, leg, time, motion.theta, used, fit.half_rad)[0]
+    each = fit.each[:, :3].copy()
     each[:, 0] -= leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2
-    regression = intervals_as_windows(each, found.conditioning, motion, leg, perturbations, at_rest)
+    regression = intervals_as_windows(each, fit.conditioning, motion, leg, perturbations, at_rest)
     return OutputError(
         **vars(regression),
         angle=motion.theta,
         simulated=angle,
-        theta_0_rad=float(found.x[3]),
-        delay_s=float(found.x[4]),
-        softening=None if found.half_rad is None else (*map(float, found.x[5:]), found.half_rad),
+        theta_0_rad=float(fit.x[3]),
+        delay_s=float(fit.x[4]),
+        softening=None if fit.half_rad is None else (*map(float, fit.x[5:]), fit.half_rad),
     )
 
 
@@ -308,17 +308,17 @@ def _softening_solution(task: _Task, x: np.ndarray, low, high) -> _Solution | No
         )
         scale = np.linalg.norm(columns, axis=0)
         step, *_ = np.linalg.lstsq(columns / scale, error, rcond=None)
-        left = float(np.sum((error - columns @ (step / scale)) ** 2))
-        if best is None or left < best[0]:
-            best = (left, half, step / scale)
+        cost = float(np.sum((error - columns @ (step / scale)) ** 2))
+        if best is None or cost < best[0]:
+            best = (cost, half, step / scale)
     _, half, step = best
     try:
-        found = _solve(task, np.append(x, [0.0, 0.0]) + step, low, high, half)
+        solution = _solve(task, np.append(x, [0.0, 0.0]) + step, low, high, half)
     except InputError:
         return None
-    softening = found.each[:, 5]
+    softening = solution.each[:, 5]
     error = float(softening.std(ddof=1)) / np.sqrt(softening.size)
-    return found if float(softening.mean()) > SOFTENS * error else None
+    return solution if float(softening.mean()) > SOFTENS * error else None
 
 
 def _start(motion: SegmentMotion, leg: Leg, at_rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -391,20 +391,20 @@ def intervals_as_windows(
     InputError
         If a window does not determine the parameters of ``leg``.
     """
-    found = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
-    theta_dd, theta_d, theta = found.regressors.T
+    regression = regress_perturbations(motion, leg, perturbations, at_rest, "leg")
+    theta_dd, theta_d, theta = regression.regressors.T
     predicted = impedance_torque(each.mean(axis=0), theta, theta_d, theta_dd)
     unknown = np.full(3, np.nan)
     fits = [
-        LinearFit(values, (found.torque - predicted)[p.start : p.stop], unknown, unknown, conditioning)
+        LinearFit(values, (regression.torque - predicted)[p.start : p.stop], unknown, unknown, conditioning)
         for values, p in zip(each, perturbations, strict=True)
     ]
     return WindowedFits(
         perturbations,
         fits,
-        found.torque,
+        regression.torque,
         predicted,
-        found.regressors,
-        found.theta_rest_rad,
-        found.torque_rest_Nm,
+        regression.regressors,
+        regression.theta_rest_rad,
+        regression.torque_rest_Nm,
     )

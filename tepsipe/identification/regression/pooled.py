@@ -142,14 +142,14 @@ class _Pool:
 
     def products(self, phi=None, lost=None):
         """X_i' X_j of all pairs of periods, of each record, shape (periods, periods, columns, columns)."""
-        found = []
+        products = []
         for record, columns in zip(self.records, self.columns(phi, lost), strict=True):
             kept = columns[record.kept]
             periods = kept.shape[0] // self.length
             kept = kept[-periods * self.length :]
             blocks = (kept - kept.mean(axis=0)).reshape(periods, self.length, -1)
-            found.append(np.einsum("int,jnu->ijtu", blocks, blocks, optimize=True))
-        return found
+            products.append(np.einsum("int,jnu->ijtu", blocks, blocks, optimize=True))
+        return products
 
     def pairs(self, products):
         """Number of products of samples of different periods (-)."""
@@ -263,13 +263,13 @@ def _softening(pool):
     best = int(np.argmin(costs))
     if best in (0, tried.size - 1):
         return None
-    found = scipy.optimize.minimize_scalar(
+    minimum = scipy.optimize.minimize_scalar(
         lambda x: _solve(pool.products(np.exp(x)))[1],
         bounds=(tried[best - 1], tried[best + 1]),
         method="bounded",
         options={"xatol": 1e-3},
     )
-    phi = float(np.exp(found.x))
+    phi = float(np.exp(minimum.x))
     parameters, cost = _solve(pool.products(phi))
     # phi as a further parameter, linearised at its estimate
     products = pool.products(phi, parameters[LINEAR:])
@@ -281,11 +281,11 @@ def _softening(pool):
 
 def _shares(pool, parameters, phi):
     """What groups of terms add to the linear joint nearest to the whole, in each record."""
-    found = {name: [] for name, own in GROUPS.items() if phi is not None or max(own) < LINEAR}
+    shares = {name: [] for name, members in GROUPS.items() if phi is not None or max(members) < LINEAR}
     for record, columns in zip(pool.records, pool.columns(phi), strict=True):
         kept = columns[record.kept] - columns[record.kept].mean(axis=0)
-        for name, rows in found.items():
-            own = list(GROUPS[name])
-            torque = kept[:, own] @ parameters[own]
+        for name, rows in shares.items():
+            members = list(GROUPS[name])
+            torque = kept[:, members] @ parameters[members]
             rows.append(np.linalg.lstsq(kept[:, :3], torque, rcond=None)[0])
-    return {name: np.array(rows) for name, rows in found.items()}
+    return {name: np.array(rows) for name, rows in shares.items()}

@@ -221,9 +221,9 @@ def damping_per_skew(
     return float((damping[1] - damping[0]) / (2.0 * SKEW_S))
 
 
-def undetermined(found: str) -> InputError:
-    """Refusal of an angle that does not determine I, B and K; ``found`` says what shows it (no unit)."""
+def undetermined(evidence: str) -> InputError:
+    """Refusal of an angle that does not determine I, B and K; ``evidence`` completes the message."""
     return InputError(
-        f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {found}: "
+        f"expected an angle that determines {', '.join(PARAMETERS)} by the foot's motion, found {evidence}: "
         "check that the markers and the belt moved, and the geometry in the configuration"
     )

@@ -26,7 +26,7 @@ import numpy as np
 import scipy
 
 from tepsipe.errors import InputError
-from tepsipe.identification.several_joints.identifiability import CONCEDED, Directions, directions_of
+from tepsipe.identification.several_joints.identifiability import CONCEDED, Directions, directions_by_strength
 
 MODELS = ("intrinsic", "own-reflex", "all-reflex")
 # largest slope of (2) per standard error of a parameter at its minimum (-)
@@ -144,13 +144,13 @@ class RowFit:
         """Torque per angle of each joint at some frequencies (Hz), shape (n, joints) (N·m/rad)."""
         s = 2j * np.pi * np.asarray(frequency_hz)
         joints = 1 + max(joint for _, joint in self.terms)
-        found = np.zeros((s.size, joints), complex)
+        impedance = np.zeros((s.size, joints), complex)
         for (kind, joint), value in zip(self.terms, self.parameters, strict=True):
-            found[:, joint] += value * _factor(kind, s, self.delay_s)
-        return found
+            impedance[:, joint] += value * _factor(kind, s, self.delay_s)
+        return impedance
 
 
-def spectra_of(
+def banded_spectra(
     perturbation: np.ndarray,
     angle: np.ndarray,
     torque: np.ndarray,
@@ -226,7 +226,7 @@ def _factor(kind: str, s: np.ndarray, delay_s: float | None) -> np.ndarray:
     return late if kind == "D" else s * late
 
 
-def terms_of(model: str, joint: int, joints: int) -> tuple[tuple[str, int], ...]:
+def model_terms(model: str, joint: int, joints: int) -> tuple[tuple[str, int], ...]:
     """Parameters of one joint's torque in a model: kind and joint whose angle it multiplies (no unit).
 
     ``intrinsic`` has K and B of all angles, ``own-reflex`` adds a reflex to the joint's own angle,
@@ -324,7 +324,7 @@ def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: flo
         first = np.linalg.lstsq(g[1:, 1:], g[1:, 0], rcond=None)[0]
         v = np.r_[1.0, -first]
         noise = ((c @ v) @ v) / (b - m)
-    directions = directions_of(a, c, v, noise, chance, strength)
+    directions = directions_by_strength(a, c, v, noise, chance, strength)
     weak = directions.strength < strength
     # unit steps along each direction change (2) about equally
     basis = directions.vectors / np.sqrt(np.maximum(directions.strength - 1.0, CONCEDED))
@@ -342,11 +342,11 @@ def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: flo
         value, slope = chi2_of(basis @ z)
         return value + RIDGE * (z[weak] ** 2).sum(), basis.T @ slope + 2.0 * RIDGE * np.where(weak, z, 0.0)
 
-    found = [
+    minima = [
         scipy.optimize.minimize(cost, inverse @ start, jac=True, method="BFGS", options={"gtol": GRADIENT})
         for start in (first, *starts)
     ]
-    best = min(found, key=lambda one: one.fun)
+    best = min(minima, key=lambda one: one.fun)
     p = basis @ best.x
     flat = bool(np.abs(best.jac).max() < 1e3 * GRADIENT)
     return Solution(p, chi2_of(p)[0], int(weak.sum()), flat)
@@ -407,7 +407,7 @@ def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions
         If the model is unknown.
     """
     _, b, m = spectra.perturbation.shape
-    terms = terms_of(model, joint, spectra.angle.shape[2])
+    terms = model_terms(model, joint, spectra.angle.shape[2])
 
     delays, tried, delay, starts = np.empty(0), np.empty(0), None, ()
     if model != "intrinsic":
@@ -438,14 +438,14 @@ def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions
 
 def _profile(products: list, shape: tuple[int, int], strength: float):
     """Least chi2 of every delay, searches started at its neighbours' solutions, too; best solution."""
-    found = []
+    solutions = []
     for a, c in products:
-        found.append(minimise(a, c, shape, strength, [one.p for one in found[-1:]]))
-    for k in range(len(found) - 2, -1, -1):
-        again = minimise(*products[k], shape, strength, [found[k + 1].p])
-        found[k] = min(found[k], again, key=lambda one: one.chi2)
-    chi2 = np.array([one.chi2 for one in found])
-    return chi2, (found[int(chi2.argmin())].p,)
+        solutions.append(minimise(a, c, shape, strength, [solution.p for solution in solutions[-1:]]))
+    for k in range(len(solutions) - 2, -1, -1):
+        restarted = minimise(*products[k], shape, strength, [solutions[k + 1].p])
+        solutions[k] = min(solutions[k], restarted, key=lambda solution: solution.chi2)
+    chi2 = np.array([solution.chi2 for solution in solutions])
+    return chi2, (solutions[int(chi2.argmin())].p,)
 
 
 def _vertex(delays: np.ndarray, chi2: np.ndarray) -> float:
@@ -472,6 +472,6 @@ def _determined(spectra, joint, terms, parameters, delay_s, options) -> Directio
     noise = ((c @ v) @ v) / (b - m)
     a, c, scale = _scaled(a, c)
     v = v * scale / scale[0]
-    return directions_of(a, c, v, noise / scale[0] ** 2, m / (b - m), options.strength).in_units(
+    return directions_by_strength(a, c, v, noise / scale[0] ** 2, m / (b - m), options.strength).in_units(
         scale[0] / scale[1:]
     )

@@ -171,12 +171,12 @@ def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determi
     """
     pairs = fit.setting.pairs
     limit = limits.of(fit.setting, fit.parameters.size)
-    found = []
+    elements = []
     for kind, (i, row), (j, column) in product("KB", enumerate(names), enumerate(names)):
         place = pairs.index((i, j) if (i, j) in pairs else (j, i))
         k = place if kind == "K" else len(pairs) + place
-        found.append(_entry(fit, f"{kind}_{row}_{column}", k, limit[k], known))
-    return found
+        elements.append(_entry(fit, f"{kind}_{row}_{column}", k, limit[k], known))
+    return elements
 
 
 def _entry(fit: MatrixFit, name: str, k: int, limit: float, known: Determined) -> Entry:

@@ -80,7 +80,7 @@ class Directions:
         return np.abs(self.vectors[:, k])
 
 
-def directions_of(
+def directions_by_strength(
     a: np.ndarray, c: np.ndarray, v: np.ndarray, noise: np.ndarray, chance: float, limit: float
 ) -> Directions:
     """Directions of the parameters by strength (1).
@@ -112,8 +112,8 @@ def directions_of(
     strong = vectors[:, strength >= limit]
     signal = strength[strength >= limit] - 1.0
     # one Newton step from the estimate without a band: its gradient over the information of the others
-    own = 2.0 * (a - chance * c) / noise[:, None, None]
-    gradient = (own @ v)[:, 1:] @ strong
-    others = np.diag(signal) - strong.T @ own[:, 1:, 1:] @ strong
+    weighted = 2.0 * (a - chance * c) / noise[:, None, None]
+    gradient = (weighted @ v)[:, 1:] @ strong
+    others = np.diag(signal) - strong.T @ weighted[:, 1:, 1:] @ strong
     influence = np.linalg.solve(others, gradient[:, :, None])[:, :, 0] @ strong.T
     return Directions(strength, vectors, influence, limit)

@@ -106,8 +106,8 @@ class Setting:
 
     def start(self) -> np.ndarray:
         """Parameters to start from: joints of 1.5 times the critical stiffness (N·m/rad, N·m·s/rad, -)."""
-        own = 1.5 * np.abs(np.diag(self.body.gravity))
-        k = [own[i] if i == j else 0.0 for i, j in self.pairs]
+        diagonal = 1.5 * np.abs(np.diag(self.body.gravity))
+        k = [diagonal[i] if i == j else 0.0 for i, j in self.pairs]
         inertia = [] if self.inertia_known else [1.0] * len(self.body.inertia_parts)
         return np.array([*k, *(0.04 * x for x in k), *inertia])
 
@@ -120,13 +120,13 @@ class Setting:
 
     def matrices(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """K (N·m/rad) and B (N·m·s/rad), each of shape (n, n), of parameters."""
-        found = np.zeros((2, self.joints, self.joints))
-        for matrix, values in zip(found, np.split(p[: 2 * len(self.pairs)], 2), strict=True):
+        matrices = np.zeros((2, self.joints, self.joints))
+        for matrix, values in zip(matrices, np.split(p[: 2 * len(self.pairs)], 2), strict=True):
             for (i, j), value in zip(self.pairs, values, strict=True):
                 matrix[i, j] = value
                 if self.symmetric:
                     matrix[j, i] = value
-        return found[0], found[1]
+        return matrices[0], matrices[1]
 
     def scale(self, p: np.ndarray) -> np.ndarray:
         """Natural size of every parameter: sqrt(K_ii K_jj), sqrt(B_ii B_jj), J, S (units of the parameters).
@@ -135,8 +135,8 @@ class Setting:
         """
         start, parts = self.start(), []
         for matrix, first in zip(self.matrices(p), self.matrices(start), strict=True):
-            own = np.clip(np.diag(matrix), 1e-2 * np.diag(first), LARGEST_SCALE * np.diag(first))
-            parts += [np.sqrt(own[i] * own[j]) for i, j in self.pairs]
+            diagonal = np.clip(np.diag(matrix), 1e-2 * np.diag(first), LARGEST_SCALE * np.diag(first))
+            parts += [np.sqrt(diagonal[i] * diagonal[j]) for i, j in self.pairs]
         return np.array([*parts, *np.ones(p.size - len(parts))])
 
 
@@ -188,10 +188,10 @@ class MatrixFit:
 
         ``combination`` has the shape (q,); degrees of freedom by Welch and Satterthwaite.
         """
-        own = np.array([combination @ part @ combination for part in self.parts])
-        freedom = own.sum() ** 2 / (own**2 / (np.array(self.epochs) - 1.0)).sum()
+        variances = np.array([combination @ part @ combination for part in self.parts])
+        freedom = variances.sum() ** 2 / (variances**2 / (np.array(self.epochs) - 1.0)).sum()
         t = scipy.special.stdtrit(freedom, 0.5 + 0.5 * confidence)
-        return float(combination @ self.parameters), float(t * np.sqrt(own.sum()))
+        return float(combination @ self.parameters), float(t * np.sqrt(variances.sum()))
 
 
 def unperturbed_covariance(record: np.ndarray, samples: int) -> np.ndarray:
@@ -264,10 +264,10 @@ def responses(setting: Setting, p: np.ndarray, perturbation: Perturbation) -> tu
     system = np.zeros((2 * n, 2 * n))
     system[:n, n:] = np.eye(n)
     system[n:, :n], system[n:, n:] = -inverse @ total, -inverse @ b
-    given = np.zeros((2 * n, n))
-    given[n:] = inverse
+    inputs = np.zeros((2 * n, n))
+    inputs[n:] = inverse
     step = setting.step_s / setting.substeps
-    states = _propagated(system, given, (perturbation.drive[:, None] * along)[..., None], step)[..., 0]
+    states = _propagated(system, inputs, (perturbation.drive[:, None] * along)[..., None], step)[..., 0]
     q, rate = states[:, :n], states[:, n:]
     second = (perturbation.drive[:, None] * along - rate @ b.T - q @ total.T) @ inverse.T
     # the torque that the change of one parameter makes, sample by sample
@@ -284,16 +284,16 @@ def responses(setting: Setting, p: np.ndarray, perturbation: Perturbation) -> tu
         pushed[:, :, first:] -= np.einsum("aij,tj->tia", body.gravity_parts, q[every])
         if perturbation.push is None:
             pushed[:, :, first:] += np.einsum("ai,t->tia", body.belt_parts, perturbation.drive[every])
-    slopes = _propagated(system, given, pushed, setting.step_s)[:, :n]
+    slopes = _propagated(system, inputs, pushed, setting.step_s)[:, :n]
     quiet = ((setting.before, 0), (0, 0))
     return np.pad(q[every], quiet), np.pad(slopes, (*quiet, (0, 0)))
 
 
-def _propagated(system: np.ndarray, given: np.ndarray, force: np.ndarray, step_s: float) -> np.ndarray:
+def _propagated(system: np.ndarray, inputs: np.ndarray, force: np.ndarray, step_s: float) -> np.ndarray:
     """States from rest under forces that are linear between samples, shape (t, 2 n, q), exactly."""
-    n2, n = given.shape
+    n2, n = inputs.shape
     whole = np.zeros((n2 + 2 * n, n2 + 2 * n))
-    whole[:n2, :n2], whole[:n2, n2 : n2 + n] = system, given
+    whole[:n2, :n2], whole[:n2, n2 : n2 + n] = system, inputs
     whole[n2 : n2 + n, n2 + n :] = np.eye(n)
     exact = scipy.linalg.expm(whole * step_s)
     along = exact[:n2, :n2]
@@ -344,38 +344,38 @@ def fit_matrices(setting: Setting, perturbations: Sequence[Perturbation]) -> Mat
     def cost(p: np.ndarray):
         gradient = -ridge @ (p - start)
         worth, total = -gradient @ (p - start), 0.0
-        chi2, moved = 0.0, []
+        chi2, gains = 0.0, []
         for one, mean in zip(perturbations, means, strict=True):
             h, slopes = responses(setting, p, one)
             weighted = len(one.response) * slopes.reshape(-1, p.size).T @ setting.weight
-            left = (mean - h).ravel()
-            gradient = gradient + weighted @ left
+            residual = (mean - h).ravel()
+            gradient = gradient + weighted @ residual
             total = total + weighted @ slopes.reshape(-1, p.size)
-            chi2 += len(one.response) * left @ setting.weight @ left
-            moved.append(weighted)
-        return chi2 + worth, gradient, total, moved, chi2
+            chi2 += len(one.response) * residual @ setting.weight @ residual
+            gains.append(weighted)
+        return chi2 + worth, gradient, total, gains, chi2
 
-    p, found, damping = start, cost(start), 1e-3
+    p, current, damping = start, cost(start), 1e-3
     for _ in range(ITERATIONS):
-        curvature = found[2] + ridge
+        curvature = current[2] + ridge
         damped = curvature + damping * np.diag(np.diag(curvature))
-        step = np.linalg.solve(damped, found[1])
+        step = np.linalg.solve(damped, current[1])
         # a step too far makes a body that falls within the window: its cost is infinite
         with np.errstate(over="ignore", invalid="ignore"):
             tried = cost(p + step)
-        if not tried[0] <= found[0]:
+        if not tried[0] <= current[0]:
             damping = max(10.0 * damping, 1e-6)
             if damping > 1e6:
                 break
             continue
-        gained = found[0] - tried[0]
-        p, found, damping = p + step, tried, 0.1 * damping
+        gained = current[0] - tried[0]
+        p, current, damping = p + step, tried, 0.1 * damping
         if gained < SETTLED:
             break
-    _, _, f, moved, chi2 = found
+    _, _, f, gains, chi2 = current
     inverse = np.linalg.inv(f + ridge)
     parts, scatter = [], 0.0
-    for one, mean, weighted in zip(perturbations, means, moved, strict=True):
+    for one, mean, weighted in zip(perturbations, means, gains, strict=True):
         count = len(one.response)
         about = (one.response - mean).reshape(count, -1)
         influence = about @ weighted.T @ inverse / count

@@ -155,7 +155,7 @@ def slow_mode(spectra: Spectra, below_hz: float) -> np.ndarray:
     return mode / mode[np.abs(mode).argmax()]
 
 
-def quantities_of(
+def joint_quantities(
     fit: RowFit,
     spectra: Spectra,
     joint: int,
@@ -194,7 +194,7 @@ def quantities_of(
     weak = bool((fit.directions.strength < fit.directions.limit).any())
     weakly = _open_delay(fit) or (weak and fit.delay_s is not None)
     judge = _Judge(fit, labels, amplitude, largest_share, Profile(fit, spectra, joint, weakly))
-    found = [
+    quantities = [
         judge(label, UNITS[kind], np.eye(len(fit.terms))[k], amplitude[k])
         for k, (label, (kind, _)) in enumerate(zip(labels, fit.terms, strict=True))
     ]
@@ -202,15 +202,17 @@ def quantities_of(
         if ("D", j) in fit.terms:
             static = np.array([float(kind in "KD" and i == j) for kind, i in fit.terms])
             label = f"K_static_{names[joint]}_{name}"
-            found.append(judge(label, "Nm/rad", static, angle[j] / driven))
+            quantities.append(judge(label, "Nm/rad", static, angle[j] / driven))
     mode = slow_mode(spectra, mode_below_hz)
     along = np.array([mode[j] if kind in "KD" else 0.0 for kind, j in fit.terms])
-    moved = np.sqrt(max(float(mode @ drive[0].sum(axis=0) @ mode), 0.0)) / (mode @ mode)
-    found.append(judge(f"K_mode_{names[joint]}", "Nm/rad", along, moved / driven))
+    mode_amplitude = np.sqrt(max(float(mode @ drive[0].sum(axis=0) @ mode), 0.0)) / (mode @ mode)
+    quantities.append(judge(f"K_mode_{names[joint]}", "Nm/rad", along, mode_amplitude / driven))
     if fit.delay_s is not None:
-        reflex = any(one.identified for one, (kind, _) in zip(found, fit.terms, strict=False) if kind in "DE")
-        found.append(_delay(fit, names[joint], reflex))
-    return found
+        reflex = any(
+            one.identified for one, (kind, _) in zip(quantities, fit.terms, strict=False) if kind in "DE"
+        )
+        quantities.append(_delay(fit, names[joint], reflex))
+    return quantities
 
 
 @dataclass(frozen=True)
@@ -231,18 +233,18 @@ class _Judge:
         if not np.isfinite(amplitude) or u * amplitude > self.largest_share:
             return refused(name, unit, self._refusal(name, padded, combination, u * amplitude))
         far = 2.0 * self.largest_share / max(amplitude, 1e-12)
-        said = f"{name} is not identified: values far from the best explain the record as well"
+        reason = f"{name} is not identified: values far from the best explain the record as well"
         value, half = float(combination @ fit.parameters), u * _quantile(fit.freedom)
         if not all(self.profile.excludes(combination, value + step) for step in (-far, far)):
-            return refused(name, unit, said)
+            return refused(name, unit, reason)
         return Quantity(name, unit, value, u, value - half, value + half)
 
     def _refusal(self, name: str, padded: np.ndarray, combination: np.ndarray, share: float) -> str:
         partners = self.fit.directions.weak_partners(padded)[: len(self.labels)] * self.amplitude
         involved = [
             label
-            for label, effect, own in zip(self.labels, partners, combination, strict=True)
-            if 0.0 < effect >= INVOLVED * partners.max() and not own
+            for label, effect, weight in zip(self.labels, partners, combination, strict=True)
+            if 0.0 < effect >= INVOLVED * partners.max() and not weight
         ]
         if involved:
             return (

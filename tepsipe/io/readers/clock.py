@@ -77,7 +77,7 @@ def line_through(index: np.ndarray, time: np.ndarray) -> tuple[float, float]:
     return float(slope), float(start)
 
 
-def clock_of(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
+def regular_clock(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
     """The regular clock of a file's time stamps.
 
     Parameters
@@ -165,7 +165,7 @@ def bridged(values: np.ndarray) -> np.ndarray:
     columns = values.reshape(values.shape[0], -1).copy()
     index = np.arange(columns.shape[0])
     for column in columns.T:
-        there = np.isfinite(column)
-        if there.any() and not there.all():
-            column[~there] = np.interp(index[~there], index[there], column[there])
+        finite = np.isfinite(column)
+        if finite.any() and not finite.all():
+            column[~finite] = np.interp(index[~finite], index[finite], column[finite])
     return columns.reshape(values.shape)

@@ -158,9 +158,9 @@ def held(position: np.ndarray, frames: np.ndarray | None) -> np.ndarray:
     for k in np.flatnonzero(same & ~np.append(same[1:], False)):  # the last of each run
         if run[k] < HELD_FRAMES - 1:
             repeated[k - run[k] + 1 : k + 1] = False
-    found = np.zeros(len(position), dtype=bool)
-    found[np.flatnonzero(new)] = repeated
-    return found
+    is_held = np.zeros(len(position), dtype=bool)
+    is_held[np.flatnonzero(new)] = repeated
+    return is_held
 
 
 def plate_columns(table: DFlowTable) -> dict[str, tuple[np.ndarray, np.ndarray]]:

@@ -25,7 +25,7 @@ DELSYS_HEADER = re.compile(r'^"?X ?\[s\]"?[,;\t]', re.MULTILINE)
 MANIPULATOR = re.compile(r"MotorAngle|TriggerTime")
 
 
-def head_of(path: Path) -> bytes:
+def first_bytes(path: Path) -> bytes:
     """First bytes of a file, unpacked if it is compressed with gzip (no unit); empty if it cannot be read."""
     try:
         if not is_gzip(path):
@@ -39,7 +39,7 @@ def head_of(path: Path) -> bytes:
 
 def kind_of(path: str | Path) -> str | None:
     """Kind of a file by its first bytes: one of the constants of this module, None if unknown (no unit)."""
-    head = head_of(Path(path))
+    head = first_bytes(Path(path))
     if head[:8] == BDF:
         return BDF_FILE
     if head[:8] == b"0       " and len(head) >= 256 and head[252:256].strip().isdigit():

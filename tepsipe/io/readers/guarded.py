@@ -140,11 +140,11 @@ def _limits(what: str | Path, longest_s: float | None, most_bytes: int | None) -
 
 
 def _refusal(what: str | Path, end: str, limits: _Limits) -> InputError:
-    expected, found = {
+    expected, actual = {
         "time": (f"that is read within {limits.cpu_s:.3g} s", "that takes longer"),
         "memory": (f"that is read with {limits.bytes / 1e6:.0f} MB of memory", "that needs more"),
     }.get(end, ("that can be read", f"that crashes its reader ({end})"))
-    return InputError(f"{what}: expected a file {expected}, found one {found}: {ADVICE}")
+    return InputError(f"{what}: expected a file {expected}, found one {actual}: {ADVICE}")
 
 
 def _end(status: int | None) -> str:

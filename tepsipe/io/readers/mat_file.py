@@ -69,8 +69,8 @@ def _of_hdf5(path: Path, squeeze: bool) -> dict[str, object]:
     import h5py
 
     with h5py.File(path, "r") as file:
-        found = {name: _value(file, file[name], 0) for name in file if not name.startswith("#")}
-    return {k: np.squeeze(v) if squeeze and isinstance(v, np.ndarray) else v for k, v in found.items()}
+        variables = {name: _value(file, file[name], 0) for name in file if not name.startswith("#")}
+    return {k: np.squeeze(v) if squeeze and isinstance(v, np.ndarray) else v for k, v in variables.items()}
 
 
 def _value(file, item, depth: int):

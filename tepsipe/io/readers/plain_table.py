@@ -72,7 +72,7 @@ def delimiter_in(header: str) -> str:
     return ";" if header.count(";") else ","
 
 
-def fields_of(header: str, delimiter: str) -> list[str]:
+def column_names(header: str, delimiter: str) -> list[str]:
     """Names in a header line, without quotes and surrounding spaces (no unit)."""
     try:
         return [name.strip() for name in next(csv.reader([header], delimiter=delimiter), [])]
@@ -119,10 +119,12 @@ def read_plain_table(
     used = [k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
     header = next((k for k in used if is_header is None or is_header(lines[k])), None)
     if header is None:
-        found = quoted(lines[used[0]]) if used else "an empty file"
-        raise InputError(f"{path}: expected the header of {what}, found {found}: check which file is named")
+        first_line = quoted(lines[used[0]]) if used else "an empty file"
+        raise InputError(
+            f"{path}: expected the header of {what}, found {first_line}: check which file is named"
+        )
     delimiter = delimiter_in(lines[header])
-    names = fields_of(lines[header], delimiter)
+    names = column_names(lines[header], delimiter)
     if sum(bool(NUMBER.fullmatch(name)) for name in names) > len(names) // 2:
         raise InputError(
             f"{path}: expected a header that names the columns, found {quoted(lines[header])}: add a first "
@@ -159,9 +161,9 @@ def read_plain_table(
 def _refuse_other_counts(path, body, rows, delimiter, count, ragged) -> None:
     """Refuse a row with more fields than the header or, unless rows may be short, with fewer."""
     for k in (len(body) - 1, *range(len(body))):
-        found = body[k].count(delimiter) + 1
-        long = found > count and body[k].rstrip(delimiter).count(delimiter) + 1 > count
-        if long or (found < count and not ragged):
+        fields = body[k].count(delimiter) + 1
+        long = fields > count and body[k].rstrip(delimiter).count(delimiter) + 1 > count
+        if long or (fields < count and not ragged):
             cut = k == len(body) - 1 and not long
             if cut:
                 hint = "the file is truncated, copy it again from the instrument"
@@ -170,7 +172,7 @@ def _refuse_other_counts(path, body, rows, delimiter, count, ragged) -> None:
             else:
                 hint = "the line is damaged, copy the file again from the instrument"
             raise InputError(
-                f"{path}: expected {count} fields on every line, found {found} on line {rows[k] + 1}: {hint}"
+                f"{path}: expected {count} fields on every line, found {fields} on line {rows[k] + 1}: {hint}"
             )
 
 

@@ -67,17 +67,17 @@ def resolved_engine(engine: str) -> str:
     InputError
         If there is no such engine, or it is not installed.
     """
-    there = installed_engines()
+    usable = installed_engines()
     if engine == AUTO:
-        return there[0]
+        return usable[0]
     if engine not in ENGINES:
         raise InputError(
             f"engine: expected one of {', '.join(ENGINES)} or {AUTO}, found {engine!r}: correct it"
         )
-    if engine not in there:
+    if engine not in usable:
         raise InputError(
-            f"engine: expected one that is installed ({', '.join(there)}), found {engine!r}: install it with "
-            f"{INSTALLED_BY[engine]}, or choose {AUTO!r}"
+            f"engine: expected one that is installed ({', '.join(usable)}), found {engine!r}: install it "
+            f"with {INSTALLED_BY[engine]}, or choose {AUTO!r}"
         )
     return engine
 

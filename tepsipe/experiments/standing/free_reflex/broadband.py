@@ -165,20 +165,20 @@ def cut_broadband(
     before = -cutting.baseline_s[0] + 0.02
 
     def cut(x: np.ndarray, at: np.ndarray, after: float):
-        found = cut_epochs(x, rate, at, before, after, start)
-        zero = (found.time >= cutting.baseline_s[0] - 1e-9) & (found.time <= cutting.baseline_s[1] + 1e-9)
-        return found.time, found.values - found.values[:, zero].mean(axis=1, keepdims=True)
+        pieces = cut_epochs(x, rate, at, before, after, start)
+        zero = (pieces.time >= cutting.baseline_s[0] - 1e-9) & (pieces.time <= cutting.baseline_s[1] + 1e-9)
+        return pieces.time, pieces.values - pieces.values[:, zero].mean(axis=1, keepdims=True)
 
     apparent, skins_m = _pulses(standing, epochs.onsets_s, options, lowpass, body.belt_dd, centre)
     body = replace(body, skins_m=skins_m)
     best = body.signals()
     quiet_time, quiet = cut(best, quiet_onsets(standing, cutting), cutting.after_s)
     time, perturbed = cut(best, epochs.onsets_s, AFTER_S)
-    moved = {
+    changes = {
         source: (body.signals({source: STEP}) - body.signals({source: -STEP})) / (2.0 * STEP)
         for source in SOURCES
     }
-    slopes = cut(np.column_stack(list(moved.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
+    slopes = cut(np.column_stack(list(changes.values())), epochs.onsets_s, AFTER_S)[1].mean(axis=0)
     masses = [getattr(model.model, "heaviest_kg", None) for model in models.values()]
     heaviest = [mass for mass in masses if mass is not None]
     return BroadbandEpochs(

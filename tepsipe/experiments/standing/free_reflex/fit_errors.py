@@ -142,9 +142,9 @@ def _of_signals(
     contributions = {}
     for source in sources:
         if source.name in trials[0].slopes:
-            moved = [source.standard_uncertainty * trial.slopes[source.name][inside] for trial in trials]
+            errors = [source.standard_uncertainty * trial.slopes[source.name][inside] for trial in trials]
             changes = sensitivity(
-                fit, records, [m[:, TORQUE] for m in moved], [m[:, [ANKLE_D, ANKLE]] for m in moved]
+                fit, records, [m[:, TORQUE] for m in errors], [m[:, [ANKLE_D, ANKLE]] for m in errors]
             )
             contributions[source.name] = changes[None]
     return contributions
@@ -157,8 +157,8 @@ def _of_treadmill(
     shared = min((len(trial.draws) for trial in trials), default=0)
     if shared < 2:
         return {}
-    moved = sensitivity(fit, records, [trial.draws[:shared, inside] for trial in trials])
-    return {TREADMILL: root_of_draws(moved)}
+    errors = sensitivity(fit, records, [trial.draws[:shared, inside] for trial in trials])
+    return {TREADMILL: root_of_draws(errors)}
 
 
 def _of_discrepancy(

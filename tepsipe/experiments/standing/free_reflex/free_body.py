@@ -125,14 +125,14 @@ class FreeBody:
         feet = self.person.feet
         scale = 1.0 + off["foot_mass"]
         # the feet move with the belt: their other accelerations are noise at this cutoff
-        moved = np.column_stack([self.belt_dd, np.zeros_like(self.belt_dd)])
+        acceleration = np.column_stack([self.belt_dd, np.zeros_like(self.belt_dd)])
         torque = standing_torque(
             Feet(scale * feet.mass_kg, scale * feet.inertia_kgm2),
             self.person.body.gravity_m_per_s2,
             plate,
             self.centre + shift + wobble[:, 1:],
             self.foot_com,
-            moved,
+            acceleration,
             np.zeros_like(self.belt_dd),
         )
         # a foot is not rigid: its markers see a part of the rotation below the ankle
@@ -194,10 +194,10 @@ def free_body(
     peak = float(np.abs(standing.belt_velocity).max())
     tissues = []
     for hz in tissue_frequencies():
-        moved = positions.copy()
-        moved[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate, hz)
-        moved_poses = segment_poses(moved, labels, person, origin)
-        changed = [moved_poses[key] - poses[key] for key in ("shank", "ankle_point")]
+        shifted = positions.copy()
+        shifted[..., 0] += STEP_M * tissue_motion(positions, labels, person, belt_dd, peak, rate, hz)
+        shifted_poses = segment_poses(shifted, labels, person, origin)
+        changed = [shifted_poses[key] - poses[key] for key in ("shank", "ankle_point")]
         tissues.append(advanced(time, np.column_stack(changed) / STEP_M, standing.delay_s))
     poses = {key: advanced(time, x, standing.delay_s) for key, x in poses.items()}
     used = {c: loads[c] for c in COMPONENTS}

@@ -85,7 +85,7 @@ def relative_motion(
     """
     foot_angle, carried = hindfoot(positions, labels, person)
     if own:
-        shank = _own_pose(positions, labels, person.shank, person.foot, np.zeros(2))
+        shank = _exclusive_pose(positions, labels, person.shank, person.foot, np.zeros(2))
     else:
         columns = [labels.index(label) for label in person.shank.labels]
         shank = fit_rigid_segment(positions[:, columns], person.shank.layout_m, np.zeros(2))
@@ -113,24 +113,24 @@ def hindfoot(positions: np.ndarray, labels: list[str], person: Person) -> tuple[
         two of its own.
     """
     segment = person.foot
-    places = _own(segment, person.shank)
+    places = _exclusive_markers(segment, person.shank)
     layout = segment.layout_m[places]
     share = np.where(layout[:, 0] > 0.0, FOREFOOT_SHARE, 1.0)
     columns = np.zeros((len(places), 2, 3))
     columns[:, 0, 0] = columns[:, 1, 1] = 1.0
     columns[:, 0, 2], columns[:, 1, 2] = share * layout[:, 1], -share * layout[:, 0]
-    moved = positions[:, [labels.index(segment.labels[k]) for k in places]] - layout
-    pose = moved.reshape(len(moved), -1) @ np.linalg.pinv(columns.reshape(-1, 3)).T
+    displacement = positions[:, [labels.index(segment.labels[k]) for k in places]] - layout
+    pose = displacement.reshape(len(displacement), -1) @ np.linalg.pinv(columns.reshape(-1, 3)).T
     return pose[:, 2], pose[:, :2]
 
 
-def _own(segment: SegmentMarkers, other: SegmentMarkers) -> list[int]:
+def _exclusive_markers(segment: SegmentMarkers, other: SegmentMarkers) -> list[int]:
     """Markers of a segment that are not on another; all of them if less than two are."""
     places = [k for k, label in enumerate(segment.labels) if label not in other.labels]
     return places if len(places) >= 2 else list(range(len(segment.labels)))
 
 
-def _own_pose(
+def _exclusive_pose(
     positions: np.ndarray,
     labels: list[str],
     segment: SegmentMarkers,
@@ -138,7 +138,7 @@ def _own_pose(
     point: np.ndarray,
 ) -> SegmentPose:
     """Pose of a segment by its own markers; by all of them if it has less than two of its own."""
-    places = _own(segment, other)
+    places = _exclusive_markers(segment, other)
     columns = [labels.index(segment.labels[k]) for k in places]
     return fit_rigid_segment(positions[:, columns], segment.layout_m[places], point)
 
@@ -206,7 +206,7 @@ def centre_from_sway(
     # the same point in the shank as all markers show it: on average over quiet standing
     columns = [labels.index(label) for label in person.shank.labels]
     whole = fit_rigid_segment(slow[unperturbed][:, columns], person.shank.layout_m, np.zeros(2))
-    pose = _own_pose(slow[unperturbed], labels, person.shank, person.foot, by_shank.offset_m)
+    pose = _exclusive_pose(slow[unperturbed], labels, person.shank, person.foot, by_shank.offset_m)
     y, z = (pose.point - whole.point).T
     cosine, sine = np.cos(whole.angle), np.sin(whole.angle)
     offset = np.array([np.mean(y * cosine - z * sine), np.mean(y * sine + z * cosine)])

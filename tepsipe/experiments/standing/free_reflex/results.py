@@ -246,7 +246,7 @@ def with_budgets(result: Result, fits: Fits) -> Result:
     return Result(result.arrays | arrays, result.units | units, {**result.facts, "budgets": facts})
 
 
-def _budget_of(result: Result, estimator: str) -> Budget:
+def _budget_from_result(result: Result, estimator: str) -> Budget:
     facts, start = result.facts["budgets"][estimator], f"budget/{estimator}/sources/"
     contributions = {
         key.removeprefix(start): rows for key, rows in result.arrays.items() if key.startswith(start)
@@ -285,7 +285,7 @@ def task_difference(
         if estimator not in of_less:
             continue
         values = more.arrays[f"budget/{estimator}/values"] - less.arrays[f"budget/{estimator}/values"]
-        budget = _shared(_budget_of(more, estimator), _budget_of(less, estimator))
+        budget = _shared(_budget_from_result(more, estimator), _budget_from_result(less, estimator))
         low, high = budget.interval(values)
         flags = dict.fromkeys([*of_more[estimator]["flags"], *of_less[estimator]["flags"]])
         estimates = [

@@ -138,7 +138,7 @@ def fit_standing(
     intrinsic = regressors[0][:, : len(linear)] @ parameters[0][: len(linear)]
     curves = regression.curves(intrinsic, predicted)
     return StandingFit(
-        names=(*linear, *model.gains_of(muscles)),
+        names=(*linear, *model.gain_names(muscles)),
         parameters=parameters,
         delays=delays,
         vaf=100.0 * (1.0 - float(np.sum((torque[0] - predicted) ** 2) / np.sum(torque[0] ** 2))),

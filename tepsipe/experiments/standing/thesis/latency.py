@@ -118,8 +118,10 @@ def muscle_latency(
             continue
         speed = lengthening_speed(responses, lengthening)
         # until the belt returns
-        moved = np.abs(np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0)))
-        first = (responses.time >= 0.0) & (np.arange(moved.size) <= moved.argmax())
+        displacement = np.abs(
+            np.cumsum(responses.perturbed["belt_velocity"].mean(axis=0) * (responses.time >= 0.0))
+        )
+        first = (responses.time >= 0.0) & (np.arange(displacement.size) <= displacement.argmax())
         if speed[first].mean() > 0.0:
             stretching.append(responses)
     if not stretching:
