@@ -31,7 +31,7 @@ KNOWN_INERTIA = (0.007, 0.0005)
 CONFIG = yaml.safe_load((lab.ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 OPTIONS = replace(lab.OPTIONS, sources=sources_of(CONFIG["uncertainty"]["dummy"]))
 BELIEVED = OPTIONS.sources["leg_bending_rad_per_m_per_s2"].standard_uncertainty
-# from one tried size to the next (-)
+# from one tried size to the next
 STEP = 1.5
 FOOT, ANKLE, ON_LEG = slice(0, 3), 3, slice(3, 8)
 

@@ -89,7 +89,7 @@ def exact(instants: np.ndarray, velocity: np.ndarray, leg: Leg, foot: Foot) -> d
 
 
 def errors(simulated: ForwardSimulation, true: dict[str, np.ndarray]) -> tuple[float, float]:
-    """Largest error of the angle (rad), and of a reaction as a part of the range of its values (-)."""
+    """Largest error of the angle (rad), and of a reaction as a part of the range of its values."""
     off = {name: np.abs(getattr(simulated, name) - values).max() for name, values in true.items()}
     return off["theta"], max(off[name] / np.ptp(true[name]) for name in REACTIONS)
 

@@ -113,7 +113,7 @@ def scored(seed: int, joint: dict) -> dict:
 
 
 def main() -> None:
-    """Fit all joints and print the table (units in it)."""
+    """Fit all joints and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--first", type=int, default=1)

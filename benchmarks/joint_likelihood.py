@@ -27,7 +27,7 @@ TODAY = {"today": Pathway("leg", "aligned", "output-error")}
 
 
 def bound(motion: lab.Motion, instruments: lab.Instruments) -> np.ndarray:
-    """Cramér-Rao bound of the standard deviations of I, B, K for a linear joint (their units)."""
+    """Cramér-Rao bound of the standard deviations of I, B, K for a linear joint."""
     n, leg = motion.instants.size, lab.LEG
     kept = slice(round(0.1 * n / lab.RATE_HZ), round(100.0 * n / lab.RATE_HZ))
     s = (2j * np.pi * np.fft.rfftfreq(n, 1.0 / lab.RATE_HZ))[kept]

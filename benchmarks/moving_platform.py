@@ -42,7 +42,7 @@ CASES = (
 
 
 def truth_of(person: PlatformPerson, mode: np.ndarray) -> dict[str, float]:
-    """True value of every quantity (its unit), with the slow mode of the record."""
+    """True value of every quantity, with the slow mode of the record."""
     at_once = np.array(person.stiffness_Nm_per_rad)
     reflex = np.array(person.reflex_stiffness_Nm_per_rad)
     tables = {

@@ -91,7 +91,7 @@ def loop(regressors: np.ndarray, torque: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    """Print times (ms), their ratio, how far the parameters differ (-) and the cost of whole cells (ms)."""
+    """Print times (ms), their ratio, how far the parameters differ and the cost of whole cells (ms)."""
     trial = filtered_trial(made_up())
     print(f"{DRAWS} draws of {len(trial.within)} windows, median of {REPETITIONS} repetitions\n")
     print(

@@ -1,5 +1,5 @@
 # ruff: noqa: E402
-"""Which perturbations identify the stiffness matrix of ankle, knee and hip, and what the intervals hold.
+"""Benchmark of perturbations for the stiffness matrix of ankle, knee and hip: error and coverage.
 
     export OMP_NUM_THREADS=1
     python benchmarks/several_joints.py --part exact --epochs 40 --seeds 100 > benchmarks/several_joints.md

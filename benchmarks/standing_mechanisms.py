@@ -1,4 +1,4 @@
-"""What each mechanism of the virtual person does to today's estimates of K and B: a table.
+"""Table of the errors of K and B caused by each mechanism of the virtual person.
 
     .venv/bin/python benchmarks/standing_mechanisms.py [--seeds 1] [--assumptions]
 

@@ -64,7 +64,7 @@ def made_up(settings: dict, samples: int = 35_000, rate_hz: float = 100.0) -> Be
 
 
 def source(arguments: list[str], settings: dict) -> BeltRecording:
-    """What is given, else what is found, else made up (Nm, m/s)."""
+    """Recording that is named, else one in the folder of real data, else a simulated one (Nm, m/s)."""
     if arguments:
         return recorded(Path(arguments[0]), settings)
     folder = Path(os.environ.get("TEPSIPE_REAL_DATA", ROOT.parent / "shared" / "real-data"))

@@ -1,4 +1,4 @@
-"""What the intervals of the Wristalyzer hold, over laboratories drawn from the beliefs of the analysis.
+"""Coverage of the Wristalyzer's intervals over laboratories drawn from the beliefs of the analysis.
 
     .venv/bin/python benchmarks/wristalyzer_coverage.py --laboratories 200
 
@@ -36,7 +36,7 @@ FACTORS, DURATION_S = ("0.08", "0.12", "0.16", "0.20", "0.24"), 60.0
 
 
 def options_of(analysis: dict) -> WristalyzerOptions:
-    """The study's choices, without the tests of starting values (units in their names)."""
+    """The study's choices, without the tests of starting values."""
     analysis = dict(analysis)
     bounds = Bounds(*(np.array(list(analysis.pop(key).values())) for key in ("start", "lower", "upper")))
     low, high = analysis.pop("profile_stiffness_Nm_per_rad")
@@ -46,7 +46,7 @@ def options_of(analysis: dict) -> WristalyzerOptions:
 
 
 def rows_of(seed: int, constants: dict, settings: dict, folder: Path) -> list[tuple]:
-    """Estimator, quantity, truth, value and interval of every estimate of one laboratory (their units)."""
+    """Estimator, quantity, truth, value and interval of every estimate of one laboratory."""
     truth = draw_laboratory(constants | {"seed": seed})
     section, options = settings["wristalyzer"], options_of(settings["wristalyzer"]["analysis"])
     sources = sources_of(settings["uncertainty"]["wristalyzer"])

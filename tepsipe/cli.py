@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0, or 2 where the input cannot be used (-).
+        0, or 2 where the input cannot be used.
     """
     parser = _parser()
     chosen = parser.parse_args(arguments)

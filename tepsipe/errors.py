@@ -1,4 +1,4 @@
-"""What the library raises when its input cannot be used."""
+"""Error raised for unusable input, and helpers for its message."""
 
 
 class InputError(ValueError):
@@ -11,20 +11,20 @@ class InputError(ValueError):
 
 
 def quoted(text: object, length: int = 60) -> str:
-    """``text`` as it is quoted in a message (no unit): in quotes and cut to ``length`` characters."""
+    """``text`` as it is quoted in a message: in quotes and cut to ``length`` characters."""
     quotation = repr(str(text)) if not isinstance(text, float | int | None) else repr(text)
     return quotation if len(quotation) <= length else f"{quotation[:length]}..."
 
 
 def listed(names, most: int = 20) -> str:
-    """Some names as they are listed in a message (no unit), at most ``most`` of them."""
+    """Some names as they are listed in a message, at most ``most`` of them."""
     names = list(names)
     shown = ", ".join(quoted(name) for name in names[:most]) or "nothing"
     return shown if len(names) <= most else f"{shown} and {len(names) - most} more"
 
 
 def refuse_other_kind(value: object, kind: type, function: str, maker: str) -> None:
-    """Refuse an argument (no unit) of ``function`` that is no ``kind``, which ``maker`` would make.
+    """Refuse an argument of ``function`` that is no ``kind``, which ``maker`` would make.
 
     Raises
     ------

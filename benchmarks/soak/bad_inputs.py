@@ -63,7 +63,7 @@ def digests(folder: Path) -> dict[str, str]:
 
 
 def fault_of(said: str, words: str, status: int, text: str | None = None) -> str:
-    """What is wrong with a refusal, empty if nothing: ``text`` is its sentence, ``said`` the output."""
+    """Fault of a refusal, or an empty string: ``text`` is its sentence, ``said`` the output."""
     if status == 0:
         return "it was accepted"
     sentence = next((line for line in said.splitlines() if words in line), "") if text is None else text

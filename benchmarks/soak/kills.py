@@ -57,7 +57,7 @@ def run(seed: int = 1, kills: int = 20, cores: int = 2, folder: Path | None = No
     seed : int
         Of moments and targets.
     kills : int
-        How many (-).
+        How many.
     cores : int
         Of every run.
     folder : Path, optional

@@ -63,7 +63,7 @@ def damaged(reader: str, files: list[Path], seed: int, k: int) -> tuple[Path, by
 
 
 def sentence_lacks(message: str, path: Path) -> str:
-    """What a message lacks to be one sentence for a person; empty if nothing."""
+    """Part of a readable sentence that a message lacks; empty if none."""
     words = (str(path),) if ": unknown " in message else (str(path), "expected", "found")
     lacking = [repr(word) for word in words if word not in message]
     if "\n" in message:
@@ -138,13 +138,13 @@ def run(reader: str, mutations: int, seed: int = 1, cores: int = 2, first: int =
     reader : str
         One of READERS.
     mutations : int
-        How many (-).
+        How many.
     seed : int
         Of all chance.
     cores : int
         Number of workers.
     first : int
-        Number of the first mutation (-).
+        Number of the first mutation.
     """
     outcome = Outcome(reader, mutations)
     context = multiprocessing.get_context("fork")

@@ -71,7 +71,7 @@ def rng() -> np.random.Generator:
 
 
 def finite(*values: object) -> bool:
-    """Whether all values are numbers."""
+    """Test for values that are all finite."""
     return all(np.isfinite(np.asarray(v, dtype=float)).all() for v in values)
 
 

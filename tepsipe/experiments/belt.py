@@ -103,7 +103,7 @@ class TreadmillCalibration:
 
     @property
     def best(self) -> str:
-        """Name of the model with the highest mean R2 on the tests (no unit)."""
+        """Name of the model with the highest mean R2 on the tests."""
         mean = {
             name: float(np.mean([score.r2 for score in self.scores if score.model == name]))
             for name in self.models
@@ -164,7 +164,7 @@ class TreadmillCalibration:
         return self.summary()
 
     def plot(self):
-        """Measured and predicted load of the first test, as a matplotlib figure (units in its labels)."""
+        """Measured and predicted load of the first test, as a matplotlib figure."""
         import matplotlib.pyplot as plt
 
         recording = next(iter(self.tests.values()))
@@ -203,11 +203,11 @@ def calibrate_treadmill(
     cutoff_hz : float
         Of the low-pass of all signals (Hz).
     order : int
-        Its order, of both passes together if it is zero-lag (-).
+        Its order, of both passes together if it is zero-lag.
     zero_lag : bool
-        Filter forward and backward, or forward only, as in real time (-).
+        Filter forward and backward, or forward only, as in real time.
     **options
-        Fields of `FamilyOptions` that differ from the default (units in their names).
+        Fields of `FamilyOptions` that differ from the default.
 
     Returns
     -------

@@ -17,9 +17,9 @@ def with_budget(rows: Sequence[Estimate], budget: Budget, quantities: Sequence[s
     Parameters
     ----------
     rows : sequence of Estimate
-        Of one trial, pathway and estimator (units in them).
+        Of one trial, pathway and estimator.
     budget : Budget
-        Uncertainty of ``quantities`` (their units). Without contributions Type B was not evaluated, and its
+        Uncertainty of ``quantities``. Without contributions Type B was not evaluated, and its
         cell is empty.
     quantities : sequence of str
         Names of its p estimates, in their order. Rows of other quantities are returned unchanged.
@@ -52,7 +52,7 @@ def contributions_of(
 ) -> list[Contribution]:
     """Rows of the table of budgets for the estimates of one trial, pathway and estimator.
 
-    Arguments are those of `with_budget` (units in them). Type A comes first, and what is not finite, of a
+    Arguments are those of `with_budget`. Type A comes first, and what is not finite, of a
     single perturbation, is left out.
     """
     contributions = []

@@ -49,17 +49,17 @@ class PlatformOptions:
     Attributes
     ----------
     estimate : MultiJointOptions
-        Band, averaging and delays (units in the names).
+        Band, averaging and delays.
     models : tuple of str
         Models, from the least free to the most.
     rejected_below : float
-        Probability of the torque left over below which a model is rejected (-).
+        Probability of the torque left over below which a model is rejected.
     largest_share : float
-        Largest standard error of what is quoted, over the driven torque (-).
+        Largest standard error of what is quoted, over the driven torque.
     mode_below_hz : float
         Below this frequency motion is slow (Hz).
     training_fraction : float
-        First part of the trial that is fitted for the held-out validation (-).
+        First part of the trial that is fitted for the held-out validation.
     """
 
     estimate: MultiJointOptions
@@ -77,9 +77,9 @@ class ModelFit:
     Attributes
     ----------
     rows : tuple of RowFit
-        Torque of each joint, fitted to the whole trial (units in them).
+        Torque of each joint, fitted to the whole trial.
     quantities : tuple of tuple of Quantity
-        Of each joint (units in them).
+        Of each joint.
     vaf, direct_vaf : tuple of HeldOutVaf
         Of each joint, by the instrument and by ordinary regression of the first part (%).
     driven_vaf : tuple of float
@@ -96,7 +96,7 @@ class ModelFit:
     predicted: np.ndarray
 
     def rejected(self, below: float) -> bool:
-        """Whether torque coherent with the platform is left over, at a probability ``below`` (-)."""
+        """Test for residual torque that is coherent with the platform, at a probability ``below``."""
         return any(row.p_value < below for row in self.rows)
 
 
@@ -107,11 +107,11 @@ class PlatformAnalysis:
     Attributes
     ----------
     joints : tuple of str
-        Names (no unit).
+        Names.
     spectra : Spectra
         Responses to the platform and coherence (Hz, rad, N·m).
     mode : ndarray, shape (joints,)
-        How the platform moves the joints slowly (unitless).
+        How the platform moves the joints slowly.
     models : dict of str to ModelFit
         In the order of the options.
     chosen : str
@@ -138,10 +138,10 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
     Parameters
     ----------
     trial : Trial
-        ``platform`` (any unit), ``joint_angle`` (rad), ``joint_torque`` (N·m), and ``second_perturbation``
-        (any unit), if there is one.
+        ``platform``, ``joint_angle`` (rad), ``joint_torque`` (N·m), and ``second_perturbation``,
+        if there is one.
     options : PlatformOptions
-        Choices (units in their names).
+        Choices.
 
     Returns
     -------
@@ -277,7 +277,7 @@ def _driven_vaf(row: RowFit, spectra: Spectra, joint: int) -> float:
 def platform_estimates(
     experiment: str, condition: str, analysis: PlatformAnalysis, options: PlatformOptions
 ) -> list[Estimate]:
-    """Tidy rows of one trial: every model by the instrument and by ordinary regression (units in the rows).
+    """Tidy rows of one trial: every model by the instrument and by ordinary regression.
 
     What is not identified has a row without a value and the flag ``not-identified``; rows of a model that
     leaves torque coherent with the platform have the flag ``coherent-residual``.
@@ -329,7 +329,7 @@ def _vaf_rows(names: tuple[str, ...], joint: str, vaf: HeldOutVaf) -> list[Estim
 
 
 def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: str) -> Result:
-    """Arrays and facts of one trial; ``unit`` is that of the platform's motion (units in the result)."""
+    """Arrays and facts of one trial; ``unit`` is that of the platform's motion."""
     spectra, chosen = analysis.spectra, analysis.models[analysis.chosen]
     frequency = spectra.frequency_hz.mean(axis=1)
     joints = len(analysis.joints)

@@ -67,7 +67,7 @@ def mass_budget(masses: np.ndarray, sources: dict[str, Source]) -> Budget:
     masses : ndarray, shape (perturbations,)
         m_hat of every perturbation (kg).
     sources : dict of str to Source
-        force_scale, marker_scale and belt_force_ratio (-), as far as they are known.
+        force_scale, marker_scale and belt_force_ratio, as far as they are known.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def analyse_weight(
     recordings : dict of str to BeltRecording
         Name of a filter -> fore-aft force (N); the mass is estimated with the first.
     sources : dict of str to Source
-        What is not known exactly, as in `mass_budget` (units in their names).
+        What is not known exactly, as in `mass_budget`.
     marker_lag_s : float, optional
         Time by which the weight's markers lag behind the belt (s), stored with the results.
 
@@ -142,7 +142,7 @@ def _spread(x: np.ndarray) -> float:
 
 
 def weight_result(analysis: WeightAnalysis) -> Result:
-    """Arrays and facts of one trial, for figures and claims (units in the result)."""
+    """Arrays and facts of one trial, for figures and claims."""
     arrays: dict[str, np.ndarray] = {"masses": analysis.masses}
     units = {"masses": "kg"}
     for name, recording in analysis.recordings.items():
@@ -172,7 +172,7 @@ def usual_weight(results: dict[str, Result]) -> dict[str, Result]:
 
 
 def shapes(empty: dict[str, Result], weight: dict[str, Result], filter_name: str) -> tuple[list, list]:
-    """Correlation (-) and ratio of magnitudes (-) of the mean Fy0 and Delta Fy, condition by condition."""
+    """Correlation and ratio of magnitudes of the mean Fy0 and Delta Fy, condition by condition."""
     alike, sizes = [], []
     for condition in [c for c in weight if c in empty]:
         f, d = (
@@ -185,7 +185,7 @@ def shapes(empty: dict[str, Result], weight: dict[str, Result], filter_name: str
 
 
 def speed_at_peak(results: dict[str, Result], filter_name: str) -> list[float]:
-    """Belt speed at the peak of the mean belt-induced force, relative to the peak speed (-), by condition."""
+    """Belt speed at the peak of the mean belt-induced force, relative to the peak speed, by condition."""
     shares = []
     for result in results.values():
         force = result.arrays[f"{filter_name}/added_force"].mean(axis=0)

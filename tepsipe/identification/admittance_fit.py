@@ -44,15 +44,15 @@ class AdmittanceFit:
     parameters, start : ndarray, shape (3,)
         Estimate and starting values: I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     cost : float
-        Sum of e^2 (-); the thesis calls it error.
+        Sum of e^2; the thesis calls it error.
     sem_as_printed, standard_error : ndarray, shape (3,)
         Thesis eq (3-2) as printed, and the standard error (units of the parameters).
     degrees_of_freedom : int
-        Number of residuals less three parameters (-).
+        Number of residuals less three parameters.
     converged : bool
-        Whether the solver met its tolerances (-).
+        Whether the solver met its tolerances.
     at_bound : bool
-        Whether an estimate lies at one of its bounds (-).
+        Whether an estimate lies at one of its bounds.
     """
 
     parameters: np.ndarray
@@ -104,7 +104,7 @@ def residuals(parameters: np.ndarray, estimate: FrequencyResponse) -> np.ndarray
     Returns
     -------
     ndarray, shape (2 n,)
-        Residuals (-).
+        Residuals.
     """
     weight = np.sqrt(estimate.coherence / estimate.frequency_hz)
     ratio = np.log(estimate.response / admittance(parameters, estimate.frequency_hz))
@@ -124,7 +124,7 @@ def residuals_as_printed(parameters: np.ndarray, estimate: FrequencyResponse) ->
     Returns
     -------
     ndarray, shape (n,)
-        e (-), never negative.
+        e, never negative.
     """
     weight = np.sqrt(estimate.coherence / estimate.frequency_hz)
     ratio = np.log(estimate.response / admittance(parameters, estimate.frequency_hz))
@@ -237,7 +237,7 @@ def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarr
 def distance_to_other_criterion(
     fit: AdmittanceFit, estimate: FrequencyResponse, power: np.ndarray
 ) -> np.ndarray:
-    """How far the criterion decides: the fit less one by least squares of the torque.
+    """Effect of the criterion: the fit less one by least squares of the torque.
 
     That minimises S_uu |1 - H / H_model|^2, and would be the same for a linear joint.
 
@@ -248,7 +248,7 @@ def distance_to_other_criterion(
     estimate : FrequencyResponse
         The n frequencies that were fitted (Hz, rad/(N·m)).
     power : ndarray, shape (n,)
-        Power of the torque at these frequencies (any unit).
+        Power of the torque at these frequencies.
 
     Returns
     -------
@@ -276,7 +276,7 @@ def fit_from_many_starts(
     bounds : Bounds
         Starting values and bounds (N·m·s²/rad, N·m·s/rad, N·m/rad).
     count : int
-        Number of random starts (-): I and B log-uniform over 1e-4..1 and 0.01..10, K uniform between
+        Number of random starts: I and B log-uniform over 1e-4..1 and 0.01..10, K uniform between
         its bounds.
     rng : numpy.random.Generator
         Draws them.
@@ -308,9 +308,9 @@ class StiffnessProfile:
     stiffness : ndarray, shape (n,)
         K (N·m/rad).
     cost : ndarray, shape (n,)
-        Smallest sum of e^2 (-).
+        Smallest sum of e^2.
     limit : float
-        Cost at the border of the 95 % interval (-).
+        Cost at the border of the 95 % interval.
     interval : (float, float)
         The 95 % interval (N·m/rad); an end outside the profile is infinite.
     """
@@ -340,7 +340,7 @@ def profile_stiffness(
     Returns
     -------
     StiffnessProfile
-        Costs (-) and the interval of K (N·m/rad) where
+        Costs and the interval of K (N·m/rad) where
         cost <= cost_best (1 + F_95(1, N - 3) / (N - 3)), N twice the number of frequencies.
     """
     cost = np.empty(stiffness.size)
@@ -362,7 +362,7 @@ def profile_stiffness(
 
 
 def _interval(x: np.ndarray, cost: np.ndarray, limit: float) -> tuple[float, float]:
-    """Where the profile crosses the limit on either side of its minimum."""
+    """Crossings of the limit by the profile on either side of its minimum."""
     lowest = int(np.argmin(cost))
     ends = [-np.inf, np.inf]
     for side, indices in enumerate((range(lowest, 0, -1), range(lowest, x.size - 1))):

@@ -71,7 +71,7 @@ def samples_at_rest(time: np.ndarray, windows: list[Perturbation], rest) -> np.n
     Returns
     -------
     ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def shaded(time: np.ndarray, windows: list[Perturbation]) -> np.ndarray:
 
 
 def bootstrap_generator(draws: int, confidence: float, seed: int) -> np.random.Generator:
-    """Generator of a bootstrap of ``draws`` (-), for intervals of a ``confidence`` (-).
+    """Generator of a bootstrap of ``draws``, for intervals of a ``confidence``.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def bootstrap_generator(draws: int, confidence: float, seed: int) -> np.random.G
 
 
 def check_probability(confidence: float) -> None:
-    """Refuse a confidence (-) that is no probability of an interval.
+    """Refuse a confidence that is no probability of an interval.
 
     Raises
     ------

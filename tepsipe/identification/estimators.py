@@ -33,7 +33,7 @@ class Record:
     perturbations : list of Perturbation or None
         Windows (samples).
     at_rest : ndarray of bool or None, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     leg : Leg or None
         The leg (kg, m, kg·m²).
     foot_position, belt_velocity : ndarray or None, shape (n,)
@@ -63,13 +63,13 @@ class Estimator:
     Attributes
     ----------
     meaning : str
-        Description in a few words (no unit).
+        Description in a few words.
     needs : tuple of str
         Parts of a `Record` that it uses.
     function : callable
-        From the record to `WindowedFits` (units there).
+        From the record to `WindowedFits`.
     of_windows : bool
-        Whether its estimates hold for the motion in the windows of the perturbations (-); those of the others
+        Whether its estimates hold for the motion in the windows of the perturbations; those of the others
         hold for small movements.
     """
 
@@ -80,7 +80,7 @@ class Estimator:
 
     @property
     def windowed(self) -> bool:
-        """Whether it fits the torque in the windows of perturbations (no unit)."""
+        """True if it fits the torque in the windows of perturbations."""
         return self.needs == OF_WINDOWS
 
 
@@ -183,7 +183,7 @@ ESTIMATORS = {
 
 
 def find_estimator(name: str) -> Estimator:
-    """Estimator of a name (no unit).
+    """Estimator of a name.
 
     Raises
     ------
@@ -203,7 +203,7 @@ def estimate(name: str, record: Record) -> "WindowedFits":
     name : str
         One of `ESTIMATORS`.
     record : Record
-        The trial (units there).
+        The trial.
 
     Returns
     -------

@@ -67,17 +67,17 @@ def fit_impedance(
     cutoff_hz : float or None
         Of the zero-lag Butterworth low-pass of all signals (Hz); None if they are filtered already.
     order : int
-        Its order, both passes together (-).
+        Its order, both passes together.
     thesis : bool
-        Leave the torque at rest in, as eq (3-9) is printed (-).
+        Leave the torque at rest in, as eq (3-9) is printed.
     block_s : float
         Length of the bootstrapped blocks (s), without perturbations.
     bootstrap_draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
     seed : int
-        Of the bootstrap (-).
+        Of the bootstrap.
 
     Returns
     -------
@@ -150,13 +150,13 @@ def fit_output_error(
     cutoff_hz : float
         Of the zero-lag Butterworth low-pass (Hz), that of ``motion``.
     order : int
-        Its order, both passes together (-), that of ``motion``.
+        Its order, both passes together, that of ``motion``.
     bootstrap_draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
     seed : int
-        Of the bootstrap (-).
+        Of the bootstrap.
 
     Returns
     -------
@@ -229,9 +229,9 @@ def fit_admittance(
     lower, upper : sequence of float, optional
         Bounds of I, B, K (units as ``start``); by default none.
     thesis : bool
-        The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2 (-).
+        The modulus of the log ratio as residual, with the starting values and bounds of thesis Table 3-2.
     confidence : float
-        Probability of the intervals (-), which assume independent residuals of equal variance.
+        Probability of the intervals, which assume independent residuals of equal variance.
 
     Returns
     -------
@@ -329,25 +329,25 @@ def fit_parallel_cascade(
     angle, torque : array_like or Signal, shape (n,)
         theta (rad) and tau (N·m), positive when it resists a positive angle; not filtered.
     training_fraction : float
-        First part of the record that is fitted (-).
+        First part of the record that is fitted.
     cut_s : float
         Time that is cut at both ends (s).
     cutoff_hz : float
         Of the zero-lag Butterworth low-pass of all signals (Hz).
     order : int
-        Its order, both passes together (-).
+        Its order, both passes together.
     resample_rate_hz : float
         Rate to which faster records are resampled first (Hz).
     block_s : float
         Length of the bootstrapped blocks (s).
     bootstrap_draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
     seed : int
-        Of the bootstrap (-).
+        Of the bootstrap.
     **options
-        Fields of `ParallelCascadeOptions` that differ from the default (units in their names).
+        Fields of `ParallelCascadeOptions` that differ from the default.
 
     Returns
     -------
@@ -494,12 +494,12 @@ def _cascade_quantities(
     fit : ParallelCascadeFit
         The fit.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
 
     Returns
     -------
     dict of str to Quantity
-        I, B, K and further quantities of the terms that were selected (units in them).
+        I, B, K and further quantities of the terms that were selected.
     tuple of str
         Sentences on assumed values and the slow torque.
     """

@@ -50,9 +50,9 @@ def fit_joint_likelihood(
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
     softening : bool
-        Whether the joint may soften with bending (-).
+        Whether the joint may soften with bending.
     confidence : float
-        Probability of the intervals (-).
+        Probability of the intervals.
 
     Returns
     -------

@@ -29,13 +29,13 @@ from tepsipe.errors import InputError
 from tepsipe.signals.differentiation import derivative
 
 NAMES = ("I", "B", "K", "reflex_gain_ratio")
-# realisations or pieces below which a bootstrap over them tells little (-)
+# realisations or pieces below which a bootstrap over them tells little
 LEAST_PIECES = 8
-# part of the motion that must differ between realisations: the rest is the same in all and is subtracted (-)
+# part of the motion that must differ between realisations: the rest is the same in all and is subtracted
 LEAST_VARIATION = 0.02
-# a window whose velocity has less than this part of the usual power was not perturbed (-)
+# a window whose velocity has less than this part of the usual power was not perturbed
 LEAST_POWER = 0.05
-# a segment with fewer samples per parameter than this is no basis of a fit (-)
+# a segment with fewer samples per parameter than this is no basis of a fit
 SAMPLES_PER_PARAMETER = 4
 CHUNK = 50
 
@@ -83,13 +83,13 @@ class VaryingImpedance:
     at : ndarray, shape (m,)
         Centres of the segments (s, or unit of the schedule).
     names : tuple of str
-        I, B, K and, if a reflex torque was given, reflex_gain_ratio, the gain relative to that torque (-).
+        I, B, K and, if a reflex torque was given, reflex_gain_ratio, the gain relative to that torque.
     values, standard_error, low, high : ndarray, shape (m, parameters)
         Parameters, standard errors and ends of the 95 % intervals (N·m·s²/rad, N·m·s/rad, N·m/rad, -).
     angle, torque : ndarray, shape (m,)
         Mean angle (rad) and torque (N·m): the operating point.
     pieces : ndarray, shape (m,)
-        Number of realisations or pieces (-); 1 for windows.
+        Number of realisations or pieces; 1 for windows.
     vaf : ndarray, shape (m,)
         VAF (%) of the torque of the segments about their levels, trends and ensemble mean.
     """
@@ -127,14 +127,14 @@ def impedance_in_windows(
     block_s : float
         Length of the blocks of residuals (s), longer than the residuals are correlated.
     draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     rng : numpy.random.Generator
         Draws the blocks.
 
     Returns
     -------
     VaryingImpedance
-        Parameters over time from the start of the record (units there), without windows in which the
+        Parameters over time from the start of the record, without windows in which the
         joint was not perturbed.
 
     Raises
@@ -200,14 +200,14 @@ def impedance_of_ensemble(
     length_s, segment_s, step_s : float
         Length of a realisation, of a short segment, and distance of segments (s).
     draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     rng : numpy.random.Generator
         Draws the realisations.
 
     Returns
     -------
     VaryingImpedance
-        Parameters over time after the trigger (units there).
+        Parameters over time after the trigger.
 
     Raises
     ------
@@ -277,21 +277,21 @@ def impedance_by_schedule(
     joint : MovedJoint
         The record (rad, N·m).
     schedule : ndarray, shape (n,)
-        Scheduled quantity, for example phase of gait or target (any unit).
+        Scheduled quantity, for example phase of gait or target.
     bins : int
-        Number of equal bins between its smallest and largest value (-).
+        Number of equal bins between its smallest and largest value.
     piece_s : float
         Longest piece within a bin that has one level and one trend (s); pieces shorter than a quarter of it
         are left out.
     draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     rng : numpy.random.Generator
         Draws the pieces.
 
     Returns
     -------
     VaryingImpedance
-        Parameters over the schedule, for bins with enough pieces (units there).
+        Parameters over the schedule, for bins with enough pieces.
 
     Raises
     ------
@@ -381,7 +381,7 @@ def _vaf(y: np.ndarray, residual: np.ndarray) -> float:
 def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) -> np.ndarray:
     """Errors of the parameters for residuals drawn in blocks, shape (windows, draws, parameters).
 
-    ``unit`` holds the residuals of all windows over their RMS (-), ``level`` the RMS over time (N·m) and
+    ``unit`` holds the residuals of all windows over their RMS, ``level`` the RMS over time (N·m) and
     ``spans`` orthonormal bases of what is fitted in each window. Least squares leaves less than there was,
     of slow torque in a short window much less: errors grow by what a fit takes away from drawn residuals.
     """
@@ -403,7 +403,7 @@ def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) ->
 
 
 def _multiplicities(pieces: int, draws: int, rng: np.random.Generator) -> np.ndarray:
-    """How often each piece is drawn, shape (draws, pieces)."""
+    """Number of times each piece is drawn, shape (draws, pieces)."""
     drawn = rng.integers(0, pieces, (draws, pieces))
     return np.array([np.bincount(draw, minlength=pieces) for draw in drawn], dtype=float)
 
@@ -411,7 +411,7 @@ def _multiplicities(pieces: int, draws: int, rng: np.random.Generator) -> np.nda
 def _pooled(pieces, times: np.ndarray, place: str, lost: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Fit all pieces together: parameters, errors over drawn pieces (draws, parameters), VAF (%).
 
-    ``lost`` is the number of levels and trends removed from each piece (-).
+    ``lost`` is the number of levels and trends removed from each piece.
     """
     x, y = np.concatenate([p[0] for p in pieces]), np.concatenate([p[1] for p in pieces])
     value = _solver(x, place) @ y

@@ -1,4 +1,4 @@
-"""Whether the signals of a trial agree with each other: mass, belt-fixed markers, torque and angle.
+"""Agreement of the signals of a trial with each other: mass, belt-fixed markers, torque and angle.
 
 Symbols: y(t) position of a belt-fixed marker along the belt (m), v(t) velocity of the belt (m/s), s scale, d
 delay (s):
@@ -21,13 +21,13 @@ from tepsipe.signals.resampling import resample
 GRAVITY_M_PER_S2 = 9.81
 # motion of markers and belt is compared below this frequency (Hz)
 COMPARED_HZ = 20.0
-# where markers or belt move faster than this fraction of their fastest (-)
+# where markers or belt move faster than this fraction of their fastest
 MOVING_FRACTION = 0.1
-# smallest ratio of a pulse's peak to the noise around it (-)
+# smallest ratio of a pulse's peak to the noise around it
 PULSE_TO_NOISE = 8.0
-# a segment moves if its markers are this many times as fast, while the belt moves, as before (-)
+# a segment moves if its markers are this many times as fast, while the belt moves, as before
 STILL_RATIO = 1.3
-# the torque is against the motion below this correlation of torque and angular velocity (-)
+# the torque is against the motion below this correlation of torque and angular velocity
 AGAINST_MOTION = -0.05
 
 
@@ -37,7 +37,7 @@ def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
     Parameters
     ----------
     trial : Trial
-        Signals (units in the signals).
+        Signals.
     rig : Rig
         What the trial is said to hold (kg).
     files : dict of str to str
@@ -68,9 +68,9 @@ def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[s
     Parameters
     ----------
     trial : Trial
-        Signals (units in the signals).
+        Signals.
     limits : Limits
-        What each kind of signal can be (units in the names).
+        What each kind of signal can be.
     rig : Rig
         Belt-fixed markers and segments (names, no unit).
     files : dict of str to str
@@ -126,7 +126,7 @@ def belt_fixed_motion(
     Returns
     -------
     scale, delay_s, correlation : float
-        s (-), d (s, positive where the marker lags, to one sample) and the uncentred correlation (-) over the
+        s, d (s, positive where the marker lags, to one sample) and the uncentred correlation over the
         samples in which either moves.
     """
     v = np.asarray(belt_velocity, dtype=float)
@@ -179,13 +179,13 @@ def _refuse_belt_fixed(
 
 
 def _stands_out(velocity: np.ndarray) -> bool:
-    """Whether a velocity has pulses above its noise, which is most of it."""
+    """Test for a velocity with pulses above its noise, which is most of it."""
     around = np.abs(velocity - np.median(velocity))
     return bool(around.max() > PULSE_TO_NOISE * 1.4826 * np.median(around))
 
 
 def _moves(trial: Trial, columns: list[int], belt: np.ndarray) -> bool:
-    """Whether any of these markers is faster while the belt moves, and shortly after, than before."""
+    """Test for a marker that is faster during and shortly after the belt's motion than before it."""
     rate = trial.rate_hz
     moving = np.flatnonzero(np.abs(belt) > MOVING_FRACTION * np.abs(belt).max())
     before = slice(round(0.1 * rate), max(0, int(moving[0]) - round(0.2 * rate)))
@@ -207,9 +207,9 @@ def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
     Parameters
     ----------
     trial : Trial
-        Signals (units in the signals).
+        Signals.
     limits : Limits
-        What each kind of signal can be (units in the names).
+        What each kind of signal can be.
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -241,9 +241,9 @@ def refuse_joints(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
     Parameters
     ----------
     trial : Trial
-        Signals (units in the signals).
+        Signals.
     limits : Limits
-        What each kind of signal can be (units in the names).
+        What each kind of signal can be.
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 

@@ -48,7 +48,7 @@ KNOWN_UNITS = " ".join(
 
 @dataclass(frozen=True)
 class BeltTableOptions:
-    """How to ingest a table of load and belt velocity.
+    """Options for a table of load and belt velocity.
 
     Attributes
     ----------
@@ -209,7 +209,7 @@ def _refuse_repeated(keep: np.ndarray, column: str, name: str) -> None:
 
 
 def belt_clock(time: np.ndarray) -> BeltClock:
-    """Whether time stamps come from a regular clock, and its rate.
+    """Regularity of the clock behind the time stamps, and its rate.
 
     The clock is regular if the stamps, smoothed by a running median over 51 of them, stay within 0.4
     periods of a straight line. Single stamps may be later, as when a zero step follows a double one. A

@@ -141,7 +141,7 @@ def _cut(recording: Recording, first: int, stop: int) -> Recording:
 
 
 def _by_counter(mocap: DFlowTable, record: DFlowTable) -> np.ndarray:
-    """Samples at which the record file's rows stand (-): rows of one frame are spread over it evenly."""
+    """Samples at which the record file's rows stand: rows of one frame are spread over it evenly."""
     frames = record.frames - mocap.frames[0]
     first = np.flatnonzero(np.diff(frames, prepend=frames[0] - 1) != 0)
     counts = np.diff(np.append(first, frames.size))
@@ -184,7 +184,7 @@ def _late(
     clock: Clock,
     belt_fixed_labels: tuple[str, ...],
 ) -> float:
-    """Samples by which the record file is late after alignment by stamps (-), from a common signal."""
+    """Samples by which the record file is late after alignment by stamps, from a common signal."""
     common = [name for name in signals if name in recording.channels]
     pairs = [(name, recording.channels[name].values, signals[name], False) for name in common]
     pairs = [pair for pair in pairs if np.nanstd(pair[1]) > 0.0 and np.nanstd(pair[2]) > 0.0]

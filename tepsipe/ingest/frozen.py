@@ -9,11 +9,11 @@ import numpy as np
 
 from tepsipe.signals.resampling import runs_of
 
-# a channel is quantised if the median of its steps is at most this many times the smallest (-)
+# a channel is quantised if the median of its steps is at most this many times the smallest
 QUANTISED_STEPS = 3.0
-# what a signal must do while another one is held, as a fraction of its whole range (-)
+# what a signal must do while another one is held, as a fraction of its whole range
 MOVING_RANGE = 0.2
-# a held signal changes by less than this fraction of its whole range (-)
+# a held signal changes by less than this fraction of its whole range
 HELD_RANGE = 1e-6
 
 
@@ -25,13 +25,13 @@ def frozen_stretch(
     Parameters
     ----------
     values : ndarray, shape (n, c)
-        Components of one channel (any unit); a sample is repeated if all of them are.
+        Components of one channel; a sample is repeated if all of them are.
     rate_hz : float
         Sampling rate (Hz).
     longest_s : float
         Longest stretch that is accepted (s).
     ignored : ndarray of bool, shape (n,), optional
-        Samples that were not measured (-).
+        Samples that were not measured.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def frozen_stretch(
 
 
 def _quantised(steps: np.ndarray) -> bool:
-    """Whether the usual step of a component is about as small as its smallest."""
+    """Test for a component whose median step is about as small as its smallest."""
     taken = steps[steps > 0.0]
     return bool(taken.size and np.median(taken) <= QUANTISED_STEPS * taken.min())
 
@@ -66,7 +66,7 @@ def held_while_moving(
     Parameters
     ----------
     values, others : ndarray, shape (n,)
-        Signal that may be held, and the one that moves it (any units).
+        Signal that may be held, and the one that moves it.
     rate_hz : float
         Sampling rate (Hz).
     longest_s : float

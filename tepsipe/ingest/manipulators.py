@@ -30,7 +30,7 @@ RADIANS_PER_UNIT = {"rad": 1.0, "deg": np.pi / 180.0}
 
 @dataclass(frozen=True)
 class ManipulatorOptions:
-    """How to ingest a manipulator's recording.
+    """Options for a manipulator's recording.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ def _refuse_broken_command(
 
 @dataclass(frozen=True)
 class TableOptions:
-    """How to ingest a table of a position-controlled manipulator.
+    """Options for a table of a position-controlled manipulator.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ def ingest_position_manipulator(
     ----------
     table : dict of ndarray, shape (n,)
         ``time`` (s), ``angle`` (in ``options.angle_unit``), ``torque`` (N·m); if recorded, ``schedule``, a
-        scheduled quantity (any unit), and ``trigger``, which rises where a realisation begins (any unit).
+        scheduled quantity, and ``trigger``, which rises where a realisation begins.
     options : TableOptions
         Rate (Hz), longest gap (s), unit and sign.
     duration_s : float

@@ -35,7 +35,7 @@ BELTS = ("left", "right")
 
 @dataclass(frozen=True)
 class TreadmillOptions:
-    """How to ingest a treadmill's recording.
+    """Options for a treadmill's recording.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class TreadmillOptions:
 
 @dataclass(frozen=True)
 class TreadmillSignals:
-    """What a treadmill measured, on the clock of its trial.
+    """Signals measured by a treadmill, on the clock of its trial.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class MarkerSignals:
     signals : dict of str to Signal
         ``marker_position``, ``marker_position_as_sampled`` (m), ``marker_hidden``.
     hidden_samples : int
-        Number of samples that were filled (-).
+        Number of samples that were filled.
     """
 
     grid: np.ndarray
@@ -274,7 +274,7 @@ def treadmill_trial(
     markers : MarkerSignals or None
         Markers (m), if there are any.
     attributes : dict
-        Further facts (units in the keys).
+        Further facts.
 
     Returns
     -------

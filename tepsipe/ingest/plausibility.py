@@ -1,4 +1,4 @@
-"""Whether the signals of a finished trial can be those of the rig that they are said to come from.
+"""Plausibility of the signals of a finished trial for the rig that is said to have recorded them.
 
 Every way into the library ends in a `Trial`, which `plausible_trial` examines: a wrong unit, a dead channel,
 a frozen marker or the file of another trial is refused whatever the format of the files was.
@@ -14,13 +14,13 @@ from tepsipe.ingest.frozen import frozen_stretch
 from tepsipe.ingest.limits import Limits, Rig, source, used_belt
 from tepsipe.io.trial import Trial
 
-# a person's marker that is frozen counts as hidden up to this fraction of the trial, above it stops it (-)
+# a person's marker that is frozen counts as hidden up to this fraction of the trial, above it stops it
 FROZEN_SHARE = 0.5
 
 
 @dataclass(frozen=True)
 class _Kind:
-    """Where a signal's limit is, what it is called, and which file it comes from, the first that there is."""
+    """Limit of a signal, its name in messages, and the files it may come from, the first present."""
 
     limit: str
     what: str
@@ -57,9 +57,9 @@ def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str
     Parameters
     ----------
     trial : Trial
-        Signals as ingest made them (units in the signals).
+        Signals as ingest made them.
     limits : Limits
-        What each kind of signal can be (units in the names).
+        What each kind of signal can be.
     rig : Rig
         What the trial is said to hold (kg).
     files : dict of str to str
@@ -192,7 +192,7 @@ def refuse_dead_channels(
     voltages : ndarray, shape (n, channels)
         As recorded (V).
     channels : tuple of str
-        Their names (no unit).
+        Their names.
     calibration : ndarray, shape (components, channels)
         Forces and moments per voltage (N/V, N·m/V).
     name : str

@@ -227,7 +227,7 @@ def _belt_plates(recording: Recording, use: RecordingOptions) -> dict[int, Force
 
 
 def _axes(use: RecordingOptions, name: str) -> np.ndarray:
-    """Rows: the study's x, y and z in the axes of the file (-)."""
+    """Rows: the study's x, y and z in the axes of the file."""
     forward, up = DIRECTIONS[use.forward], DIRECTIONS[use.up]
     if forward @ up:
         raise InputError(

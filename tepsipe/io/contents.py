@@ -74,7 +74,7 @@ def contents_of(path: str | Path) -> Contents:
 
 
 def commonest_delimiter(header: str) -> str:
-    """Character between the columns of a table with this header (no unit): tab, semicolon or comma."""
+    """Character between the columns of a table with this header: tab, semicolon or comma."""
     return max("\t;,", key=header.count)
 
 
@@ -88,7 +88,7 @@ def unit_in(name: str) -> str:
 
 
 def table_columns(path: Path) -> tuple[list[str], str]:
-    """Names of a text table's columns, and the character between them (no unit).
+    """Names of a text table's columns, and the character between them.
 
     Raises
     ------

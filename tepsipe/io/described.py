@@ -18,13 +18,13 @@ class Channel:
     rate_hz : float or None
         Sampling rate (Hz); None where the file gives none.
     shape : tuple of int
-        Samples, and further axes (-).
+        Samples, and further axes.
     missing : int
-        Number of instants with missing samples (-).
+        Number of instants with missing samples.
     low, high : float
         Smallest and largest value (``unit``); NaN where there are no numbers.
     longest_gap : int
-        Length of the longest run of instants with missing samples (-).
+        Length of the longest run of instants with missing samples.
     values : ndarray, or None
         The samples (``unit``), shape ``shape``; None if there are no numbers.
     """
@@ -81,7 +81,7 @@ class Contents:
     events : tuple of (str, float)
         Label and time (s) of each event, in the order of time.
     vertical : int
-        Vertical axis of the positions (-): 2 for z.
+        Vertical axis of the positions: 2 for z.
     """
 
     kind: str
@@ -93,7 +93,7 @@ class Contents:
     vertical: int = 2
 
     def summary(self) -> str:
-        """The contents as text, one line per channel (units there)."""
+        """The contents as text, one line per channel."""
         lines = [self.kind, *(f"{key}: {value}" for key, value in self.facts.items()), ""]
         rows = [("channel", "unit", "rate (Hz)", "shape", "missing", "smallest", "largest")]
         rows += [

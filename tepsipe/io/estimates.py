@@ -77,14 +77,14 @@ class Estimate:
     sem_as_printed : float or None
         Thesis eq (3-2) as printed; None where there is none.
     n_perturbations : int or None
-        Number of perturbations behind the value (-).
+        Number of perturbations behind the value.
     u_type_a, u_type_b : float or None
         Standard uncertainties from the trial's own scatter and from everything else (``unit``); None where
         they were not evaluated. Their root sum of squares is ``standard_error``.
     recommended : bool
-        Whether this is the estimate of its quantity to quote (-).
+        Whether this is the estimate of its quantity to quote.
     flags : str
-        Names of the checks in `FLAGS` that the estimate failed, joined by ``;`` (no unit).
+        Names of the checks in `FLAGS` that the estimate failed, joined by ``;``.
     """
 
     experiment: str
@@ -106,7 +106,7 @@ class Estimate:
 
 
 def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
-    """Estimates (units in them) with further flags, names in `FLAGS`; none is repeated."""
+    """Estimates with further flags, names in `FLAGS`; none is repeated."""
     return [
         replace(e, flags=";".join(dict.fromkeys([*filter(None, e.flags.split(";")), *flags])))
         for e in estimates
@@ -114,7 +114,7 @@ def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
 
 
 def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | None = None) -> list[Estimate]:
-    """Estimates, those to quote marked (units in them).
+    """Estimates, those to quote marked.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ def read_hdf5(
     found: str = "one that cannot be read",
     advice: str = "make it again",
 ):
-    """What ``read`` returns for an HDF5 file, in a child process with limits (`guarded`).
+    """Read an HDF5 file with ``read``, in a child process with limits (`guarded`).
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def read_hdf5(
     Returns
     -------
     object
-        The function's result (units there).
+        The function's result.
 
     Raises
     ------

@@ -77,7 +77,7 @@ def motion_of(
     Parameters
     ----------
     content : Trial or Result
-        What `tepsipe.io.stored.read_stored` returns (units in it).
+        What `tepsipe.io.stored.read_stored` returns.
     name : str
         Name of the motion, and of the source in messages.
     trial : Trial, optional

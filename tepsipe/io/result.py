@@ -23,7 +23,7 @@ class Result:
     units : dict of str to str
         Name -> unit.
     facts : dict
-        Anything that JSON can represent (units in the keys).
+        Anything that JSON can represent.
     """
 
     arrays: dict[str, np.ndarray]
@@ -41,7 +41,7 @@ def write_result(path: str | Path, result: Result, linked: Mapping[str, str | Pa
     path : str or Path
         File to write.
     result : Result
-        Its arrays and facts (units in it).
+        Its arrays and facts.
     linked : dict of str to path, optional
         Name of a signal -> another HDF5 file that holds it by the same name. The result links to it there and
         stores no copy.
@@ -62,7 +62,7 @@ def write_result(path: str | Path, result: Result, linked: Mapping[str, str | Pa
 
 
 def joined(*results: Result) -> Result:
-    """One result with the arrays (their units) and facts of several, of which none has a name of another."""
+    """One result with the arrays and facts of several, of which none has a name of another."""
     return Result(
         {name: x for result in results for name, x in result.arrays.items()},
         {name: unit for result in results for name, unit in result.units.items()},

@@ -79,7 +79,7 @@ def standing_body(
     mass_kg, stature_m : float
         Of the whole body (kg, m).
     com_height : float
-        Height of its centre of mass above the floor, as a fraction of the stature (-).
+        Height of its centre of mass above the floor, as a fraction of the stature.
     ankle_height_m : float
         Height of the ankles above the floor (m); the centre of mass of the feet is at half of it.
     gravity_m_per_s2 : float

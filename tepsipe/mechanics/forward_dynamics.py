@@ -54,7 +54,7 @@ class ForwardSimulation:
         Joint reaction, force of the leg on the foot (N), as F_Ay and F_Az in eq (3-7): -m y'', -m (g + z'').
     state : {"settles", "grows", "falls"}
         Whether theta passes a quarter turn (falls); if not, whether small swings about upright grow, by
-        negative damping or K < m g r, or settle (-).
+        negative damping or K < m g r, or settle.
     growth_per_s : float
         Rate at which small swings about upright grow once the belt rests (1/s), negative where they die out:
         -B / (2 J) of a leg that swings.

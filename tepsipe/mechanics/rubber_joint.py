@@ -61,7 +61,7 @@ CONSTANTS = tuple(field.name for field in fields(RubberJoint))
 
 
 def _share(bending, half):
-    """Part of the softening that has taken place (-) at a bending (rad)."""
+    """Part of the softening that has taken place at a bending (rad)."""
     return 1.0 / (1.0 + (half / np.maximum(np.abs(bending), 1e-12)) ** 2)
 
 

@@ -59,10 +59,10 @@ class Chain:
         return np.array(self.inertia_kgm2) + m * c**2 + above * length**2, m * c + above * length
 
     def relative_covariance(self, tolerance: float) -> np.ndarray:
-        """Covariance of J and S over their values, shape (2 n, 2 n) (-).
+        """Covariance of J and S over their values, shape (2 n, 2 n).
 
         ``tolerance`` is the relative standard uncertainty of every mass, centre of mass and moment of
-        inertia, which are independent (-). A mass above several segments is part of the constants of each.
+        inertia, which are independent. A mass above several segments is part of the constants of each.
         """
         m, length, c = (np.array(x) for x in (self.mass_kg, self.length_m, self.com_m))
         above = np.triu(np.ones((m.size, m.size)), 1) * m
@@ -75,7 +75,7 @@ class Chain:
     def drawn(self, rng: np.random.Generator, tolerance: float) -> "Chain":
         """A chain whose masses (kg), centres of mass (m) and moments of inertia (kg m²) are off at random.
 
-        ``tolerance`` is their relative standard deviation (-).
+        ``tolerance`` is their relative standard deviation.
         """
 
         def off(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -129,7 +129,7 @@ class LinearChain:
 
 
 def to_segments(n: int) -> np.ndarray:
-    """T of phi = T q for n segments, shape (n, n) (unitless)."""
+    """T of phi = T q for n segments, shape (n, n)."""
     return np.tril(np.ones((n, n)))
 
 

@@ -15,7 +15,7 @@ from tepsipe.signals.units import regular_rate, same_length, samples
 
 @dataclass(frozen=True)
 class SegmentMarkers:
-    """Where the markers of a body segment are placed.
+    """Placement of the markers on a body segment.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ def segment_motion(
     cutoff_hz : float
         Of the zero-lag Butterworth low-pass (Hz).
     order : int
-        Its order, both passes together (-).
+        Its order, both passes together.
 
     Returns
     -------

@@ -16,9 +16,9 @@ def derivative(time: np.ndarray, x: np.ndarray, degree: int = 3) -> np.ndarray:
     time : ndarray, shape (n,)
         Instants (s).
     x : ndarray, shape (n,) or (n, c)
-        Signal (any unit).
+        Signal.
     degree : {3, 5}
-        Degree of the spline (-).
+        Degree of the spline.
 
     Returns
     -------

@@ -22,7 +22,7 @@ from tepsipe.signals.response import FrequencyResponse
 
 # complex unknowns at each frequency: H and its first two derivatives
 UNKNOWNS = 3
-# half width of a band as a fraction of its frequency (-), its upper limit (Hz), and the number of tapers of a
+# half width of a band as a fraction of its frequency, its upper limit (Hz), and the number of tapers of a
 # band that would hold fewer
 RELATIVE_HALF_BAND, WIDEST_HALF_BAND_HZ, FEWEST_TAPERS = 0.08, 0.5, 12
 
@@ -38,7 +38,7 @@ def multitaper_response(
     Parameters
     ----------
     u, y : ndarray, shape (n,)
-        Input and output (any units).
+        Input and output.
     rate_hz, highest_hz : float
         Sampling rate, and highest frequency (Hz).
 
@@ -68,7 +68,7 @@ def multitaper_response(
 
 
 def _at_one_frequency(of_u, of_y, j: int, tapers: int) -> tuple[complex, float, float]:
-    """Response (unit of y over that of u), its relative standard error, and the coherence (-)."""
+    """Response (unit of y over that of u), its relative standard error, and the coherence."""
     k = np.arange(1, tapers + 1)
     u, y = (x[j - k] - x[j + k] for x in (of_u, of_y))
     power_u, power_y = np.vdot(u, u).real, np.vdot(y, y).real

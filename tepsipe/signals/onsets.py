@@ -38,7 +38,7 @@ STANDING_OUT_S = 0.011
 PEAK_WITHIN_S = 0.05
 # baseline that is fitted together with the ramp (s)
 BEFORE_RAMP_S = 0.02
-# heights of the ramp that are tried, in units of the baseline (-)
+# heights of the ramp that are tried, in units of the baseline
 HEIGHTS = np.geomspace(0.05, 100.0, 60)
 # refinements of the best of the ramps tried
 REFINEMENTS = 12
@@ -61,21 +61,21 @@ class OnsetOptions:
     window_s : float
         Centred moving mean of threshold and Teager-Kaiser (s): no delay, smeared by half of it.
     threshold_sd : float
-        k, standard deviations of the baseline's moving mean (-).
+        k, standard deviations of the baseline's moving mean.
     hold_s : float
         Time for which the threshold must be exceeded (s).
     whitening_order : int
-        Number of a_j of the change point (-).
+        Number of a_j of the change point.
     signal_to_noise : float
-        Number of standard errors by which the activity of a change point must exceed the baseline (-).
+        Number of standard errors by which the activity of a change point must exceed the baseline.
     rise_fraction : float
-        The ramp is fitted up to this fraction of the first peak (-).
+        The ramp is fitted up to this fraction of the first peak.
     longest_rise_s : float
         Longest ramp up to that point (s).
     bootstrap_draws : int
-        Number of ensembles resampled from the events (-); 0 for none and no uncertainty.
+        Number of ensembles resampled from the events; 0 for none and no uncertainty.
     trusted_share : float
-        Fraction of the resampled ensembles that must also have an onset (-).
+        Fraction of the resampled ensembles that must also have an onset.
     """
 
     detector: str = "changepoint"
@@ -105,11 +105,11 @@ class Onset:
     interval_s : tuple of float or None
         Their 2.5 and 97.5 % quantiles (s).
     found_share : float or None
-        Fraction of the resampled ensembles that have an onset (-).
+        Fraction of the resampled ensembles that have an onset.
     reason : str or None
         One sentence if there is no onset.
     at_edge : bool
-        Whether what was found is an end of the searched time (-).
+        Whether what was found is an end of the searched time.
     """
 
     latency_s: float | None
@@ -130,9 +130,9 @@ def detect_onset(
     time : ndarray, shape (m,)
         Regular time from the event (s).
     responses : ndarray, shape (events, m)
-        x_i (any unit), band-passed and unrectified, without movement artefact.
+        x_i, band-passed and unrectified, without movement artefact.
     options : OnsetOptions
-        Choices (units in their names).
+        Choices.
     rng : numpy.random.Generator
         Draws events for the uncertainty.
 
@@ -200,11 +200,11 @@ def ramp_onset(time: np.ndarray, x: np.ndarray, baseline_until_s: float, rise_fr
     time : ndarray, shape (n,)
         Regular time (s).
     x : ndarray, shape (n,)
-        Ensemble mean of a velocity (any unit).
+        Ensemble mean of a velocity.
     baseline_until_s : float
         The signal is at rest until this instant (s).
     rise_fraction : float
-        The ramp is fitted up to this fraction of the first peak (-).
+        The ramp is fitted up to this fraction of the first peak.
 
     Returns
     -------
@@ -418,6 +418,6 @@ def _rate(time: np.ndarray) -> float:
 
 
 def _vertex(before: float, at: float, after: float) -> float:
-    """Position of the extremum of a parabola through three neighbours, relative to the middle one (-)."""
+    """Position of the extremum of a parabola through three neighbours, relative to the middle one."""
     bend = before - 2.0 * at + after
     return float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) if bend else 0.0

@@ -9,13 +9,13 @@ from tepsipe.signals.units import regular_rate, same_length, samples
 
 # smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
 SMALLEST_PEAK_M_PER_S = 0.01
-# a larger part of the peak is no threshold at which a perturbation begins (-)
+# a larger part of the peak is no threshold at which a perturbation begins
 LARGEST_FRACTION = 0.25
 # a belt travels above this speed (m/s); its constant speed may drift
 TRAVELLING_M_PER_S = 0.05
 # its running median, over this time, at instants this far apart (s)
 MEDIAN_OVER_S, MEDIAN_EVERY_S = 4.0, 0.5
-# blocks whose largest deviation is compared (s), and this deviation in standard deviations of white noise (-)
+# blocks whose largest deviation is compared (s), and this deviation in standard deviations of white noise
 BLOCK_S, BLOCK_MAXIMUM_SD = 0.5, 3.0
 
 
@@ -61,9 +61,9 @@ def detect_perturbations(
     rest_before_s, rest_after_s : float
         Unperturbed time at the trial's start and end (s).
     threshold_fraction : float
-        Threshold as a fraction of the median peak speed (-).
+        Threshold as a fraction of the median peak speed.
     signal_to_noise : float
-        Smallest ratio of the threshold to the noise at rest (-).
+        Smallest ratio of the threshold to the noise at rest.
     merge_s : float
         Runs closer than this belong to one perturbation (s): the belt reverses between its lobes.
     what : str
@@ -191,9 +191,9 @@ class WindowOptions:
     rest_margin_s : float
         Part of it that is omitted next to perturbations and to the trial's ends (s).
     threshold_fraction : float
-        Threshold as a fraction of the perturbations' peak speed (-).
+        Threshold as a fraction of the perturbations' peak speed.
     signal_to_noise : float
-        Smallest ratio of the threshold to the noise at rest (-).
+        Smallest ratio of the threshold to the noise at rest.
     merge_s : float
         Runs closer than this belong to one perturbation (s).
     """
@@ -310,11 +310,11 @@ def find_perturbations(
     cutoff_hz : float
         Of the zero-lag Butterworth low-pass that the velocity passes first (Hz).
     order : int
-        Its order, both passes together (-).
+        Its order, both passes together.
     threshold_fraction : float
-        Threshold as a part of the perturbations' peak speed (-).
+        Threshold as a part of the perturbations' peak speed.
     signal_to_noise : float
-        The threshold must exceed the noise at rest this many times (-).
+        The threshold must exceed the noise at rest this many times.
     merge_s : float
         Runs closer than this are one perturbation (s).
 

@@ -79,7 +79,7 @@ def common_signal_delay(
     Parameters
     ----------
     reference, signal : ndarray, shape (n,) and (m,)
-        The two records (any units), sampled from the same instant on; NaN where a sample is missing.
+        The two records, sampled from the same instant on; NaN where a sample is missing.
     rate_hz : float
         Sampling rate of both (Hz).
     longest_s : float
@@ -90,7 +90,7 @@ def common_signal_delay(
     delay_s : float
         Time by which ``signal`` is late (s).
     correlation : float
-        Correlation coefficient at this delay (-); 0 if one of the two does not change.
+        Correlation coefficient at this delay; 0 if one of the two does not change.
     gain : float
         Slope of the regression of ``reference`` on ``signal`` there (unit of one per unit of the other).
     """

@@ -19,11 +19,11 @@ def bootstrap_blocks(
     Parameters
     ----------
     regressors : ndarray, shape (n, p)
-        Regressors, one column per parameter (any units).
+        Regressors, one column per parameter.
     y : ndarray, shape (n,)
-        Signal to explain (any unit).
+        Signal to explain.
     block, draws : int
-        Length of a block (samples) and number of draws (-).
+        Length of a block (samples) and number of draws.
     rng : numpy.random.Generator
         Draws the blocks.
     penalty : ndarray, shape (p, p), or 0
@@ -56,9 +56,9 @@ def expanded_tail(confidence: float, blocks: int) -> float:
     Parameters
     ----------
     confidence : float
-        Probability p of the interval (-).
+        Probability p of the interval.
     blocks : int
-        Number n of blocks from which the bootstrap draws (-), at least 2.
+        Number n of blocks from which the bootstrap draws, at least 2.
 
     Returns
     -------
@@ -98,13 +98,13 @@ def bootstrap_mean(
     Parameters
     ----------
     values : ndarray, shape (n, p)
-        Estimates of n perturbations (any units).
+        Estimates of n perturbations.
     draws : int
-        Number of bootstrap samples (-).
+        Number of bootstrap samples.
     rng : numpy.random.Generator
         Draws the perturbations.
     confidence : float
-        Probability of the interval (-).
+        Probability of the interval.
 
     Returns
     -------

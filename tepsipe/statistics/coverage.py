@@ -30,11 +30,11 @@ class Share:
     Attributes
     ----------
     n, held : int
-        Number of estimates, and of those that count (-).
+        Number of estimates, and of those that count.
     clusters : int
-        Number of laboratories with any (-).
+        Number of laboratories with any.
     low, high : float
-        Ends of the 95 % interval of the share (-); not a number without estimates.
+        Ends of the 95 % interval of the share; not a number without estimates.
     """
 
     n: int
@@ -45,7 +45,7 @@ class Share:
 
     @property
     def value(self) -> float:
-        """Share held / n (-); not a number without estimates."""
+        """Share held / n; not a number without estimates."""
         return self.held / self.n if self.n else math.nan
 
 
@@ -55,12 +55,12 @@ def clopper_pearson(held: float, n: float) -> tuple[float, float]:
     Parameters
     ----------
     held, n : float
-        How many of how many (-); effective numbers need not be whole.
+        How many of how many; effective numbers need not be whole.
 
     Returns
     -------
     low, high : float
-        Ends (-), within 0 to 1.
+        Ends, within 0 to 1.
     """
     tail = 0.5 * (1.0 - CONFIDENCE)
     low = 0.0 if held <= 0.0 else float(scipy.special.betaincinv(held, n - held + 1.0, tail))
@@ -76,12 +76,12 @@ def share_of(held: Sequence[bool], clusters: Sequence[object]) -> Share:
     held : sequence of bool
         Whether an estimate counts, for example is covered.
     clusters : sequence of object
-        Laboratory of each estimate, of the same length (no unit).
+        Laboratory of each estimate, of the same length.
 
     Returns
     -------
     Share
-        With n_eff between the number of laboratories and that of estimates (-).
+        With n_eff between the number of laboratories and that of estimates.
     """
     names = list(dict.fromkeys(clusters))
     place = {name: k for k, name in enumerate(names)}
@@ -97,7 +97,7 @@ def share_of(held: Sequence[bool], clusters: Sequence[object]) -> Share:
 
 
 def _effective_number(x: np.ndarray, size: np.ndarray) -> float:
-    """n_eff (-) for x of size estimates in each cluster."""
+    """n_eff for x of size estimates in each cluster."""
     n, m = size.sum(), len(size)
     p = x.sum() / n
     if m == 1 or p in (0.0, 1.0):

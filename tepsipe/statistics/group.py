@@ -23,7 +23,7 @@ class GroupMean:
     Attributes
     ----------
     n : int
-        Number of people (-).
+        Number of people.
     mean : float
         Mean of their values (unit of the values).
     sd, sem : float or None
@@ -46,7 +46,7 @@ def group_mean(values: np.ndarray) -> GroupMean:
     Parameters
     ----------
     values : ndarray, shape (n,)
-        One value per person (any unit), at least one.
+        One value per person, at least one.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def group_mean(values: np.ndarray) -> GroupMean:
 
 
 def typical_uncertainty(standard_errors: np.ndarray) -> float | None:
-    """Root mean square of the standard errors of several people, shape (n,) (any unit); None for nobody.
+    """Root mean square of the standard errors of several people, shape (n,); None for nobody.
 
     The square of the observed SD between people is on average the sum of the variance between people and of
     the square of this uncertainty.

@@ -44,9 +44,9 @@ class Source:
         Shape of that belief, for readers of the budget: to first order only u(x) counts. The half width is
         u sqrt(3) if rectangular, u sqrt(6) if triangular.
     freedom : float
-        Degrees of freedom of u(x) (-); infinite where it is not itself an estimate.
+        Degrees of freedom of u(x); infinite where it is not itself an estimate.
     reason : str
-        Why it is believed: a measurement, a data sheet, a publication (no unit).
+        Why it is believed: a measurement, a data sheet, a publication.
     """
 
     name: str
@@ -68,7 +68,7 @@ def sources_of(section: Mapping[str, Mapping | None]) -> dict[str, Source]:
     Returns
     -------
     dict of str to Source
-        Those that are not switched off (units in their names).
+        Those that are not switched off.
 
     Raises
     ------
@@ -104,12 +104,12 @@ class Budget:
     type_a : ndarray, shape (p,)
         Standard uncertainties from the trial's own scatter (units of the estimates).
     freedom_a : float
-        Their degrees of freedom (-).
+        Their degrees of freedom.
     contributions : dict of str to ndarray, shape (k, p)
         Source -> root R of its covariance, R'R (units of the estimates). One row, c_i u(x_i) with its sign,
         if it was propagated linearly; as many rows as draws if by a bootstrap.
     freedom : dict of str to float
-        Source -> degrees of freedom (-); infinite where none are given.
+        Source -> degrees of freedom; infinite where none are given.
     """
 
     type_a: np.ndarray
@@ -134,7 +134,7 @@ class Budget:
 
     @property
     def effective_freedom(self) -> np.ndarray:
-        """Effective degrees of freedom of Welch and Satterthwaite, shape (p,) (-)."""
+        """Effective degrees of freedom of Welch and Satterthwaite, shape (p,)."""
         quartic = self.type_a**4 / self.freedom_a
         for name in self.contributions:
             quartic = quartic + self.of_source(name) ** 4 / self.freedom.get(name, np.inf)
@@ -147,9 +147,9 @@ class Budget:
         Parameters
         ----------
         values : ndarray, shape (p,)
-            The estimates (any units).
+            The estimates.
         confidence : float
-            Probability of the interval (-).
+            Probability of the interval.
 
         Returns
         -------
@@ -193,7 +193,7 @@ class Budget:
 
 
 def coverage_factor(freedom: np.ndarray, confidence: float = CONFIDENCE) -> np.ndarray:
-    """Student's quantile of a two-sided interval (-) for degrees of freedom (-) that may be infinite."""
+    """Student's quantile of a two-sided interval for degrees of freedom that may be infinite."""
     p = 0.5 * (1.0 + confidence)
     freedom = np.asarray(freedom, dtype=float)
     finite = np.where(np.isfinite(freedom), freedom, 1.0)
@@ -206,12 +206,12 @@ def scatter(values: np.ndarray) -> tuple[np.ndarray, float]:
     Parameters
     ----------
     values : ndarray, shape (n, p)
-        Estimates of n perturbations (any units).
+        Estimates of n perturbations.
 
     Returns
     -------
     u, freedom : ndarray of shape (p,), float
-        Standard uncertainty (units of ``values``) and degrees of freedom (-); infinite and 1 if n < 2.
+        Standard uncertainty (units of ``values``) and degrees of freedom; infinite and 1 if n < 2.
     """
     n = len(values)
     if n < 2:
@@ -227,7 +227,7 @@ def linear_contributions(
     Parameters
     ----------
     estimate : callable
-        Takes deviations of the sources by name (their units), returns the estimates, shape (p,). Sources
+        Takes deviations of the sources by name, returns the estimates, shape (p,). Sources
         that are not named do not deviate.
     sources : sequence of Source
         What is not known exactly.
@@ -251,7 +251,7 @@ def root_of_draws(draws: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     draws : ndarray, shape (n, p)
-        Estimates for n draws of a source (any units).
+        Estimates for n draws of a source.
 
     Returns
     -------

@@ -10,7 +10,7 @@ class BeltModel:
 
     @property
     def holds_errors(self) -> bool:
-        """Whether it holds draws of its constants' errors, and residuals of unseen trials (-)."""
+        """True if it holds draws of its constants' errors, and residuals of held-out trials."""
         return False
 
     @property

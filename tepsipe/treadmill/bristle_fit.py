@@ -39,15 +39,15 @@ TERMS = {
 }
 # constants that switch their term off where they are 0
 SWITCHES = ("stribeck", "second_mode", "second_mode_moment")
-# smallest relative gain of the mean square error of left-out trials that another term must bring (-)
+# smallest relative gain of the mean square error of left-out trials that another term must bring
 GAIN = 0.1
-# part of the load's root mean square that no model of this kind predicts (-)
+# part of the load's root mean square that no model of this kind predicts
 DISCREPANCY = 0.005
 STIFF_S2 = 1.0 / (2.0 * np.pi * 50.0) ** 2
 
 
 class Search(NamedTuple):
-    """Search for one constant: its scale (its unit), and start and bounds in units of the scale (-)."""
+    """Search for one constant: its scale, and start and bounds in units of the scale."""
 
     scale: float
     start: float
@@ -74,7 +74,7 @@ SEARCHES = {
 }
 SEARCHED = len(SEARCHES)
 SCALE, START, LOW, HIGH = np.array(list(SEARCHES.values())).T
-# pre-sliding distances (m) and ratios of the second mode (-) from which the search may start
+# pre-sliding distances (m) and ratios of the second mode from which the search may start
 TRIED = {"bristles": ("bristle_m", (5e-5, 2e-4, 8e-4, 3e-3)), "second-mode": ("second_slowness", (0.6, 1.6))}
 # standard deviations of weak priors about 0 (units of the constants)
 PRIOR = {"second_mode": 0.2, "second_mode_moment": 0.2, "lever_m": 0.2, "cross_talk_m": 0.02}
@@ -89,14 +89,14 @@ class Calibrated:
     Attributes
     ----------
     models : dict of str to BristleFrame
-        Component -> model (units in it).
+        Component -> model.
     deviations : ndarray, shape (draws, 24)
-        Draws of the errors of the constants (their units).
+        Draws of the errors of the constants.
     without_trial : ndarray, shape (trials, 24)
-        Change of the constants if a trial is left out (their units).
+        Change of the constants if a trial is left out.
     left_out : dict of str to float
         Terms joined by ``+``, for every variant that was fitted -> root mean square error of left-out
-        trials relative to the noise (-).
+        trials relative to the noise.
     """
 
     models: dict[str, BristleFrame]
@@ -129,7 +129,7 @@ def fit_bristle_frame(
     trials : list of dict of str to BeltRecording
         For each calibration trial component Fy or Mx -> recording (N, N·m), with two masses or more.
     draws : int
-        Number of draws of the errors of the constants (-).
+        Number of draws of the errors of the constants.
     rng : numpy.random.Generator
         Draws them.
     like : Calibrated, optional
@@ -138,7 +138,7 @@ def fit_bristle_frame(
     Returns
     -------
     Calibrated
-        Models of both components (units in them).
+        Models of both components.
 
     Raises
     ------
@@ -358,7 +358,7 @@ def residuals(windows: PulseWindows, constants: np.ndarray) -> dict[str, np.ndar
     windows : PulseWindows
         The trials.
     constants : ndarray, shape (24,)
-        Those of `tepsipe.treadmill.bristle_frame.Constants` in their order (units there).
+        Those of `tepsipe.treadmill.bristle_frame.Constants` in their order.
 
     Returns
     -------

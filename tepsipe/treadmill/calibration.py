@@ -17,7 +17,7 @@ from tepsipe.treadmill.ripple import spectrum_over_distance
 
 
 def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:
-    """Fraction of the load's power that is coherent with the belt acceleration (-).
+    """Fraction of the load's power that is coherent with the belt acceleration.
 
     The spectra are averaged over half-overlapping Hann segments of continuous recordings, or over the
     zero-padded perturbations of transient ones. The coherence of unrelated signals averaged over n
@@ -33,7 +33,7 @@ def coherence_limit(recordings: list[BeltRecording], segment_s: float) -> float:
     Returns
     -------
     float
-        sum gamma^2 S_LL / sum S_LL over all frequencies but 0 Hz (-), the upper limit of R2. NaN for a
+        sum gamma^2 S_LL / sum S_LL over all frequencies but 0 Hz, the upper limit of R2. NaN for a
         single segment.
     """
     s_aa, s_al, s_ll, count = 0.0, 0.0, 0.0, 0.0
@@ -81,13 +81,13 @@ class ModelScore:
     cutoff_hz : float
         Cutoff of the low-pass filter of all signals (Hz).
     r2 : float
-        Fraction of the load's variance that is predicted (-).
+        Fraction of the load's variance that is predicted.
     rms_before, rms_after : float
         Root mean square of the load and of the residual (``unit``).
     order : int
-        Number of poles, taps, lines or conditions: the size of the model (-).
+        Number of poles, taps, lines or conditions: the size of the model.
     r2_limit : float
-        Upper limit of R2 for a linear model of the belt acceleration on these recordings (-).
+        Upper limit of R2 for a linear model of the belt acceleration on these recordings.
     load, unit : str
         Name of the load, and its unit.
     converged : bool
@@ -149,7 +149,7 @@ def calibrate(
     load : str
         Name of the load.
     options : FamilyOptions
-        Choices (units in their names).
+        Choices.
 
     Returns
     -------
@@ -258,7 +258,7 @@ def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
 
 
 def table_plan(family: list[str], train: str, tests: list[str]) -> list[Calibration]:
-    """Plan that fits every model to all calibration trials and evaluates it on the others (no unit)."""
+    """Plan that fits every model to all calibration trials and evaluates it on the others."""
     return [Calibration(model, train, tuple(tests)) for model in family]
 
 
@@ -334,7 +334,7 @@ def table_result(
     recordings : list of BeltRecording
         Test recordings, with the filter of the models.
     ingested : dict
-        Recording -> record of its ingest (units in the keys), stored with the result.
+        Recording -> record of its ingest, stored with the result.
     most_samples : int
         Largest number of samples shown of a recording, from its middle (samples).
 

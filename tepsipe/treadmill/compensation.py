@@ -16,7 +16,7 @@ from tepsipe.errors import InputError, listed
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel
 
-# step of a constant for the derivative by it, as a fraction of its standard deviation (-)
+# step of a constant for the derivative by it, as a fraction of its standard deviation
 STEP = 0.1
 
 

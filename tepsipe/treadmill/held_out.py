@@ -23,21 +23,21 @@ from tepsipe.treadmill.bristle_frame import BristleFrame
 from tepsipe.treadmill.pulse_windows import BEFORE_S, PulseWindows, longest_window, pulse_windows
 from tepsipe.treadmill.recording import BeltRecording
 
-# largest predicted error of K that is trusted, with two standard errors, relative to K (-)
+# largest predicted error of K that is trusted, with two standard errors, relative to K
 TRUSTED = 0.1
-# largest mass of a subject relative to the heaviest weight of the calibration (-)
+# largest mass of a subject relative to the heaviest weight of the calibration
 BEYOND = 1.1
-# trials whose pulses differ from the subject's by this much more than the most similar ones count, too (-)
+# trials whose pulses differ from the subject's by this much more than the most similar ones count, too
 ALIKE = 0.05
 ALIGNMENTS = 4
-# what a treadmill can be: resonance (Hz), share of the mounts (-), lag of the belt (s)
+# what a treadmill can be: resonance (Hz), share of the mounts, lag of the belt (s)
 LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
 UNITS = {"Fy": "N", "Mx": "Nm"}
-# a model that falls clearly below its limit leaves more than this multiple, and more by this part (-)
+# a model that falls clearly below its limit leaves more than this multiple, and more by this part
 TIMES, MORE = 2.0, 0.02
 # standard error of a model that falls below its limit (any unit of a parameter)
 UNKNOWN = 1e9
-# standard errors that a normal deviate exceeds once in 20 times, on one side (-)
+# standard errors that a normal deviate exceeds once in 20 times, on one side
 ONE_SIDED = 1.645
 
 
@@ -73,7 +73,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Subject:
-    """What the gate has to know of the subject.
+    """Subject as the gate needs to know it.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Subject:
     rate_hz : float
         Sampling rate (Hz).
     own_zero : bool
-        Whether the estimator has a free constant torque in every window (-).
+        Whether the estimator has a free constant torque in every window.
     """
 
     mass_kg: float
@@ -102,7 +102,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class PredictedError:
-    """What the treadmill model's error adds to the parameters.
+    """Error of the parameters due to the treadmill model.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class PredictedError:
     trials : tuple of str
         The held-out trials that were used.
     difference : float
-        Root mean square difference between their pulses and the subject's, relative to the latter (-).
+        Root mean square difference between their pulses and the subject's, relative to the latter.
     """
 
     parameters: np.ndarray
@@ -121,22 +121,22 @@ class PredictedError:
     difference: float
 
     def trusted(self, stiffness: float) -> bool:
-        """Whether |dK| and two standard errors stay below a tenth of K (N·m/rad)."""
+        """Test for |dK| plus two standard errors below a tenth of K (N·m/rad)."""
         return trusted(float(self.parameters[-1]), float(self.standard_error[-1]), stiffness)
 
 
 def trusted(error: float, standard_error: float, stiffness: float) -> bool:
-    """Whether an error of K and two standard errors stay below a tenth of K (all in N·m/rad)."""
+    """Test for an error of K plus two standard errors below a tenth of K (all in N·m/rad)."""
     return abs(error) + 2.0 * standard_error <= TRUSTED * abs(stiffness)
 
 
 def clearly_wrong(error: float, standard_error: float, stiffness: float, share: float = TRUSTED) -> bool:
-    """Whether an error of K (N·m/rad) is unknown, or clearly, at 95 %, beyond a share of K."""
+    """Test for an error of K (N·m/rad) that is unknown, or exceeds a share of K at 95 %."""
     return standard_error >= UNKNOWN or abs(error) - ONE_SIDED * standard_error > share * abs(stiffness)
 
 
 def below_limit(r2: float, limit: float) -> bool:
-    """Whether R2 of a model (-) falls clearly below its upper limit for linear models (-)."""
+    """Test for R2 of a model clearly below its upper limit for linear models."""
     return bool(1.0 - r2 > TIMES * (1.0 - limit) + MORE)
 
 
@@ -199,7 +199,7 @@ def held_out_residuals(
 
 
 def read_held_out(result: Result) -> HeldOut | None:
-    """Residuals from a result of `held_out_residuals` (units there), None if there are none."""
+    """Residuals from a result of `held_out_residuals`, None if there are none."""
     names = tuple(result.facts["trials"])
     if not names:
         return None
@@ -224,9 +224,9 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
     Parameters
     ----------
     held_out : HeldOut
-        Residuals (units there).
+        Residuals.
     subject : Subject
-        Mass, motion and lever of the subject (units there).
+        Mass, motion and lever of the subject.
 
     Returns
     -------
@@ -333,7 +333,7 @@ def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
 
 
 def _physical(model: BristleFrame, mass_kg: float) -> bool:
-    """Whether resonance, mounts, friction and lag at a mass (kg) are such as a treadmill can have."""
+    """Test for a resonance, mounts, friction and lag that a treadmill can have at a mass (kg)."""
     c, (low, high) = model.named, MOUNT_SHARES
     slowness = c.slowness_s2 + mass_kg * c.slowness_s2_per_kg
     sliding = (c.friction + mass_kg * c.friction_per_kg) + (c.bristle + mass_kg * c.bristle_per_kg)

@@ -45,7 +45,7 @@ class LoadedFrame(BeltModel):
     lag_s, friction_speed_m_per_s : float
         T (s), v_0 (m/s).
     mount_share, mount_time_s : float
-        k (-), t (s).
+        k, t (s).
     rate_hz : float
         Sampling rate of the calibration (Hz).
     converged : bool
@@ -63,7 +63,7 @@ class LoadedFrame(BeltModel):
 
     @property
     def order(self) -> int:
-        """Order of the frame's response, 2 (-)."""
+        """Order of the frame's response, 2."""
         return 2
 
     @property
@@ -73,7 +73,7 @@ class LoadedFrame(BeltModel):
         return np.concatenate([self.frame, self.motion, others])
 
     def moved(self, step: np.ndarray) -> "LoadedFrame":
-        """The model with a step, shape (11,), added to its ``constants`` (their units)."""
+        """The model with a step, shape (11,), added to its ``constants``."""
         x = self.constants + step
         lag_s, speed, share, time_s = x[7:].tolist()
         return replace(

@@ -39,7 +39,7 @@ class Bristles:
     distance_m : float
         Pre-sliding distance d (m).
     stribeck : float
-        Excess of friction at rest u (-).
+        Excess of friction at rest u.
     stribeck_speed_m_per_s : float
         v_s (m/s).
     """
@@ -60,7 +60,7 @@ class Pulses:
     start : ndarray of int, shape (pulses,)
         First sample of each window (samples).
     ramp : ndarray, shape (w,)
-        1 inside the window, and then back to 0 (-).
+        1 inside the window, and then back to 0.
     velocity, acceleration : ndarray, shape (pulses, w * FINER)
         Unfiltered motion of the belt in steps of 1 / (FINER rate_hz), zero outside the pulse (m/s, m/s²).
     """
@@ -83,7 +83,7 @@ class PulseWindows:
     names : tuple of str
         Recordings, in the order of the rows.
     kg, count : ndarray, shape (trials,)
-        Mass on the belt (kg) and number of pulses (-).
+        Mass on the belt (kg) and number of pulses.
     velocity, acceleration : ndarray, shape (trials, n)
         Filtered mean motion of the belt (m/s, m/s²).
     fine_velocity, fine_acceleration : ndarray, shape (trials, n * FINER)
@@ -93,11 +93,11 @@ class PulseWindows:
     single : dict of str to list of ndarray, each of shape (pulses, n)
         Component -> measured load less the load carried of every pulse (N, N·m).
     evaluated : ndarray of bool, shape (trials, n)
-        Samples that are fitted (-).
+        Samples that are fitted.
     lowpass : ndarray, shape (n // 2 + 1,)
-        Gain of the recordings' zero-lag filter at the frequencies of the window (-).
+        Gain of the recordings' zero-lag filter at the frequencies of the window.
     ramp : ndarray, shape (n,)
-        1 inside the window, and then back to 0 (-).
+        1 inside the window, and then back to 0.
     """
 
     rate_hz: float
@@ -134,7 +134,7 @@ def pulse_windows(trials: list[dict[str, BeltRecording]], *, whole: bool = False
     trials : list of dict of str to BeltRecording
         For each trial component Fy or Mx -> its recording, all with the same zero-lag filter (N, N·m).
     whole : bool
-        Whether the windows last until the next pulse, or as long as a fit needs (-).
+        Whether the windows last until the next pulse, or as long as a fit needs.
 
     Returns
     -------
@@ -246,14 +246,14 @@ def bent(velocity: np.ndarray, bristles: Bristles, rate_hz: float) -> tuple[np.n
     velocity : ndarray, shape (pulses, n)
         w (m/s).
     bristles : Bristles
-        Constants (units in their names).
+        Constants.
     rate_hz : float
         Steps per second (Hz).
 
     Returns
     -------
     kept, z : ndarray, shape (pulses, n)
-        Fraction of the initial state that is left, and the state from an initial state of 0 (-).
+        Fraction of the initial state that is left, and the state from an initial state of 0.
     """
     speed = np.abs(velocity).T
     most = 1.0 + bristles.stribeck * np.exp(-((speed / bristles.stribeck_speed_m_per_s) ** 2))
@@ -281,12 +281,12 @@ def mean_state(windows: PulseWindows, velocity: np.ndarray, bristles: Bristles) 
     velocity : ndarray, shape (trials, n * FINER)
         w (m/s).
     bristles : Bristles
-        Constants (units in their names).
+        Constants.
 
     Returns
     -------
     ndarray, shape (trials, n * FINER)
-        z (-).
+        z.
     """
     kept, z = bent(velocity, bristles, windows.rate_hz * FINER)
     before, total = np.zeros(z.shape[0]), np.zeros(z.shape[0])
@@ -304,7 +304,7 @@ def coarse_spectrum(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
     windows : PulseWindows
         The trials.
     x : ndarray, shape (trials, n * FINER)
-        Signal (any unit).
+        Signal.
 
     Returns
     -------
@@ -324,7 +324,7 @@ def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarr
     pulses : Pulses
         Its pulses.
     x : ndarray, shape (pulses, w * FINER)
-        The signal in the windows (any unit).
+        The signal in the windows.
     last : ndarray, shape (pulses,)
         Its value from the end of each window to the next window (unit of ``x``).
 

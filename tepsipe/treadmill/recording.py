@@ -41,7 +41,7 @@ class BeltRecording:
     unit : str
         Unit of the load, N or Nm.
     evaluated : ndarray of bool, shape (n,)
-        Samples that are fitted and evaluated (-).
+        Samples that are fitted and evaluated.
     onsets : tuple of int
         First samples of the perturbations; empty if the belt is perturbed continuously (samples).
     lowpass : Lowpass or None
@@ -79,7 +79,7 @@ class BeltRecording:
         return {}
 
     def once(self, key: Hashable, compute: Callable[[], Any]) -> Any:
-        """What ``compute`` returns, once for this recording and a key that names what else it depends on.
+        """Result of ``compute``, cached for this recording and a key that names its other inputs.
 
         Draws of a model's constants change one at a time: most of what a model computes stays as it was. The
         result (unit of ``compute``) is shared and must not be changed.
@@ -180,12 +180,12 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
 
 @dataclass(frozen=True)
 class Score:
-    """How well a model predicts the belt-induced load.
+    """Accuracy of a model's prediction of the belt-induced load.
 
     Attributes
     ----------
     r2 : float
-        1 - sum (L - L_model)^2 / sum (L - mean L)^2 (-), as Hnat & van den Bogert (2014) compute it.
+        1 - sum (L - L_model)^2 / sum (L - mean L)^2, as Hnat & van den Bogert (2014) compute it.
     rms_before, rms_after : float
         Root mean square of L, and of L - L_model (unit of the load).
     """

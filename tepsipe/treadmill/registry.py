@@ -56,9 +56,9 @@ class FamilyOptions:
     Attributes
     ----------
     hnat2014_evaluations : int
-        Number of evaluations after which the published search ends (-).
+        Number of evaluations after which the published search ends.
     output_error_order : int
-        Order of the output-error model (-).
+        Order of the output-error model.
     fir_lead_s, fir_lag_s : float
         Length of the finite impulse responses towards future and past (s); fir-causal has no lead.
     spectral_segment_s : float
@@ -86,7 +86,7 @@ class FamilyOptions:
 
     @classmethod
     def from_settings(cls, models: dict) -> Self:
-        """Options of a study; ``ripple`` (units in its names) is known of a travelling belt only."""
+        """Options of a study; ``ripple`` is known of a travelling belt only."""
         options = {key: value for key, value in models.items() if key not in ("family", "calibration_draws")}
         if "ripple" in options:
             options["ripple"] = RippleOptions(**options["ripple"])
@@ -110,7 +110,7 @@ class FittedModel:
     trained_on : tuple of str
         Names of the calibration recordings.
     deviations : ndarray, shape (draws, constants), or None
-        Draws of the errors of the model's ``constants`` (their units), for
+        Draws of the errors of the model's ``constants``, for
         `tepsipe.treadmill.compensation.compensated_draws`; None where the calibration has none.
     """
 
@@ -177,7 +177,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     recordings : list of BeltRecording
         Calibration.
     options : FamilyOptions
-        Choices (units in their names).
+        Choices.
 
     Returns
     -------
@@ -336,7 +336,7 @@ def _revived(x):
 
 
 def pick(models: dict[str, FittedModel], name: str) -> FittedModel:
-    """One model by its name (no unit).
+    """One model by its name.
 
     Raises
     ------

@@ -28,9 +28,9 @@ class RippleOptions:
     Attributes
     ----------
     most_orders : int
-        Largest number of orders (-).
+        Largest number of orders.
     line_to_floor : float
-        Smallest ratio of a line's power to that of the spectrum around it (-).
+        Smallest ratio of a line's power to that of the spectrum around it.
     memory_s : float
         T (s). A shorter memory follows faster, but mistakes more of the signal near the ripple for ripple.
     """
@@ -74,7 +74,7 @@ class RippleTracker(BeltModel):
 
     @property
     def order(self) -> int:
-        """Number of tracked orders (-)."""
+        """Number of tracked orders."""
         return self.orders_per_m.size
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
@@ -113,7 +113,7 @@ def fit_ripple_tracker(recordings: list[BeltRecording], base, options: RippleOpt
     base : model
         Fitted model of the load due to acceleration.
     options : RippleOptions
-        Threshold of a line (-) and memory of its tracking (s).
+        Threshold of a line and memory of its tracking (s).
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What a report says of a recorded treadmill beside scores: coefficients, validity, cross-prediction."""
+"""Summary of a recorded treadmill besides scores: coefficients, validity, cross-prediction."""
 
 import numpy as np
 import scipy
@@ -34,7 +34,7 @@ def model_coefficients(models: list[FittedModel], recordings: list[BeltRecording
     -------
     dict of str to dict
         mass-spring-damper -> m, c, k -> [value, low, high] (unit of the load over m/s², m/s, m);
-        discrete models -> ``numerator`` (unit of the load over m/s²) and ``denominator`` (-).
+        discrete models -> ``numerator`` (unit of the load over m/s²) and ``denominator``.
     """
     coefficients: dict[str, dict] = {}
     for fitted in models:
@@ -65,7 +65,7 @@ def range_of_validity(recordings: list[BeltRecording]) -> dict[str, list[float]]
 
 
 def beyond(recording: BeltRecording, ranges: dict[str, list[float]]) -> float:
-    """Share of a recording's samples (-) whose velocity or acceleration lies outside the calibrated range."""
+    """Share of a recording's samples whose velocity or acceleration lies outside the calibrated range."""
     outside = np.zeros(int(recording.evaluated.sum()), dtype=bool)
     for name, (low, high) in ranges.items():
         values = getattr(recording, name)[recording.evaluated]
@@ -76,7 +76,7 @@ def beyond(recording: BeltRecording, ranges: dict[str, list[float]]) -> float:
 def cross_prediction(
     recordings: dict[str, BeltRecording], family: list[str], options: FamilyOptions
 ) -> dict[str, dict[str, dict[str, float]]]:
-    """R² of every quick model, fitted to one recording and evaluated on each (-): model -> fitted to -> on.
+    """R² of every quick model, fitted to one recording and evaluated on each: model -> fitted to -> on.
 
     ``recordings`` have the same filter; with fewer than two the result is empty.
     """
@@ -106,13 +106,13 @@ def table_facts(
     models : list of FittedModel
         Models fitted to the calibration.
     calibration : list of BeltRecording
-        Recordings with the role calibrate, filtered as the models' (units in them).
+        Recordings with the role calibrate, filtered as the models'.
     recordings : dict of str to BeltRecording
         All recordings by name, filtered alike; those outside the calibration are compared with its range.
     family : list of str
         Names of the models.
     options : FamilyOptions
-        Choices (units in their names).
+        Choices.
     """
     ranges, used = range_of_validity(calibration), {r.name for r in calibration}
     return {

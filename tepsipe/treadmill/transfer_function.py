@@ -30,7 +30,7 @@ class DiscreteTransfer(BeltModel):
     numerator : ndarray, shape (n + 1,)
         b_0 ... b_n (unit of the load over m/s²).
     denominator : ndarray, shape (n + 1,)
-        1, f_1 ... f_n (-).
+        1, f_1 ... f_n.
     rate_hz : float
         Sampling rate for which it holds (Hz).
     converged : bool
@@ -44,7 +44,7 @@ class DiscreteTransfer(BeltModel):
 
     @property
     def order(self) -> int:
-        """Number of poles, n (-)."""
+        """Number of poles, n."""
         return self.denominator.size - 1
 
     def predict(self, recording: BeltRecording) -> np.ndarray:
@@ -60,7 +60,7 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
     recordings : list of BeltRecording
         Calibration.
     most_evaluations : int
-        Evaluations of the model after which the search ends (-).
+        Evaluations of the model after which the search ends.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def fit_discrete_output_error(recordings: list[BeltRecording], order: int) -> Di
     recordings : list of BeltRecording
         Calibration.
     order : int
-        n (-).
+        n.
 
     Returns
     -------

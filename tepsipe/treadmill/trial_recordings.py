@@ -90,7 +90,7 @@ def plate_recordings(
     name, condition : str
         Name the trial and the belt's motion.
     options : PlateOptions
-        Choices (units in their names).
+        Choices.
     weight : Weight or None
         Body on the belt (kg, m); None for an empty belt.
 

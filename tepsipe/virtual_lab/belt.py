@@ -87,18 +87,18 @@ class BeltMotion:
 
 
 def sine_pulse(s: float) -> float:
-    """One full sine period in normalised time ``s`` in 0..1 (-), with peaks +1 and -1 (-)."""
+    """One full sine period in normalised time ``s`` in 0..1, with peaks +1 and -1."""
     return math.sin(2.0 * math.pi * s)
 
 
 def minimum_jerk_pulse(s: float) -> float:
-    """A minimum-jerk movement out and one back in normalised time ``s`` in 0..1 (-): peaks +1, -1 (-)."""
+    """A minimum-jerk movement out and one back in normalised time ``s`` in 0..1: peaks +1, -1."""
     half, sign = (2.0 * s, 1.0) if s < 0.5 else (2.0 * s - 1.0, -1.0)
     return sign * 16.0 * half**2 * (1.0 - half) ** 2
 
 
 def negative_sine_pulse(s: float) -> float:
-    """`sine_pulse` the other way round (-), for ``s`` in 0..1 (-)."""
+    """`sine_pulse` the other way round, for ``s`` in 0..1."""
     return -sine_pulse(s)
 
 

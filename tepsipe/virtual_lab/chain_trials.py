@@ -25,7 +25,7 @@ def chain_person(section: dict) -> ChainPerson:
 
 
 def chain_protocol(perturbations: dict, protocol: dict, engine: str) -> ChainProtocol:
-    """Protocol of sections of settings (units in the names) and the engine's name.
+    """Protocol of sections of settings and the engine's name.
 
     A perturbation has a ``displacement_m`` of the belt, or a ``force_N`` on a ``segment`` at ``height_m``.
     """
@@ -50,13 +50,13 @@ def write_chain_trials(
     path : str or Path
         HDF5 file that is written.
     person : ChainPerson
-        Constants (units in their names).
+        Constants.
     protocol : ChainProtocol
-        Pulses and instruments (units in their names).
+        Pulses and instruments.
     seed : int
-        Of all draws (-).
+        Of all draws.
     persons : int
-        Number of recordings (-).
+        Number of recordings.
     """
     with h5py.File(path, "w") as file:
         for k in range(persons):

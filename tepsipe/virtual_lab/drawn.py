@@ -52,7 +52,7 @@ def draw_laboratory(constants: dict) -> dict:
     Parameters
     ----------
     constants : dict
-        The laboratory's configuration (units in its keys), with ``seed`` and ``drawn``: path of a number, or
+        The laboratory's configuration, with ``seed`` and ``drawn``: path of a number, or
         of a list of numbers, which are drawn one by one -> ``{"normal": standard deviation}``,
         ``{"rectangular": half width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the
         unit of the key, or with ``"relative": True`` as parts of the number, whose sign stays. ``"shift"``
@@ -83,12 +83,12 @@ def draw_laboratory(constants: dict) -> dict:
 
 
 def drawn_numbers(constants: dict) -> list[DrawnNumber]:
-    """What `draw_laboratory` draws, number by number.
+    """List the numbers that `draw_laboratory` draws.
 
     Parameters
     ----------
     constants : dict
-        The laboratory's configuration, as for `draw_laboratory` (units in its keys).
+        The laboratory's configuration, as for `draw_laboratory`.
 
     Returns
     -------

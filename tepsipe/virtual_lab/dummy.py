@@ -67,7 +67,7 @@ class DummyTruth:
 
 @dataclass(frozen=True)
 class DummyMarkers:
-    """Where the markers sit on the dummy.
+    """Positions of the markers on the dummy.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ def move_dummy(
     Parameters
     ----------
     dummy, rubber, drive : DummyTruth, Rubber, DriveTruth
-        Constants of subject, joint and belt drive (units in their names).
+        Constants of subject, joint and belt drive.
     command : callable
         Commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz : float
@@ -235,7 +235,7 @@ def dummy_marker_paths(markers: DummyMarkers, dummy: DummyTruth, motion: DummyMo
     Parameters
     ----------
     markers, dummy : DummyMarkers, DummyTruth
-        Constants (units in their names).
+        Constants.
     motion : DummyMotion
         Exact motion of the rig (s, m, rad).
 

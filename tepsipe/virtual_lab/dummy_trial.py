@@ -36,7 +36,7 @@ def make_dummy_trial(truth: dict, condition: str, protocol: Protocol, files: dic
     Parameters
     ----------
     truth : dict
-        The laboratory's constants, as its configuration file holds them (units in the keys).
+        The laboratory's constants, as its configuration file holds them.
     condition : str
         Name of the condition: it seeds the trial's noise.
     protocol : Protocol

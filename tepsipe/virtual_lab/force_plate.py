@@ -70,7 +70,7 @@ def bristle_deflection(displacement: np.ndarray, breakaway_m: float) -> np.ndarr
     Returns
     -------
     ndarray, shape (n,)
-        z (-), exact for the path that joins the samples by straight lines.
+        z, exact for the path that joins the samples by straight lines.
     """
     steps = np.diff(displacement)
     kept = np.exp(-np.abs(steps) / breakaway_m).tolist()
@@ -98,8 +98,8 @@ class PlateTruth:
         Volts per newton; relative spread of it; relative leak into other channels; relative error
         of the calibration (V/N, -, -, -).
     force_scale, vertical_leak : list of 2 float, float
-        Gain of the fore-aft and of the vertical transducers over that of the calibration (-), and part of the
-        vertical force that the fore-aft one has come to feel (-).
+        Gain of the fore-aft and of the vertical transducers over that of the calibration, and part of the
+        vertical force that the fore-aft one has come to feel.
     origin_height_m : float
         Height of the calibration's origin above the belt, on which it is thought to lie (m).
     noise_V, drift_V_per_s : float
@@ -112,25 +112,25 @@ class PlateTruth:
     belt_lag_s : float
         Time by which the load follows the rollers (s): T.
     belt_lag_wander, belt_lag_wander_s : float
-        Standard deviation of the logarithm of phi (-), and the time in which it changes (s).
+        Standard deviation of the logarithm of phi, and the time in which it changes (s).
     friction_N, friction_coefficient, friction_speed_m_per_s, friction_Ns_per_m : float
-        Friction of the moving unloaded belt (N) and per newton of load (-), the speed that brings it
+        Friction of the moving unloaded belt (N) and per newton of load, the speed that brings it
         about (m/s), and its viscous part (Ns/m): F_0, mu, v_0, c.
     bristle_share, bristle_m : float
-        Part of the friction, but for its viscous part, that has a memory (-), and displacement in which its
+        Part of the friction, but for its viscous part, that has a memory, and displacement in which its
         bristles bend (m): b, d. A share of 0 has no memory.
     friction_lever_m : float
         Depth under the belt's surface at which the friction acts (m).
     floor_m_per_s2, floor_hz, floor_damping : float
-        Root mean square of the floor's acceleration (m/s²), its frequency (Hz) and damping ratio (-).
+        Root mean square of the floor's acceleration (m/s²), its frequency (Hz) and damping ratio.
     resonance_hz, resonance_damping, resonance_mass_kg : float
-        Fore-aft resonance of the unloaded frame (Hz), its damping ratio (-), its moving mass (kg).
+        Fore-aft resonance of the unloaded frame (Hz), its damping ratio, its moving mass (kg).
     second_share : list of 2 float
-        Parts of Fy and of Mx that the second mode takes (-); 0 is a frame with one mode.
+        Parts of Fy and of Mx that the second mode takes; 0 is a frame with one mode.
     second_hz, second_damping, second_mass_kg : float
         The same constants of the second mode (Hz, -, kg).
     mount_share, mount_relaxation_s : float
-        Part of a quick fore-aft force that the mounts take (-), and when they let go of it (s): s, T_m.
+        Part of a quick fore-aft force that the mounts take, and when they let go of it (s): s, T_m.
     rate_hz : float
         Sampling rate of the log (Hz).
     """
@@ -193,12 +193,12 @@ def lines_of_action(truth: PlateTruth) -> np.ndarray:
 
 
 def plate_electronics(truth: PlateTruth, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """What the plate does to transducer forces, and the calibration matrix found for it.
+    """Matrix from transducer forces to voltages, and the calibration matrix found for the plate.
 
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     rng : numpy.random.Generator
         Draws spread, cross-talk and calibration errors: one plate for the whole study.
 
@@ -226,9 +226,9 @@ def wandering_lag(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Gene
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     n : int
-        Number of samples (-).
+        Number of samples.
     rate_hz : float
         Samples per second (Hz).
     rng : numpy.random.Generator
@@ -252,9 +252,9 @@ def floor_tremor(truth: PlateTruth, n: int, rate_hz: float, rng: np.random.Gener
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     n : int
-        Number of samples (-).
+        Number of samples.
     rate_hz : float
         Samples per second (Hz).
     rng : numpy.random.Generator
@@ -283,12 +283,12 @@ def belt_wrench(
     belt_lag: np.ndarray,
     rate_hz: float,
 ) -> np.ndarray:
-    """What the moving belt adds to the reaction on the load.
+    """Reaction that the moving belt adds to the load's.
 
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     load : ndarray, shape (n,)
         Vertical force of the load on the belt (N).
     belt_velocity, belt_acceleration : ndarray, shape (n,)
@@ -331,7 +331,7 @@ def plate_voltages(
     Parameters
     ----------
     truth : PlateTruth
-        Constants (units in their names).
+        Constants.
     volts_per_newton : ndarray, shape (14, 14)
         From `plate_electronics` (V/N).
     motion : BeltMotion
@@ -340,7 +340,7 @@ def plate_voltages(
     load_kg : float
         Mass on the belt (kg).
     sample : ndarray of int, shape (k,)
-        Grid points at which the log samples (-).
+        Grid points at which the log samples.
     rng : numpy.random.Generator
         Draws noise and drift; children of it draw the belt's lag and the floor.
 

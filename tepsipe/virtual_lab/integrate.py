@@ -60,7 +60,7 @@ def integrate(
 
 @cache
 def stepper(n: int) -> Callable[[Callable[[float, State], State], float, State, float], State]:
-    """One step of the classical fourth-order rule for ``n`` states (-), written out state by state.
+    """One step of the classical fourth-order rule for ``n`` states, written out state by state.
 
         k_1 = f(t, x),                  k_2 = f(t + h/2, x + h/2 k_1)
         k_3 = f(t + h/2, x + h/2 k_2),  k_4 = f(t + h, x + h k_3)

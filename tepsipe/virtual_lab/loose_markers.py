@@ -18,9 +18,9 @@ class Wobble:
     Attributes
     ----------
     hz, damping : float
-        Natural frequency w / 2 pi (Hz) and damping ratio z (-).
+        Natural frequency w / 2 pi (Hz) and damping ratio z.
     common, growing_per_m : float
-        Part of d by which all markers of the leg move alike (-), and part per distance from the joint (1/m);
+        Part of d by which all markers of the leg move alike, and part per distance from the joint (1/m);
         both 0 is a rigid leg.
     """
 
@@ -54,7 +54,7 @@ def wobbling(wobble: Wobble, time: np.ndarray, acceleration: np.ndarray) -> np.n
     Parameters
     ----------
     wobble : Wobble
-        Constants (units in their names).
+        Constants.
     time, acceleration : ndarray, shape (n,)
         Regular instants (s) and acceleration of the body (m/s²).
 

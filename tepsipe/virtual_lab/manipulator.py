@@ -36,7 +36,7 @@ class ManipulatorTruth:
     torque_per_factor_Nm : float
         Root mean square of the multisine per unit of scale factor (N·m).
     torque_scale, angle_scale : float
-        True torque over commanded torque, and encoder reading over true angle (-).
+        True torque over commanded torque, and encoder reading over true angle.
     torque_delay_s : float
         Delay of the drive: a torque acts this long after its command (s).
     band_low_hz, band_high_hz, period_s, command_rate_hz : float
@@ -44,7 +44,7 @@ class ManipulatorTruth:
     log_rate_hz, log_jitter_s : float
         Mean rate of the log (Hz) and standard deviation of its sampling instants (s).
     repeated_fraction, missing_fraction : float
-        Part of the log's lines that repeat the sample before them, and that are not written (-).
+        Part of the log's lines that repeat the sample before them, and that are not written.
     encoder_step_rad : float
         Resolution of the angle encoder (rad).
     encoder_zero_rad : float
@@ -80,7 +80,7 @@ class ManipulatorTruth:
 
 @dataclass(frozen=True)
 class ManipulatorRecording:
-    """What the manipulator's two files hold.
+    """Contents of the manipulator's two files.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ def multisine(truth: ManipulatorTruth, duration_s: float, rng: np.random.Generat
     Returns
     -------
     ndarray, shape (duration_s * command_rate_hz,)
-        The signal (-).
+        The signal.
     """
     harmonics = np.arange(
         round(truth.band_low_hz * truth.period_s), round(truth.band_high_hz * truth.period_s) + 1
@@ -149,11 +149,11 @@ def record_manipulator(
     Parameters
     ----------
     truth : ManipulatorTruth
-        Constants of the rig (units in their names).
+        Constants of the rig.
     rubber : Rubber
         The joint.
     factor : float
-        Scale factor of the perturbation (-).
+        Scale factor of the perturbation.
     duration_s : float
         Length of the perturbation (s).
     signal_rng, trial_rng : numpy.random.Generator

@@ -32,7 +32,7 @@ def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator
 
 
 class Nerves:
-    """Drive (-) and active torque (N·m), step by step, from what was sensed a latency ago."""
+    """Drive and active torque (N·m), step by step, from what was sensed a latency ago."""
 
     def __init__(
         self, subject: Subject, levers: list[float], steps: int, rate_hz: float, rng: np.random.Generator
@@ -63,7 +63,7 @@ class Nerves:
         self._to_x, self._to_v = _twitch(nerves, 1.0 / rate_hz)
 
     def stepper(self) -> Callable[[tuple[float, ...]], tuple[list[float], list[float]]]:
-        """``step(state)``: drive (-) and active torque at ankle, knee and hip (N·m) one step after ``state``.
+        """``step(state)``: drive and active torque at ankle, knee and hip (N·m) one step after ``state``.
 
         The first call, with the first state, gives them at the first state itself.
         """

@@ -67,7 +67,7 @@ class PersonMotion(BeltMotion):
     angles, rates : ndarray, shape (n, 3)
         Angles of shanks, thighs and upper body from the vertical (rad) and their rates (rad/s).
     drive : ndarray, shape (n, 5)
-        Drive of the muscles (-), in the order of `MUSCLES`.
+        Drive of the muscles, in the order of `MUSCLES`.
     foot, foot_rate : ndarray, shape (n,)
         Tilt of the feet from quiet standing (rad) and its rate (rad/s).
     short_range, active : ndarray, shape (n,)
@@ -110,7 +110,7 @@ def _carried(chain: tuple[Segment, ...]) -> np.ndarray:
 
 
 def critical_stiffness(person: PersonTruth) -> float:
-    """What topples all that the ankles carry (N·m/rad): m g h."""
+    """Toppling stiffness m g h of everything that the ankles carry (N·m/rad)."""
     chain = segments(person)
     mass = np.array([segment.mass_kg for segment in chain])
     return float(person.gravity_m_per_s2 * (mass @ _carried(chain)).sum())
@@ -129,9 +129,9 @@ def move_person(
     Parameters
     ----------
     subject : Subject
-        Constants of body, muscles, task and nerves (units in their names).
+        Constants of body, muscles, task and nerves.
     drive : DriveTruth
-        Constants of the belt's drive (units in their names).
+        Constants of the belt's drive.
     command : callable
         Commanded belt velocity (m/s) at t (s).
     duration_s, rate_hz : float
@@ -364,12 +364,12 @@ def _reaction(person: PersonTruth, time: np.ndarray, states: np.ndarray) -> np.n
 def true_ankles(
     person: PersonTruth, task: TaskTruth, motion: PersonMotion, trigger_s: float
 ) -> StandingMotion:
-    """What only the comparison of estimates with the truth may know of the ankles.
+    """True motion of the ankles, for the comparison of estimates with the truth only.
 
     Parameters
     ----------
     person, task : PersonTruth, TaskTruth
-        Constants (units in their names).
+        Constants.
     motion : PersonMotion
         Exact motion of the rig (s, rad, N·m).
     trigger_s : float

@@ -28,7 +28,7 @@ def person_marker_paths(
     Parameters
     ----------
     markers, person, skin : PersonMarkers, PersonTruth, SkinTruth
-        Constants (units in their names).
+        Constants.
     motion : PersonMotion
         Exact motion of the rig (s, m, rad).
 
@@ -57,12 +57,12 @@ def person_marker_paths(
 def marker_displacements(
     markers: PersonMarkers, person: PersonTruth, skin: SkinTruth, motion: PersonMotion
 ) -> list[np.ndarray]:
-    """Where the markers are, forward of the ankle and above the belt (m), each of shape (n, 2).
+    """Positions of the markers, forward of the ankle and above the belt (m), each of shape (n, 2).
 
     Parameters
     ----------
     markers, person, skin : PersonMarkers, PersonTruth, SkinTruth
-        Constants (units in their names).
+        Constants.
     motion : PersonMotion
         Exact motion of the rig (s, m, rad).
 
@@ -110,9 +110,9 @@ def wobble(skin: SkinTruth, share: float, motion: PersonMotion, bone: np.ndarray
     Parameters
     ----------
     skin : SkinTruth
-        Constants (units in their names).
+        Constants.
     share : float
-        Part of the soft tissue's motion in which the marker takes part (-).
+        Part of the soft tissue's motion in which the marker takes part.
     motion : PersonMotion
         Exact motion of the rig (s, m).
     bone : ndarray, shape (n, 2)

@@ -78,7 +78,7 @@ class PlatformPerson:
 
 @dataclass(frozen=True)
 class PlatformProtocol:
-    """What is done to the person, and how it is measured.
+    """Perturbations of the person, and their measurement.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class PlatformProtocol:
 
 @dataclass(frozen=True)
 class PlatformRecord:
-    """What the instruments record.
+    """Signals recorded by the instruments.
 
     Attributes
     ----------
@@ -142,18 +142,18 @@ def coloured_noise(
     rng : numpy.random.Generator
         Draws it.
     count : int
-        Number of samples (-).
+        Number of samples.
     step_s : float
         Sampling period (s).
     band_hz : (float, float)
         Corner frequencies (Hz).
     order : int
-        Of the decline above the upper one (-); below the lower one it is 2.
+        Of the decline above the upper one; below the lower one it is 2.
 
     Returns
     -------
     ndarray, shape (count,)
-        Samples (unitless).
+        Samples.
     """
     frequency = np.fft.rfftfreq(count, step_s)
     gain = np.zeros(frequency.size)
@@ -171,9 +171,9 @@ def record_platform(
     Parameters
     ----------
     person : PlatformPerson
-        Hidden constants (units in their names).
+        Hidden constants.
     protocol : PlatformProtocol
-        Motion and instruments (units in their names).
+        Motion and instruments.
     rng : numpy.random.Generator
         Draws motion, torque at will and noise.
 

@@ -84,14 +84,14 @@ class Pulse:
 
 @dataclass(frozen=True)
 class ChainProtocol:
-    """What is done and how it is measured.
+    """Perturbations and their measurement.
 
     Attributes
     ----------
     pulses : mapping of str to Pulse
         By name.
     epochs : int
-        Repetitions of every pulse (-).
+        Repetitions of every pulse.
     before_s, after_s : float
         Time recorded before and after each onset (s).
     unperturbed_s : float
@@ -118,7 +118,7 @@ class ChainProtocol:
 
 @dataclass(frozen=True)
 class ChainRecord:
-    """What the instruments record.
+    """Signals recorded by the instruments.
 
     Attributes
     ----------
@@ -141,9 +141,9 @@ def record_chain(person: ChainPerson, protocol: ChainProtocol, rng: np.random.Ge
     Parameters
     ----------
     person : ChainPerson
-        Constants (units in their names).
+        Constants.
     protocol : ChainProtocol
-        Pulses and instruments (units in their names).
+        Pulses and instruments.
     rng : numpy.random.Generator
         Draws own torque, instants, directions and noise.
 

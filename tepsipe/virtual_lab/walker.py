@@ -100,16 +100,16 @@ def resample_walk(walk: Walk, strides: int, rng: np.random.Generator) -> Walk:
     Parameters
     ----------
     walk : Walk
-        Real one (units there), each heel strike followed by its toe-off and the next heel strike.
+        Real one, each heel strike followed by its toe-off and the next heel strike.
     strides : int
-        Number of strides (-).
+        Number of strides.
     rng : numpy.random.Generator
         Draws the blocks.
 
     Returns
     -------
     Walk
-        As many strides as asked for, and a part of a stride before and after (units there).
+        As many strides as asked for, and a part of a stride before and after.
     """
     rate, lead = walk.rate_hz, round(BEFORE_STRIKE_S * walk.rate_hz)
     last = len(walk.heel_strikes) - 1
@@ -137,7 +137,7 @@ def resample_walk(walk: Walk, strides: int, rng: np.random.Generator) -> Walk:
 
 
 def ramp(time: np.ndarray, duration_s: float) -> np.ndarray:
-    """Minimum-jerk ramp from 0 to 1 (-), held, and back within 0.2 s, over the time after its onset (s)."""
+    """Minimum-jerk ramp from 0 to 1, held, and back within 0.2 s, over the time after its onset (s)."""
     up, down = np.clip(time / duration_s, 0.0, 1.0), np.clip((time - HOLD_S) / 0.2, 0.0, 1.0)
     return _minimum_jerk(up) - _minimum_jerk(down)
 
@@ -154,7 +154,7 @@ def pulse(
     Parameters
     ----------
     joint : Joint
-        Truth (units there).
+        Truth.
     percent : float
         Phase of the onset (%).
     stance_s : float
@@ -208,9 +208,9 @@ def perturb(
     Parameters
     ----------
     walk : Walk
-        Unperturbed (units there).
+        Unperturbed.
     joint : Joint
-        Truth (units there).
+        Truth.
     strides : mapping of int to float
         Stride -> phase of its pulse (%); beyond 100 the foot is in the air, and the belt moves without it.
     amplitude_rad : float
@@ -225,7 +225,7 @@ def perturb(
     Returns
     -------
     Walk
-        With pulses and their onsets (units there).
+        With pulses and their onsets.
     """
     signals = {name: np.array(values) for name, values in walk.signals.items()}
     stance = float(np.mean(walk.toe_offs - walk.heel_strikes[: len(walk.toe_offs)]))

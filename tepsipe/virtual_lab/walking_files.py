@@ -32,7 +32,7 @@ MOST_FRAMES = 65535
 
 @dataclass(frozen=True)
 class WalkerBody:
-    """What the markers show of the body.
+    """Body of the walker as the markers show it.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ def walk_markers(walk: Walk, unperturbed: Walk, body: WalkerBody) -> dict[str, n
     Parameters
     ----------
     walk : Walk
-        Signals (units there); its angle may have any constant offset.
+        Signals; its angle may have any constant offset.
     unperturbed : Walk
         The same without pulses.
     body : WalkerBody
@@ -135,9 +135,9 @@ def write_walk(
     kind : str
         c3d, or dflow (text of its mocap module).
     walk, unperturbed : Walk
-        With and without pulses (units there).
+        With and without pulses.
     body : WalkerBody
-        Markers and noise (units in their names).
+        Markers and noise.
     rng : numpy.random.Generator
         Draws the noise.
     """

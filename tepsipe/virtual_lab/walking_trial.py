@@ -9,7 +9,7 @@ from tepsipe.virtual_lab.seeds import generator
 from tepsipe.virtual_lab.walker import Joint, Walk, perturb, resample_walk
 from tepsipe.virtual_lab.walking_files import WalkerBody, write_events, write_truth, write_walk
 
-# peak velocity of a minimum-jerk ramp over its mean velocity (-)
+# peak velocity of a minimum-jerk ramp over its mean velocity
 PEAK_OVER_MEAN = 1.875
 
 
@@ -28,11 +28,11 @@ def make_walking_trial(
     Parameters
     ----------
     truth : dict
-        Seed, and the section walking of the laboratory's constants (units in its keys).
+        Seed, and the section walking of the laboratory's constants.
     condition : str
         Name of the trial; another name is another draw.
     signals : mapping of str to ndarray, each of shape (n,)
-        Real walking, as of `Walk` (units there).
+        Real walking, as of `Walk`.
     rate_hz : float
         Its rate (Hz).
     events : tuple of ndarray, each of shape (k,)

@@ -20,7 +20,7 @@ def make_weight_trial(truth: dict, condition: str, protocol: Protocol, files: di
     Parameters
     ----------
     truth : dict
-        The laboratory's constants, as its configuration file holds them (units in the keys), with the section
+        The laboratory's constants, as its configuration file holds them, with the section
         ``weight`` or ``heavy_weight``.
     condition : str
         Name of the condition: it seeds the trial's noise.

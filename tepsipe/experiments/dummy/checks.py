@@ -60,7 +60,7 @@ from tepsipe.signals.filters import butterworth_lowpass
 from tepsipe.signals.perturbations import Perturbation, rest_samples
 
 FALSE_ALARMS = 0.05
-# tolerances: of K (-), of a delay (s), of markers (m), of the angle's residual (-), of I over the leg's (-)
+# tolerances: of K, of a delay (s), of markers (m), of the angle's residual, of I over the leg's
 TOLERATED = {
     "leg-disagrees": 0.005,
     "foot-leg-delay": 2e-5,
@@ -81,7 +81,7 @@ UNITS = {
 }
 # time after a perturbation that its response is averaged over, and in which markers may settle (s)
 _LOCKED_S, _SETTLED_S = 0.5, 0.2
-# part of the samples that interpolation at common instants leaves independent (-)
+# part of the samples that interpolation at common instants leaves independent
 _INDEPENDENT = 0.6
 # sum of squares of markers without noise (m²)
 _EXACT = 1e-24
@@ -98,7 +98,7 @@ class Check:
     size : float
         How far the trial departs (unit of `UNITS`).
     probability : float
-        Of a size this large without a fault (-).
+        Of a size this large without a fault.
     tolerated : float or None
         A larger tolerance than that of `TOLERATED` (unit of `UNITS`), if the trial has one.
     """
@@ -115,7 +115,7 @@ class Check:
 
 
 def failed(checks: Sequence[Check]) -> list[str]:
-    """Names of the checks that fail (no unit), by Bonferroni's bound over all of them."""
+    """Names of the checks that fail, by Bonferroni's bound over all of them."""
     bound = FALSE_ALARMS / max(1, len(checks))
     return [c.name for c in checks if c.size > c.tolerance and c.probability < bound]
 
@@ -126,7 +126,7 @@ def delay_check(fit: LikelihoodEstimates, uncertainty_s: float) -> Check:
     Parameters
     ----------
     fit : LikelihoodEstimates
-        With sampling instants corrected (units there).
+        With sampling instants corrected.
     uncertainty_s : float
         Standard uncertainty of the correction between foot and leg (s).
 
@@ -147,7 +147,7 @@ def inertia_check(
     Parameters
     ----------
     fit : LikelihoodEstimates
-        The fit (units there).
+        The fit.
     known_kgm2, known_uncertainty_kgm2 : float
         Inertia of the joint and its standard uncertainty (N·m·s²/rad).
     type_b_kgm2 : float
@@ -170,14 +170,14 @@ def fit_check(fit: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
     Parameters
     ----------
     fit : LikelihoodFit
-        The fit (units there).
+        The fit.
     perturbations : list of Perturbation
         Windows (samples).
 
     Returns
     -------
     Check
-        Its size is the root mean square residual over that of the angle (-).
+        Its size is the root mean square residual over that of the angle.
     """
     white, n = innovations(fit), fit.channels.angle.size
     band = 2.0 * fit.model.bins.size / n
@@ -228,7 +228,7 @@ def residual_checks(fit: LikelihoodFit, perturbations: list[Perturbation]) -> li
     Parameters
     ----------
     fit : LikelihoodFit
-        The fit (units there).
+        The fit.
     perturbations : list of Perturbation
         Windows (samples).
 
@@ -260,7 +260,7 @@ def leg_check(
     Parameters
     ----------
     of_leg : WindowedFits
-        From the torque of the leg (units there).
+        From the torque of the leg.
     fit : LikelihoodEstimates
         Of the same trial.
     leg_markers : SegmentMarkers
@@ -268,7 +268,7 @@ def leg_check(
     lowpass : tuple of (float, int)
         Cutoff (Hz) and order of the filter of ``of_leg``.
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     of_k : float
         Combined standard uncertainty of K; a smaller difference does not matter (N·m/rad).
     of_difference : float
@@ -278,7 +278,7 @@ def leg_check(
     Returns
     -------
     Check
-        Its size is the difference over K (-).
+        Its size is the difference over K.
     """
     expected = expected_of_leg(of_leg, fit, leg_markers, lowpass, at_rest)
     expected = expected + noise_bias(of_leg, expected, fit.fit, leg_markers, lowpass)
@@ -303,7 +303,7 @@ def expected_of_leg(
 ) -> np.ndarray:
     """I, B, K that the windowed fit finds of markers without noise that move like the fitted joint.
 
-    Arguments are those of `leg_check` (units there). Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
+    Arguments are those of `leg_check`. Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
     """
     channels = fit.fit.channels
     theta = estimated_angle(fit.fit) + channels.theta_0_rad
@@ -334,7 +334,7 @@ def noise_bias(
     Parameters
     ----------
     of_leg : WindowedFits
-        From the torque of the leg (units there).
+        From the torque of the leg.
     parameters : ndarray, shape (3,)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) without noise.
     fit : LikelihoodFit
@@ -347,7 +347,7 @@ def noise_bias(
     Returns
     -------
     ndarray, shape (3,)
-        Bias of the means of I, B, K (their units).
+        Bias of the means of I, B, K.
     """
     rate_hz, leg = fit.channels.rate_hz, fit.model.leg
     impulse = np.zeros(4096)
@@ -384,7 +384,7 @@ def _folded(signal: np.ndarray, perturbations: list[Perturbation], length: int) 
 def _steps(
     residuals: np.ndarray, perturbations: list[Perturbation], rate_hz: float, independent: float
 ) -> tuple[float, float]:
-    """Largest root mean square step (m) of a column between perturbations, and its probability (-)."""
+    """Largest root mean square step (m) of a column between perturbations, and its probability."""
     settled, ends = round(_SETTLED_S * rate_hz), [p.start for p in perturbations[1:]]
     parts = [slice(0, perturbations[0].start)]
     parts += [slice(p.stop + settled, end) for p, end in zip(perturbations, [*ends, None], strict=True)]
@@ -404,7 +404,7 @@ def _steps(
 def _locked(
     residuals: np.ndarray, perturbations: list[Perturbation], rate_hz: float, independent: float
 ) -> tuple[float, float]:
-    """Root mean square (m) of a column's mean over the perturbations, and its probability (-)."""
+    """Root mean square (m) of a column's mean over the perturbations, and its probability."""
     lengths = np.diff([p.start for p in perturbations])
     length = int(min([round(_LOCKED_S * rate_hz), *lengths]))
     folded = _folded(residuals, perturbations, length)
@@ -422,7 +422,7 @@ def _locked(
 
 
 NOISE_BIASED = "noise-biased"
-# bias by noise over the combined standard uncertainty, from which a windowed fit is flagged (-)
+# bias by noise over the combined standard uncertainty, from which a windowed fit is flagged
 LARGEST_BIAS = 0.5
 OF_TORQUE = ("leg-disagrees", "foot-leg-delay", "joint-inertia", "markers-slip", "markers-pulse-locked")
 OF_ANGLE = (*OF_TORQUE, "foot-markers-apart", "lack-of-fit")
@@ -430,7 +430,7 @@ OF_ANGLE = (*OF_TORQUE, "foot-markers-apart", "lack-of-fit")
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the checks of one trial say.
+    """Outcome of the checks of one trial.
 
     Attributes
     ----------
@@ -467,7 +467,7 @@ def check_dummy(
     trial : Trial
         Markers (m).
     options : DummyOptions
-        Those of the analysis (units in their names).
+        Those of the analysis.
     analysis : DummyAnalysis
         Output of `analyse_dummy`.
     quoted : tuple of (str, str)
@@ -510,7 +510,7 @@ def check_dummy(
 
 
 def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
-    """Rows of I, B, K, also of small movements, with the flags of their pathway (units in them)."""
+    """Rows of I, B, K, also of small movements, with the flags of their pathway."""
     joint = {*PARAMETERS, *(f"{quantity}_small" for quantity in PARAMETERS)}
     return [
         flagged([row], *verdict.flags.get(row.pathway, ()))[0] if row.quantity in joint else row
@@ -519,12 +519,12 @@ def flag_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
 
 
 def check_facts(verdict: Verdict) -> dict[str, dict[str, float]]:
-    """Check -> size (its unit) and probability (-), as plain numbers."""
+    """Check -> size and probability, as plain numbers."""
     return {c.name: {"size": float(c.size), "probability": float(c.probability)} for c in verdict.checks}
 
 
 def _windowed(analysis: DummyAnalysis, name: str) -> bool:
-    """Whether a pathway fits the consistent torque of aligned markers in windows."""
+    """Test for a pathway that fits the consistent torque of aligned markers in windows."""
     pathway = analysis.pathways.get(name)
     wanted = ("leg", "aligned", LEAST_SQUARES)
     return pathway is not None and (pathway.torque, pathway.marker_instants, pathway.estimator) == wanted
@@ -561,7 +561,7 @@ def _order(labels: list[str], wanted: Sequence[str]) -> float:
 
 
 def _biased(of_leg, fit, options: DummyOptions, analysis: DummyAnalysis, name: str) -> bool:
-    """Whether noise moves K or B of a windowed fit by a good part of its combined uncertainty."""
+    """Test for a noise bias of K or B that exceeds `LARGEST_BIAS` of its combined uncertainty."""
     lowpass = (options.lowpass_cutoff_hz, options.lowpass_order)
     at_rest = rest_samples(analysis.time, options.window)
     expected = expected_of_leg(of_leg, fit, options.leg_markers, lowpass, at_rest)
@@ -570,7 +570,7 @@ def _biased(of_leg, fit, options: DummyOptions, analysis: DummyAnalysis, name: s
 
 
 def quoted_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
-    """Rows with those of I, B, K of the quoted pathway marked as recommended (units in them)."""
+    """Rows with those of I, B, K of the quoted pathway marked as recommended."""
     return [
         replace(row, recommended=row.quantity in PARAMETERS and row.pathway == verdict.quoted) for row in rows
     ]

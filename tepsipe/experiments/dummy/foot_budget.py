@@ -35,7 +35,7 @@ FOOT_SOURCES = (
 
 @dataclass(frozen=True)
 class FootKnowledge:
-    """What a pathway takes as known of foot and plate, and how well it is known.
+    """Foot and plate as a pathway assumes them, with their uncertainty.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class FootKnowledge:
     y_a, y_a_dd : ndarray, shape (n,)
         Position of the ankle on the plate (m) and its acceleration (m/s²).
     sources : dict of str to Source
-        What is not known exactly (units in their names); none where Type B is not evaluated.
+        What is not known exactly; none where Type B is not evaluated.
     """
 
     foot: Foot
@@ -99,7 +99,7 @@ def foot_budget(
     Parameters
     ----------
     fit : WindowedFits
-        The estimates (units there).
+        The estimates.
     reestimate : callable
         Estimates them, shape (3,), from another motion (s, rad) and torque (N·m), linear in the torque.
     motion : SegmentMotion
@@ -107,7 +107,7 @@ def foot_budget(
     torque : ndarray, shape (n,)
         Torque of the foot (N·m).
     known : FootKnowledge
-        What was taken as known (units there).
+        What was taken as known.
 
     Returns
     -------

@@ -67,7 +67,7 @@ class FootOptions:
     belt : str
         The belt on which the dummy stands, left or right.
     held_out : HeldOut or None
-        Residuals of trials that the treadmill model has not seen (units there).
+        Residuals of trials that the treadmill model has not seen.
     """
 
     foot: Foot
@@ -100,7 +100,7 @@ def analyse_foot(
     name : str
         Names the trial in messages.
     dummy, options : DummyOptions, FootOptions
-        Choices (units in their names).
+        Choices.
     pathways : dict of str to FootPathway
         Name -> pathway.
     models : dict of str to dict of str to FittedModel
@@ -231,7 +231,7 @@ def foot_side(
     prepared : PreparedTrial
         Forces (N), moments (N·m) and markers (m).
     options : FootOptions
-        Choices (units in their names).
+        Choices.
     motion : SegmentMotion
         Filtered motion of the leg on the clock of the markers (s, rad, m).
     delay_s : float

@@ -1,4 +1,4 @@
-"""What the treadmill model does to the estimates from the foot: its calibration, its gate, and its limits."""
+"""Effect of the treadmill model on the estimates from the foot: its calibration, its gate, and its limits."""
 
 from dataclasses import dataclass, field
 
@@ -51,13 +51,13 @@ def check_treadmill(
     recordings : dict of str to BeltRecording
         Component -> recording of the trial (N, N·m).
     fit : WindowedFits
-        Estimates from the compensated torque (units there).
+        Estimates from the compensated torque.
     lever_m : float
         Height of the joint over the belt (m).
     held_out : HeldOut or None
-        Residuals of trials that the model has not seen (units there).
+        Residuals of trials that the model has not seen.
     own_zero : bool
-        Whether each window has a free constant torque (-).
+        Whether each window has a free constant torque.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def fits_of_torques(fit: WindowedFits, torques: np.ndarray, own_zero: bool) -> n
     torques : ndarray, shape (draws, n)
         Torques (N·m).
     own_zero : bool
-        Whether each window has a free constant torque (-).
+        Whether each window has a free constant torque.
 
     Returns
     -------

@@ -55,7 +55,7 @@ OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
 
 
 def type_a_uncertainty(fit: WindowedFits) -> tuple[np.ndarray, float]:
-    """Type A of the means of I, B, K, shape (3,) (their units), and its degrees of freedom (-).
+    """Type A of the means of I, B, K, shape (3,), and its degrees of freedom.
 
     From the covariance of the fit where it has one, from the scatter of the perturbations elsewhere.
     """
@@ -67,7 +67,7 @@ def type_a_uncertainty(fit: WindowedFits) -> tuple[np.ndarray, float]:
 
 @dataclass(frozen=True)
 class LegKnowledge:
-    """What a pathway takes as known of the leg, and how well it is known.
+    """Leg and markers as a pathway assumes them, with their uncertainty.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class LegKnowledge:
     markers : SegmentMarkers
         Its markers (m).
     sources : dict of str to Source
-        What is not known exactly (units in their names); none where Type B is not evaluated.
+        What is not known exactly; none where Type B is not evaluated.
     motion, sampled_later : SegmentMotion
         As it was found, and as it is with a time between markers that is longer by its standard uncertainty
         (s, rad, m); None if that time does not act.
@@ -90,7 +90,7 @@ class LegKnowledge:
 
 
 def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
-    """What a foot that yields contributes to I, B, K, shape (1, 3); nothing without this source.
+    """Contribution of a compliant foot to I, B, K, shape (1, 3); empty without this source.
 
     A compliance c in series turns Z = I s^2 + B s + K into Z / (1 + c Z), to first order Z - c Z^2:
 
@@ -127,14 +127,14 @@ def leg_budget(
     Parameters
     ----------
     fit : WindowedFits
-        The estimates (units there).
+        The estimates.
     reestimate : callable or None
-        Estimates them, shape (3,), from another motion and leg (units there); None if they come from the
+        Estimates them, shape (3,), from another motion and leg; None if they come from the
         angle over the whole trial.
     known : LegKnowledge
-        What was taken as known (units there).
+        What was taken as known.
     further : mapping of str to ndarray, shape (k, 3), optional
-        Contributions of other sources to I, B, K (their units).
+        Contributions of other sources to I, B, K.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def small_budget(
 
 
 def changed_leg(leg: Leg, deviations: Mapping[str, float]) -> Leg:
-    """The leg (kg, m, kg·m²) with deviations of its sources (their units)."""
+    """The leg (kg, m, kg·m²) with deviations of its sources."""
     return replace(
         leg,
         mass_kg=leg.mass_kg + deviations.get("leg_mass_kg", 0.0),
@@ -270,9 +270,9 @@ def by_source(contributions: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 def torque_contributions(
     reestimate: Callable[[SegmentMotion, Leg], np.ndarray], known: LegKnowledge
 ) -> dict[str, np.ndarray]:
-    """What each source contributes to I, B, K from a torque of the leg.
+    """Contribution of each source to I, B, K from a torque of the leg.
 
-    Arguments are those of `leg_budget` (units there). The result is for `Budget.contributions`, one row per
+    Arguments are those of `leg_budget`. The result is for `Budget.contributions`, one row per
     marker and direction.
     """
     sources, leg = known.sources, known.leg
@@ -296,7 +296,7 @@ def torque_contributions(
 
 
 def angle_contributions(values: np.ndarray, leg: Leg, sources: Mapping[str, Source]) -> dict[str, np.ndarray]:
-    """What each source contributes to I, B, K from the angle over the whole trial, exact.
+    """Exact contribution of each source to I, B, K from the angle over the whole trial.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ class DummyOptions:
     belt_fixed_labels : tuple of str
         Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood.
     sources : dict of str to Source
-        What is not known exactly (units in their names); without any, Type B is not evaluated.
+        What is not known exactly; without any, Type B is not evaluated.
     """
 
     leg: Leg
@@ -169,7 +169,7 @@ class DummyAnalysis:
 
     @property
     def likelihood_estimates(self) -> dict[str, LikelihoodEstimates]:
-        """Pathway -> fit, where the joint likelihood was the estimator (units in it)."""
+        """Pathway -> fit, where the joint likelihood was the estimator."""
         return {name: fit for name, fit in self.regressions.items() if isinstance(fit, LikelihoodEstimates)}
 
 
@@ -181,7 +181,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     trial : Trial
         Markers (m) and belt velocity (m/s).
     options : DummyOptions
-        Choices (units in their names).
+        Choices.
     pathways : dict of str to Pathway
         Name -> pathway.
 
@@ -304,7 +304,7 @@ def trial_markers(trial: Trial, options: DummyOptions, instants: str) -> DummyMa
 
 
 def fitted_data(trial: Trial, options: DummyOptions, instants: str, fields: dict) -> LikelihoodData:
-    """What a joint likelihood was fitted to (s, m, m/s).
+    """Data that a joint likelihood was fitted to (s, m, m/s).
 
     ``fields`` are the parts of its `Record`, ``instants`` whether markers sampled one after the
     other were aligned.
@@ -337,7 +337,7 @@ def reestimator(pathway: Pathway, fields: dict) -> Callable[[SegmentMotion, Leg]
 def leg_knowledge(
     prepared: PreparedTrial, options: DummyOptions, pathway: Pathway, motion: SegmentMotion
 ) -> LegKnowledge:
-    """What a pathway takes as known of the leg (m, kg, s), and how well it is known.
+    """Leg and markers as a pathway assumes them (m, kg, s), with their uncertainty.
 
     The thesis's torque has Type A only: of a wrong equation no uncertainty of its inputs is to be stated.
     """

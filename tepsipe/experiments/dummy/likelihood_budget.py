@@ -25,7 +25,7 @@ from tepsipe.statistics.uncertainty import Source
 
 @dataclass(frozen=True)
 class LikelihoodData:
-    """What the joint likelihood was fitted to.
+    """Data that the joint likelihood was fitted to.
 
     Attributes
     ----------
@@ -34,12 +34,12 @@ class LikelihoodData:
     markers : DummyMarkers
         Markers of foot and leg (m).
     places : ndarray of int, shape (k,) or None
-        Places of these markers in the sequence of a frame, from 0 (-); None if they are not sampled one after
+        Places of these markers in the sequence of a frame, from 0; None if they are not sampled one after
         the other, or their instants are not corrected.
     belt_log : ndarray or None, shape (n,)
         Logged velocity of the belt (m/s).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     perturbations : list of Perturbation
         Windows (samples).
     """
@@ -55,16 +55,16 @@ class LikelihoodData:
 def marker_contributions(
     fit: LikelihoodEstimates, data: LikelihoodData, sources: Mapping[str, Source]
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """What sources that move markers contribute to I, B, K, at the working amplitude and of small movements.
+    """Contribution of displaced markers to I, B, K, at the working amplitude and of small movements.
 
     Parameters
     ----------
     fit : LikelihoodEstimates
-        The estimates (units there).
+        The estimates.
     data : LikelihoodData
         What they were fitted to (s, m, m/s).
     sources : mapping of str to Source
-        What is not known exactly (units in the names); others than those of the module's head are ignored.
+        What is not known exactly; others than those of the module's head are ignored.
 
     Returns
     -------

@@ -35,9 +35,9 @@ def joint_estimates(
     fit : LikelihoodEstimates
         The fit.
     budget : Budget
-        Uncertainty of I, B, K of small movements (their units).
+        Uncertainty of I, B, K of small movements.
     count : int
-        Number of perturbations (-).
+        Number of perturbations.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def joint_estimates(
 
 
 def likelihood_facts(estimates: LikelihoodEstimates) -> dict:
-    """Noise levels, timing and softening of a fit, as plain numbers (units in the keys)."""
+    """Noise levels, timing and softening of a fit, as plain numbers."""
     fit = estimates.fit
     facts = {
         "delay_s": fit.value("delay"),
@@ -95,9 +95,9 @@ def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[s
     analysis : DummyAnalysis
         Output of `analyse_dummy`.
     draws : int
-        Bootstrap samples (-).
+        Bootstrap samples.
     seed : int
-        Seed of the generators that draw perturbations, one per pathway (-): intervals do not depend on the
+        Seed of the generators that draw perturbations, one per pathway: intervals do not depend on the
         other pathways.
 
     Returns
@@ -180,7 +180,7 @@ def dummy_estimates(
 
 
 def dummy_contributions(rows: Sequence[Estimate], analysis: DummyAnalysis) -> list[Contribution]:
-    """Uncertainty of I, B, K of ``rows``, from `dummy_estimates`, source by source (units in the rows)."""
+    """Uncertainty of I, B, K of ``rows``, from `dummy_estimates`, source by source."""
     return [
         part
         for name, budget in analysis.budgets.items()
@@ -189,7 +189,7 @@ def dummy_contributions(rows: Sequence[Estimate], analysis: DummyAnalysis) -> li
 
 
 def dummy_result(analysis: DummyAnalysis) -> Result:
-    """Arrays and facts of one trial, for figures and for cross-validation (units in the result)."""
+    """Arrays and facts of one trial, for figures and for cross-validation."""
     arrays: dict[str, np.ndarray] = {"time": analysis.time}
     units = {"time": "s"}
     if analysis.belt_velocity is not None:
@@ -239,7 +239,7 @@ def dummy_result(analysis: DummyAnalysis) -> Result:
 
 
 def _treadmill_error(check: TreadmillCheck) -> dict:
-    """What held-out trials of the treadmill predict for the errors of I, B, K (units of I, B, K)."""
+    """Errors of I, B, K predicted by held-out trials of the treadmill (units of I, B, K)."""
     error = check.error
     return {
         "parameters": error.parameters.tolist(),

@@ -90,7 +90,7 @@ class Specification:
     role : str
         as printed, recommended, or empty.
     I_Nms2_per_rad, B_Nms_per_rad, K_Nm_per_rad : float
-        Means over perturbations (units in the names).
+        Means over perturbations.
     VAF_percent : float
         Mean VAF of the torque over perturbations (%).
     """
@@ -110,7 +110,7 @@ class Specification:
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """Values of `CHOICES` (no unit)."""
+        """Values of `CHOICES`."""
         return tuple(getattr(self, choice) for choice in CHOICES)
 
 
@@ -118,7 +118,7 @@ SPECIFICATIONS = Table(Specification, "a specification")
 
 
 def unfiltered(x: np.ndarray, rate_hz: float) -> np.ndarray:
-    """``x`` unchanged (any unit), at any rate (Hz)."""
+    """``x`` unchanged, at any rate (Hz)."""
     return x
 
 
@@ -162,7 +162,7 @@ def specify_dummy(
     condition : str
         Name of the condition.
     dummy, foot, options : DummyOptions, FootOptions, SpecificationOptions
-        Choices (units in their names).
+        Choices.
     as_printed, recommended : Pathway
         Pathways of the study; their combinations get a role.
 

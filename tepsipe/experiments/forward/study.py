@@ -90,7 +90,7 @@ def simulate_condition(
     trial : Trial
         Markers (m) and belt velocity (m/s).
     options : DummyOptions
-        Processing of the recording (units in their names).
+        Processing of the recording.
     foot : Foot
         The foot (kg, m).
     joints : dict of str to ndarray, shape (3,)
@@ -181,7 +181,7 @@ def forward_scores(condition: str, simulated: SimulatedCondition) -> list[Forwar
 
 
 def simulation_result(simulated: SimulatedCondition) -> Result:
-    """Arrays and facts of one trial, for figures (units in the result)."""
+    """Arrays and facts of one trial, for figures."""
     arrays: dict[str, np.ndarray] = {
         "time": simulated.time,
         "theta": simulated.theta,

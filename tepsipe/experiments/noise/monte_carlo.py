@@ -85,7 +85,7 @@ class NoiseCell:
         VAF of the angle predicted from the belt with the parameters of the first e draws, in the windows and
         over the trial (%); NaN where the leg falls.
     unstable_fraction : float
-        Fraction of all draws for which the leg falls (-).
+        Fraction of all draws for which the leg falls.
     truth, without_noise, apparent : ndarray, shape (3,)
         I, B, K (units as ``parameters``) of the joint; by the same processing without noise; apparent values
         by the printed equation of the foot without processing (`apparent_impedance`).
@@ -125,7 +125,7 @@ class NoiseCell:
 
     @property
     def n_draws(self) -> int:
-        """Number of draws (-)."""
+        """Number of draws."""
         return self.parameters.shape[0]
 
     def rows(self) -> list[dict]:
@@ -234,15 +234,15 @@ def sweep(
     snr_db : float
         Signal power over noise power (dB); ignored for the target "none".
     draws : int
-        Number of draws (-).
+        Number of draws.
     seed : int
-        Seed of the study (-).
+        Seed of the study.
     estimators : sequence of str
         Names of `PROCESSINGS`.
     others : sequence of FilteredTrial
         Trials for the cross-validation.
     predicted_draws : int
-        Number of draws for which the angle is also predicted (-).
+        Number of draws for which the angle is also predicted.
 
     Returns
     -------
@@ -316,15 +316,15 @@ def sweep_trial(
     levels_db : dict of str to list of float
         Name of one of `PROCESSINGS` -> signal power over noise power (dB).
     draws, seed : int
-        As for `sweep` (-).
+        As for `sweep`.
     others : iterable of SimulatedTrial
         Trials for the cross-validation.
     predicted_draws : int
-        As for `sweep` (-).
+        As for `sweep`.
     cutoff_hz : float
         Of the low-pass filter (Hz).
     order : int
-        Of the filter, both passes together (-).
+        Of the filter, both passes together.
 
     Returns
     -------

@@ -14,7 +14,7 @@ from tepsipe.mechanics.inverse_dynamics import Leg
 
 
 def is_stable(leg: Leg, parameters: np.ndarray) -> np.ndarray:
-    """Whether the leg on the joint is stable: J, B and K - k_g are all positive.
+    """Test for a stable leg on the joint: J, B and K - k_g are all positive.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def is_stable(leg: Leg, parameters: np.ndarray) -> np.ndarray:
     Returns
     -------
     ndarray of bool, shape (...)
-        True where stable (-).
+        True where stable.
     """
     p = leg.mass_kg * leg.com_m
     leg_terms = np.array([leg.inertia_kgm2 + p * leg.com_m, 0.0, -p * leg.gravity_m_per_s2])
@@ -98,7 +98,7 @@ def torque_vaf(
     gram, noise_gram : ndarray, shape (4, 4)
         Of signals and noise (`WindowedTrial`), products of rad/s², rad/s, rad and N·m.
     torque_noise : bool
-        Whether the torque to be predicted includes noise (-).
+        Whether the torque to be predicted includes noise.
 
     Returns
     -------

@@ -28,7 +28,7 @@ def simulate_trial(
     name : str
         Condition.
     options : DummyOptions
-        Filter of the belt motion, and search for perturbations and rest (units in their names).
+        Filter of the belt motion, and search for perturbations and rest.
     foot : Foot
         The foot (kg, m).
     parameters : ndarray, shape (3,)

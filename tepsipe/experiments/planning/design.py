@@ -1,4 +1,4 @@
-"""What a planned experiment consists of: joint, leg and foot, rig, protocol; and its motion without noise."""
+"""Planned experiment: joint, leg and foot, rig, protocol; and its motion without noise."""
 
 import math
 from collections.abc import Mapping
@@ -41,14 +41,14 @@ def _positive(where: str, values: Mapping[str, float | None], least: float = mat
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
-    """What measures and moves: noise is white, and given as standard deviation of one sample.
+    """Instruments and drive; noise is white, and given as the standard deviation of one sample.
 
     Attributes
     ----------
     leg_markers : SegmentMarkers
         Markers on the leg (m); the first is the ankle's.
     foot_markers : int
-        Further markers, on the foot (-).
+        Further markers, on the foot.
     marker_noise_m, camera_rate_hz : float
         Noise of a marker in each direction (m), and rate of the cameras (Hz).
     log_noise_m_per_s, log_rate_hz : float
@@ -109,25 +109,25 @@ class Rig:
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """What is done, and how it is analysed.
+    """Perturbations of a trial and their analysis.
 
     Attributes
     ----------
     pulse : Pulse
         The belt's command (m/s).
     number : int
-        Perturbations (-).
+        Perturbations.
     interval_s : float
         From onset to onset (s).
     rest_before_s, rest_after_s : float
         Unperturbed time at the start and, after the last interval, at the end (s).
     pathway : {"joint-likelihood", "joint-likelihood-linear", "leg", "foot"}
-        Estimator (-): the likelihood of all markers and the log, of a joint that may soften or of a linear
+        Estimator: the likelihood of all markers and the log, of a joint that may soften or of a linear
         one; windowed least squares with the torque from the leg's motion, or from plate and foot.
     cutoff_hz, order : float, int
         Low-pass of windowed least squares (Hz; both passes together if it is zero-lag).
     zero_lag : bool
-        Whether it runs forwards and backwards, or forwards only (-).
+        Whether it runs forwards and backwards, or forwards only.
     """
 
     pulse: Pulse
@@ -186,7 +186,7 @@ class Protocol:
 
     @property
     def signs(self) -> np.ndarray:
-        """Direction of every pulse, shape (number,) (-): one-way pulses alternate."""
+        """Direction of every pulse, shape (number,): one-way pulses alternate."""
         return np.where(np.arange(self.number) % 2, -1.0, 1.0) if self.pulse.one_way else np.ones(self.number)
 
     @property
@@ -210,7 +210,7 @@ class Design:
     protocol : Protocol
         What is done.
     sources : mapping of str to Source
-        Tolerances of the calibration, as of the uncertainty budgets (units in their names); none: no Type B.
+        Tolerances of the calibration, as of the uncertainty budgets; none: no Type B.
     """
 
     joint: Joint
@@ -222,7 +222,7 @@ class Design:
 
     @classmethod
     def from_settings(cls, plan: dict, name: str, geometry: dict, uncertainty: dict) -> Self:
-        """Design of a name in a plan: what it changes of joint, rig and protocol (units in their names).
+        """Design of a name in a plan: what it changes of joint, rig and protocol.
 
         ``geometry`` has the constants of leg and foot (kg, m, kg·m²), ``uncertainty`` the tolerances.
         """
@@ -300,7 +300,7 @@ def belt_velocity(protocol: Protocol, pulse_velocity: np.ndarray, time: np.ndarr
 
 @dataclass(frozen=True)
 class ExpectedMotion:
-    """What a trial will be without noise.
+    """Expected motion of a trial, without noise.
 
     Attributes
     ----------
@@ -309,7 +309,7 @@ class ExpectedMotion:
     perturbations : list of Perturbation
         Windows as the analysis finds them (samples).
     at_rest : ndarray of bool, shape (n,)
-        Samples before the first pulse (-).
+        Samples before the first pulse.
     pulse_velocity : ndarray, shape (k,)
         Of the belt after one pulse, every `STEP_S` (m/s).
     """

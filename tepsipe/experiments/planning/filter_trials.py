@@ -1,4 +1,4 @@
-"""What a low-pass does to I, B, K of recorded or simulated trials, with the torque from leg or foot.
+"""Effect of a low-pass on I, B, K of recorded or simulated trials, with the torque from leg or foot.
 
 All signals of a trial pass the same filter, markers before the pose is found. The belt-induced load is
 subtracted by a treadmill model behind the same filter, or left in.
@@ -33,7 +33,7 @@ class FilteredEstimates:
     Attributes
     ----------
     pathway : {"leg", "foot", "foot-compensated"}
-        Origin of the torque, and whether the belt-induced load was subtracted (-).
+        Origin of the torque, and whether the belt-induced load was subtracted.
     lowpass : Lowpass
         The filter (Hz).
     parameters : ndarray, shape (windows, 3)
@@ -65,7 +65,7 @@ def filter_estimates(
     name : str
         Names the trial in messages.
     dummy, options : DummyOptions, FootOptions
-        Choices (units in their names); the filter of ``dummy`` finds the windows.
+        Choices; the filter of ``dummy`` finds the windows.
     models : mapping of str to FittedModel
         Component of the load, Fy or Mx -> treadmill model.
     lowpass : Lowpass
@@ -111,6 +111,6 @@ def filter_estimates(
 def lowpasses(
     cutoffs_hz: Sequence[float], zero_lag_orders: Sequence[int], one_sided_orders: Sequence[int]
 ) -> list[Lowpass]:
-    """Every filter of some cutoffs (Hz) and orders (-): zero-lag ones, then those that run forwards only."""
+    """Every filter of some cutoffs (Hz) and orders: zero-lag ones, then those that run forwards only."""
     kinds = [(order, True) for order in zero_lag_orders] + [(order, False) for order in one_sided_orders]
     return [Lowpass(cutoff, order, zero_lag) for order, zero_lag in kinds for cutoff in cutoffs_hz]

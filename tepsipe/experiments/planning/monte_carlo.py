@@ -25,13 +25,13 @@ def draw_estimates(
     Parameters
     ----------
     design : Design
-        Joint, rig, protocol (units there).
+        Joint, rig, protocol.
     motion : ExpectedMotion
         Its motion (s, m, rad, N, N·m).
     rng : numpy.random.Generator
         Draws the noise.
     draws : int
-        Number of trials (-).
+        Number of trials.
 
     Returns
     -------

@@ -34,7 +34,7 @@ from tepsipe.identification.likelihood.likelihood import ExpectedFit
 OPTIMAL = "optimal"
 # distance of knots (s): frequencies above the likelihood's band are not shaped
 KNOT_S = 0.006
-# time after a pulse for which limits are held every `STEP_S`, then rarely (s), and their part in use (-)
+# time after a pulse for which limits are held every `STEP_S`, then rarely (s), and their part in use
 _AFTER_S, _RARELY_S, _MARGIN = 0.03, 0.008, 0.9999
 _STEPS, _DESCENTS = 60, (2.0, 4.0, 8.0, 16.0, 32.0)
 
@@ -106,7 +106,7 @@ class _Problem:
 
 
 def spline_basis(duration_s: float) -> np.ndarray:
-    """Cubic B-splines that are 0 with their slope at both ends, every `STEP_S`, shape (n, k) (-).
+    """Cubic B-splines that are 0 with their slope at both ends, every `STEP_S`, shape (n, k).
 
     Raises
     ------
@@ -166,7 +166,7 @@ def optimise_pulse(design: Design, expected: ExpectedFit, limits: Limits) -> Opt
         The experiment, with any pulse of the length that is wanted; one-way pulses alternate, so a pulse may
         leave the belt displaced if ``design.protocol.pulse.one_way``.
     expected : ExpectedFit
-        Likelihood of the planned trial (units there).
+        Likelihood of the planned trial.
     limits : Limits
         Of the belt's motion (m/s, m, m/s², m/s³).
 

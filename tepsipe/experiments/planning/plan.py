@@ -42,14 +42,14 @@ from tepsipe.mechanics.segment_kinematics import SegmentMotion
 from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.uncertainty import Budget, Source
 
-# two-sided 95 % of a normal distribution (-)
+# two-sided 95 % of a normal distribution
 COVERAGE = 1.959964
 UNITS = {"I": "Nms2/rad", "B": "Nms/rad", "K": "Nm/rad"}
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a design will show of I, B, K: N·m·s²/rad, N·m·s/rad, N·m/rad.
+    """Predicted precision of I, B, K for a design (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
     Attributes
     ----------
@@ -80,21 +80,21 @@ class Plan:
 
     @property
     def type_a(self) -> np.ndarray:
-        """Standard uncertainty of Type A of I, B, K, shape (3,) (their units)."""
+        """Standard uncertainty of Type A of I, B, K, shape (3,)."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
     def type_b(self) -> np.ndarray:
-        """Standard uncertainty of Type B of I, B, K, shape (3,) (their units)."""
+        """Standard uncertainty of Type B of I, B, K, shape (3,)."""
         return self.budget.type_b
 
     @property
     def combined(self) -> np.ndarray:
-        """Combined standard uncertainty of I, B, K, shape (3,) (their units)."""
+        """Combined standard uncertainty of I, B, K, shape (3,)."""
         return np.hypot(self.type_a, self.type_b)
 
     def number_for(self, relative: float, quantity: str = "K") -> int | None:
-        """Perturbations after which bias and 95 % interval are within +- ``relative`` of the value (-).
+        """Perturbations after which bias and 95 % interval are within +- ``relative`` of the value.
 
         None where no number is enough, because tolerances and bias alone exceed it, or the value is 0.
         """
@@ -108,16 +108,16 @@ class Plan:
         return max(1, math.ceil(needed - 1e-9))
 
     def with_number(self, number: int) -> np.ndarray:
-        """Combined standard uncertainty of I, B, K, shape (3,), after a number of perturbations (-)."""
+        """Combined standard uncertainty of I, B, K, shape (3,), after a number of perturbations."""
         return np.hypot(self.type_a_with(number), self.type_b)
 
     def type_a_with(self, number: int) -> np.ndarray:
-        """Type A of I, B, K, shape (3,), after a number of perturbations (-)."""
+        """Type A of I, B, K, shape (3,), after a number of perturbations."""
         falling = self.type_a**2 - self.of_rest**2
         return np.sqrt(falling * self.design.protocol.number / number + self.of_rest**2)
 
     def rows(self) -> list[dict]:
-        """One row per quantity, for a table (units in it)."""
+        """One row per quantity, for a table."""
         number = self.design.protocol.number
         return [
             quantity_row(
@@ -143,7 +143,7 @@ def quantity_row(
     quantity : {"I", "B", "K"}
         Of the row.
     number : int
-        Planned perturbations (-).
+        Planned perturbations.
     cramer_rao, bias : float, optional
         Bound of Type A, if there is one, and bias (unit of the quantity).
 
@@ -177,7 +177,7 @@ def plan_experiment(design: Design) -> Plan:
     Parameters
     ----------
     design : Design
-        Joint, leg, foot, rig, protocol and tolerances (units in their names).
+        Joint, leg, foot, rig, protocol and tolerances.
 
     Returns
     -------
@@ -289,7 +289,7 @@ def _with_jitter(design: Design) -> dict:
 
 
 def _window_contributions(design: Design, fitted: WindowedFits, fit, signals: _Signals) -> dict:
-    """What every tolerance contributes to I, B, K, rows of shape (3,)."""
+    """Contribution of every tolerance to I, B, K, rows of shape (3,)."""
     sources = _with_jitter(design)
     if not sources:
         return {}

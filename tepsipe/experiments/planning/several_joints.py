@@ -1,4 +1,4 @@
-"""How many perturbations, and where, identify stiffness and damping of ankle, knee and hip.
+"""Number and place of the perturbations that identify stiffness and damping of ankle, knee and hip.
 
 A person is perturbed at belt, shank, thigh or pelvis. For every set of one to three of these, the Fisher
 information of the expected person tells which directions of the 3 x 3 matrices are determined, and simulated
@@ -37,7 +37,7 @@ MODEL = MODELS[0]
 
 @dataclass(frozen=True)
 class Point:
-    """Where a perturbation acts.
+    """Point at which a perturbation acts.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Recording:
     rate_hz, drive_rate_hz : float
         Rates of the angles and of the drives (Hz).
     before : int
-        Samples of an epoch before the onset (-).
+        Samples of an epoch before the onset.
     """
 
     unperturbed: np.ndarray
@@ -95,7 +95,7 @@ class Epochs:
     Attributes
     ----------
     setting : Setting
-        Body, weights and model (units there).
+        Body, weights and model.
     perturbations : mapping of str to Perturbation
         By name (rad, N, m/s²).
     """
@@ -125,7 +125,7 @@ def epochs_of(
     model : (bool, {"exact", "within tolerance", "unknown"})
         Whether the matrices are symmetric, and what is known of the inertia.
     tolerance : float
-        Relative standard uncertainty of every mass, centre of mass and moment of inertia (-).
+        Relative standard uncertainty of every mass, centre of mass and moment of inertia.
     window_s : float, optional
         Other length after the onset (s) for a prediction; drives are 0 after their end, and responses are
         left out. The recorded length by default.
@@ -133,7 +133,7 @@ def epochs_of(
     Returns
     -------
     Epochs
-        For `fit_matrices` (units there).
+        For `fit_matrices`.
     """
     body = linearised(chain, recording.unperturbed.mean(axis=0))
     rest = joint_angles(recording.unperturbed)
@@ -165,7 +165,7 @@ def epochs_of(
 
 
 def sets_of(names: Sequence[str], largest: int = 3) -> list[Set]:
-    """All sets of one to ``largest`` (-) perturbations, in the order of their names."""
+    """All sets of one to ``largest`` perturbations, in the order of their names."""
     return [chosen for size in range(1, largest + 1) for chosen in combinations(names, size)]
 
 
@@ -180,18 +180,18 @@ def expected_parameters(setting: Setting, stiffness: np.ndarray, damping: np.nda
 
 @dataclass(frozen=True)
 class SetPrediction:
-    """What a set of perturbations will show.
+    """Predicted outcome of a set of perturbations.
 
     Attributes
     ----------
     perturbations : tuple of str
         Names.
     setting : Setting
-        Model (units there).
+        Model.
     known : Determined
-        Rank, condition, errors, movements (-).
+        Rank, condition, errors, movements.
     by_inertia : ndarray, shape (q,)
-        Part of the standard errors that the tolerance of the inertia makes, in parts of the scale (-).
+        Part of the standard errors that the tolerance of the inertia makes, in parts of the scale.
     scale_open : bool
         Whether a common factor of all parameters is open whatever the number of epochs.
     """
@@ -206,23 +206,23 @@ class SetPrediction:
 def predict(
     epochs: Epochs, sets: Sequence[Set], matrices: tuple[np.ndarray, np.ndarray], limits: Limits
 ) -> list[SetPrediction]:
-    """What sets of perturbations will show of an expected person.
+    """Predict the outcome of sets of perturbations for an expected person.
 
     Parameters
     ----------
     epochs : Epochs
-        Drives, numbers of epochs and weights (units there); responses are not used.
+        Drives, numbers of epochs and weights; responses are not used.
     sets : sequence of tuple of str
         Perturbations of each set.
     matrices : (ndarray, ndarray)
         Expected K (N·m/rad) and B (N·m·s/rad).
     limits : Limits
-        Of what counts as determined (-).
+        Of what counts as determined.
 
     Returns
     -------
     list of SetPrediction
-        One per set (-).
+        One per set.
     """
     setting = epochs.setting
     p = expected_parameters(setting, *matrices)
@@ -247,7 +247,7 @@ def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, n
     Parameters
     ----------
     epochs : Epochs
-        Of a model with an inertia within its tolerance (units there).
+        Of a model with an inertia within its tolerance.
     chosen : tuple of str
         Perturbations.
     matrices : (ndarray, ndarray)
@@ -256,7 +256,7 @@ def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, n
     Returns
     -------
     ndarray, shape (18,)
-        Of K, then of B, in parts of their natural size (-); no interval of such a fit holds it.
+        Of K, then of B, in parts of their natural size; no interval of such a fit holds it.
     """
     setting = epochs.setting
     p, q = expected_parameters(setting, *matrices), 2 * len(setting.pairs)
@@ -274,9 +274,9 @@ class Drawn:
     Attributes
     ----------
     fit : MatrixFit
-        With what is known of the parameters (units there).
+        With what is known of the parameters.
     known : Determined
-        By the information at the estimate (-).
+        By the information at the estimate.
     entries : list of Entry
         Of K, then of B, by rows: quoted or refused (N·m/rad, N·m·s/rad).
     """
@@ -289,7 +289,7 @@ class Drawn:
 def estimate(epochs: Epochs, chosen: Set, limits: Limits) -> Drawn:
     """Estimate K and B with a set of perturbations (N·m/rad, N·m·s/rad), or refuse them.
 
-    ``limits`` are those of what counts as determined (-).
+    ``limits`` are those of what counts as determined.
     """
     fit = fit_matrices(epochs.setting, [epochs.perturbations[name] for name in chosen])
     known = determined(fit.setting, fit.information, fit.scale, limits)

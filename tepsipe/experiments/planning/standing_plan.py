@@ -36,7 +36,7 @@ from tepsipe.signals.filters import butterworth_lowpass
 RATE_HZ = 250.0
 # epochs and baseline as those of a standing trial (s)
 BEFORE_S, AFTER_S, BASELINE_S = 0.12, 0.2, 0.1
-# of the peak velocity, where the onset of a pulse is seen (-)
+# of the peak velocity, where the onset of a pulse is seen
 ONSET_SHARE = 0.1
 MOST_RESPONSES = 100_000
 WINDOW_S = 0.08  # that is fitted
@@ -71,13 +71,13 @@ class StandingDesign:
     pulse : Pulse
         Commanded pulse (m/s).
     number : int
-        Usable responses (-).
+        Usable responses.
     drive : Drive
         The belt's drive (Hz, s, m/s²).
     type_b : float
-        Standard uncertainty of B and K from everything but sway, over their values (-).
+        Standard uncertainty of B and K from everything but sway, over their values.
     options : FreeReflexOptions
-        Choices of the estimator (units in their names).
+        Choices of the estimator.
     """
 
     stiffness_Nm_per_rad: float = 400.0
@@ -132,7 +132,7 @@ class BeltPulse:
 
 @dataclass(frozen=True)
 class StandingPlan:
-    """What a design will show of B and K.
+    """Predicted precision of B and K for a design.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ class StandingPlan:
         return float(np.abs(self.motion.pulse_velocity).max())
 
     def type_a_with(self, number: int) -> np.ndarray:
-        """Type A of I (NaN), B, K, shape (3,) (their units), after a number of responses (-)."""
+        """Type A of I (NaN), B, K, shape (3,), after a number of responses."""
         time, design = epoch_time(), self.design
         inside = inside_window(time, WINDOW_S)
         response, options = self.response[inside], design.options
@@ -184,20 +184,20 @@ class StandingPlan:
 
     @property
     def type_a(self) -> np.ndarray:
-        """Type A of I (NaN), B, K, shape (3,) (their units)."""
+        """Type A of I (NaN), B, K, shape (3,)."""
         return self.type_a_with(self.design.number)
 
     @property
     def type_b(self) -> np.ndarray:
-        """Type B of I (NaN), B, K, shape (3,) (their units)."""
+        """Type B of I (NaN), B, K, shape (3,)."""
         return self.design.type_b * self.design.parameters
 
     def with_number(self, number: int) -> np.ndarray:
-        """Combined standard uncertainty of I (NaN), B, K, shape (3,), after a number of responses (-)."""
+        """Combined standard uncertainty of I (NaN), B, K, shape (3,), after a number of responses."""
         return np.hypot(self.type_a_with(number), self.type_b)
 
     def number_for(self, relative: float, quantity: str) -> int | None:
-        """Responses after which the 95 % interval of B or K is within +- ``relative`` of it (-), or None."""
+        """Responses after which the 95 % interval of B or K is within +- ``relative`` of it, or None."""
         k = ("I", "B", "K").index(quantity)
         wanted = relative * self.design.parameters[k] / COVERAGE
 
@@ -216,11 +216,11 @@ class StandingPlan:
 
     @property
     def combined(self) -> np.ndarray:
-        """Combined standard uncertainty of I (NaN), B, K, shape (3,) (their units)."""
+        """Combined standard uncertainty of I (NaN), B, K, shape (3,)."""
         return self.with_number(self.design.number)
 
     def rows(self) -> list[dict]:
-        """One row for B and for K, with the columns of the plan of a dummy (units in them)."""
+        """One row for B and for K, with the columns of the plan of a dummy."""
         return [quantity_row(self, name, self.design.number) for name in QUANTITIES]
 
 
@@ -235,7 +235,7 @@ def epoch_time() -> np.ndarray:
 
 
 def baseline_samples(time: np.ndarray) -> np.ndarray:
-    """Samples of the baseline, shape (n,) (-): the first tenth of a second of the epoch (s)."""
+    """Samples of the baseline, shape (n,): the first tenth of a second of the epoch (s)."""
     return time <= time[0] + BASELINE_S
 
 

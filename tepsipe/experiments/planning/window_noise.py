@@ -35,7 +35,7 @@ _LAGS_S = 16.0
 
 @dataclass(frozen=True)
 class WindowNoise:
-    """What noise does to windowed least squares.
+    """Bias and covariance of windowed least squares due to noise.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ def lowpass_gain(frequency_hz: np.ndarray, rate_hz: float, lowpass: Lowpass) -> 
     Returns
     -------
     ndarray of complex, shape (m,)
-        Gain (-).
+        Gain.
     """
     order = lowpass.order // 2 if lowpass.zero_lag else lowpass.order
     sections = scipy.signal.butter(order, lowpass.cutoff_hz, fs=rate_hz, output="sos")
@@ -142,13 +142,13 @@ def window_noise(
     Parameters
     ----------
     design : Design
-        Noise, filter, leg and joint (units there).
+        Noise, filter, leg and joint.
     regressors : ndarray, shape (n, 3)
         theta'' (rad/s²), theta' (rad/s), theta - theta_rest (rad) without noise, filtered.
     windows : list of Perturbation
         The windows (samples).
     resting : int
-        Samples at rest (-).
+        Samples at rest.
 
     Returns
     -------

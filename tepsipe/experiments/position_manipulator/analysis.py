@@ -34,7 +34,7 @@ REFLEX_ESTIMATOR = "parallel-cascade"
 MUSCLE_ESTIMATOR = "parallel-cascade-muscle"
 # terms of a structure, the columns of ``models_terms`` in a result
 TERMS = ("direction", "stops", "stiffening", "gain_slope", "unloading", "relaxing")
-# a constant of the muscle this close to a bound of its search lies at it (-)
+# a constant of the muscle this close to a bound of its search lies at it
 AT_BOUND = 1e-3
 MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
 
@@ -50,13 +50,13 @@ class PositionManipulatorOptions:
     cut_s : float
         Time cut at both ends (s).
     training_fraction : float
-        First part of the record that is fitted (-).
+        First part of the record that is fitted.
     averaged_bins : int
-        Raw frequencies averaged into one (-).
+        Raw frequencies averaged into one.
     block_s : float
         Length of the blocks that are bootstrapped (s).
     bootstrap_draws : int
-        Bootstrap samples of an interval (-).
+        Bootstrap samples of an interval.
     """
 
     lowpass_cutoff_hz: float
@@ -83,7 +83,7 @@ class PositionManipulatorAnalysis:
     bootstrap : ndarray, shape (draws, 4)
         The same for bootstrapped blocks.
     blocks : int
-        Number of blocks from which the bootstrap draws (-).
+        Number of blocks from which the bootstrap draws.
     spectrum : FrequencyResponse
         Impedance tau/theta and coherence of the unfiltered record (Hz, N·m/rad).
     vaf : HeldOutVaf
@@ -136,7 +136,7 @@ def analyse_position_manipulator(
     trial : Trial
         ``angle`` (rad) and ``torque`` (N·m).
     options : PositionManipulatorOptions
-        Choices (units in their names).
+        Choices.
     rng : numpy.random.Generator
         Draws blocks.
 
@@ -205,7 +205,7 @@ def analyse_parallel_cascade(
     options : PositionManipulatorOptions
         Filter, fitted part and blocks, as for `analyse_position_manipulator`.
     reflex : ParallelCascadeOptions
-        Choices of the fit (units in their names).
+        Choices of the fit.
     rng : numpy.random.Generator
         Draws blocks.
 
@@ -359,7 +359,7 @@ def _muscle_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> l
 
 
 def position_manipulator_result(analysis: PositionManipulatorAnalysis, fit: ParallelCascadeFit) -> Result:
-    """Arrays and facts of one trial, with both pathways in the group ``reflex`` (units in the result)."""
+    """Arrays and facts of one trial, with both pathways in the group ``reflex``."""
     spectrum = analysis.spectrum
     model = 1.0 / admittance(analysis.fit.parameters[:3], spectrum.frequency_hz)
     arrays = {

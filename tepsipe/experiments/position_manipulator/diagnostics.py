@@ -1,4 +1,4 @@
-"""What the report of a position-controlled manipulator says about a recording, and about what a model leaves.
+"""Diagnostics of a recording of a position-controlled manipulator, and of the residuals of a model.
 
 The deviation of the stiffness in a part of the record is that of the residual e = tau - tau_predicted,
 
@@ -35,7 +35,7 @@ PARTS = 3
 SEGMENT_S = 4.0
 # the slow part of the residual lies below this frequency (Hz)
 SLOW_HZ = 1.0
-# the response is shown up to this multiple of the filter's cutoff (-)
+# the response is shown up to this multiple of the filter's cutoff
 SHOWN = 1.25
 
 
@@ -52,7 +52,7 @@ class PartsOfRecord:
     level, level_error : ndarray, shape (k,)
         Torque at the mean angle of the record, and its standard error (N·m).
     freedom : ndarray, shape (k,)
-        Degrees of freedom of the errors (-).
+        Degrees of freedom of the errors.
     """
 
     ends: np.ndarray
@@ -109,7 +109,7 @@ def parts_of_record(
 def recording_facts(
     trial: Trial, analysis: PositionManipulatorAnalysis, options: PositionManipulatorOptions
 ) -> dict:
-    """Operating point and perturbation of the part of a trial that is used (units in the keys)."""
+    """Operating point and perturbation of the part of a trial that is used."""
     time, angle, torque = analysis.time, analysis.angle, analysis.torque
     rate = trial.rate_hz
     velocity = derivative(time, angle)
@@ -190,7 +190,7 @@ def responses(
 
 
 def residual_facts(torque: np.ndarray, residual: np.ndarray, rate_hz: float, cutoff_hz: float) -> dict:
-    """Whiteness and slow share of the residual (N·m) of the held-out torque (units in the keys)."""
+    """Whiteness and slow share of the residual (N·m) of the held-out torque."""
     white = cumulative_periodogram(residual, rate_hz, cutoff_hz)
     return {
         "rms_Nm": float(np.sqrt(np.mean(residual**2))),
@@ -217,7 +217,7 @@ def diagnose(
     trial : Trial
         ``angle`` (rad) and ``torque`` (N·m).
     options : PositionManipulatorOptions
-        Choices of the analysis (units in their names).
+        Choices of the analysis.
     analysis : PositionManipulatorAnalysis
         Fit of I, B, K (rad, N·m, s).
     fit : ParallelCascadeFit

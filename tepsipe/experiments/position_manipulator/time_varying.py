@@ -38,11 +38,11 @@ class TimeVaryingOptions:
     segment_s, segment_step_s : float
         Length and distance of the short segments of an ensemble (s).
     bins : int
-        Number of bins of a schedule (-).
+        Number of bins of a schedule.
     piece_s : float
         Longest piece of the record within a bin that has one level and one trend (s).
     bootstrap_draws : int
-        Bootstrap samples of an interval (-).
+        Bootstrap samples of an interval.
     """
 
     window_s: float
@@ -73,7 +73,7 @@ class VaryingRow:
     angle_rad, torque_Nm : float
         Operating point: mean angle (rad) and torque (N·m).
     pieces : int
-        Realisations or pieces of the record behind the value (-).
+        Realisations or pieces of the record behind the value.
     quantity, unit : str
         For example K in Nm/rad; reflex_gain_ratio is relative to the gain of the whole trial.
     value, standard_error, ci_low, ci_high : float
@@ -110,18 +110,18 @@ def analyse_time_varying(
     Parameters
     ----------
     trial : Trial
-        ``schedule`` (any unit) and ``trigger`` (1 at the first sample of a realisation) if recorded.
+        ``schedule`` and ``trigger`` (1 at the first sample of a realisation) if recorded.
     fit : Result
         Fit of the whole trial: ``time`` (s), ``angle`` (rad), ``torque`` and ``reflex/reflex_torque`` (N·m).
     options : TimeVaryingOptions
-        Choices (units in their names).
+        Choices.
     rng : numpy.random.Generator
         Draws blocks, realisations or pieces.
 
     Returns
     -------
     VaryingImpedance or None
-        Impedance (units there), over the time of the trial for windows; None if there is neither trigger nor
+        Impedance, over the time of the trial for windows; None if there is neither trigger nor
         schedule and the trial is too short for windows.
 
     Raises
@@ -177,7 +177,7 @@ def _realisation_s(starts: np.ndarray, rate_hz: float, options: TimeVaryingOptio
 
 
 def varying_rows(experiment: str, condition: str, impedance: VaryingImpedance | None) -> list[VaryingRow]:
-    """Tidy rows of one trial (units in the rows), none if there is no result."""
+    """Tidy rows of one trial, none if there is no result."""
     if impedance is None:
         return []
     rows = []

@@ -117,7 +117,7 @@ def process_standing(
     name : str
         Names the trial in messages.
     options : StandingOptions
-        Choices (units in their names).
+        Choices.
     pathways : dict of str to TorquePathway
         Name -> pathway.
     models : dict of str to dict of str to FittedModel

@@ -46,7 +46,7 @@ def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptio
     stance : Stance
         The person's signals (m, rad, m/s, N).
     options : StandingOptions
-        Person, belt and limits (units in their names).
+        Person, belt and limits.
 
     Returns
     -------

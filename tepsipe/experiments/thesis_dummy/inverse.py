@@ -1,4 +1,4 @@
-"""Which dummy returns the thesis's printed tables by the thesis's printed equations?
+"""Inverse problem: the dummy that returns the thesis's printed tables by its printed equations.
 
 Constants of a rubber joint are fitted to the printed I, B, K of the sinusoidal perturbations (Table 4-2),
 and the noise of the markers to its VAF of the full dataset. The minimum-jerk perturbations (Table 4-3) are
@@ -71,7 +71,7 @@ class JointFit:
     low, high : dict of str to float
         95 % interval of each free constant, Student's t, scatter from the residuals (unit of the constant).
     fitted_rms, predicted_rms : float
-        Root mean square of (value - printed) / scatter, over the fitted and the other conditions (-).
+        Root mean square of (value - printed) / scatter, over the fitted and the other conditions.
     """
 
     joint: RubberJoint
@@ -261,7 +261,7 @@ def printed_and_predicted(
     marker_noise_m : float
         Noise per coordinate (m).
     draws : int
-        Trials with other noise that are averaged (-).
+        Trials with other noise that are averaged.
     seed : int
         Of the generator of the noise.
 

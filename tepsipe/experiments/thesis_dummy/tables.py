@@ -47,7 +47,7 @@ CELL_ROWS = Table(CellRow, "the inverse problem")
 
 
 def within_tolerance(quantity: str, printed: float, value: float) -> bool:
-    """Whether a number of the fitted dummy agrees with the printed one (unit of the quantity)."""
+    """Test for agreement of the fitted dummy with a printed number (unit of the quantity)."""
     if quantity.startswith("SEM"):
         return 1.0 / SEM_FACTOR <= value / printed <= SEM_FACTOR
     if quantity.startswith("VAF"):
@@ -77,7 +77,7 @@ def cell_rows(cells: list[Cell]) -> list[CellRow]:
 
 
 def fit_result(fits: dict[str, JointFit], marker_noise_m: float) -> Result:
-    """Constants of every law with their intervals, as facts (units in their names)."""
+    """Constants of every law with their intervals, as facts."""
     laws = {
         law: {
             "constants": {name: None if math.isinf(v) else v for name, v in asdict(fit.joint).items()},

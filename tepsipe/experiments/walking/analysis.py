@@ -19,7 +19,7 @@ from tepsipe.experiments.walking.strides import Strides, locate_pulses, refuse_s
 from tepsipe.statistics.uncertainty import Source
 
 FEWEST_UNPERTURBED = 12
-# least share of a window in which the foot must be loaded (-)
+# least share of a window in which the foot must be loaded
 LEAST_CONTACT = 0.9
 
 
@@ -34,13 +34,13 @@ class WalkingImpedance:
     at_percent : dict of float to float
         Nominal phase (%) -> phase to which K belongs (%).
     deviations : dict of float to Deviations
-        Nominal phase (%) -> strides minus their unperturbed behaviour (units there).
+        Nominal phase (%) -> strides minus their unperturbed behaviour.
     stance_s : float
         Mean stance of the unperturbed strides (s).
     quiet : ndarray of bool
-        Which strides are unperturbed (-).
+        Which strides are unperturbed.
     dropped : tuple of str
-        A sentence for every stride, pulse and phase that was left out (no unit).
+        A sentence for every stride, pulse and phase that was left out.
     """
 
     phases: dict[float, PhaseImpedance]
@@ -75,20 +75,20 @@ def analyse_walking(
     Parameters
     ----------
     recording : WalkingRecording
-        Signals of the perturbed leg (units there).
+        Signals of the perturbed leg.
     strides : Strides
         Of the same leg, from `segment_strides` (s).
     onsets : sequence of float
         Onsets of the pulses (s).
     options : WalkingOptions or None
-        Choices (units in their names); None for the recommended ones.
+        Choices; None for the recommended ones.
     sources : mapping of str to Source or None
-        Type B, see `estimate_impedance` (units in the names).
+        Type B, see `estimate_impedance`.
 
     Returns
     -------
     WalkingImpedance
-        Impedance of each phase (units there), and omissions.
+        Impedance of each phase, and omissions.
 
     Raises
     ------

@@ -38,7 +38,7 @@ class FilteredWalk:
     splines : dict of str to scipy.interpolate.CubicSpline
         angle (rad), moment (N·m), vertical and anterior force (N), ankle_x (m) over time (s).
     state : list of scipy.interpolate.CubicSpline
-        Signals from which unperturbed behaviour is predicted (any units).
+        Signals from which unperturbed behaviour is predicted.
     rate_hz : float
         Rate of the recording (Hz).
     """
@@ -75,11 +75,11 @@ def filter_walk(
     Parameters
     ----------
     recording : WalkingRecording
-        Signals (units there).
+        Signals.
     cutoff_hz : float
         Cutoff (Hz).
     order : int
-        Order of both passes together (-).
+        Order of both passes together.
     matched_by : tuple of str or None
         Signals of which the state at the onset is taken: moment, angle, vertical, anterior, other_vertical or
         names of the recording's ``state``; None for all, () for the plain mean.
@@ -134,7 +134,7 @@ def subtract_unperturbed(
     Parameters
     ----------
     walk : FilteredWalk
-        Signals (units there).
+        Signals.
     pulses : tuple of ndarray, each of shape (n,)
         Onsets and their delays after the heel strike (s).
     unperturbed : ndarray, shape (m,)
@@ -142,7 +142,7 @@ def subtract_unperturbed(
     window_s : float
         Length of the window (s).
     ridge : float
-        Penalty of the matching, relative to the number of strides (-).
+        Penalty of the matching, relative to the number of strides.
     before_s : float
         The state is that so long before the onset (s).
 

@@ -38,7 +38,7 @@ def read_recording(
     Returns
     -------
     WalkingRecording
-        Signals, linearly interpolated (units there).
+        Signals, linearly interpolated.
 
     Raises
     ------

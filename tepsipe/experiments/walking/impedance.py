@@ -64,7 +64,7 @@ class WalkingOptions:
     lowpass_cutoff_hz : float
         Cutoff of all signals (Hz).
     lowpass_order : int
-        Order of both passes together (-).
+        Order of both passes together.
     window_s : float
         Window after the onset (s).
     reflex_from_s : float
@@ -72,9 +72,9 @@ class WalkingOptions:
     reflex_Nm : float
         Standard deviation of the free reflex moment 20 ms later (N·m).
     matched_by : tuple of str or None
-        Signals that foretell a stride, see `filter_walk`; None for all, () for the plain mean (no unit).
+        Signals that foretell a stride, see `filter_walk`; None for all, () for the plain mean.
     ridge : float
-        Penalty of the matching, relative to the number of strides (-).
+        Penalty of the matching, relative to the number of strides.
     state_before_s : float
         The state at the onset is taken so long before (s).
     inertia_kgm2 : float or None
@@ -84,9 +84,9 @@ class WalkingOptions:
     foot_depth_m : float
         Its centre of mass below the ankle (m).
     fewest_strides : int
-        Fewest perturbed strides of a phase (-).
+        Fewest perturbed strides of a phase.
     recovery_strides : int
-        Strides after a perturbed one that count as neither perturbed nor unperturbed (-).
+        Strides after a perturbed one that count as neither perturbed nor unperturbed.
     control_percent : tuple of float
         Further onsets, in swing, at which no impedance may be found (% of stance, above 100).
     """
@@ -110,7 +110,7 @@ class WalkingOptions:
 
     @classmethod
     def from_settings(cls, analysis: dict) -> Self:
-        """Choices of a study (units in their names)."""
+        """Choices of a study."""
         lists = {key: tuple(value) for key, value in analysis.items() if isinstance(value, list)}
         return cls(**analysis | lists)
 
@@ -135,12 +135,12 @@ class PhaseImpedance:
     at_s : float
         Time after the onset to which K belongs (s).
     response : float
-        RMS response of the mean angle, in standard deviations of its chance (-).
+        RMS response of the mean angle, in standard deviations of its chance.
     perturbed, unperturbed : int
-        Numbers of strides (-).
+        Numbers of strides.
     flags : str
         ``no-response`` if the angle does not respond, ``no-contact`` if the foot carries no load in the
-        window; else empty (no unit).
+        window; else empty.
     """
 
     values: np.ndarray
@@ -168,9 +168,9 @@ def estimate_impedance(
     Parameters
     ----------
     deviations : Deviations
-        Strides minus their unperturbed behaviour (units there).
+        Strides minus their unperturbed behaviour.
     options : WalkingOptions
-        Choices (units in their names).
+        Choices.
     sources : mapping of str to Source
         Type B: joint_centre_anterior_m, joint_centre_vertical_m, foot_mass_kg, belt_load_kgm, sync_s,
         angle_gain, inertia_kgm2 (units in the names; the last counts where I is known).
@@ -180,7 +180,7 @@ def estimate_impedance(
     Returns
     -------
     PhaseImpedance
-        Estimates (units there).
+        Estimates.
     """
     n, m = len(deviations.perturbed), len(deviations.unperturbed)
     factor = options.foot_mass_kg * options.foot_depth_m
@@ -226,13 +226,13 @@ def predicted_uncertainty(
     Parameters
     ----------
     deviations : Deviations
-        Of unperturbed strides (units there).
+        Of unperturbed strides.
     response : ndarray, shape (3, w)
         Expected acceleration, velocity and angle (rad/s2, rad/s, rad).
     beta : ndarray, shape (3,)
         Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
     options : WalkingOptions
-        Choices (units in their names).
+        Choices.
 
     Returns
     -------

@@ -32,16 +32,16 @@ NEEDED = (ANKLE, KNEE, HEEL, TOE)
 
 @dataclass(frozen=True)
 class WalkingFiles:
-    """What stands where in the files of a laboratory.
+    """Axes, plates, markers and channels in the files of a laboratory.
 
     Attributes
     ----------
     forward, up : str
         Directions in the axes of the file: +x, -x, +y, -y, +z or -z.
     own_plate, other_plate : int
-        Numbers of the force plates under the perturbed foot and under the other one (-).
+        Numbers of the force plates under the perturbed foot and under the other one.
     force_sign : int
-        1 where the plates give the force on the person, -1 where that on the plate (-).
+        1 where the plates give the force on the person, -1 where that on the plate.
     markers : dict of str to str
         ankle, knee, heel, toe, and any others whose position may foretell a stride -> label in the file.
     surface_m : float
@@ -60,14 +60,14 @@ class WalkingFiles:
 
     @classmethod
     def from_settings(cls, recording: dict) -> Self:
-        """Axes, numbers of the plates (-), markers and height of the belt (m) of a study."""
+        """Axes, numbers of the plates, markers and height of the belt (m) of a study."""
         axes, plates = recording["axes"], recording["plates"]
         same = {key: recording[key] for key in ("force_sign", "markers", "surface_m")}
         return cls(axes["forward"], axes["up"], plates["own"], plates["other"], **same)
 
 
 def is_of_instruments(path: str | Path) -> bool:
-    """Whether a trial is a C3D or the text of D-Flow's mocap module (no unit); else it is a table."""
+    """Test for a trial in C3D or in the text of D-Flow's mocap module; any other is a table."""
     return kind_of(path) in (C3D, DFLOW)
 
 
@@ -88,7 +88,7 @@ def read_instruments(path: str | Path, files: WalkingFiles, rate_hz: float, max_
     Returns
     -------
     WalkingRecording
-        Signals on the clock, whose time 0 is the first frame (units there).
+        Signals on the clock, whose time 0 is the first frame.
 
     Raises
     ------

@@ -38,7 +38,7 @@ class ExpectedPulse:
     damping_Nms_per_rad : float
         Expected B (N·m·s/rad).
     strides : int
-        All perturbed strides (-).
+        All perturbed strides.
     """
 
     amplitude_rad: float
@@ -55,11 +55,11 @@ class NeededRow:
     Attributes
     ----------
     condition : str
-        The trial (no unit).
+        The trial.
     phase_percent : float
         Phase of the onset (%).
     matching : str
-        state, or mean: how unperturbed behaviour is predicted (no unit).
+        state, or mean: how unperturbed behaviour is predicted.
     moment_sd_Nm, angle_sd_rad : float
         Standard deviation, 60 ms after the onset, of what the prediction leaves (N·m, rad).
     K_Nm_per_rad : float
@@ -67,9 +67,9 @@ class NeededRow:
     u_one_stride_Nm_per_rad : float
         Standard uncertainty of K by one stride (N·m/rad).
     strides_for_15_percent : float
-        Strides for a standard uncertainty of 15 % of K (-).
+        Strides for a standard uncertainty of 15 % of K.
     planned_strides : int
-        Strides of the planned number that this phase gets, see `allocation` (-).
+        Strides of the planned number that this phase gets, see `allocation`.
     planned_u_percent : float
         Standard uncertainty of K with them, of Type A (% of K).
     """
@@ -98,14 +98,14 @@ def allocation(needed: Sequence[float], total: int, fewest: int) -> list[int]:
     Parameters
     ----------
     needed : sequence of float
-        Strides that each phase needs for one and the same relative uncertainty (-).
+        Strides that each phase needs for one and the same relative uncertainty.
     total, fewest : int
-        All perturbed strides, and the fewest of a phase (-).
+        All perturbed strides, and the fewest of a phase.
 
     Returns
     -------
     list of int
-        Strides of each phase (-), together ``total``.
+        Strides of each phase, together ``total``.
 
     Raises
     ------
@@ -144,15 +144,15 @@ def needed_strides(
     Parameters
     ----------
     condition : str
-        The trial, for the rows (no unit).
+        The trial, for the rows.
     recording : WalkingRecording
-        Unperturbed walking (units there).
+        Unperturbed walking.
     strides : Strides
         Its strides (s).
     pulse : ExpectedPulse
-        What is planned (units there).
+        What is planned.
     options : WalkingOptions
-        Choices (units in their names).
+        Choices.
 
     Returns
     -------

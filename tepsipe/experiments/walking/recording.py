@@ -1,4 +1,4 @@
-"""What is known of one leg in a walking trial, on one regular clock, and its moment at the ankle.
+"""Signals of one leg in a walking trial, on one regular clock, and its moment at the ankle.
 
 The moment of the ankle follows from the force of the foot's own belt and the centre of pressure, at the
 bandwidth of the force:
@@ -33,7 +33,7 @@ class WalkingRecording:
     Attributes
     ----------
     name : str
-        Of the trial, for messages (no unit).
+        Of the trial, for messages.
     rate_hz : float
         Rate of the regular clock (Hz).
     time : ndarray, shape (n,)
@@ -49,7 +49,7 @@ class WalkingRecording:
     other_vertical : ndarray, shape (n,)
         Force of the belt on the other foot, upward (N).
     state : dict of str to ndarray
-        Further signals that may foretell a stride, for example the angle of the knee (any units).
+        Further signals that may foretell a stride, for example the angle of the knee.
     supplied_moment : ndarray or None, shape (n,)
         Moment of the ankle as supplied with the recording, positive in plantarflexion (N·m).
     """

@@ -24,9 +24,9 @@ class WalkingRow:
     Attributes
     ----------
     condition : str
-        The trial (no unit).
+        The trial.
     pulses : str
-        recorded, or none: then random strides stand for perturbed ones (no unit).
+        recorded, or none: then random strides stand for perturbed ones.
     phase_percent, at_percent : float
         Nominal phase of the onset, and phase to which K belongs (%).
     quantity, unit : str
@@ -36,12 +36,12 @@ class WalkingRow:
     u_type_a, u_type_b : float
         Standard uncertainties from the strides and from everything else (``unit``).
     perturbed, unperturbed : int
-        Numbers of strides (-).
+        Numbers of strides.
     response : float
-        RMS response of the mean angle, in standard deviations of its chance (-).
+        RMS response of the mean angle, in standard deviations of its chance.
     flags : str
         ``no-response``: the angle does not respond, and the interval is infinite; ``no-contact``: the foot
-        is in the air, and there is no value (no unit).
+        is in the air, and there is no value.
     """
 
     condition: str
@@ -66,7 +66,7 @@ WALKING_ROWS = Table(WalkingRow, "impedance in walking")
 
 
 def walking_rows(condition: str, pulses: str, impedance: WalkingImpedance) -> list[WalkingRow]:
-    """Rows of one trial (units in the rows)."""
+    """Rows of one trial."""
     rows = []
     for phase, fit in impedance.phases.items():
         combined = fit.budget.combined
@@ -98,7 +98,7 @@ def phase_pathway(phase: float) -> str:
 def walking_estimates(
     condition: str, impedance: WalkingImpedance
 ) -> tuple[list[Estimate], list[Contribution]]:
-    """Rows of one trial for the tables of estimates and of uncertainty (units in them).
+    """Rows of one trial for the tables of estimates and of uncertainty.
 
     The pathway is the phase of the onset. K belongs to the quantity ``phase`` of the same pathway (%). Where
     the angle does not respond, or the foot is in the air, there is no value: flags ``not-identified`` and the

@@ -32,7 +32,7 @@ class Strides:
     end : ndarray, shape (n,)
         Next heel strikes of the same foot (s).
     dropped : tuple of str
-        One sentence for every stride that is not among them (no unit).
+        One sentence for every stride that is not among them.
     """
 
     start: np.ndarray
@@ -41,7 +41,7 @@ class Strides:
     dropped: tuple[str, ...]
 
     def __len__(self) -> int:
-        """Number of strides (-)."""
+        """Number of strides."""
         return len(self.start)
 
     def taken(self, which: np.ndarray) -> "Strides":
@@ -49,7 +49,7 @@ class Strides:
         return Strides(self.start[which], self.stance[which], self.end[which], self.dropped)
 
     def in_stance(self, time: np.ndarray) -> np.ndarray:
-        """Whether each instant (s) lies in the stance of a stride, and not near its ends."""
+        """Test each instant (s) for the stance of a stride, away from its ends."""
         inside = np.zeros(time.size, dtype=bool)
         for start, stance in zip(self.start, self.stance, strict=True):
             inside |= (time > start + MARGIN_S) & (time < start + stance - MARGIN_S)
@@ -65,9 +65,9 @@ class Pulses:
     onset : ndarray, shape (p,)
         Onsets of the usable pulses (s).
     stride : ndarray of int, shape (p,)
-        Index of the stride of each (-).
+        Index of the stride of each.
     dropped : tuple of str
-        One sentence for every pulse that cannot be used (no unit).
+        One sentence for every pulse that cannot be used.
     """
 
     onset: np.ndarray
@@ -93,7 +93,7 @@ def segment_strides(
     heel_strikes, toe_offs : sequence of float
         Events of one foot (s). NaN for a missing event.
     name : str
-        Name of the trial, for messages (no unit).
+        Name of the trial, for messages.
     from_s : float
         Strides before this instant are left out, for example while the belt starts (s).
 
@@ -172,7 +172,7 @@ def locate_pulses(
     window_s : float
         Length of the window after an onset (s).
     name : str
-        Name of the trial, for messages (no unit).
+        Name of the trial, for messages.
 
     Returns
     -------

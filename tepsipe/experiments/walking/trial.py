@@ -28,7 +28,7 @@ def read_trial(
     Returns
     -------
     recording, strides, events
-        Signals (units there), strides, and instants of the events (s).
+        Signals, strides, and instants of the events (s).
     """
     path = files["log"]
     if is_of_instruments(path):

@@ -42,7 +42,7 @@ class WristalyzerAnalysis:
     prepared : PreparedTrial
         Filtered signals (N·m, rad).
     fitted : dict of str to Fitted
-        Estimator -> its result (units there).
+        Estimator -> its result.
     tapered : FrequencyResponse
         The averaged estimate of the tapered record, for frequencies above the perturbation's band.
     profile : StiffnessProfile
@@ -79,11 +79,11 @@ def analyse_wristalyzer(
     trial : Trial
         ``torque`` (N·m) and ``angle`` (rad).
     options : WristalyzerOptions
-        Choices (units in their names).
+        Choices.
     rng : numpy.random.Generator
         Draws starting values.
     sources : mapping of str to Source, optional
-        What is not known exactly: torque_scale, angle_scale (-), torque_delay_s.
+        What is not known exactly: torque_scale, angle_scale, torque_delay_s.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def analyse_wristalyzer(
 
 
 def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list[Estimate]:
-    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the error of a search (-), and flags."""
+    """Tidy rows of one trial: I, B, K, VAF over the trial (%), the error of a search, and flags."""
     rows = []
     for estimator, fit in analysis.fitted.items():
         names, search = ("wristalyzer", condition, PATHWAY, estimator), fit.search
@@ -146,9 +146,9 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
 
 
 def wristalyzer_contributions(rows: list[Estimate], budgets: Mapping[str, Budget]) -> list[Contribution]:
-    """Rows of the table of budgets, for the rows of `wristalyzer_estimates` (units in them).
+    """Rows of the table of budgets, for the rows of `wristalyzer_estimates`.
 
-    ``budgets`` are those of the analysis: estimator -> uncertainty of I, B, K (their units).
+    ``budgets`` are those of the analysis: estimator -> uncertainty of I, B, K.
     """
     return [
         contribution
@@ -160,7 +160,7 @@ def wristalyzer_contributions(rows: list[Estimate], budgets: Mapping[str, Budget
 
 
 def wristalyzer_result(analysis: WristalyzerAnalysis) -> Result:
-    """Arrays and facts of one trial, for figures and for cross-validation (units in the result)."""
+    """Arrays and facts of one trial, for figures and for cross-validation."""
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
 

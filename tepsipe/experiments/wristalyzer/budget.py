@@ -65,15 +65,15 @@ def spectral_budget(
     Parameters
     ----------
     fit : AdmittanceFit
-        The fit (units there).
+        The fit.
     estimate : FrequencyResponse
         The n frequencies that were fitted (Hz, rad/(N·m)).
     bounds : Bounds
         Bounds of the fit (its units).
     sources : mapping of str to Source
-        torque_scale, angle_scale (-) and torque_delay_s, as far as they are known.
+        torque_scale, angle_scale and torque_delay_s, as far as they are known.
     power : ndarray, shape (n,), optional
-        Power of the torque at these frequencies (any unit), for averages over whole periods: residuals are
+        Power of the torque at these frequencies, for averages over whole periods: residuals are
         then unequal, and the distance to another criterion is the half width of a rectangular distribution.
 
     Returns
@@ -107,9 +107,9 @@ def period_budget(fit: PeriodFit, sources: Mapping[str, Source]) -> Budget:
     Parameters
     ----------
     fit : PeriodFit
-        The fit (units there).
+        The fit.
     sources : mapping of str to Source
-        torque_scale and angle_scale (-), as far as they are known.
+        torque_scale and angle_scale, as far as they are known.
 
     Returns
     -------
@@ -127,9 +127,9 @@ def pooled_budget(fit: PooledFit, sources: Mapping[str, Source]) -> Budget:
     Parameters
     ----------
     fit : PooledFit
-        The fit (units there).
+        The fit.
     sources : mapping of str to Source
-        torque_scale and angle_scale (-), as far as they are known.
+        torque_scale and angle_scale, as far as they are known.
 
     Returns
     -------

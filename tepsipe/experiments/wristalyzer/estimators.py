@@ -56,7 +56,7 @@ class Estimator:
     meaning : str
         Description in a few words.
     function : callable
-        From a `WristalyzerRecord` to `Fitted` (units there).
+        From a `WristalyzerRecord` to `Fitted`.
     needs_period : bool
         True if the perturbation must be periodic; other trials do without the estimator.
     in_table : bool

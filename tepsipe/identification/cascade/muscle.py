@@ -24,7 +24,7 @@ from tepsipe.identification.cascade.record import (
 from tepsipe.identification.cascade.selection import fit_once
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
-# frequency (Hz) and damping ratio (-) of the muscle: starting values, bounds, and step of the logarithms for
+# frequency (Hz) and damping ratio of the muscle: starting values, bounds, and step of the logarithms for
 # numerical derivatives
 MUSCLE_START = (2.0, 1.0)
 MUSCLE_BOUNDS = ((0.2, 20.0), (0.2, 5.0))
@@ -39,20 +39,20 @@ def fit_muscle(
     Parameters
     ----------
     record : CascadeRecord
-        Weighted record (units there).
+        Weighted record.
     structure : Structure
-        Structure with a reflex (units there).
+        Structure with a reflex.
     blocks : list of slice
         Samples of the bootstrapped blocks.
     times : ndarray, shape (draws, blocks)
-        How often each of them counts (-).
+        How often each of them counts.
     samples : int
         Length of the response (samples).
 
     Returns
     -------
     MuscleFit
-        The muscle (units there).
+        The muscle.
     """
     drive = {
         name: delayed(record.reflex_input(name, structure), structure.delay_s, record.rate_hz)

@@ -53,9 +53,9 @@ def block_sums(x: np.ndarray, y: np.ndarray, blocks: list[slice]) -> BlockSums:
     Parameters
     ----------
     x : ndarray, shape (n, p)
-        Scaled regressors (unitless).
+        Scaled regressors.
     y : ndarray, shape (n,)
-        Signal to explain (any unit).
+        Signal to explain.
     blocks : list of slice
         Samples of each block.
 
@@ -78,11 +78,11 @@ def solve_bounded(normal: np.ndarray, right: np.ndarray, bounded: np.ndarray) ->
     Parameters
     ----------
     normal : ndarray, shape (k, p, p)
-        Normal matrices, penalty included (unitless).
+        Normal matrices, penalty included.
     right : ndarray, shape (k, p)
-        Right-hand sides (any unit).
+        Right-hand sides.
     bounded : ndarray of bool, shape (p,)
-        Whether a coefficient must not be negative (unitless).
+        Whether a coefficient must not be negative.
 
     Returns
     -------
@@ -113,11 +113,11 @@ def solve_without_each(sums: BlockSums, penalty: np.ndarray, bounded: np.ndarray
     Parameters
     ----------
     sums : BlockSums
-        Normal equations of the blocks (unitless).
+        Normal equations of the blocks.
     penalty : ndarray, shape (p, p)
-        Penalty per sample (unitless).
+        Penalty per sample.
     bounded : ndarray of bool, shape (p,)
-        Whether a coefficient must not be negative (unitless).
+        Whether a coefficient must not be negative.
 
     Returns
     -------
@@ -136,13 +136,13 @@ def solve_drawn(sums: BlockSums, times: np.ndarray, penalty: np.ndarray, bounded
     Parameters
     ----------
     sums : BlockSums
-        Normal equations of the blocks (unitless).
+        Normal equations of the blocks.
     times : ndarray, shape (draws, blocks)
-        How often each block counts (-).
+        How often each block counts.
     penalty : ndarray, shape (p, p)
-        Penalty per sample (unitless).
+        Penalty per sample.
     bounded : ndarray of bool, shape (p,)
-        Whether a coefficient must not be negative (unitless).
+        Whether a coefficient must not be negative.
 
     Returns
     -------

@@ -69,7 +69,7 @@ from tepsipe.signals.differentiation import derivative
 from tepsipe.statistics.bootstrap import expanded_tail
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
-# fraction of the area of a response that counts as its duration (-)
+# fraction of the area of a response that counts as its duration
 LASTING = 0.95
 
 
@@ -106,7 +106,7 @@ def identify_cascade(
     record : CascadeRecord
         From `make_record` (rad, N·m).
     block, draws : int
-        Length of the bootstrapped blocks (samples), and number of draws (-).
+        Length of the bootstrapped blocks (samples), and number of draws.
     rng : numpy.random.Generator
         Draws the blocks.
 
@@ -304,7 +304,7 @@ def _short_range(record: CascadeRecord, estimate: _Drawn, stiffness, stiffness_d
 
 
 def _reflex(selection: Selection, estimate: _Drawn, blocks: list[slice], times: np.ndarray) -> dict:
-    """Fields of the result on the reflex pathway (units there)."""
+    """Fields of the result on the reflex pathway."""
     record, structure = selection.record, selection.structure
     rate = record.rate_hz
     response, gains = np.empty(0), dict.fromkeys(REFLEX_GROUPS, 0.0)

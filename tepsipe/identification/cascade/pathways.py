@@ -65,7 +65,7 @@ def delayed(x: np.ndarray, delay_s: float, rate_hz: float) -> np.ndarray:
     Parameters
     ----------
     x : ndarray, shape (n, ...)
-        Signal (any unit).
+        Signal.
     delay_s : float
         Delay (s); negative for a lead, with the last sample held after the end.
     rate_hz : float
@@ -85,7 +85,7 @@ def delayed(x: np.ndarray, delay_s: float, rate_hz: float) -> np.ndarray:
 
 
 def lagged(x: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Regressors of a response to ``x`` (any unit) at ``lags`` (samples), shape (n, lags); ends are held."""
+    """Regressors of a response to ``x`` at ``lags`` (samples), shape (n, lags); ends are held."""
     at = np.arange(x.size)[:, None] - np.asarray(lags)
     return x[np.clip(at, 0, x.size - 1)]
 
@@ -103,7 +103,7 @@ def knot_responses(length_s: float, knot_s: float, rate_hz: float) -> np.ndarray
     Returns
     -------
     ndarray, shape (samples, knots)
-        The responses at 0, 1 / rate, ... (-).
+        The responses at 0, 1 / rate, ....
     """
     knots = max(2, round(length_s / knot_s))
     time = np.arange(int(knots * knot_s * rate_hz) + 1) / rate_hz
@@ -124,14 +124,14 @@ def laguerre_responses(length_s: float, pole_per_s: float, order: int, rate_hz: 
     pole_per_s : float
         Their pole (rad/s).
     order : int
-        Number of functions (-).
+        Number of functions.
     rate_hz : float
         Sampling rate (Hz).
 
     Returns
     -------
     ndarray, shape (samples, order)
-        The responses at 0, 1 / rate, ... (-), with a sum of squares of ``rate_hz`` samples each.
+        The responses at 0, 1 / rate, ..., with a sum of squares of ``rate_hz`` samples each.
     """
     time = np.arange(int(length_s * rate_hz) + 1) / rate_hz
     late = pole_per_s * time[:, None]
@@ -145,11 +145,11 @@ def muscle_response(x: np.ndarray, rate_hz: float, frequency_hz: float, damping:
     Parameters
     ----------
     x : ndarray, shape (n,)
-        Signal (any unit).
+        Signal.
     rate_hz, frequency_hz : float
         Sampling rate, and the muscle's natural frequency (Hz).
     damping : float
-        zeta (-).
+        zeta.
 
     Returns
     -------

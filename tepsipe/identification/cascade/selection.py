@@ -24,22 +24,22 @@ from tepsipe.identification.cascade.record import CascadeRecord, Design, make_de
 from tepsipe.identification.cascade.slow_torque import SlowModel, estimate_slow_model
 from tepsipe.statistics.goodness_of_fit import evaluate_held_out
 
-# standard errors by which a reflex must lower the cross-validated error (-)
+# standard errors by which a reflex must lower the cross-validated error
 SEPARATED = 2.0
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What cross-validation selects.
+    """Structure selected by cross-validation, and the errors it was selected by.
 
     Attributes
     ----------
     record : CascadeRecord
-        The record, weighted against its slow torque (units there).
+        The record, weighted against its slow torque.
     structure : Structure
-        Selected structure (units there).
+        Selected structure.
     full : Structure
-        All terms that were tried (units there).
+        All terms that were tried.
     errors : dict of Structure to ndarray of shape (folds,)
         Error of every block (N²·m²) for the models that were compared, the simplest first.
     variants : dict of Structure to ndarray of shape (folds,)
@@ -65,12 +65,12 @@ def select_structure(record: CascadeRecord) -> Selection:
     Parameters
     ----------
     record : CascadeRecord
-        The record, not weighted (units there).
+        The record, not weighted.
 
     Returns
     -------
     Selection
-        Structure and errors (units there).
+        Structure and errors.
     """
     options = record.options
     full = Structure(1, True, options.expected_delay_s, 0.0, stops=bool(record.radii), gain_slope=True)
@@ -109,14 +109,14 @@ def select_structure(record: CascadeRecord) -> Selection:
 
 
 def alike(profile: dict[float, np.ndarray], tolerance: float) -> list[float]:
-    """Values whose mean error exceeds the smallest by no more than a relative tolerance (-).
+    """Values whose mean error exceeds the smallest by no more than a relative tolerance.
 
     Parameters
     ----------
     profile : dict of float to ndarray of shape (folds,)
-        Errors (N²·m²) of every value (its unit).
+        Errors (N²·m²) of every value.
     tolerance : float
-        Relative difference (-).
+        Relative difference.
 
     Returns
     -------
@@ -135,12 +135,12 @@ def choose(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
     errors : dict of Structure to ndarray of shape (folds,)
         Errors (N²·m²) of every structure, the simplest first.
     tolerance : float
-        Relative difference of the error below which a simpler structure is taken (-).
+        Relative difference of the error below which a simpler structure is taken.
 
     Returns
     -------
     Structure
-        The one that is chosen (units there).
+        The one that is chosen.
     """
     table = np.array(list(errors.values()))
     reflex = np.array([s.direction != 0 for s in errors])
@@ -159,14 +159,14 @@ def choose_rows(tables: np.ndarray, reflex: np.ndarray, tolerance: float) -> np.
     tables : ndarray, shape (k, structures, folds)
         Errors, the simplest structure first (N²·m²).
     reflex : ndarray of bool, shape (structures,)
-        Whether a structure has a reflex (unitless).
+        Whether a structure has a reflex.
     tolerance : float
-        Relative tolerance (-).
+        Relative tolerance.
 
     Returns
     -------
     ndarray of int, shape (k,)
-        Chosen rows (unitless).
+        Chosen rows.
     """
     at = np.arange(tables.shape[0])
     chosen = []
@@ -188,9 +188,9 @@ def cross_validated(record: CascadeRecord, structure: Structure) -> float:
     Parameters
     ----------
     record : CascadeRecord
-        Weighted record (units there).
+        Weighted record.
     structure : Structure
-        Structure with its penalty (units there).
+        Structure with its penalty.
 
     Returns
     -------
@@ -225,11 +225,11 @@ def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> np.
     Parameters
     ----------
     record : CascadeRecord
-        Weighted record (units there).
+        Weighted record.
     design : Design
-        Regressors of the structure (unitless).
+        Regressors of the structure.
     structure : Structure
-        With its penalty (units there).
+        With its penalty.
 
     Returns
     -------
@@ -251,7 +251,7 @@ def assumptions(selection: Selection) -> tuple[Assumption, ...]:
     Parameters
     ----------
     selection : Selection
-        Profiles (units there).
+        Profiles.
 
     Returns
     -------
@@ -293,7 +293,7 @@ def scores(selection: Selection) -> tuple[ModelScore, ...]:
     Parameters
     ----------
     selection : Selection
-        Errors (units there).
+        Errors.
 
     Returns
     -------
@@ -341,7 +341,7 @@ def fold_slices(record: CascadeRecord) -> list[slice]:
 
 
 def _stretched(record: CascadeRecord, direction: int) -> bool:
-    """Whether the angle moves in a direction within the fitted part."""
+    """Test for motion of the angle in a direction within the fitted part."""
     return bool(np.any(record.reflex_input("reflex", Structure(direction, False, 0.0, 0.0))[record.fitted]))
 
 
@@ -350,7 +350,7 @@ def _middle(values: tuple[float, ...]) -> float:
 
 
 def _separated(gain: np.ndarray) -> np.ndarray:
-    """Whether a difference of errors over blocks, the last axis, is clearly positive."""
+    """Test for a clearly positive difference of errors over blocks, the last axis."""
     return gain.mean(axis=-1) > SEPARATED * gain.std(axis=-1, ddof=1) / np.sqrt(gain.shape[-1])
 
 

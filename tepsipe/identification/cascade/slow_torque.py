@@ -41,7 +41,7 @@ class SlowModel:
     crossover_hz: float
 
     def poles(self, rate_hz: float) -> tuple[float, float]:
-        """Constants phi and rho (-) at a sampling rate (Hz)."""
+        """Constants phi and rho at a sampling rate (Hz)."""
         return tuple(
             float(np.exp(-2.0 * np.pi * f / rate_hz))
             for f in (self.corner_hz, np.hypot(self.corner_hz, self.crossover_hz))

@@ -32,14 +32,14 @@ from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 BAND_HZ = (0.1, 30.0)
 # motion in the terms that are not linear: kept up to the first frequency, none beyond the second (Hz)
 KEPT_HZ, LOST_HZ = 40.0, 60.0
-# smallest noise, over the range of a channel (-): exact signals have none
+# smallest noise, over the range of a channel: exact signals have none
 _LEAST_NOISE = 1e-7
 # range of a channel that does not move, but for rounding (m, rad, m/s)
 _STILL = 1e-7
 # time at each end over which the position of the belt is averaged (s)
 _END_S = 0.2
 # largest slope of a belt that is taken for horizontal (rad), and smallest one that is seen, over its standard
-# error (-)
+# error
 STEEPEST_RAD, SEEN = 0.02, 4.0
 
 
@@ -54,9 +54,9 @@ class DummyMarkers:
     layout_m : ndarray, shape (k, 2)
         Anterior and longitudinal offset of the leg's markers (m); NaN for markers on the foot.
     on_foot : ndarray of bool, shape (k,)
-        Whether a marker moves with the foot; one on the ankle belongs to both (-).
+        Whether a marker moves with the foot; one on the ankle belongs to both.
     hidden : ndarray of bool, shape (n, k), or None
-        Samples that were filled (-).
+        Samples that were filled.
     """
 
     positions: np.ndarray
@@ -66,7 +66,7 @@ class DummyMarkers:
 
     @property
     def on_leg(self) -> np.ndarray:
-        """Whether a marker is on the leg, shape (k,) (-)."""
+        """Mask of the markers on the leg, shape (k,)."""
         return np.isfinite(self.layout_m).all(axis=1)
 
 
@@ -89,7 +89,7 @@ class Channels:
     marker_noise_m : float
         sigma of one marker in one coordinate (m).
     marker_freedom : float
-        Degrees of freedom of sigma² (-).
+        Degrees of freedom of sigma².
     geometry : ndarray, shape (2, 2)
         Covariance of Y and theta per sigma² (1, 1/m; 1/m, 1/m²).
     residuals : ndarray, shape (n, k)
@@ -100,7 +100,7 @@ class Channels:
     offset_slopes : ndarray, shape (2,)
         Change of Y and theta per error of d, relative to theta (-, 1/m).
     on_leg : ndarray of bool, shape (k,)
-        Markers on the leg (-).
+        Markers on the leg.
     """
 
     rate_hz: float
@@ -120,7 +120,7 @@ class Channels:
 
     @property
     def bins(self) -> np.ndarray:
-        """Indices of the frequencies that are fitted, of those of `numpy.fft.rfft` (-)."""
+        """Indices of the frequencies that are fitted, of those of `numpy.fft.rfft`."""
         frequency = np.fft.rfftfreq(self.foot.size, 1.0 / self.rate_hz)
         return np.flatnonzero((frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1]))
 
@@ -150,7 +150,7 @@ def dummy_markers(
     belt_fixed_labels : tuple of str
         Those that move with the foot.
     hidden : ndarray of bool, shape (n, all markers), optional
-        Samples that were filled (-).
+        Samples that were filled.
 
     Returns
     -------
@@ -196,7 +196,7 @@ def levelled(markers: DummyMarkers, at_rest: np.ndarray) -> DummyMarkers:
     markers : DummyMarkers
         As measured (m).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
 
     Returns
     -------
@@ -239,9 +239,9 @@ def make_channels(
         Logged velocity of the belt, not filtered (m/s); None without a log whose noise is independent of
         that of the markers.
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     level : bool
-        Whether axes are levelled by the direction of the belt, see `levelled` (-).
+        Whether axes are levelled by the direction of the belt, see `levelled`.
 
     Returns
     -------
@@ -314,7 +314,7 @@ def _measured_layout(
 def _joint_offset(
     residuals: np.ndarray, sine: np.ndarray, along: np.ndarray, on_leg: np.ndarray
 ) -> tuple[float, float]:
-    """Least-squares d (m) from the residuals of the markers (m), and its standard error per sigma (-)."""
+    """Least-squares d (m) from the residuals of the markers (m), and its standard error per sigma."""
     if on_leg.all():
         return 0.0, 0.0
     design = np.column_stack([np.ones(along.size), along])
@@ -329,7 +329,7 @@ def _joint_offset(
 def _reduced(
     y: np.ndarray, along: np.ndarray, hidden: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Y (m) and sin(theta) (-) relative to rest, and residuals (m), of markers at ``along`` (m)."""
+    """Y (m) and sin(theta) relative to rest, and residuals (m), of markers at ``along`` (m)."""
     design = np.column_stack([np.ones(along.size), along])
     whole = np.ones(len(y), dtype=bool) if hidden is None else ~hidden.any(axis=1)
     solve = np.linalg.pinv(design)
@@ -363,7 +363,7 @@ def _without_ramp(
 
 
 def _noise(residuals: np.ndarray, foot: np.ndarray, angle: np.ndarray, rate_hz: float) -> tuple[float, float]:
-    """Noise sigma (m) in the band of the fit, and degrees of freedom of its square (-)."""
+    """Noise sigma (m) in the band of the fit, and degrees of freedom of its square."""
     n, k = residuals.shape
     frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
     band = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
@@ -383,13 +383,13 @@ def smooth(spectrum: np.ndarray, samples: int, rate_hz: float, order: int = 0) -
     Parameters
     ----------
     spectrum : ndarray, shape (samples // 2 + 1,)
-        Of the signal, from `numpy.fft.rfft` (any unit).
+        Of the signal, from `numpy.fft.rfft`.
     samples : int
-        Its length (-).
+        Its length.
     rate_hz : float
         Its rate (Hz).
     order : int
-        Order of the derivative (-).
+        Order of the derivative.
 
     Returns
     -------

@@ -46,14 +46,14 @@ from tepsipe.identification.likelihood.model import LINEAR, SOFTENING, LegModel,
 from tepsipe.identification.regression.windows import undetermined
 from tepsipe.mechanics.inverse_dynamics import Leg
 
-# chi-square of C and B_s above which phi_h is chosen by the trial (-)
+# chi-square of C and B_s above which phi_h is chosen by the trial
 SOFTENS = 16.0
-# phi_h that is tried, over the largest bending (-), and how far a fitted one may lie from it
+# phi_h that is tried, over the largest bending, and how far a fitted one may lie from it
 _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 _HALF_RANGE = (0.1, 10.0)
-# standard error of log(phi_h) above which the trial does not determine it (-)
+# standard error of log(phi_h) above which the trial does not determine it
 _UNDETERMINED = 0.5
-# steps, and those of them that update the noise of the log (-)
+# steps, and those of them that update the noise of the log
 _STEPS, _NOISE_STEPS = 60, 15
 
 
@@ -66,13 +66,13 @@ class Residuals:
     foot : ndarray of complex, shape (m,)
         Estimated spectrum of the foot (m times samples).
     whitened : ndarray of complex, shape (c, m)
-        P W (z - m), with unit variance (-).
+        P W (z - m), with unit variance.
     columns : ndarray of complex, shape (p, c, m)
         u (1 over the units of the parameters).
     by_noise : ndarray of complex, shape (p, c, m)
         P W dh / |W h|, contribution of noise in Y to u (1 over the units of the parameters).
     direction : ndarray of complex, shape (c, m)
-        W h / |W h| (-).
+        W h / |W h|.
     """
 
     foot: np.ndarray
@@ -83,7 +83,7 @@ class Residuals:
 
     @property
     def deviance(self) -> float:
-        """Twice the sum of squares (-)."""
+        """Twice the sum of squares."""
         return 2.0 * float(np.sum(np.abs(self.whitened) ** 2))
 
     @property
@@ -142,18 +142,18 @@ class LikelihoodFit:
         return self.point.values[name]
 
     def standard_error(self, name: str) -> float:
-        """Standard error of a fitted parameter (its unit)."""
+        """Standard error of a fitted parameter."""
         k = self.point.names.index(name)
         return float(np.sqrt(self.covariance[k, k]))
 
     @property
     def softens(self) -> bool:
-        """Whether the law has the terms of a joint that softens (-)."""
+        """True if the law has the terms of a joint that softens."""
         return self.point.softens
 
     @property
     def softening_chi_square(self) -> float:
-        """Chi-square of C and B_s, with two degrees of freedom (-); 0 of a linear joint."""
+        """Chi-square of C and B_s, with two degrees of freedom; 0 of a linear joint."""
         if not self.softens:
             return 0.0
         places = [self.point.names.index(name) for name in SOFTENING[:2]]
@@ -202,7 +202,7 @@ class _Likelihood:
         return self.everywhere(foot)
 
     def everywhere(self, spectrum: np.ndarray) -> np.ndarray:
-        """A spectrum in the band (m,) as one of all frequencies (any unit)."""
+        """A spectrum in the band (m,) as one of all frequencies."""
         whole = np.zeros(self.channels.foot.size // 2 + 1, dtype=complex)
         whole[self.model.bins] = spectrum
         return whole
@@ -259,9 +259,9 @@ def maximise_likelihood(
     leg : Leg
         m, r, I_l, g (kg, m, kg·m², m/s²).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     softening : bool
-        Whether the joint may soften (-); if not, K and B are the same at all amplitudes.
+        Whether the joint may soften; if not, K and B are the same at all amplitudes.
 
     Returns
     -------
@@ -338,7 +338,7 @@ def _gauss_newton(
 
 
 def _step_and_errors(current: Residuals) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Newton step of the parameters, and their standard errors (their units)."""
+    """Gauss-Newton step of the parameters, and their standard errors."""
     information = current.information
     scale = np.sqrt(np.diag(information))
     if not (np.isfinite(information).all() and (scale > 0.0).all()):
@@ -448,12 +448,12 @@ def _deviance_decrease(likelihood: _Likelihood, linear: LikelihoodFit, half: flo
 
 
 def step_to(fit: LikelihoodFit, channels: Channels) -> np.ndarray:
-    """How far slightly other channels move the maximum, to first order: one step without another fit.
+    """Shift of the maximum by slightly different channels, to first order: one step, no new fit.
 
     Parameters
     ----------
     fit : LikelihoodFit
-        The maximum (units in it); its noise levels are kept.
+        The maximum; its noise levels are kept.
     channels : Channels
         The same trial, for example with other instants of one marker (m, rad, m/s).
 
@@ -500,7 +500,7 @@ def expected_fit(
     marker_noise_m, log_noise_m_per_s : float
         Noise that is to come, of a marker in one direction (m) and of a sample of the log (m/s).
     softening : bool
-        Whether the fits will allow a joint that softens (-).
+        Whether the fits will allow a joint that softens.
 
     Returns
     -------

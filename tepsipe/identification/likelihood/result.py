@@ -106,12 +106,12 @@ def estimates_in_windows(
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
 
     Returns
     -------
     LikelihoodEstimates
-        Estimates with their covariance (units in it).
+        Estimates with their covariance.
 
     Raises
     ------
@@ -187,7 +187,7 @@ def working_covariance(
     perturbations : list of Perturbation
         Windows (samples).
     of_parameters : ndarray, shape (p, p)
-        Covariance of the fitted parameters (their units).
+        Covariance of the fitted parameters.
 
     Returns
     -------
@@ -282,7 +282,7 @@ def innovations(fit: LikelihoodFit) -> np.ndarray:
     Returns
     -------
     ndarray, shape (1, n) or (2, n)
-        Of the angle, and of the foot's markers against the log where there is one (-).
+        Of the angle, and of the foot's markers against the log where there is one.
     """
     along, residual = fit.residuals.direction, fit.residuals.whitened
     channels, bins = len(residual), fit.model.bins

@@ -116,7 +116,7 @@ def regress_windows(regressors: np.ndarray, torque: np.ndarray) -> BatchedFits:
     Returns
     -------
     BatchedFits
-        One fit per window (units there).
+        One fit per window.
     """
     parameters, inverse = window_parameters(regressors, torque)
     residuals = torque - (parameters[..., None, :] @ regressors)[..., 0, :]
@@ -146,7 +146,7 @@ def instrumental_variables(
     Returns
     -------
     BatchedFits
-        One fit per draw (units there), residuals of every window.
+        One fit per draw, residuals of every window.
 
     Raises
     ------

@@ -37,7 +37,7 @@ def integrated_wiener(time: np.ndarray, start_s: float) -> np.ndarray:
 
 
 def squared_exponential(time: np.ndarray, length_s: float) -> np.ndarray:
-    """Correlation exp(-(s - t)^2 / 2 l^2) of a smooth error, shape (n, n) (-); ``time`` and l in s."""
+    """Correlation exp(-(s - t)^2 / 2 l^2) of a smooth error, shape (n, n); ``time`` and l in s."""
     return np.exp(-0.5 * (np.subtract.outer(time, time) / length_s) ** 2)
 
 
@@ -48,7 +48,7 @@ class Record:
     Attributes
     ----------
     target : ndarray, shape (..., n)
-        y (any unit); leading axes are resampled versions of the record.
+        y; leading axes are resampled versions of the record.
     regressors : ndarray, shape (..., n, p)
         X (unit of the target over that of the parameters).
     covariance : ndarray, shape (n, n)
@@ -67,7 +67,7 @@ class GeneralisedFit:
     Attributes
     ----------
     parameters : ndarray, shape (..., p)
-        b (their units).
+        b.
     information : ndarray, shape (records, ..., p, p)
         X' C^-1 X of every record (1 over the units of the parameters squared).
     moments : ndarray, shape (records, ..., p)
@@ -82,7 +82,7 @@ class GeneralisedFit:
     weights: list[np.ndarray]
 
     def without_each(self) -> np.ndarray:
-        """Parameters without one record after the other, shape (records, ..., p) (their units)."""
+        """Parameters without one record after the other, shape (records, ..., p)."""
         n, b = self.information.sum(axis=0), self.moments.sum(axis=0)
         return np.linalg.solve(n - self.information, (b - self.moments)[..., None])[..., 0]
 
@@ -128,7 +128,7 @@ def sensitivity(
     fit : GeneralisedFit
         Of ``records`` without leading axes.
     records : list of Record
-        The records (any units).
+        The records.
     target_slopes : list of ndarray, shape (..., n)
         dy of every record (unit of the target, per unit of what changes).
     regressor_slopes : list of ndarray, shape (..., n, p), optional

@@ -59,14 +59,14 @@ from tepsipe.signals.time_alignment import LONGEST_S
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit
 
-# bounds of the angular frequency (rad/s) and damping ratio (-) of the search
+# bounds of the angular frequency (rad/s) and damping ratio of the search
 _LOWEST_RAD_PER_S = 0.6
 _LARGEST_RATIO = 3.0
-# steps in which the instruments are updated (-); then they are fixed, so that the solution is unique
+# steps in which the instruments are updated; then they are fixed, so that the solution is unique
 _RENEWED = 2
-# C over its standard error from which a joint softens (-): the larger of two noises in 10^4 trials
+# C over its standard error from which a joint softens: the larger of two noises in 10^4 trials
 SOFTENS = 5.0
-# phi_h that is tried, over the largest bending (-)
+# phi_h that is tried, over the largest bending
 _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 
 
@@ -154,7 +154,7 @@ def simulate_leg(
 
 
 def _softening_forces(time: np.ndarray, phi: np.ndarray, half_rad: float) -> list[np.ndarray]:
-    """What C and B_s add to u, per unit: q phi (rad) and -q phi' (rad/s)."""
+    """Terms that C and B_s add to u, per unit: q phi (rad) and -q phi' (rad/s)."""
     share = phi**2 / (phi**2 + half_rad**2)
     return [share * phi, -share * derivative(time, phi)]
 
@@ -183,7 +183,7 @@ def match_angle(
     perturbations : list of Perturbation
         Windows (samples): their starts delimit the intervals, and the VAF of the torque is evaluated in them.
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     source : {"instruments", "markers", "belt"}
         Instrumental-variable estimate (motion of the foot, belt motion as instrument), or least squares
         with the motion of the markers or of the belt alone.
@@ -191,7 +191,7 @@ def match_angle(
     Returns
     -------
     OutputError
-        Parameters and angles (units in it).
+        Parameters and angles.
 
     Raises
     ------
@@ -242,7 +242,7 @@ def match_angle(
 
 @dataclass(frozen=True)
 class _Task:
-    """What is fitted: motion of the leg (rad), acceleration of belt, of the foot in use and of the other
+    """Data of the fit: motion of the leg (rad), acceleration of belt, of the foot in use and of the other
     (m/s²), whether the other is the instrument, and the perturbations (samples).
     """
 
@@ -261,7 +261,7 @@ class _Task:
 
 @dataclass(frozen=True)
 class _Solution:
-    """Parameters, their contributions by interval, conditioning of the last step (-), phi_h (rad)."""
+    """Parameters, their contributions by interval, conditioning of the last step, phi_h (rad)."""
 
     x: np.ndarray
     each: np.ndarray
@@ -349,7 +349,7 @@ def sums_by_interval(products: np.ndarray, perturbations: list[Perturbation]) ->
     Parameters
     ----------
     products : ndarray, shape (n, p)
-        What is summed (any units).
+        What is summed.
     perturbations : list of Perturbation
         Their starts delimit the intervals (samples).
 
@@ -377,7 +377,7 @@ def intervals_as_windows(
     each : ndarray, shape (intervals, 3)
         Contributions to I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     conditioning : float
-        Of the fit (-).
+        Of the fit.
     motion, leg, perturbations, at_rest
         As for `match_angle`.
 

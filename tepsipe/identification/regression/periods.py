@@ -23,7 +23,7 @@ from tepsipe.signals.spectra import period_spectra
 
 # typical magnitude of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad) and of the delay (s)
 TYPICAL = np.array([0.01, 0.1, 10.0, 1e-3])
-# the lower part of the band, which shows how far the band decides (-)
+# the lower part of the band, which shows how far the band decides
 NARROW = 0.6
 LEAST_LINES = 6
 
@@ -38,7 +38,7 @@ class PeriodFit:
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad), and their standard uncertainties
         from the scatter of the periods.
     freedom : float
-        Degrees of freedom of ``type_a``, the fewest of the three (-).
+        Degrees of freedom of ``type_a``, the fewest of the three.
     delay_s : float
         Delay of the torque after its record (s).
     of_band : ndarray, shape (3,)
@@ -69,7 +69,7 @@ def fit_periods(
     Returns
     -------
     PeriodFit
-        Parameters and their scatter (units there).
+        Parameters and their scatter.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def without_transient(omega: np.ndarray, spectra: np.ndarray) -> np.ndarray:
     omega : ndarray, shape (lines,)
         Angular frequencies w (rad/s).
     spectra : ndarray, shape (periods, lines) or (periods, lines, k)
-        Of one or more signals (any unit).
+        Of one or more signals.
 
     Returns
     -------

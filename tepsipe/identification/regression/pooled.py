@@ -29,11 +29,11 @@ from tepsipe.signals.filters import butterworth_lowpass
 
 # rate at which the smooth sign of friction is nearly one (rad/s)
 FRICTION_RATE = 0.01
-# the angle is smoothed above the band of the regression, so that products of it stay inside (-)
+# the angle is smoothed above the band of the regression, so that products of it stay inside
 SMOOTHING_PER_CUTOFF = 2.0
-# bending at which half of the softening has taken place, smallest and largest per RMS angle (-)
+# bending at which half of the softening has taken place, smallest and largest per RMS angle
 SOFTENING_RANGE = (0.2, 8.0)
-# the data ask for softening if the lost stiffness is this many standard errors from 0 (-)
+# the data ask for softening if the lost stiffness is this many standard errors from 0
 SOFTENING_T = 4.0
 UNITS = {
     "I": "Nms2/rad",
@@ -78,7 +78,7 @@ class PooledFit:
         Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS`; without those of
         softening where the data do not ask for it.
     freedom : float
-        Degrees of freedom of the standard errors (-).
+        Degrees of freedom of the standard errors.
     systematic_Nm : float
         RMS of the torque that the model leaves unexplained in every period alike (N·m).
     without_softening_Nm : float
@@ -152,7 +152,7 @@ class _Pool:
         return products
 
     def pairs(self, products):
-        """Number of products of samples of different periods (-)."""
+        """Number of products of samples of different periods."""
         return self.length * sum(p.shape[0] * (p.shape[0] - 1) for p in products)
 
 
@@ -280,7 +280,7 @@ def _softening(pool):
 
 
 def _shares(pool, parameters, phi):
-    """What groups of terms add to the linear joint nearest to the whole, in each record."""
+    """Contribution of groups of terms to the linear joint nearest to the whole, in each record."""
     shares = {name: [] for name, members in GROUPS.items() if phi is not None or max(members) < LINEAR}
     for record, columns in zip(pool.records, pool.columns(phi), strict=True):
         kept = columns[record.kept] - columns[record.kept].mean(axis=0)

@@ -99,11 +99,11 @@ def regress_perturbations(
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     torque_pathway : {"leg", "leg-thesis"}
         How the torque is derived.
     thesis : bool
-        Whether the torque at rest is kept, as printed, or subtracted (-).
+        Whether the torque at rest is kept, as printed, or subtracted.
 
     Returns
     -------
@@ -139,12 +139,12 @@ def regress_torque(
     perturbations : list of Perturbation
         Windows (samples).
     at_rest : ndarray of bool, shape (n,)
-        Samples at rest (-).
+        Samples at rest.
     thesis : bool
-        Whether the torque at rest is kept, as printed, or subtracted (-).
+        Whether the torque at rest is kept, as printed, or subtracted.
     own_zero : bool
         Whether each window has a free constant torque beside I, B, K, because the zero of a force plate
-        drifts, and friction of the belt leaves a force behind (-).
+        drifts, and friction of the belt leaves a force behind.
 
     Returns
     -------

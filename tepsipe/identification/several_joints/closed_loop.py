@@ -29,9 +29,9 @@ from tepsipe.errors import InputError
 from tepsipe.identification.several_joints.identifiability import CONCEDED, Directions, directions_by_strength
 
 MODELS = ("intrinsic", "own-reflex", "all-reflex")
-# largest slope of (2) per standard error of a parameter at its minimum (-)
+# largest slope of (2) per standard error of a parameter at its minimum
 GRADIENT = 1e-3
-# (2) rises by this for a parameter one standard error along a direction that is not determined (-)
+# (2) rises by this for a parameter one standard error along a direction that is not determined
 RIDGE = 0.1
 
 
@@ -44,16 +44,16 @@ class MultiJointOptions:
     band_hz : (float, float)
         Lowest and highest frequency (Hz).
     averaged_bins : int
-        Raw frequencies per band (-).
+        Raw frequencies per band.
     taper_fraction : float
-        Part of the record over which each end fades (-).
+        Part of the record over which each end fades.
     delays_s : (float, float)
         Shortest and longest delay of a reflex that is tried (s).
     delay_step_s : float
         Distance of the delays that are tried (s).
     strength : float
         Least power of a direction of the parameters in a band with the perturbation over that of noise alone,
-        below which it is not determined (-).
+        below which it is not determined.
     """
 
     band_hz: tuple[float, float]
@@ -73,13 +73,13 @@ class Spectra:
     frequency_hz : ndarray, shape (L, b)
         Raw frequencies of each band (Hz).
     perturbation : ndarray of complex, shape (L, b, m)
-        Orthonormal columns that span the perturbations in each band (unitless).
+        Orthonormal columns that span the perturbations in each band.
     angle, torque : ndarray of complex, shape (L, b, joints)
         Transforms (rad, N·m).
     response : ndarray of complex, shape (L, m, 2 joints)
         Frequency response from the perturbations to angles and torques (rad, N·m per unit of u).
     coherence : ndarray, shape (L, 2 joints)
-        Squared multiple coherence of angles and torques with the perturbations (-).
+        Squared multiple coherence of angles and torques with the perturbations.
     """
 
     frequency_hz: np.ndarray
@@ -90,7 +90,7 @@ class Spectra:
     coherence: np.ndarray
 
     def coherence_threshold(self) -> float:
-        """Coherence (-) that unrelated signals exceed with a probability of 5 %."""
+        """Coherence that unrelated signals exceed with a probability of 5 %."""
         _, b, m = self.perturbation.shape
         return float(scipy.special.betaincinv(m, b - m, 0.95))
 
@@ -102,7 +102,7 @@ class RowFit:
     Attributes
     ----------
     model : str
-        One of `MODELS` (no unit).
+        One of `MODELS`.
     terms : tuple of (str, int)
         Kind (K, B, D, E) of each parameter and joint whose angle it multiplies.
     parameters : ndarray, shape (q,)
@@ -110,17 +110,17 @@ class RowFit:
     delay_s : float or None
         d_i; None without a reflex (s).
     delays_s, delay_chi2 : ndarray, shape (t,)
-        Delays that were tried (s) and chi2 (2) at each (-).
+        Delays that were tried (s) and chi2 (2) at each.
     chi2 : float
-        At the estimate (-).
+        At the estimate.
     freedom : int
-        Degrees of freedom of chi2 if the model is right (-).
+        Degrees of freedom of chi2 if the model is right.
     directions : Directions
         What the record determines; last column the delay, if there is one (units of the parameters).
     direct : ndarray, shape (q,)
         Ordinary least squares of (1) at the same delay, which feedback biases (units of the parameters).
     converged : bool
-        Whether the fixed point was reached (-).
+        Whether the fixed point was reached.
     """
 
     model: str
@@ -137,7 +137,7 @@ class RowFit:
 
     @property
     def p_value(self) -> float:
-        """Probability of a larger chi2 if the model is right (-)."""
+        """Probability of a larger chi2 if the model is right."""
         return float(scipy.special.chdtrc(self.freedom, self.chi2))
 
     def impedance(self, frequency_hz: np.ndarray) -> np.ndarray:
@@ -162,13 +162,13 @@ def banded_spectra(
     Parameters
     ----------
     perturbation : ndarray, shape (n,) or (n, m)
-        External perturbations (any units), independent of the person.
+        External perturbations, independent of the person.
     angle, torque : ndarray, shape (n, joints)
         Joint angles (rad) and torques that resist them (N·m).
     rate_hz : float
         Sampling rate (Hz).
     options : MultiJointOptions
-        Band, averaging and taper (units in the names).
+        Band, averaging and taper.
 
     Returns
     -------
@@ -219,7 +219,7 @@ def banded_spectra(
 
 
 def _factor(kind: str, s: np.ndarray, delay_s: float | None) -> np.ndarray:
-    """What multiplies an angle in (1), without the parameter, at s (rad/s)."""
+    """Factor of an angle in (1), without the parameter, at s (rad/s)."""
     if kind in "KB":
         return np.ones_like(s) if kind == "K" else s
     late = np.exp(-s * delay_s)
@@ -227,7 +227,7 @@ def _factor(kind: str, s: np.ndarray, delay_s: float | None) -> np.ndarray:
 
 
 def model_terms(model: str, joint: int, joints: int) -> tuple[tuple[str, int], ...]:
-    """Parameters of one joint's torque in a model: kind and joint whose angle it multiplies (no unit).
+    """Parameters of one joint's torque in a model: kind and joint whose angle it multiplies.
 
     ``intrinsic`` has K and B of all angles, ``own-reflex`` adds a reflex to the joint's own angle,
     ``all-reflex`` to all angles.
@@ -260,9 +260,9 @@ def cross_products(perturbation: np.ndarray, columns: np.ndarray) -> tuple[np.nd
     Parameters
     ----------
     perturbation : ndarray of complex, shape (L, b, m)
-        Orthonormal in each band (unitless).
+        Orthonormal in each band.
     columns : ndarray of complex, shape (L, b, q)
-        Transforms (any units).
+        Transforms.
 
     Returns
     -------
@@ -284,11 +284,11 @@ class Solution:
     p : ndarray, shape (q,)
         Parameters (unitless, of scaled columns).
     chi2 : float
-        (2) there (-).
+        (2) there.
     weak : int
-        Number of directions that are not determined (-).
+        Number of directions that are not determined.
     converged : bool
-        Whether (2) is flat there (-).
+        Whether (2) is flat there.
     """
 
     p: np.ndarray
@@ -303,18 +303,18 @@ def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: flo
     Parameters
     ----------
     a, c : ndarray, shape (L, 1 + q, 1 + q)
-        Cross products of torque and regressors (unitless).
+        Cross products of torque and regressors.
     shape : (int, int)
-        Frequencies per band b and perturbations m (-).
+        Frequencies per band b and perturbations m.
     strength : float
-        Of a direction that is determined (-).
+        Of a direction that is determined.
     starts : sequence of ndarray, shape (q,)
-        Further parameters to start from (unitless).
+        Further parameters to start from.
 
     Returns
     -------
     Solution
-        The lowest minimum found (unitless).
+        The lowest minimum found.
     """
     b, m = shape
     chance = m / (b - m)
@@ -366,7 +366,7 @@ def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
     spectra : Spectra
         Of the record (rad, N·m).
     joint : int
-        Whose torque (-).
+        Whose torque.
     terms : sequence of (str, int)
         Kinds of the parameters, and joints whose angle they multiply.
     delay_s : float or None
@@ -375,7 +375,7 @@ def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
     Returns
     -------
     a, c : ndarray, shape (L, 1 + q, 1 + q)
-        Parts that are, and are not, linear in the perturbations (unitless).
+        Parts that are, and are not, linear in the perturbations.
     scale : ndarray, shape (1 + q,)
         Roots of the columns' power (N·m, rad, rad/s).
     """
@@ -390,11 +390,11 @@ def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions
     spectra : Spectra
         Of the record (rad, N·m).
     joint : int
-        Whose torque (-).
+        Whose torque.
     model : {"intrinsic", "own-reflex", "all-reflex"}
         Terms of (1).
     options : MultiJointOptions
-        Delays and strength (units in the names).
+        Delays and strength.
 
     Returns
     -------
@@ -460,7 +460,7 @@ def _vertex(delays: np.ndarray, chi2: np.ndarray) -> float:
 
 
 def _determined(spectra, joint, terms, parameters, delay_s, options) -> Directions:
-    """What the record says about the parameters, and about the delay as one more of them."""
+    """Directions of the parameters, including the delay, that the record determines."""
     _, b, m = spectra.perturbation.shape
     columns = _columns(spectra, joint, terms, delay_s)
     v = np.r_[1.0, -parameters]

@@ -1,4 +1,4 @@
-"""What a record determines of parameters that are estimated with instruments.
+"""Identifiability of parameters that are estimated with instruments.
 
 Per band l, the regressors x have cross products A_l that are linear in the perturbation and C_l that are not;
 by chance A_l contains m/(b - m) C_l of noise. With the noise s_l of the residual,
@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-# signal that is conceded to a direction that is too weak, over noise (-)
+# signal that is conceded to a direction that is too weak, over noise
 CONCEDED = 0.02
 
 
@@ -34,14 +34,14 @@ class Directions:
     Attributes
     ----------
     strength : ndarray, shape (q,)
-        Power in the bands with the perturbation over that of noise alone, from weak to strong (-).
+        Power in the bands with the perturbation over that of noise alone, from weak to strong.
     vectors : ndarray, shape (q, q)
         Columns: one standard deviation of noise along each direction (units of the parameters).
     influence : ndarray, shape (L, q)
         Change of the parameters without one band, along the directions that are determined (units of the
         parameters).
     limit : float
-        Least strength of a direction that is determined (-).
+        Least strength of a direction that is determined.
     """
 
     strength: np.ndarray
@@ -59,7 +59,7 @@ class Directions:
         )
 
     def standard_error(self, combination: np.ndarray) -> float:
-        """Of a linear combination of the parameters, shape (q,): jackknife over the bands (its unit).
+        """Of a linear combination of the parameters, shape (q,): jackknife over the bands.
 
         Directions that are too weak count with a signal of 2 % of noise, so that a combination to which they
         contribute is as uncertain as it is arbitrary.
@@ -71,7 +71,7 @@ class Directions:
         return float(np.sqrt(chance + (loads**2).sum() / CONCEDED))
 
     def weak_partners(self, combination: np.ndarray) -> np.ndarray:
-        """Parameters that a weak direction of a combination moves, too, shape (q,), relative (unitless)."""
+        """Parameters that a weak direction of a combination moves, too, shape (q,), relative."""
         loads = combination @ self.vectors
         weak = self.strength < self.limit
         if not weak.any():
@@ -95,9 +95,9 @@ def directions_by_strength(
     noise : ndarray, shape (L,)
         Power of the residual's noise in each band (squared unit of the response).
     chance : float
-        m/(b - m), fraction of C that A contains by chance (-).
+        m/(b - m), fraction of C that A contains by chance.
     limit : float
-        Least strength of a direction that is determined (-).
+        Least strength of a direction that is determined.
 
     Returns
     -------

@@ -34,10 +34,10 @@ import scipy
 from tepsipe.errors import InputError
 from tepsipe.mechanics.segment_chain import LinearChain
 
-# weight of the start in (2), in 1 per parameter squared, in parts of its scale (-)
+# weight of the start in (2), in 1 per parameter squared, in parts of its scale
 RIDGE = 1e-2
 ITERATIONS, SETTLED = 30, 1e-3
-# a row of the scale is at most so many times that of the start (-)
+# a row of the scale is at most so many times that of the start
 LARGEST_SCALE = 5.0
 
 
@@ -62,7 +62,7 @@ class Perturbation:
 
 @dataclass(frozen=True)
 class Setting:
-    """What is the same for all perturbations.
+    """Quantities common to all perturbations.
 
     Attributes
     ----------
@@ -71,17 +71,17 @@ class Setting:
     weight : ndarray, shape (samples n, samples n)
         C^-1 of (2), sample by sample (1/rad²).
     before : int
-        Samples of an epoch before the onset (-).
+        Samples of an epoch before the onset.
     step_s : float
         Between samples (s).
     substeps : int
-        Steps of the drives per sample (-).
+        Steps of the drives per sample.
     symmetric : bool
         Whether K and B are taken as symmetric.
     inertia_known : bool
         Whether J and S are taken as exact.
     inertia_covariance : ndarray, shape (2 n, 2 n), or None
-        Of J and S over their values, if they are unknowns; None if nothing is known of them (-).
+        Of J and S over their values, if they are unknowns; None if nothing is known of them.
     """
 
     body: LinearChain
@@ -95,12 +95,12 @@ class Setting:
 
     @property
     def joints(self) -> int:
-        """N (-)."""
+        """N."""
         return self.body.posture.size
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
-        """Row and column of every unknown of a matrix (-)."""
+        """Row and column of every unknown of a matrix."""
         n = self.joints
         return [(i, j) for i in range(n) for j in range(i if self.symmetric else 0, n)]
 
@@ -112,7 +112,7 @@ class Setting:
         return np.array([*k, *(0.04 * x for x in k), *inertia])
 
     def prior(self) -> np.ndarray:
-        """What is known of the parameters beforehand, as information, shape (q, q) (-)."""
+        """Prior information on the parameters, shape (q, q)."""
         pairs = 2 * len(self.pairs)
         if self.inertia_known or self.inertia_covariance is None:
             return np.zeros((self.start().size,) * 2)
@@ -156,14 +156,14 @@ class MatrixFit:
     parts : ndarray, shape (perturbations + 1, q, q)
         What each perturbation, and the inertia, add to it.
     epochs : tuple of float
-        Of each perturbation, and infinity for the inertia (-).
+        Of each perturbation, and infinity for the inertia.
     scale : ndarray, shape (q,)
         Natural size of the parameters (units of the parameters).
     chi2 : float
-        (2) at the estimate, over what the scatter of single epochs makes of C: 1 per sample if C is right
-        (-).
+        (2) at the estimate, over what the scatter of single epochs makes of C: 1 per sample if C is
+        right.
     freedom : int
-        Samples less parameters (-).
+        Samples less parameters.
     setting : Setting
         What was given.
     """
@@ -180,11 +180,11 @@ class MatrixFit:
 
     @property
     def p_value(self) -> float:
-        """Probability of a larger chi2 if the model is right (-)."""
+        """Probability of a larger chi2 if the model is right."""
         return float(scipy.special.chdtrc(self.freedom, self.chi2))
 
     def interval(self, combination: np.ndarray, confidence: float = 0.95) -> tuple[float, float]:
-        """Value and half width of the interval of a linear combination (its unit), with Student's quantile.
+        """Value and half width of the interval of a linear combination, with Student's quantile.
 
         ``combination`` has the shape (q,); degrees of freedom by Welch and Satterthwaite.
         """
@@ -205,7 +205,7 @@ def unperturbed_covariance(record: np.ndarray, samples: int) -> np.ndarray:
     record : ndarray, shape (m, n)
         Unperturbed joint angles (rad).
     samples : int
-        Length of an epoch (-).
+        Length of an epoch.
 
     Returns
     -------
@@ -241,7 +241,7 @@ def responses(setting: Setting, p: np.ndarray, perturbation: Perturbation) -> tu
     Parameters
     ----------
     setting : Setting
-        Body and model (units there).
+        Body and model.
     p : ndarray, shape (q,)
         Parameters (N·m/rad, N·m·s/rad, -).
     perturbation : Perturbation
@@ -320,7 +320,7 @@ def fit_matrices(setting: Setting, perturbations: Sequence[Perturbation]) -> Mat
     Parameters
     ----------
     setting : Setting
-        Body, weights and model (units there).
+        Body, weights and model.
     perturbations : sequence of Perturbation
         Epochs (rad) and drives (N, m/s²).
 

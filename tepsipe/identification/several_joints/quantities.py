@@ -34,12 +34,12 @@ from tepsipe.identification.several_joints.closed_loop import (
     scaled_products,
 )
 
-# rise of chi2 that excludes a value at 95 % (-)
+# rise of chi2 that excludes a value at 95 %
 EXCLUDED = 3.84
 
 
 class Profile:
-    """Least chi2 (-) of one joint's torque with a quantity held at a value (its unit)."""
+    """Least chi2 of one joint's torque with a quantity held at a value."""
 
     def __init__(self, fit: RowFit, spectra: Spectra, joint: int, weakly: bool):
         _, b, m = spectra.perturbation.shape
@@ -64,12 +64,12 @@ class Profile:
             self._excluded = float(scipy.special.chdtri(fit.freedom + 1, 0.05)) - self.least
 
     def excludes(self, combination: np.ndarray, value: float) -> bool:
-        """Whether the record excludes a value of a combination of the parameters (its unit).
+        """Test whether the record excludes a value of a combination of the parameters.
 
         Parameters
         ----------
         combination : ndarray, shape (q,)
-            Weights of the parameters (unitless).
+            Weights of the parameters.
         value : float
             The value (unit of the combination).
         """
@@ -88,9 +88,9 @@ class Profile:
 
 NAMES = {"K": "K", "B": "B", "D": "K_reflex", "E": "B_reflex"}
 UNITS = {"K": "Nm/rad", "D": "Nm/rad", "B": "Nms/rad", "E": "Nms/rad"}
-# an undetermined direction involves a parameter with this part of its largest effect on the torque (-)
+# an undetermined direction involves a parameter with this part of its largest effect on the torque
 INVOLVED = 0.3
-# chi2 above its least within which 95 % of the delays lie (-)
+# chi2 above its least within which 95 % of the delays lie
 DELAY_CHI2 = 3.84
 
 
@@ -105,7 +105,7 @@ class Quantity:
     value, standard_error, low, high : float
         Estimate and 95 % interval (``unit``); NaN if it is refused.
     refusal : str
-        Empty, or one sentence (no unit).
+        Empty, or one sentence.
     """
 
     name: str
@@ -118,7 +118,7 @@ class Quantity:
 
     @property
     def identified(self) -> bool:
-        """Whether there is a number (-)."""
+        """True if there is a number."""
         return not self.refusal
 
 
@@ -130,7 +130,7 @@ def driven_products(spectra: Spectra, columns: np.ndarray) -> np.ndarray:
     spectra : Spectra
         Of the record.
     columns : ndarray of complex, shape (L, b, q)
-        Transforms (any units).
+        Transforms.
 
     Returns
     -------
@@ -143,7 +143,7 @@ def driven_products(spectra: Spectra, columns: np.ndarray) -> np.ndarray:
 
 
 def slow_mode(spectra: Spectra, below_hz: float) -> np.ndarray:
-    """How the perturbations move the joints at low frequencies, shape (joints,) (unitless).
+    """Mode of the joints at low frequencies, as driven by the perturbations, shape (joints,).
 
     Principal direction of the driven angles below a frequency (Hz), or in the lowest band; its largest
     component is 1.
@@ -172,11 +172,11 @@ def joint_quantities(
     spectra : Spectra
         Of the record (rad, N·m).
     joint : int
-        Whose torque (-).
+        Whose torque.
     names : sequence of str
-        Of the joints (no unit).
+        Of the joints.
     largest_share : float
-        Of (1) (-).
+        Of (1).
     mode_below_hz : float
         Below this frequency motion is slow (Hz).
 
@@ -285,7 +285,7 @@ def _delay(fit: RowFit, joint: str, reflex: bool) -> Quantity:
 
 
 def _open_delay(fit: RowFit) -> bool:
-    """Whether the delays that the record does not exclude reach an end of those tried."""
+    """Test for delays, not excluded by the record, that reach an end of the range tried."""
     if fit.delay_s is None:
         return False
     inside = fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2

@@ -124,7 +124,7 @@ def metres_per_unit(file, path: Path) -> float:
 
 
 def group_labels(file, group: str) -> list[str]:
-    """Labels of POINT or ANALOG, also beyond the 255 that one parameter can hold (no unit)."""
+    """Labels of POINT or ANALOG, also beyond the 255 that one parameter can hold."""
     parameters = file["parameters"].get(group, {})
     names = ["LABELS", *(f"LABELS{k}" for k in range(2, 100))]
     groups = [parameters[name]["value"] for name in names if name in parameters]

@@ -17,7 +17,7 @@ BLOCKS = 20
 # one late stamp affects one sample, a missing sample shifts all that follow: the median over this many
 # stamps separates the two
 SMOOTHED_STAMPS = 51
-# share of the stamps that lie within 0.4 periods of the clock (-)
+# share of the stamps that lie within 0.4 periods of the clock
 WITHIN_PERIODS, SHARE = 0.4, 0.99
 # a rate this close to a value with three significant digits is rounded to it
 ROUNDED_WITHIN = 1e-3
@@ -32,9 +32,9 @@ class Clock:
     rate_hz : float
         Samples per second (Hz).
     rows : ndarray of int, shape (n,)
-        Rows of the file that are samples of their own (-).
+        Rows of the file that are samples of their own.
     index : ndarray of int, shape (n,)
-        Place of each of these on the clock, counted from the first (-).
+        Place of each of these on the clock, counted from the first.
     first_s : float
         Time stamp of the first place, by a line through all stamps (s).
     period_s : float
@@ -49,7 +49,7 @@ class Clock:
 
     @property
     def size(self) -> int:
-        """Number of places from the first sample to the last (-)."""
+        """Number of places from the first sample to the last."""
         return int(self.index[-1]) + 1
 
     def placed(self, values: np.ndarray) -> np.ndarray:
@@ -95,7 +95,7 @@ def regular_clock(time: np.ndarray, name: str, max_gap_s: float = 0.5) -> Clock:
     Returns
     -------
     Clock
-        Rate (Hz) and the place of each sample (-).
+        Rate (Hz) and the place of each sample.
 
     Raises
     ------

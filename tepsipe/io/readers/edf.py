@@ -127,7 +127,7 @@ def read_emg(path: str | Path, channels: dict[str, str], trigger_label: str | No
 def muscles_found(
     path: str | Path, available: Collection[str], channels: dict[str, str], trigger_label: str | None
 ) -> tuple[str, ...]:
-    """Muscles whose channel is in a file, in the wanted order (no unit).
+    """Muscles whose channel is in a file, in the wanted order.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def open_edf(path: Path) -> dict[str, list]:
 
 
 def is_status(label: str, channel) -> bool:
-    """Whether a channel of edfio's holds the trigger lines of a BDF file (no unit)."""
+    """Test for a channel of edfio's that holds the trigger lines of a BDF file."""
     return label == STATUS and type(channel).__name__ == "BdfSignal"
 
 

@@ -21,7 +21,7 @@ from tepsipe.io.readers.signal_table import SECONDS, TIME, split_unit
 
 DELSYS_TIME = re.compile(r"X ?\[s\](\.\d+)?$")
 DELSYS_LABEL = re.compile(r"Label:\s*(.+?)\s+Sampling frequency:\s*([\d.,]+).*?\bUnit:\s*(\S+)")
-# sampling rates of the header and of the time stamps agree within this (-)
+# sampling rates of the header and of the time stamps agree within this
 RATES_WITHIN = 1e-2
 # stamps stay within this many periods of a regular clock
 WITHIN_PERIODS = 0.6
@@ -182,7 +182,7 @@ def _time_columns(table: PlainTable, delsys: bool) -> list[int]:
 
 
 def _clock(table: PlainTable, column: int) -> tuple[int, float, float]:
-    """Number of samples (-), rate (Hz) and first instant (s) of a column of the time."""
+    """Number of samples, rate (Hz) and first instant (s) of a column of the time."""
     name = table.names[column]
     unit = "s" if DELSYS_TIME.match(name) else split_unit(name)[1]
     if unit not in SECONDS:

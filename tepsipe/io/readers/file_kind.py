@@ -26,7 +26,7 @@ MANIPULATOR = re.compile(r"MotorAngle|TriggerTime")
 
 
 def first_bytes(path: Path) -> bytes:
-    """First bytes of a file, unpacked if it is compressed with gzip (no unit); empty if it cannot be read."""
+    """First bytes of a file, unpacked if it is compressed with gzip; empty if it cannot be read."""
     try:
         if not is_gzip(path):
             with path.open("rb") as file:
@@ -38,7 +38,7 @@ def first_bytes(path: Path) -> bytes:
 
 
 def kind_of(path: str | Path) -> str | None:
-    """Kind of a file by its first bytes: one of the constants of this module, None if unknown (no unit)."""
+    """Kind of a file by its first bytes: one of the constants of this module, None if unknown."""
     head = first_bytes(Path(path))
     if head[:8] == BDF:
         return BDF_FILE
@@ -72,6 +72,6 @@ def _kind_of_text(head: bytes) -> str | None:
 
 
 def ending_of(path: str | Path) -> str:
-    """Ending of a file's name in lower case, without that of gzip (no unit)."""
+    """Ending of a file's name in lower case, without that of gzip."""
     suffixes = [suffix.lower() for suffix in Path(path).suffixes]
     return "".join((suffixes[:-1] if suffixes[-1:] == [".gz"] else suffixes)[-1:])

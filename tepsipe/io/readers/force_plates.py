@@ -153,7 +153,7 @@ def _calibrated(group: dict, number: int, channels: list, name: str) -> list:
 
 
 def _axes(corners: np.ndarray, name: str) -> np.ndarray:
-    """Directions of the plate's axes in the laboratory, as columns (-)."""
+    """Directions of the plate's axes in the laboratory, as columns."""
     x, y = corners[0] - corners[1], corners[0] - corners[3]
     z = np.cross(x, y)
     if not np.linalg.norm(z) > 1e-6:
@@ -204,7 +204,7 @@ def _parameter(group: dict, parameter: str, shape: tuple, number: int, name: str
 
 
 def _spelled(unit: str) -> str:
-    """A unit without the signs of a product (no unit)."""
+    """A unit without the signs of a product."""
     return unit.strip().translate(str.maketrans("", "", " .*·-"))
 
 

@@ -43,7 +43,7 @@ ENDED_BY_SOMEBODY = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 class _State:
-    """Whether this process is such a child; the lock that keeps a pipe's end out of other children."""
+    """Flag of a child process, and the lock that keeps a pipe's end out of other children."""
 
     inside = False
     lock = threading.Lock()
@@ -60,7 +60,7 @@ if FORKS:
 
 @dataclass(frozen=True)
 class _Limits:
-    """What a child may take: processor time (s), time on the wall (s), memory (bytes)."""
+    """Limits of a child: processor time (s), wall-clock time (s), memory (bytes)."""
 
     cpu_s: float
     wall_s: float
@@ -96,7 +96,7 @@ def guarded(
     Returns
     -------
     object
-        The function's result (units there); its arrays are writable.
+        The function's result; its arrays are writable.
 
     Raises
     ------

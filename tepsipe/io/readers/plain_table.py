@@ -31,13 +31,13 @@ class PlainTable:
     name : str
         Names the file in messages.
     preamble : tuple of str
-        Lines above the header (no unit).
+        Lines above the header.
     names : tuple of str
         Names of the columns.
     values : ndarray, shape (n, columns)
         Numbers in the units of the file; NaN where a field is empty or infinite.
     lines : ndarray of int, shape (n,)
-        Line of the file on which each row stands (-).
+        Line of the file on which each row stands.
     delimiter : str
         Character between columns.
     """
@@ -66,14 +66,14 @@ class PlainTable:
 
 
 def delimiter_in(header: str) -> str:
-    """Character between the columns of a table with this header (no unit): tab, semicolon or comma."""
+    """Character between the columns of a table with this header: tab, semicolon or comma."""
     if header.count("\t"):
         return "\t"
     return ";" if header.count(";") else ","
 
 
 def column_names(header: str, delimiter: str) -> list[str]:
-    """Names in a header line, without quotes and surrounding spaces (no unit)."""
+    """Names in a header line, without quotes and surrounding spaces."""
     try:
         return [name.strip() for name in next(csv.reader([header], delimiter=delimiter), [])]
     except csv.Error:  # a name that is longer than any

@@ -1,4 +1,4 @@
-"""What one file of a laboratory holds: markers, force plates and analog channels on one clock.
+"""Contents of one file of a laboratory: markers, force plates and analog channels on one clock.
 
 Readers of whole trials (C3D, D-Flow text, tables) return a `Recording`, whatever the file's own layout,
 units and axes conventions are; ingest knows `Recording` only.

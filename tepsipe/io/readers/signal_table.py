@@ -32,7 +32,7 @@ AXES = "xyz"
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Name of a column without its unit, and the unit; empty if it names none (no unit)."""
+    """Name of a column without its unit, and the unit; empty if it names none."""
     bracketed = UNIT.search(name)
     if bracketed:
         return name[: bracketed.start()].strip(), bracketed[1]

@@ -7,7 +7,7 @@ from tepsipe.io.readers.gzip_file import plain_bytes
 
 
 def read_text(path: str | Path, what: str, ended: bool = False) -> str:
-    """Contents of a text file (no unit), with line feeds as its line breaks.
+    """Contents of a text file, with line feeds as its line breaks.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ READERS: dict[str, Callable[[Path], Recording]] = {
 
 
 def holds_whole_trial(path: str | Path) -> bool:
-    """Whether files of this name's kind hold a whole trial (no unit); the file need not exist."""
+    """Test for a name whose kind of file holds a whole trial; the file need not exist."""
     return ending_of(path) in READERS
 
 

@@ -102,7 +102,7 @@ def simulate(engine: str, task: "Task") -> "Swing":
     engine : {"pybullet", "mujoco", "equations", "auto"}
         Name of the engine; "auto" takes the first that is installed.
     task : Task
-        Dummy, belt and clock (units in their names).
+        Dummy, belt and clock.
 
     Returns
     -------

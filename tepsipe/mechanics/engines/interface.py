@@ -34,7 +34,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Start:
-    """Where a simulation begins.
+    """Initial state of a simulation.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Task:
     interval_s : float
         Time between them (s).
     stride : int
-        Steps of the simulation per recorded instant (-).
+        Steps of the simulation per recorded instant.
     start : Start
         theta (rad) and theta' (rad/s) at the first instant.
     """

@@ -36,7 +36,7 @@ from tepsipe.treadmill.registry import FittedModel
 AFTER_S = 0.2
 # responses within which the apparent centre of the joint is sought (s)
 PULSE_S = (-0.02, 0.1)
-# step of the sources for their slopes (their units)
+# step of the sources for their slopes
 STEP = 1e-3
 # of a usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
 FOOT_SHARE, CENTRE_ERROR_M = 0.3, 0.002
@@ -98,7 +98,7 @@ class BroadbandEpochs:
 
     @property
     def count(self) -> int:
-        """Number of responses (-)."""
+        """Number of responses."""
         return self.perturbed.shape[0]
 
     @cached_property
@@ -139,7 +139,7 @@ def cut_broadband(
     epochs : StandingEpochs
         Its epochs: their onsets are used (s).
     options, cutting : StandingOptions, EpochOptions
-        Choices (units in their names).
+        Choices.
     lowpass : Lowpass
         Filter of all signals here (Hz).
     models : dict of str to FittedModel
@@ -237,7 +237,7 @@ def with_treadmill_error(
 
 
 def _usable(centre: JointCentre) -> bool:
-    """Whether the centre of a joint is found well enough, and near enough to where it was felt."""
+    """Test for a joint centre that is precise, and close to the palpated one."""
     steady = centre.foot_rad < FOOT_SHARE * centre.sway_rad
     return bool(
         steady and centre.standard_error_m.max() < CENTRE_ERROR_M and np.hypot(*centre.offset_m) < FAR_M

@@ -26,13 +26,13 @@ from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
 
 # each check alone warns of 1 healthy trial in 100
 CONFIDENCE = 0.99
-# what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one (-)
+# what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one
 DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
 # motion of the soft tissue that is too large to be corrected (m)
 SKIN_M = 0.003
-# predicted error of K from which it is not to be quoted, relative to K (-)
+# predicted error of K from which it is not to be quoted, relative to K
 GROSS = 0.5
-# share of the perturbations that must be usable (-)
+# share of the perturbations that must be usable
 USABLE = 0.7
 
 
@@ -51,7 +51,7 @@ def failed_checks(
     trials : list of BroadbandEpochs
         The trials.
     perturbations : int
-        Number of perturbations in them, usable or not (-).
+        Number of perturbations in them, usable or not.
     pre_reflex : tuple of ndarray of shape (2,) and Budget, or None
         B and K of the pre-reflex window less those of ``fit`` (N·m·s/rad, N·m/rad), and the budget of the
         difference; None without such an estimate.
@@ -59,7 +59,7 @@ def failed_checks(
     Returns
     -------
     tuple of str
-        Names (no unit).
+        Names.
     """
     stiffness = float(fit.parameters[0, 1])
     failed = []
@@ -83,7 +83,7 @@ def failed_checks(
 
 
 def quotable(trials: list[BroadbandEpochs], stiffness: float) -> bool:
-    """Whether no gross error of K (N·m/rad) is predicted: not clearly beyond half of it."""
+    """Test for a predicted error of K (N·m/rad) that is not clearly above half of it."""
     error = _treadmill_error(trials)
     return error is None or error[1] >= UNKNOWN or not clearly_wrong(*error, stiffness, GROSS)
 
@@ -122,9 +122,9 @@ def difference_from_window(
     window_s : float
         Length of the short window (s).
     options : FreeReflexOptions
-        Choices (units in their names).
+        Choices.
     sources : list of Source
-        What is not known exactly (units in their names); of both estimates alike.
+        What is not known exactly; of both estimates alike.
 
     Returns
     -------

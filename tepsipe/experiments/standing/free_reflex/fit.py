@@ -53,7 +53,7 @@ class FreeReflexOptions:
     lowpass_cutoff_hz : float
         Of all signals (Hz).
     discrepancy, discrepancy_s : float
-        Standard deviation of d as a share of the largest torque of the response (-), and its length (s).
+        Standard deviation of d as a share of the largest torque of the response, and its length (s).
     reflex_Nm, reflex_after_s, reflex_speed_m_per_s : float
         Standard deviation of r (N·m) a time after t_r (s), at a speed of the belt (m/s).
     reflex_onset_s : float
@@ -86,7 +86,7 @@ class FreeReflexFit:
     budget : Budget
         Uncertainty of B and K.
     errors : FitErrors
-        Effect of each source on B and K with its sign (their units), for differences from other fits.
+        Effect of each source on B and K with its sign, for differences from other fits.
     window_s, reflex_onset_s : float
         Window and t_r (s).
     windows : ndarray, shape (w, 3)
@@ -125,11 +125,11 @@ def fit_free_reflex(
     window_s : float
         Length of the fitted window from the onset (s).
     options : FreeReflexOptions
-        Choices (units in their names).
+        Choices.
     sources : list of Source
         What is not known exactly (its unit in its name); those that move no signal of the trials are ignored.
     draws : int
-        Number of resampled sets of responses (-).
+        Number of resampled sets of responses.
     rng : numpy.random.Generator
         Draws them.
     reflex_onset_s : float, optional
@@ -180,7 +180,7 @@ def fit_free_reflex(
 
 
 def inside_window(time: np.ndarray, window_s: float) -> np.ndarray:
-    """Samples of the window (s), with those into which the filter spreads the onset, shape (n,) (-)."""
+    """Samples of the window (s), with those into which the filter spreads the onset, shape (n,)."""
     return (time >= -FILTER_WIDTH_S - 1e-9) & (time <= window_s + 1e-9)
 
 
@@ -302,7 +302,7 @@ def _resampled(
 
 
 def _scatter(fit: GeneralisedFit, resampled: np.ndarray, responses: int) -> tuple[np.ndarray, float]:
-    """Type A of B and K, and its degrees of freedom (-)."""
+    """Type A of B and K, and its degrees of freedom."""
     trials = len(fit.information)
     if trials >= FEWEST_TRIALS:
         left_out = fit.without_each()

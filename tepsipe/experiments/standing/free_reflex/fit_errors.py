@@ -30,14 +30,14 @@ class FitErrors:
     parameters : ndarray, shape (2,)
         B (N·m·s/rad) and K (N·m/rad).
     scatter : ndarray, shape (responses, 2)
-        Share of every response in the error, scaled so that the sum of squares is the variance (their units).
+        Share of every response in the error, scaled so that the sum of squares is the variance.
     freedom : float
-        Its degrees of freedom (-).
+        Its degrees of freedom.
     contributions : dict of str to ndarray, shape (k, 2)
-        Source -> root of its covariance (their units).
+        Source -> root of its covariance.
     discrepancy : ndarray, shape (trials, n, 2)
         For each trial, root of the covariance by a misfit of the rig's model of the size of its largest
-        torque (their units).
+        torque.
     """
 
     parameters: np.ndarray
@@ -47,7 +47,7 @@ class FitErrors:
     discrepancy: np.ndarray
 
     def minus(self, other: "FitErrors") -> "FitErrors":
-        """Errors of the difference from another fit of the same trials and sources (their units)."""
+        """Errors of the difference from another fit of the same trials and sources."""
         n = max(self.discrepancy.shape[1], other.discrepancy.shape[1])
         nothing = np.zeros((1, 2))
         return FitErrors(
@@ -62,7 +62,7 @@ class FitErrors:
         )
 
     def variance(self, discrepancy: float) -> np.ndarray:
-        """Variance by scatter, sources, and a share (-) of misfit that is common to all trials, shape (2,).
+        """Variance by scatter, sources, and a share of misfit that is common to all trials, shape (2,).
 
         Squares of the units of B and K.
         """
@@ -95,9 +95,9 @@ def fit_errors(
     fit, records : GeneralisedFit, list of Record
         The fit of their means, and what it was fitted to (N·m·s/rad, N·m/rad).
     inside : ndarray of bool, shape (n,)
-        Samples of the window (-).
+        Samples of the window.
     sources : list of Source
-        What is not known exactly (units in their names); those that move no signal are ignored.
+        What is not known exactly; those that move no signal are ignored.
     discrepancy_s : float
         Length of the misfit (s).
 

@@ -26,7 +26,7 @@ from tepsipe.treadmill.registry import FittedModel
 from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
 
 SIGNALS = ("torque", "ankle", "ankle_d")
-# soft tissue on the shank: natural frequency (Hz) and damping ratio (-) of the one that is propagated
+# soft tissue on the shank: natural frequency (Hz) and damping ratio of the one that is propagated
 # (Wakeling & Nigg 2001: 10 to 20 Hz while the muscles are relaxed)
 TISSUE_HZ, TISSUE_DAMPING = 12.0, 0.3
 # belt speed at which the size of the tissue's motion is stated (m/s)
@@ -70,7 +70,7 @@ class FreeBody:
     belt_dd : ndarray, shape (n,)
         Acceleration of the belt (m/s²).
     tissue : ndarray, shape (n, 3)
-        Change of the shank's angle (rad/m) and of the centre (-) per metre of motion of the soft tissue.
+        Change of the shank's angle (rad/m) and of the centre per metre of motion of the soft tissue.
     near : tuple of 2 ndarray, shape (n, 3)
         The same of soft tissue with a lower and a higher frequency, see `TISSUE_STEP_HZ`.
     skins_m : tuple of 3 float
@@ -104,7 +104,7 @@ class FreeBody:
             Source, one of `SOURCES`, -> deviation from what is assumed: of the centre of the joint in the
             shank (m), of the forces' clock (s), of the soft tissue at a pulse of 0.5 m/s (m) and of its
             frequency (Hz), of the height of the plate's axes (m); relative for mass, scales and rotations;
-            part of the vertical force in the fore-aft one (-).
+            part of the vertical force in the fore-aft one.
         """
         off = dict.fromkeys(SOURCES, 0.0) | dict(deviations or {})
         skin_m, lower_m, higher_m = self.skins_m
@@ -155,7 +155,7 @@ def free_body(
     standing : StandingTrial
         The trial with the filter of all signals (s).
     options : StandingOptions
-        Choices (units in their names).
+        Choices.
     lowpass : Lowpass
         Filter of all signals here (Hz).
     models : dict of str to FittedModel
@@ -243,7 +243,7 @@ def tissue_motion(
     rate_hz: float,
     tissue_hz: float = TISSUE_HZ,
 ) -> np.ndarray:
-    """Motion along the belt of the soft tissue below the shank's own markers, shape (n, markers) (-).
+    """Motion along the belt of the soft tissue below the shank's own markers, shape (n, markers).
 
     A mass on a spring over the bone, which accelerates as the marker does: near the knee less than near the
     ankle. Tissue that accelerates as the belt does moves by 1 at `TISSUE_SPEED`. Other markers do not move.

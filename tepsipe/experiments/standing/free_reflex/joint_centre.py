@@ -28,13 +28,13 @@ SWAY_HZ = 3.0
 # shortest stretch of quiet standing (s), and fewest stretches
 STRETCH_S, FEWEST = 1.0, 3
 # rotation of the forefoot over that of the hindfoot on a foot that gives way: halfway between a forefoot that
-# stays flat on the belt and a rigid foot (-); Kern et al. (2019)
+# stays flat on the belt and a rigid foot; Kern et al. (2019)
 FOREFOOT_SHARE = 0.5
 
 
 @dataclass(frozen=True)
 class JointCentre:
-    """Where the centre of the ankle lies.
+    """Position of the centre of the ankle.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class JointCentre:
     sway_rad, foot_rad : float
         Standard deviation of the ankle angle and of the foot's in quiet standing (rad).
     stretches : int
-        Number of stretches of quiet standing, or of perturbations (-).
+        Number of stretches of quiet standing, or of perturbations.
     """
 
     offset_m: np.ndarray
@@ -76,7 +76,7 @@ def relative_motion(
     person : Person
         Layout of the markers (m). The foot is located by its own ones, if it has two.
     own : bool
-        Whether the shank is located by its own markers only, if it has two (-).
+        Whether the shank is located by its own markers only, if it has two.
 
     Returns
     -------
@@ -181,9 +181,9 @@ def centre_from_sway(
     person : Person
         Layout of the markers, which defines the assumed centre (m).
     unperturbed : ndarray of bool, shape (n,)
-        Samples of quiet standing (-).
+        Samples of quiet standing.
     hidden : ndarray of bool, shape (n, markers)
-        True where a marker was hidden (-).
+        True where a marker was hidden.
 
     Returns
     -------
@@ -234,7 +234,7 @@ def centre_from_pulses(motion: np.ndarray, mean_angle: float) -> JointCentre:
 def tissue_from_pulses(
     motion: np.ndarray, pattern: np.ndarray, own_m: np.ndarray, mean_angle: float
 ) -> float:
-    """Motion of the soft tissue in the responses to perturbations, in units of a pattern (-).
+    """Motion of the soft tissue in the responses to perturbations, in units of a pattern.
 
     What a joint about the centre of quiet sway does not explain of the shank's motion over the foot is fitted
     by the pattern.

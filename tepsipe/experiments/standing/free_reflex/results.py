@@ -38,11 +38,11 @@ class FreeReflexChoices:
     pathway : str
         Torque that is fitted.
     options : FreeReflexOptions
-        Choices (units in their names).
+        Choices.
     sources : dict of str to Source
-        What is not known exactly (units in their names).
+        What is not known exactly.
     draws, seed : int
-        Number of resampled sets of responses, and seed of the study (-).
+        Number of resampled sets of responses, and seed of the study.
     """
 
     pathway: str
@@ -53,7 +53,7 @@ class FreeReflexChoices:
 
     @classmethod
     def from_settings(cls, pathway: str, options: dict, uncertainty: dict, draws: int, seed: int) -> Self:
-        """Choices of a study: attributes of `FreeReflexOptions`, and sources (units in their names)."""
+        """Choices of a study: attributes of `FreeReflexOptions`, and sources."""
         windows = tuple(options["windows_s"])
         chosen = FreeReflexOptions(**options | {"windows_s": windows})
         return cls(pathway, chosen, sources_of(uncertainty), draws, seed)
@@ -78,9 +78,9 @@ def fit_free(
     estimators : dict of str to StandingEstimator
         Name -> estimator (s); those with another active torque are passed over.
     choices : FreeReflexChoices
-        Pathway, options and sources (units in their names).
+        Pathway, options and sources.
     perturbations : int
-        Number of perturbations in the trials, usable or not (-).
+        Number of perturbations in the trials, usable or not.
     reflex_onset_s : float, optional
         Earliest instant of a reflex torque (s); that of the options if left out.
 
@@ -165,7 +165,7 @@ def reflex_onset(
     latencies : list of MuscleLatency
         Of the muscles with a response (s).
     action : dict of str to float
-        Muscles that act at the ankle (-).
+        Muscles that act at the ankle.
     detector : str
         Detector whose onset counts.
     options : FreeReflexOptions
@@ -194,9 +194,9 @@ def centre_facts(trials: list[BroadbandEpochs]) -> dict:
 
 
 def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) -> bool:
-    """Whether the model of the treadmill is good enough for the recommended fit to be quoted.
+    """Test for a treadmill model that is good enough for the recommended fit to be quoted.
 
-    ``chosen`` has its ``pathway`` and ``estimator`` (no unit). Fits with another torque
+    ``chosen`` has its ``pathway`` and ``estimator``. Fits with another torque
     of reflexes are always quoted.
     """
     fit = fits.get((chosen["pathway"], chosen["estimator"]))
@@ -206,7 +206,7 @@ def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) 
 
 
 def budget_rows(rows: list[Estimate], fits: Fits) -> list[Contribution]:
-    """Rows of the table of budgets for the estimates of a trial or task (units in them)."""
+    """Rows of the table of budgets for the estimates of a trial or task."""
     contributions = []
     for (pathway, estimator), fit in fits.items():
         if fit.budget is not None:
@@ -275,7 +275,7 @@ def task_difference(
     Returns
     -------
     rows : list of Estimate
-        B, K and K over m g h (units in them), by every estimator with budgets in both tasks.
+        B, K and K over m g h, by every estimator with budgets in both tasks.
     contributions : list of Contribution
         Their budgets.
     """

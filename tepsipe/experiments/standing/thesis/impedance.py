@@ -91,7 +91,7 @@ def fit_standing(
     options : ActiveOptions
         Delays that are tried (s), and the actions of the muscles.
     draws : int
-        Number of resampled sets of responses (-).
+        Number of resampled sets of responses.
     rng : numpy.random.Generator
         Draws them, identically for every estimator with a generator in the same state.
 

@@ -39,7 +39,7 @@ class MuscleLatency:
     rectified : ndarray, shape (m,)
         Mean rectified electromyogram (uV).
     responses : int
-        Number of responses (-).
+        Number of responses.
     """
 
     muscle: str
@@ -57,7 +57,7 @@ def lengthening_speed(responses: StandingEpochs, lengthening: dict[str, float]) 
     responses : StandingEpochs
         Responses of a trial (rad/s).
     lengthening : dict of str to float
-        Joint, ankle or knee -> lengthening per angle (-).
+        Joint, ankle or knee -> lengthening per angle.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def muscle_latency(
     muscle : str
         The muscle.
     lengthening : dict of str to float
-        Joint -> lengthening per angle (-).
+        Joint -> lengthening per angle.
     options : OnsetOptions
         Choices (s); every detector is applied.
     rng : numpy.random.Generator
