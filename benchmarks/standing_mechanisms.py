@@ -179,7 +179,7 @@ class Analysis:
         return self.section["muscles"][muscle]["lengthened_by"], options, np.random.default_rng(1)
 
     def latency(self, epochs: list, muscle: str) -> float:
-        """From the onset of the stretch to that of the muscle (s), NaN without one."""
+        """Latency from the onset of the stretch to the onset of the muscle (s), NaN without one."""
         detection = muscle_latency(epochs, muscle, *self.latency_options(muscle))
         onset = (
             None
@@ -208,7 +208,7 @@ def recorded(analysis: Analysis, name: str, truth: dict, task: str, seed: int) -
 
 
 def quoted(job: tuple[str, dict, str, int]) -> dict:
-    """Of B and K of a task: error and half width of the interval (%), and flags."""
+    """Error and half width of the interval (%) for B and K of a task, and flags."""
     name, truth, task, seed = job
     analysis = Analysis()
     epochs, broadband, motions = recorded(analysis, name, truth, task, seed)

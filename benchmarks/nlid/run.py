@@ -109,7 +109,7 @@ def score(
 ) -> HeldOutVaf:
     """VAF (%) of a torque predicted at other instants, after the filter and on the parts of the study.
 
-    ``time`` (s) is that of the trial, with the ends that are not scored. The mean of the fitted part is given
+    ``time`` (s) is the trial's, with the ends that are not scored. The mean of the fitted part is given
     to the prediction, because the toolbox removes means before it fits.
     """
 
@@ -118,7 +118,7 @@ def score(
 
     cut = round(options.cut_s * trial.rate_hz)
     measured = lowpass(trial.values("torque"))[cut : trial.time.size - cut]
-    # the ends of a decimated record lie within one of its samples of those of the record
+    # the ends of a decimated record lie within one of its samples of the record's ends
     at = np.clip(trial.time, time[0], time[-1])
     filtered = lowpass(scipy.interpolate.CubicSpline(time, predicted)(at))[cut : trial.time.size - cut]
     training = int(options.training_fraction * measured.size)

@@ -119,7 +119,7 @@ def run(types: tuple[str, ...] = TYPES, cores: int = 2) -> list[dict]:
     types : tuple of str
         Names of core types, as OpenBLAS has them.
     cores : int
-        Of every run.
+        Number of cores of every run.
     """
     native = core_type(dict(os.environ))
     rows = []

@@ -55,11 +55,11 @@ def run(seed: int = 1, kills: int = 20, cores: int = 2, folder: Path | None = No
     Parameters
     ----------
     seed : int
-        Of moments and targets.
+        Seed of moments and targets.
     kills : int
         How many.
     cores : int
-        Of every run.
+        Number of cores of every run.
     folder : Path, optional
         Where both studies are made; a temporary folder, which is removed, if left out.
     """

@@ -140,7 +140,7 @@ def run(reader: str, mutations: int, seed: int = 1, cores: int = 2, first: int =
     mutations : int
         How many.
     seed : int
-        Of all chance.
+        Seed of all random choices.
     cores : int
         Number of workers.
     first : int

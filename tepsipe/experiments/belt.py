@@ -201,7 +201,7 @@ def calibrate_treadmill(
     models : sequence of str
         Models to fit (`tepsipe.treadmill.registry.MODEL_MEANINGS`).
     cutoff_hz : float
-        Of the low-pass of all signals (Hz).
+        Cutoff of the low-pass of all signals (Hz).
     order : int
         Its order, of both passes together if it is zero-lag.
     zero_lag : bool

@@ -17,7 +17,7 @@ def with_budget(rows: Sequence[Estimate], budget: Budget, quantities: Sequence[s
     Parameters
     ----------
     rows : sequence of Estimate
-        Of one trial, pathway and estimator.
+        Estimates of one trial, pathway and estimator.
     budget : Budget
         Uncertainty of ``quantities``. Without contributions Type B was not evaluated, and its
         cell is empty.

@@ -79,9 +79,9 @@ class ModelFit:
     rows : tuple of RowFit
         Torque of each joint, fitted to the whole trial.
     quantities : tuple of tuple of Quantity
-        Of each joint.
+        Quantities of each joint.
     vaf, direct_vaf : tuple of HeldOutVaf
-        Of each joint, by the instrument and by ordinary regression of the first part (%).
+        VAF of each joint, by the instrument and by ordinary regression of the first part (%).
     driven_vaf : tuple of float
         VAF of the held-out torque that the platform drives (%).
     predicted : ndarray, shape (n, joints)
@@ -256,7 +256,7 @@ def _predicted(row: RowFit, time: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def _held_out(torque: np.ndarray, predicted: np.ndarray, training: int) -> HeldOutVaf:
-    """VAFs of a prediction whose offset is that of the first part (%)."""
+    """VAFs of a prediction with the offset of the first part (%)."""
     offset = (torque[:training] - predicted[:training]).mean()
     return evaluate_held_out(torque, predicted + offset, training)
 
@@ -329,7 +329,7 @@ def _vaf_rows(names: tuple[str, ...], joint: str, vaf: HeldOutVaf) -> list[Estim
 
 
 def platform_result(analysis: PlatformAnalysis, options: PlatformOptions, unit: str) -> Result:
-    """Arrays and facts of one trial; ``unit`` is that of the platform's motion."""
+    """Arrays and facts of one trial; ``unit`` is the unit of the platform's motion."""
     spectra, chosen = analysis.spectra, analysis.models[analysis.chosen]
     frequency = spectra.frequency_hz.mean(axis=1)
     joints = len(analysis.joints)

@@ -72,7 +72,7 @@ def mass_budget(masses: np.ndarray, sources: dict[str, Source]) -> Budget:
     Returns
     -------
     Budget
-        Of one quantity, the mass (kg).
+        Budget of one quantity, the mass (kg).
     """
     type_a, freedom = scatter(masses[:, None])
     mass = float(masses.mean())
@@ -118,7 +118,7 @@ def analyse_weight(
 def weight_estimates(experiment: str, condition: str, analysis: WeightAnalysis) -> list[Estimate]:
     """Tidy rows of one trial: mass (kg), its SD over perturbations, and peak belt-induced force (N).
 
-    The mass is flagged if its interval does not hold that of the recording.
+    The mass is flagged if its interval does not include the recording's mass.
     """
     names = (experiment, condition, PATHWAY, ESTIMATOR)
     recording = next(iter(analysis.recordings.values()))
@@ -166,7 +166,7 @@ def weight_result(analysis: WeightAnalysis) -> Result:
 
 
 def usual_weight(results: dict[str, Result]) -> dict[str, Result]:
-    """Trials with the weight of the first trial: those of the thesis, without further weights (kg)."""
+    """Trials with the weight of the first trial: the thesis's trials, without further weights (kg)."""
     usual_kg = next(iter(results.values())).facts["carried_kg"] if results else 0.0
     return {name: r for name, r in results.items() if r.facts["carried_kg"] == usual_kg}
 

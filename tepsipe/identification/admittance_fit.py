@@ -202,7 +202,7 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
 def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarray:
     """Standard error of a fit whose residuals are unequal and not only noise.
 
-    Every frequency has a variance of its own, that of its own residual (White's estimator, HC3): noise and
+    Every frequency has its own variance, from its own residual (White's estimator, HC3): noise and
     the distortions of a joint that is not linear differ between frequencies, and distortions repeat in every
     period.
 
@@ -216,7 +216,7 @@ def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarr
     Returns
     -------
     ndarray, shape (3,)
-        Of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+        Standard errors of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     steps = 1e-5 * np.diag(TYPICAL)
     jacobian = np.column_stack(
@@ -253,7 +253,7 @@ def distance_to_other_criterion(
     Returns
     -------
     ndarray, shape (3,)
-        Of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+        Differences of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     omega, response = 2.0 * np.pi * estimate.frequency_hz, estimate.response
     columns = np.column_stack([-(omega**2) * response, 1j * omega * response, response])

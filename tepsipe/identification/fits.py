@@ -65,7 +65,7 @@ def fit_impedance(
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
     cutoff_hz : float or None
-        Of the zero-lag Butterworth low-pass of all signals (Hz); None if they are filtered already.
+        Cutoff of the zero-lag Butterworth low-pass of all signals (Hz); None if they are filtered already.
     order : int
         Its order, both passes together.
     thesis : bool
@@ -77,7 +77,7 @@ def fit_impedance(
     confidence : float
         Probability of the intervals.
     seed : int
-        Of the bootstrap.
+        Seed of the bootstrap.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def fit_output_error(
     Parameters
     ----------
     motion : SegmentMotion
-        Of the leg, from `segment_motion` with the same cutoff and order (s, rad, m).
+        Motion of the leg, from `segment_motion` with the same cutoff and order (s, rad, m).
     foot_position : array_like or Signal, shape (n,)
         Position of the foot along the belt (m), for example the mean of belt-fixed markers; not filtered.
     belt_velocity : array_like or Signal, shape (n,)
@@ -148,15 +148,15 @@ def fit_output_error(
         Samples at rest, or unperturbed time at the trial's start and end (s); by default the time before the
         first perturbation.
     cutoff_hz : float
-        Of the zero-lag Butterworth low-pass (Hz), that of ``motion``.
+        Cutoff of the zero-lag Butterworth low-pass (Hz), the same as for ``motion``.
     order : int
-        Its order, both passes together, that of ``motion``.
+        Its order, both passes together, the same as for ``motion``.
     bootstrap_draws : int
         Bootstrap samples.
     confidence : float
         Probability of the intervals.
     seed : int
-        Of the bootstrap.
+        Seed of the bootstrap.
 
     Returns
     -------
@@ -333,7 +333,7 @@ def fit_parallel_cascade(
     cut_s : float
         Time that is cut at both ends (s).
     cutoff_hz : float
-        Of the zero-lag Butterworth low-pass of all signals (Hz).
+        Cutoff of the zero-lag Butterworth low-pass of all signals (Hz).
     order : int
         Its order, both passes together.
     resample_rate_hz : float
@@ -345,7 +345,7 @@ def fit_parallel_cascade(
     confidence : float
         Probability of the intervals.
     seed : int
-        Of the bootstrap.
+        Seed of the bootstrap.
     **options
         Fields of `ParallelCascadeOptions` that differ from the default.
 

@@ -46,7 +46,7 @@ def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
     Raises
     ------
     InputError
-        If the mean vertical force is not that of the mass.
+        If the mean vertical force does not match the mass.
     """
     belt = used_belt(trial, rig)
     if belt is None or rig.carried_kg is None:
@@ -117,7 +117,7 @@ def belt_fixed_motion(
     Parameters
     ----------
     velocity, belt_velocity : ndarray, shape (n,)
-        Of the marker along the belt, and of the belt without its constant speed (m/s), filtered alike.
+        Velocity of the marker along the belt, and of the belt less its constant speed (m/s), filtered alike.
     rate_hz : float
         Sampling rate (Hz).
     longest_s : float
@@ -150,7 +150,7 @@ def belt_fixed_motion(
 def _refuse_belt_fixed(
     label: str, motion: tuple[float, float, float], limits: Limits, rig: Rig, files: dict[str, str]
 ) -> None:
-    """Refuse a belt-fixed marker whose scale, delay and correlation are not those of the belt."""
+    """Refuse a belt-fixed marker whose scale, delay and correlation do not match the belt's motion."""
     scale, delay_s, correlation = motion
     marker_file, log = source(files, "markers"), source(files, "log")
     where = f"{marker_file}: expected the belt-fixed marker {label!r} to move with the belt"

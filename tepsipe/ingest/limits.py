@@ -14,17 +14,17 @@ class Limits:
     rate_hz : tuple of float
         Sampling rate (Hz).
     belt_velocity_m_per_s, belt_acceleration_m_per_s2 : tuple of float
-        Of the belt (m/s, m/s²).
+        Motion of the belt (m/s, m/s²).
     marker_position_m : tuple of float
         Every coordinate of a marker (m).
     marker_speed_m_per_s : float
         Highest speed of a marker from sample to sample (m/s).
     force_N, moment_Nm : tuple of float
-        Of a force plate, and the load of a treadmill (N, N·m).
+        Load of a force plate or of a treadmill (N, N·m).
     angle_rad, torque_Nm : tuple of float
-        Of a joint in a manipulator (rad, N·m).
+        Angle and torque of a joint in a manipulator (rad, N·m).
     torque_per_angle_Nm_per_rad : tuple of float
-        Standard deviation of the torque over that of the angle (N·m/rad).
+        Standard deviation of the torque over the standard deviation of the angle (N·m/rad).
     emg_uV : tuple of float
         Raw electromyogram (uV).
     frozen_s : float

@@ -40,7 +40,7 @@ class TreadmillOptions:
     Attributes
     ----------
     resample_rate_hz : float
-        Rate of the trial, that of the motion capture (Hz).
+        Rate of the trial, set by the motion capture (Hz).
     max_gap_s : float or None
         Longest time for which a marker may be hidden (s); None where there are no markers.
     marker_sampling_hz : float or None

@@ -52,7 +52,7 @@ _KINDS = {
 
 
 def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str]) -> Trial:
-    """The trial, if its signals can be those of the rig.
+    """Return the trial if its signals are plausible for the rig.
 
     Parameters
     ----------

@@ -128,7 +128,7 @@ def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | No
     Returns
     -------
     list of Estimate
-        Marked are those of `QUOTED` of this pathway and estimator, and no others.
+        Rows of this pathway and estimator with a quantity of `QUOTED` are marked, and no others.
     """
     return [
         replace(
@@ -144,7 +144,7 @@ def _flagged_where_undefined(estimate: Estimate) -> Estimate:
 
     A value that is not finite has the flag ``undefined``, unless the quantity is ``not-identified``; an
     uncertainty that is not a number ``no-interval``; a VAF of a prediction that grows without limit
-    ``diverged``. A standard error of a row without Type A and B is that of Type A.
+    ``diverged``. A standard error of a row without Type A and B is of Type A.
     """
     if estimate.standard_error is not None and estimate.u_type_a is None and estimate.u_type_b is None:
         estimate = replace(estimate, u_type_a=estimate.standard_error)

@@ -4,7 +4,7 @@ Both begin with a name, ``version=1``, ``nRows``, ``nColumns``, ``inDegrees`` an
 the names of the columns, the first of which is ``time``, and the rows (OpenSim's documentation, "Storage
 (.sto) files" and "Motion (.mot) files"). An angle has the name of a coordinate of the model, its torque the
 same name with ``_moment``, as in the output of inverse dynamics. OpenSim's axes are x forward, y up and z
-to the right, those of the study x to the right, y forward and z up.
+to the right, the study's x to the right, y forward and z up.
 """
 
 from dataclasses import dataclass

@@ -93,7 +93,7 @@ def _read(path: str | Path) -> Result:
 
 
 def _datasets(group: h5py.Group, before: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
-    """All names of datasets, also several of one dataset and those of linked ones."""
+    """Names and datasets, including several names of one dataset and linked ones."""
     for name in group:
         if not isinstance(name, str):
             raise ValueError(f"a name {name!r} that is no text")

@@ -77,7 +77,7 @@ def standing_body(
     Parameters
     ----------
     mass_kg, stature_m : float
-        Of the whole body (kg, m).
+        Mass and height of the whole body (kg, m).
     com_height : float
         Height of its centre of mass above the floor, as a fraction of the stature.
     ankle_height_m : float

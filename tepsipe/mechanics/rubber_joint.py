@@ -32,7 +32,7 @@ class RubberJoint:
     softened_damping_Nms_per_rad : float
         B_s, the damping that complete softening adds (N·m·s/rad).
     inertia_Nms2_per_rad : float
-        I, inertia of the joint beyond that of the leg (N·m·s²/rad).
+        I, inertia of the joint beyond the inertia of the leg (N·m·s²/rad).
     """
 
     stiffness_Nm_per_rad: float

@@ -116,9 +116,9 @@ def segment_motion(
     com_m : float
         Distance of the segment's centre of mass from the joint (m), for example ``leg.com_m``.
     labels : sequence of str, optional
-        Names of all markers, in the order of ``positions``; those of ``markers`` if left out.
+        Names of all markers, in the order of ``positions``; the names in ``markers`` if left out.
     cutoff_hz : float
-        Of the zero-lag Butterworth low-pass (Hz).
+        Cutoff of the zero-lag Butterworth low-pass (Hz).
     order : int
         Its order, both passes together.
 

@@ -44,7 +44,7 @@ NOISE_UV = 1500.0
 
 @dataclass(frozen=True)
 class EmgOptions:
-    """Options of the processing; the defaults are those of the thesis.
+    """Options of the processing; the defaults follow the thesis.
 
     Attributes
     ----------

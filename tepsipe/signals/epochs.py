@@ -211,7 +211,7 @@ def unperturbed_onsets(
     Parameters
     ----------
     duration_s : float
-        The record lasts from 0 to this instant (s): that of its last sample.
+        The record lasts from 0 to the instant of its last sample (s).
     perturbed_s : ndarray, shape (perturbations, 2)
         Start and end of each perturbation (s).
     guard_s : float

@@ -68,7 +68,7 @@ def multitaper_response(
 
 
 def _at_one_frequency(of_u, of_y, j: int, tapers: int) -> tuple[complex, float, float]:
-    """Response (unit of y over that of u), its relative standard error, and the coherence."""
+    """Response (unit of y over unit of u), its relative standard error, and the coherence."""
     k = np.arange(1, tapers + 1)
     u, y = (x[j - k] - x[j + k] for x in (of_u, of_y))
     power_u, power_y = np.vdot(u, u).real, np.vdot(y, y).real
@@ -83,7 +83,7 @@ def _at_one_frequency(of_u, of_y, j: int, tapers: int) -> tuple[complex, float, 
     solution = inverse @ (columns.conj().T @ y)
     residual = y - columns @ solution
     variance = np.vdot(residual, residual).real / (tapers - UNKNOWNS)
-    # that of the real and of the imaginary part
+    # standard error of the real and of the imaginary part
     error = np.sqrt(0.5 * variance * inverse[0, 0].real) / max(abs(solution[0]), 1e-300)
     return solution[0], error, min(1.0, abs(np.vdot(u, y)) ** 2 / (power_u * power_y))
 

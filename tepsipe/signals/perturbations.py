@@ -308,7 +308,7 @@ def find_perturbations(
     rest_before_s, rest_after_s : float
         Unperturbed time at the trial's start and end (s).
     cutoff_hz : float
-        Of the zero-lag Butterworth low-pass that the velocity passes first (Hz).
+        Cutoff of the zero-lag Butterworth low-pass that the velocity passes first (Hz).
     order : int
         Its order, both passes together.
     threshold_fraction : float

@@ -109,7 +109,7 @@ class FrequencyResponse:
         Returns
         -------
         factor, half_width_deg : ndarray, shape (n,)
-            The band of the gain runs from gain / factor to gain x factor, that of the phase is +-
+            The band of the gain runs from gain / factor to gain x factor, the band of the phase is +-
             half_width_deg (degrees), 180 where the phase is unknown.
         """
         import scipy

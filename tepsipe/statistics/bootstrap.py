@@ -63,7 +63,7 @@ def expanded_tail(confidence: float, blocks: int) -> float:
     Returns
     -------
     float
-        The percentile (%); that of the high end is 100 minus it.
+        The percentile (%) of the low end; the high end is at 100 minus it.
     """
     degrees = blocks - 1
     quantile = scipy.special.stdtrit(degrees, 0.5 * (1.0 + confidence))
@@ -77,7 +77,7 @@ class Interval:
     Attributes
     ----------
     standard_error : ndarray, shape (p,)
-        Of each parameter's mean (unit of the parameter).
+        Standard error of each parameter's mean (unit of the parameter).
     low, high : ndarray, shape (p,)
         Ends of the interval (unit of the parameter).
     """

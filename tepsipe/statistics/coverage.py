@@ -81,7 +81,7 @@ def share_of(held: Sequence[bool], clusters: Sequence[object]) -> Share:
     Returns
     -------
     Share
-        With n_eff between the number of laboratories and that of estimates.
+        With n_eff between the numbers of laboratories and of estimates.
     """
     names = list(dict.fromkeys(clusters))
     place = {name: k for k, name in enumerate(names)}

@@ -85,7 +85,7 @@ def sem_as_printed(residuals: np.ndarray, inverse_diagonal: np.ndarray) -> np.nd
     Returns
     -------
     ndarray, shape (p,)
-        As printed; its unit is that of the parameter over the square root of the signal's.
+        As printed; its unit is the parameter's over the square root of the signal's.
     """
     return np.sqrt(np.linalg.norm(residuals) * inverse_diagonal)
 

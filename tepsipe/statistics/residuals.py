@@ -31,7 +31,7 @@ class CumulativePeriodogram:
 def cumulative_periodogram(x: np.ndarray, rate_hz: float, highest_hz: float) -> CumulativePeriodogram:
     """Whiteness up to a frequency by the normalised cumulative periodogram (Bartlett 1955; Durbin 1969).
 
-    Of a record that was low-pass filtered only the frequencies that passed can be tested.
+    In a low-pass filtered record, only the frequencies that passed can be tested.
 
     Parameters
     ----------

@@ -307,7 +307,7 @@ def _absent(terms: tuple[str, ...]) -> list[str]:
 
 
 def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...], start: np.ndarray) -> _Fit:
-    """Search for the constants of one variant, from those of a smaller one."""
+    """Search for the constants of one variant, starting from a smaller variant's constants."""
     absent = _absent(terms)
     free = np.array([k for k in range(SEARCHED) if CONSTANTS[k] not in absent])
     scale = SCALE.copy()

@@ -231,7 +231,7 @@ def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
     Returns
     -------
     PredictedError
-        Of the compensated estimates (N·m·s²/rad, N·m·s/rad, N·m/rad).
+        Error of the compensated estimates (N·m·s²/rad, N·m·s/rad, N·m/rad).
 
     Raises
     ------

@@ -215,7 +215,7 @@ def pulses_of(recording: BeltRecording) -> Pulses:
     Returns
     -------
     Pulses
-        Of every perturbation (m/s, m/s²).
+        Pulses of all perturbations (m/s, m/s²).
 
     Raises
     ------

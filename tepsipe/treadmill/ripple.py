@@ -30,7 +30,7 @@ class RippleOptions:
     most_orders : int
         Largest number of orders.
     line_to_floor : float
-        Smallest ratio of a line's power to that of the spectrum around it.
+        Smallest ratio of a line's power to the power of the spectrum around it.
     memory_s : float
         T (s). A shorter memory follows faster, but mistakes more of the signal near the ripple for ripple.
     """

@@ -65,7 +65,7 @@ def fit_hnat2014(recordings: list[BeltRecording], most_evaluations: int) -> Disc
     Returns
     -------
     DiscreteTransfer
-        Of order 2.
+        Model of order 2.
     """
 
     def coefficients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

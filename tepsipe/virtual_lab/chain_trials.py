@@ -54,7 +54,7 @@ def write_chain_trials(
     protocol : ChainProtocol
         Pulses and instruments.
     seed : int
-        Of all draws.
+        Seed of all draws.
     persons : int
         Number of recordings.
     """

@@ -36,7 +36,7 @@ class DrawnNumber:
     distribution : {"normal", "rectangular", "student"}
         Its shape.
     standard_deviation : float
-        Of the distribution (unit of the key).
+        Standard deviation of the distribution (unit of the key).
     """
 
     path: str

@@ -98,14 +98,14 @@ class PlateTruth:
         Volts per newton; relative spread of it; relative leak into other channels; relative error
         of the calibration (V/N, -, -, -).
     force_scale, vertical_leak : list of 2 float, float
-        Gain of the fore-aft and of the vertical transducers over that of the calibration, and part of the
+        Gain of the fore-aft and of the vertical transducers relative to the calibration, and part of the
         vertical force that the fore-aft one has come to feel.
     origin_height_m : float
         Height of the calibration's origin above the belt, on which it is thought to lie (m).
     noise_V, drift_V_per_s : float
         White noise of a channel (V) and standard deviation of its linear drift (V/s).
     felt_belt_mass_kg : float
-        Mass of the upper run of the belt over that of the lower run (kg).
+        Mass of the upper run of the belt in excess of the lower run's (kg).
     felt_roller_inertia_kgm : float
         Moment of inertia of the rollers over their radius, pitch moment per belt acceleration
         (N·m per m/s²).

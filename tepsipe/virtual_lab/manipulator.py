@@ -95,7 +95,7 @@ class ManipulatorRecording:
     command_rate_hz : float
         Rate of the command (Hz).
     motion : TrueMotion or None
-        Hidden motion of the handle and the torque on it, that of the drive's ripple included (s, rad, N·m);
+        Hidden motion of the handle and the torque on it, including the drive's ripple (s, rad, N·m);
         None where only the two files are written.
     """
 

@@ -20,7 +20,7 @@ class CaptureTruth:
     latency_s : float
         From the trigger's edge to the first marker of the first frame (s).
     clock_ppm : float
-        How much faster its clock runs than that of the treadmill's log, in parts per million.
+        Rate by which its clock exceeds the clock of the treadmill's log, in parts per million.
     length_scale, vertical_rad : float
         Measured over true lengths, and angle by which an upright rod is seen to lean towards +y (rad).
     noise_m : float

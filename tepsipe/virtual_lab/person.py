@@ -255,7 +255,7 @@ def _derivative(
 def _joint_torques(
     person: PersonTruth, task: TaskTruth, body: _Body, rate_hz: float, active: list[float]
 ) -> Callable[[float, tuple[float, ...]], tuple[float, ...]]:
-    """Torque of the ankle beyond that of quiet standing, and torques of ankle, knee and hip (N·m)."""
+    """Torque of the ankle beyond quiet standing, and torques of ankle, knee and hip (N·m)."""
     k_a, k_k, k_h = task.stiffness_Nm_per_rad
     b_a, b_k, b_h = task.damping_Nms_per_rad
     k_r = task.short_range_Nm_per_rad
@@ -378,7 +378,7 @@ def true_ankles(
     Returns
     -------
     StandingMotion
-        Mean angle of both ankles from quiet standing, their torques, and those of the marked ankle.
+        Mean angle of both ankles from quiet standing, their torques, and the torques of the marked ankle.
     """
     rate = motion.rates[:, 0] - motion.foot_rate
     swung = motion.angles[:, 0] - person.stance_rad[0]

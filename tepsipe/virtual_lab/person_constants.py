@@ -1,6 +1,6 @@
 """Hidden constants of a standing person: body, feet, muscles, nerves, skin and markers.
 
-Constants with a default are those of mechanisms that may be absent: the default switches the mechanism off.
+Constants with a default belong to mechanisms that may be absent: the default switches the mechanism off.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class PersonTruth:
     Attributes
     ----------
     mass_kg, stature_m : float
-        Of the whole body (kg, m).
+        Mass and height of the whole body (kg, m).
     ankle_height_m, foot_com_m : float
         Ankle above the belt; centre of mass of the feet in front of the ankle (m), half as high as it.
     stance_rad : list of 3 float
@@ -33,10 +33,10 @@ class PersonTruth:
     short_range_rad : float
         Rotation of the ankle after which its short-range stiffness has yielded (rad): r.
     foot_stiffness_Nm_per_rad, foot_damping_Nms_per_rad : float
-        Of heel pads and arches against tilting of both feet on the belt: K_f, B_f; a stiffness of 0 makes the
+        Heel pads and arches against tilting of both feet on the belt: K_f, B_f; a stiffness of 0 makes the
         feet rigid.
     forefoot_share : float
-        Tilt of the forefoot relative to that of the hindfoot; the arch takes the rest.
+        Tilt of the forefoot relative to the hindfoot's; the arch takes the rest.
     marked_share : float
         Part of both ankles' torque that the marked leg bears.
     marked_rotation : float

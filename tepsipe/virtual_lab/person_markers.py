@@ -41,7 +41,7 @@ def person_marker_paths(
     x = person.position_x_m + markers.lateral_m
 
     def path(displacement: np.ndarray) -> MarkerPath:
-        """Of a point that is ``moved`` forward of the ankle and above the belt (m), shape (n, 2)."""
+        """Path of a point from its displacement forward of the ankle and above the belt (m), shape (n, 2)."""
         spline = scipy.interpolate.CubicSpline(motion.time, displacement)
 
         def at(instant: np.ndarray) -> np.ndarray:

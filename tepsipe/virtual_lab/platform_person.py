@@ -39,7 +39,7 @@ class PlatformPerson:
     reflex_stiffness_Nm_per_rad, reflex_damping_Nms_per_rad : 2 x 2
         That act with the delay (N·m/rad, N·m·s/rad).
     delay_s : (float, float)
-        Of the reflexes of ankle and hip (s).
+        Delays of the reflexes of ankle and hip (s).
     own_torque_Nm : (float, float)
         Standard deviation of the torque that the person makes at will (N·m).
     own_band_hz : (float, float)
@@ -95,7 +95,7 @@ class PlatformProtocol:
     angle_noise_rad, torque_noise_Nm : float
         Standard deviation of the sensors' noise (rad, N·m).
     step_s : float
-        Of the integration (s).
+        Step of the integration (s).
     """
 
     duration_s: float = 300.0
@@ -122,7 +122,7 @@ class PlatformRecord:
     push : ndarray, shape (n,)
         Push at the hip (N).
     angle, torque : ndarray, shape (n, 2)
-        Of ankle and hip; torque resists (rad, N·m).
+        Angles and torques of ankle and hip; torque resists (rad, N·m).
     """
 
     time: np.ndarray
@@ -148,7 +148,7 @@ def coloured_noise(
     band_hz : (float, float)
         Corner frequencies (Hz).
     order : int
-        Of the decline above the upper one; below the lower one it is 2.
+        Order of the decline above the upper one; below the lower one it is 2.
 
     Returns
     -------

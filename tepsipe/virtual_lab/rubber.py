@@ -77,7 +77,7 @@ class Relaxation:
     def with_slack(self, derivative: Callable, bending: Callable) -> Callable:
         """Derivative of a rig's states and the slack (units of the states per s).
 
-        ``derivative(t, state)`` is that of the rig, with this moment; ``bending(state)`` is in rad.
+        ``derivative(t, state)`` is the rig's, with this moment; ``bending(state)`` is in rad.
         """
 
         def of_both(t: float, state: tuple[float, ...]) -> tuple[float, ...]:

@@ -26,7 +26,7 @@ class ChainPerson:
     Attributes
     ----------
     mass_kg, length_m, com_m, inertia_kgm2 : (float, float, float)
-        Of both shanks, both thighs, and trunk with head and arms (kg, m, m above the lower end, kg m²).
+        Both shanks, both thighs, and trunk with head and arms (kg, m, m above the lower end, kg m²).
     posture_rad : (float, float, float)
         Angles of the segments from the vertical, positive forwards (rad).
     stiffness_Nm_per_rad, damping_Nms_per_rad : 3 x 3
@@ -64,7 +64,7 @@ class Pulse:
     duration_s : float
         Length (s).
     height_m : float
-        Of the force above the lower end of the segment (m).
+        Height of the force above the lower end of the segment (m).
     """
 
     segment: int | None
@@ -97,7 +97,7 @@ class ChainProtocol:
     unperturbed_s : float
         Length of the record of unperturbed standing (s).
     rate_hz : float
-        Of the angles (Hz); 1 kHz is a multiple of it.
+        Sampling rate of the angles (Hz); 1 kHz is a multiple of it.
     angle_noise_rad, force_noise_N, belt_noise_m_per_s2 : float
         Standard deviation of the noise of one sample (rad, N, m/s²).
     engine : {"pybullet", "mujoco", "auto"}
@@ -241,7 +241,7 @@ class _Mover:
         self.rows = tuple(map(tuple, np.hstack([k, b]).tolist()))
 
     def _torque(self, q, rate, last, spontaneous) -> tuple[float, float, float]:
-        """Of the joints: the rate at the step is extrapolated from the two half steps before it."""
+        """Torques of the joints; the rate at the step is extrapolated from the two half steps before it."""
         (q1, q2, q3), (c1, c2, c3), (n1, n2, n3) = q, self.constant, spontaneous
         w1, w2, w3 = (
             1.5 * rate[0] - 0.5 * last[0],

@@ -26,7 +26,7 @@ class FootTilt:
     compliance_rad_per_Nm : float
         Tilt per moment (rad/N·m); 0 is a foot that does not tilt.
     damping_ratio : float
-        Of the tilt, with the moment of inertia of foot and leg's mass about the belt.
+        Damping ratio of the tilt, with the moment of inertia of foot and leg's mass about the belt.
     foot_inertia_kgm2 : float
         Foot about its centre of mass (kg·m²).
     """

@@ -162,7 +162,7 @@ def pulse(
     amplitude_rad : float
         Dorsiflexion (rad).
     duration_s : float
-        Of the ramp (s).
+        Duration of the ramp (s).
 
     Returns
     -------
@@ -216,7 +216,7 @@ def perturb(
     amplitude_rad : float
         Dorsiflexion (rad).
     duration_s : float
-        Of the ramp (s).
+        Duration of the ramp (s).
     angle_noise_rad : float
         Standard deviation of white noise of the angle (rad).
     rng : numpy.random.Generator

@@ -45,7 +45,7 @@ class WalkerBody:
     marker_noise_m : float
         Standard deviation of every coordinate (m).
     force_noise_N, moment_noise_Nm : float
-        Of every sample of a plate (N, N·m).
+        Noise of every sample of a plate (N, N·m).
     """
 
     shank_m: float = 0.42

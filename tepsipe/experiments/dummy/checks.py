@@ -98,9 +98,9 @@ class Check:
     size : float
         How far the trial departs (unit of `UNITS`).
     probability : float
-        Of a size this large without a fault.
+        Probability of a size this large without a fault.
     tolerated : float or None
-        A larger tolerance than that of `TOLERATED` (unit of `UNITS`), if the trial has one.
+        A tolerance larger than in `TOLERATED` (unit of `UNITS`), if the trial has one.
     """
 
     name: str
@@ -177,7 +177,7 @@ def fit_check(fit: LikelihoodFit, perturbations: list[Perturbation]) -> Check:
     Returns
     -------
     Check
-        Its size is the root mean square residual over that of the angle.
+        Its size is the root mean square residual relative to the angle's root mean square.
     """
     white, n = innovations(fit), fit.channels.angle.size
     band = 2.0 * fit.model.bins.size / n
@@ -209,7 +209,7 @@ def foot_check(positions: np.ndarray, perturbations: list[Perturbation], rate_hz
     Returns
     -------
     Check or None
-        Its size is that of the step or motion of a marker against the others (m); None with fewer than two.
+        Its size is the step or motion of a marker against the others (m); None with fewer than two.
     """
     k = positions.shape[1]
     if k < 2:
@@ -262,7 +262,7 @@ def leg_check(
     of_leg : WindowedFits
         From the torque of the leg.
     fit : LikelihoodEstimates
-        Of the same trial.
+        Estimates of the same trial.
     leg_markers : SegmentMarkers
         Markers of the leg (m).
     lowpass : tuple of (float, int)
@@ -303,7 +303,7 @@ def expected_of_leg(
 ) -> np.ndarray:
     """I, B, K that the windowed fit finds of markers without noise that move like the fitted joint.
 
-    Arguments are those of `leg_check`. Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
+    Takes the arguments of `leg_check`. Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
     """
     channels = fit.fit.channels
     theta = estimated_angle(fit.fit) + channels.theta_0_rad
@@ -570,7 +570,7 @@ def _biased(of_leg, fit, options: DummyOptions, analysis: DummyAnalysis, name: s
 
 
 def quoted_rows(rows: Sequence[Estimate], verdict: Verdict) -> list[Estimate]:
-    """Rows with those of I, B, K of the quoted pathway marked as recommended."""
+    """Mark the I, B, K rows of the quoted pathway as recommended."""
     return [
         replace(row, recommended=row.quantity in PARAMETERS and row.pathway == verdict.quoted) for row in rows
     ]

@@ -42,7 +42,7 @@ class FootKnowledge:
     foot : Foot
         The foot (kg, m).
     loads : dict of str to ndarray, shape (n,)
-        Fy, Fz (N) and Mx (N·m) of which the torque is computed.
+        Fy, Fz (N) and Mx (N·m) from which the torque is computed.
     y_a, y_a_dd : ndarray, shape (n,)
         Position of the ankle on the plate (m) and its acceleration (m/s²).
     sources : dict of str to Source

@@ -54,7 +54,7 @@ class FootPathway:
 
 @dataclass(frozen=True)
 class FootOptions:
-    """Options of the foot pathways, in addition to those of the leg.
+    """Options of the foot pathways, in addition to the leg's.
 
     Attributes
     ----------
@@ -196,7 +196,7 @@ class FootSide:
 def foot_delay(prepared: PreparedTrial, options: FootOptions) -> float:
     """Time by which markers lag behind the treadmill's own signals (s).
 
-    Arguments are those of `foot_side`.
+    Takes the arguments of `foot_side`.
 
     Raises
     ------

@@ -67,7 +67,7 @@ def check_treadmill(
     Raises
     ------
     InputError
-        If the trial's rate is not that of the calibration.
+        If the trial and the calibration differ in rate.
     """
     model = models["Fy"].model
     if not model.holds_errors:

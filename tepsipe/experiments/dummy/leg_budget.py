@@ -272,7 +272,7 @@ def torque_contributions(
 ) -> dict[str, np.ndarray]:
     """Contribution of each source to I, B, K from a torque of the leg.
 
-    Arguments are those of `leg_budget`. The result is for `Budget.contributions`, one row per
+    Takes the arguments of `leg_budget`. The result is for `Budget.contributions`, one row per
     marker and direction.
     """
     sources, leg = known.sources, known.leg

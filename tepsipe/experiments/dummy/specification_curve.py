@@ -3,7 +3,7 @@
 A specification is one combination of choices for the estimation of I, B, K:
 
     torque      equation of the torque: leg-thesis, leg, foot-thesis, foot (`inverse_dynamics`)
-    filter      low-pass: that of the study, forwards only, with another cutoff, none
+    filter      low-pass: as in the study, forwards only, with another cutoff, none
     filtered    filtered signals: all; the torque only; the motion only, from which the regressors follow
     reference   angle and torque at rest: from the first and last rest, or from just before each perturbation
     window      the length of the command, the actual length, or longer
@@ -59,14 +59,14 @@ AS_PRINTED, RECOMMENDED, OTHER = "as printed", "recommended", ""
 
 @dataclass(frozen=True)
 class SpecificationOptions:
-    """Options of the combinations, in addition to those of the study.
+    """Options of the combinations, in addition to the study's.
 
     Attributes
     ----------
     other_cutoff_hz : float
         Cutoff of the alternative filter (Hz).
     command_s, longer_s : float
-        Lengths of the windows from the onset: that of the command, and longer than the perturbation (s).
+        Lengths of the windows from the onset: the command's, and longer than the perturbation (s).
     before_segment_s : float
         Time before the onset that counts as rest of a perturbation (s).
     """
@@ -249,7 +249,7 @@ def _filtered_signals(signals: dict[str, _Signals]) -> Iterator[tuple[str, str]]
 def _of_filtered(
     signals: dict[str, _Signals], torque: str, key: str, filtered: str
 ) -> tuple[SegmentMotion, np.ndarray]:
-    """Motion and torque (N·m), of which only those named by ``filtered`` pass the filter."""
+    """Motion and torque (N·m); only the signals named by ``filtered`` pass the filter."""
     only_torque, only_motion = filtered == TORQUE_ONLY, filtered == MOTION_ONLY
     motion = signals[NONE if only_torque else key].motions[torque.partition("-")[0]]
     if only_torque:

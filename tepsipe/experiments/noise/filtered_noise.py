@@ -117,9 +117,9 @@ def filtered_trial(trial: SimulatedTrial, cutoff_hz: float = 20.0, order: int = 
     trial : SimulatedTrial
         Signals without noise (s, rad, m, N, N·m).
     cutoff_hz : float
-        Of the low-pass filter (Hz).
+        Cutoff of the low-pass filter (Hz).
     order : int
-        Of the filter, both passes together.
+        Order of the filter, both passes together.
 
     Returns
     -------
@@ -187,7 +187,7 @@ def cell_generators(seed: int, *names: object) -> tuple[np.random.Generator, np.
     Parameters
     ----------
     seed : int
-        Of the study.
+        Seed of the study.
     names : object
         Name of the cell: the noise depends on the seed and the name only.
 
@@ -218,7 +218,7 @@ def noise_deviation(trial: FilteredTrial, processing: Processing, noise_on: str,
     Returns
     -------
     dict of str to float
-        Of tau (N·m) and theta (rad); 0 without noise.
+        Standard deviation of tau (N·m) and theta (rad); 0 without noise.
 
     Raises
     ------

@@ -322,9 +322,9 @@ def sweep_trial(
     predicted_draws : int
         As for `sweep`.
     cutoff_hz : float
-        Of the low-pass filter (Hz).
+        Cutoff of the low-pass filter (Hz).
     order : int
-        Of the filter, both passes together.
+        Order of the filter, both passes together.
 
     Returns
     -------

@@ -96,7 +96,7 @@ def torque_vaf(
     parameters : ndarray, shape (..., 3)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     gram, noise_gram : ndarray, shape (4, 4)
-        Of signals and noise (`WindowedTrial`), products of rad/s², rad/s, rad and N·m.
+        Gram matrices of signals and noise (`WindowedTrial`), products of rad/s², rad/s, rad and N·m.
     torque_noise : bool
         Whether the torque to be predicted includes noise.
 

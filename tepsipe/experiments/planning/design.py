@@ -311,7 +311,7 @@ class ExpectedMotion:
     at_rest : ndarray of bool, shape (n,)
         Samples before the first pulse.
     pulse_velocity : ndarray, shape (k,)
-        Of the belt after one pulse, every `STEP_S` (m/s).
+        Velocity of the belt after one pulse, every `STEP_S` (m/s).
     """
 
     simulated: ForwardSimulation

@@ -74,7 +74,7 @@ def filter_estimates(
     Returns
     -------
     list of FilteredEstimates
-        Of leg, foot, and foot with the belt-induced load subtracted.
+        Estimates from the leg, the foot, and the foot with the belt-induced load subtracted.
 
     Raises
     ------

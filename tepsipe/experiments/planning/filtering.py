@@ -105,7 +105,7 @@ def mismatch_bias(
     Returns
     -------
     ndarray, shape (3,)
-        Of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
+        Bias of I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     """
     rate = design.rig.camera_rate_hz
     positions, labels, _ = exact_markers(design, motion)

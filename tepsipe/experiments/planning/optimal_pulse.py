@@ -50,7 +50,7 @@ class OptimalPulse:
     belt_velocity : ndarray, shape (k,)
         What the drive makes of it, every `STEP_S` (m/s).
     peaks : Limits
-        Of the belt (m/s, m, m/s², m/s³).
+        Peaks of the belt's motion (m/s, m, m/s², m/s³).
     standard_error : float
         Cramer-Rao bound of K for this pulse (N·m/rad).
     least_standard_error : float
@@ -168,7 +168,7 @@ def optimise_pulse(design: Design, expected: ExpectedFit, limits: Limits) -> Opt
     expected : ExpectedFit
         Likelihood of the planned trial.
     limits : Limits
-        Of the belt's motion (m/s, m, m/s², m/s³).
+        Limits of the belt's motion (m/s, m, m/s², m/s³).
 
     Returns
     -------

@@ -58,7 +58,7 @@ class Plan:
     motion : ExpectedMotion
         Its motion without noise (s, m, rad).
     covariance : ndarray, shape (3, 3)
-        Of the estimator, Type A (units of the parameters).
+        Covariance of the estimator, Type A (units of the parameters).
     bound : ndarray, shape (3,) or None
         Smallest standard uncertainty of Type A that any unbiased estimator from markers and log can have
         (units of the parameters); None for estimators of other signals or with less than all of them.
@@ -141,7 +141,7 @@ def quantity_row(
     plan : Plan or StandingPlan
         The plan (N·m·s²/rad, N·m·s/rad, N·m/rad).
     quantity : {"I", "B", "K"}
-        Of the row.
+        Quantity of the row.
     number : int
         Planned perturbations.
     cramer_rao, bias : float, optional

@@ -179,7 +179,7 @@ class Limits:
     Attributes
     ----------
     velocity_m_per_s, displacement_m, acceleration_m_per_s2, jerk_m_per_s3 : float
-        Of the belt (m/s, m, m/s², m/s³).
+        Largest value of each for the belt (m/s, m, m/s², m/s³).
     """
 
     velocity_m_per_s: float = math.inf

@@ -44,7 +44,7 @@ class Point:
     segment : int or None
         Index of the pushed segment; None for the belt.
     height_m : float
-        Of the force above the segment's lower end (m).
+        Height of the force above the segment's lower end (m).
     """
 
     segment: int | None
@@ -217,7 +217,7 @@ def predict(
     matrices : (ndarray, ndarray)
         Expected K (N·m/rad) and B (N·m·s/rad).
     limits : Limits
-        Of what counts as determined.
+        Limits within which a parameter counts as determined.
 
     Returns
     -------
@@ -242,12 +242,12 @@ def predict(
 
 
 def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Standard uncertainty of K and B by that of the inertia if it is taken as exact.
+    """Standard uncertainty of K and B due to an inertia that is taken as exact.
 
     Parameters
     ----------
     epochs : Epochs
-        Of a model with an inertia within its tolerance.
+        Epochs of a model with an inertia within its tolerance.
     chosen : tuple of str
         Perturbations.
     matrices : (ndarray, ndarray)
@@ -256,7 +256,7 @@ def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, n
     Returns
     -------
     ndarray, shape (18,)
-        Of K, then of B, in parts of their natural size; no interval of such a fit holds it.
+        Standard uncertainty of K, then of B, over their natural size; not part of any interval of such a fit.
     """
     setting = epochs.setting
     p, q = expected_parameters(setting, *matrices), 2 * len(setting.pairs)
@@ -278,7 +278,7 @@ class Drawn:
     known : Determined
         By the information at the estimate.
     entries : list of Entry
-        Of K, then of B, by rows: quoted or refused (N·m/rad, N·m·s/rad).
+        Elements of K, then of B, by rows: quoted or refused (N·m/rad, N·m·s/rad).
     """
 
     fit: MatrixFit
@@ -289,7 +289,7 @@ class Drawn:
 def estimate(epochs: Epochs, chosen: Set, limits: Limits) -> Drawn:
     """Estimate K and B with a set of perturbations (N·m/rad, N·m·s/rad), or refuse them.
 
-    ``limits`` are those of what counts as determined.
+    ``limits`` define what counts as determined.
     """
     fit = fit_matrices(epochs.setting, [epochs.perturbations[name] for name in chosen])
     known = determined(fit.setting, fit.information, fit.scale, limits)

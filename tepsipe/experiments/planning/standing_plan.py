@@ -34,7 +34,7 @@ from tepsipe.identification.regression.generalised import integrated_wiener, squ
 from tepsipe.signals.filters import butterworth_lowpass
 
 RATE_HZ = 250.0
-# epochs and baseline as those of a standing trial (s)
+# epochs and baseline as in a standing trial (s)
 BEFORE_S, AFTER_S, BASELINE_S = 0.12, 0.2, 0.1
 # of the peak velocity, where the onset of a pulse is seen
 ONSET_SHARE = 0.1

@@ -40,9 +40,9 @@ class WindowNoise:
     Attributes
     ----------
     bias : ndarray, shape (3,)
-        Of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
+        Bias of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
     covariance : ndarray, shape (3, 3)
-        Of the mean over the windows (units of the parameters).
+        Covariance of the mean over the windows (units of the parameters).
     of_rest : ndarray, shape (3,)
         Part of its standard uncertainty that comes through rest, whatever the number of windows (units of the
         parameters).
@@ -103,7 +103,7 @@ def _noise_filters(design: Design, s: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 class _Noise:
-    """Covariances of the noise of one sample with that of another, of regressors and error."""
+    """Covariances of the noise between two samples, of regressors and error."""
 
     def __init__(self, design: Design):
         rate, protocol = design.rig.camera_rate_hz, design.protocol

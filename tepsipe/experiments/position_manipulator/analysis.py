@@ -265,7 +265,7 @@ def _vaf_rows(names: tuple[str, str, str, str], vaf: HeldOutVaf) -> list[Estimat
 
 
 def parallel_cascade_estimates(experiment: str, condition: str, fit: ParallelCascadeFit) -> list[Estimate]:
-    """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%), and those of the muscle model.
+    """Tidy rows of one trial: intrinsic I, B, K, the reflex, VAF (%), and the muscle model.
 
     A structure without angle-dependent stiffness or reflex has no rows for their parameters, except for a
     reflex gain of 0 N·m·s/rad.

@@ -87,7 +87,7 @@ def parts_of_record(
     Returns
     -------
     PartsOfRecord
-        Of every third (N·m/rad, N·m).
+        Stiffness and level of every third (N·m/rad, N·m).
     """
     time, angle = analysis.time, analysis.angle - analysis.angle.mean()
     velocity = derivative(time, angle)
@@ -99,7 +99,7 @@ def parts_of_record(
         residual = analysis.torque[part] - predicted[part]
         solution, error, freedom = solution_with_errors(columns, residual, block)
         stiffness_of_part = stiffness + solution[2]
-        # the level is that of the torque beside its response to the movement
+        # level of the torque beside its response to the movement
         level = np.mean(analysis.torque[part] - stiffness_of_part * columns[:, 2])
         rows.append((time[part[0]], time[part[-1]], stiffness_of_part, error[2], level, error[3], freedom))
     columns = np.array(rows).T
@@ -164,7 +164,7 @@ def _half_power_hz(angle: np.ndarray, rate_hz: float) -> float:
 def responses(
     trial: Trial, analysis: PositionManipulatorAnalysis, predicted: np.ndarray, cutoff_hz: float
 ) -> tuple[FrequencyResponse, FrequencyResponse]:
-    """Impedance measured, and that of the model by the same estimator.
+    """Impedance of the measurement, and of the model by the same estimator.
 
     Parameters
     ----------

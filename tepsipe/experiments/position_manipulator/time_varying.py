@@ -2,7 +2,7 @@
 
 The method follows from what the trial holds: realisations of a movement if it has a trigger, bins of its
 schedule if it has one, else sliding windows (`tepsipe.identification.time_varying`). Angle, torque and
-reflex torque are those of the fit of the whole trial, filtered and cut.
+reflex torque come from the fit of the whole trial, filtered and cut.
 """
 
 from dataclasses import dataclass

@@ -67,7 +67,7 @@ class EpochOptions:
 
     @classmethod
     def from_settings(cls, analysis: dict, emg: dict, max_gap_s: float) -> Self:
-        """Options of a study: windows (s) and filters (Hz), those of the electromyograms, longest gap (s)."""
+        """Options of a study: windows (s), filters (Hz) also of the electromyograms, longest gap (s)."""
         same = ("before_s", "after_s", "least_perturbations", "lowpass_cutoff_hz", "lowpass_order")
         return cls(
             **{key: analysis[key] for key in same},

@@ -37,7 +37,7 @@ class StandingFit:
     delay_ranges : dict of str to (float, float)
         Smallest and largest of the values tried for T, L, D (s) that the responses do not reject.
     delays_at_bound : tuple of str
-        Those of T, L and D of which all values but the first, or all but the last, are rejected.
+        Parameters among T, L and D for which all values but the first, or all but the last, are rejected.
     budget : Budget or None
         Type A and B of the parameters in their order; None if only their scatter is known.
     flags : tuple of str

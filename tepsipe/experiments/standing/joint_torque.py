@@ -203,7 +203,7 @@ def _carried_mass(f_z: np.ndarray, options: StandingOptions, name: str) -> float
 
 
 def _labels(trial: Trial, person: Person, name: str) -> list[str]:
-    """Names of the trial's markers, which must include those of the person."""
+    """Names of the trial's markers, which must include the person's."""
     labels = trial.axes["marker"].tolist()
     for label in person.labels:
         if label not in labels:
@@ -244,7 +244,7 @@ def segment_poses(
     person : Person
         Layout of the markers (m).
     centre_m : ndarray, shape (2,), optional
-        Of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
+        Offset of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
 
     Returns
     -------

@@ -122,7 +122,7 @@ class MuscleTorque:
         return [dict(zip(self.delays, combination, strict=True)) for combination in values]
 
     def gain_names(self, muscles: tuple[str, ...]) -> tuple[str, ...]:
-        """Names of the gains with these muscles (N·m/uV each for those of muscles)."""
+        """Names of the gains with these muscles (N·m/uV for each muscle's gain)."""
         return tuple(f"F_{muscle}" for muscle in muscles) if self.by_muscle else self.gains
 
 

@@ -35,7 +35,7 @@ class Person:
     Attributes
     ----------
     mass_kg : float
-        Of the whole body (kg).
+        Mass of the whole body (kg).
     feet : Feet
         Both feet (kg, kg·m²).
     body : StandingBody

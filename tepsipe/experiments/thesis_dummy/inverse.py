@@ -200,7 +200,7 @@ def fit_marker_noise(
     fitted : list of str
         Conditions that are used.
     seed : int
-        Of the generator of the noise.
+        Seed of the generator of the noise.
 
     Returns
     -------
@@ -248,7 +248,7 @@ def printed_and_predicted(
     draws: int,
     seed: int,
 ) -> list[Cell]:
-    """Every printed number of Tables 4-2 and 4-3 beside that of the fitted dummy.
+    """Every printed number of Tables 4-2 and 4-3 beside the fitted dummy's.
 
     Parameters
     ----------
@@ -263,7 +263,7 @@ def printed_and_predicted(
     draws : int
         Trials with other noise that are averaged.
     seed : int
-        Of the generator of the noise.
+        Seed of the generator of the noise.
 
     Returns
     -------

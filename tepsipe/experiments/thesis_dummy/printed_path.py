@@ -61,7 +61,7 @@ class BeltMotion:
     time : ndarray, shape (n,)
         Frames (s).
     velocity, position : ndarray, shape (n,)
-        Of the foot (m/s, m).
+        Motion of the foot (m/s, m).
     acceleration : ndarray, shape (2 n - 1,)
         At frames and halfway between them (m/s²).
     perturbations : list of Perturbation

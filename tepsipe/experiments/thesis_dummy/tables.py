@@ -1,4 +1,4 @@
-"""Rows of the inverse problem: printed numbers beside those of the fitted dummy, and its constants."""
+"""Rows of the inverse problem: printed numbers beside the fitted dummy's, and its constants."""
 
 import math
 from dataclasses import asdict, dataclass

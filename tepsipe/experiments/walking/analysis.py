@@ -77,7 +77,7 @@ def analyse_walking(
     recording : WalkingRecording
         Signals of the perturbed leg.
     strides : Strides
-        Of the same leg, from `segment_strides` (s).
+        Strides of the same leg, from `segment_strides` (s).
     onsets : sequence of float
         Onsets of the pulses (s).
     options : WalkingOptions or None

@@ -226,7 +226,7 @@ def predicted_uncertainty(
     Parameters
     ----------
     deviations : Deviations
-        Of unperturbed strides.
+        Deviations of unperturbed strides.
     response : ndarray, shape (3, w)
         Expected acceleration, velocity and angle (rad/s2, rad/s, rad).
     beta : ndarray, shape (3,)

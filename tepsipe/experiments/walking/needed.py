@@ -32,7 +32,7 @@ class ExpectedPulse:
     amplitude_rad : float
         Rotation of the ankle (rad).
     duration_s : float
-        Of its minimum-jerk ramp (s).
+        Duration of its minimum-jerk ramp (s).
     stiffness_Nm_per_rad : dict of float to float
         Phase (%) -> expected K (N·m/rad).
     damping_Nms_per_rad : float

@@ -33,7 +33,7 @@ class WalkingRecording:
     Attributes
     ----------
     name : str
-        Of the trial, for messages.
+        Name of the trial, for messages.
     rate_hz : float
         Rate of the regular clock (Hz).
     time : ndarray, shape (n,)

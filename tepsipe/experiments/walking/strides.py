@@ -232,7 +232,7 @@ def refuse_swapped_belts(recording: WalkingRecording, strides: Strides) -> None:
     recording : WalkingRecording
         Forces of both belts (N).
     strides : Strides
-        Of the foot that the recording is about (s).
+        Strides of the recorded foot (s).
 
     Raises
     ------

@@ -148,7 +148,7 @@ def wristalyzer_estimates(condition: str, analysis: WristalyzerAnalysis) -> list
 def wristalyzer_contributions(rows: list[Estimate], budgets: Mapping[str, Budget]) -> list[Contribution]:
     """Rows of the table of budgets, for the rows of `wristalyzer_estimates`.
 
-    ``budgets`` are those of the analysis: estimator -> uncertainty of I, B, K.
+    ``budgets`` come from the analysis: estimator -> uncertainty of I, B, K.
     """
     return [
         contribution

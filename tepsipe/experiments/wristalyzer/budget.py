@@ -79,7 +79,7 @@ def spectral_budget(
     Returns
     -------
     Budget
-        Of I, B, K.
+        Budget of I, B, K.
     """
     contributions = _scales(_of_joint(fit.parameters), sources)
     if "torque_delay_s" in sources:
@@ -114,7 +114,7 @@ def period_budget(fit: PeriodFit, sources: Mapping[str, Source]) -> Budget:
     Returns
     -------
     Budget
-        Of I, B, K.
+        Budget of I, B, K.
     """
     contributions = _scales(_of_joint(fit.parameters), sources)
     contributions[BAND] = fit.of_band[None] / np.sqrt(3.0)
@@ -134,7 +134,7 @@ def pooled_budget(fit: PooledFit, sources: Mapping[str, Source]) -> Budget:
     Returns
     -------
     Budget
-        Of every quantity of ``fit.values``.
+        Budget of every quantity of ``fit.values``.
     """
     type_a = np.array([fit.standard_error[name] for name in fit.values])
     return Budget(type_a, fit.freedom, _scales(fit.values, sources), _freedom(sources))

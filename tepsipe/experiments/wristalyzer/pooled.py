@@ -56,7 +56,7 @@ def fit_wristalyzer_together(
 def pooled_estimates(
     fit: PooledFit, sources: Mapping[str, Source]
 ) -> tuple[list[Estimate], list[Contribution]]:
-    """Tidy rows of the condition ``pooled``: K and B are those of small movements.
+    """Tidy rows of the condition ``pooled``: K and B hold for small movements.
 
     Parameters
     ----------

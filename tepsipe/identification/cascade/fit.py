@@ -42,7 +42,7 @@ class ParallelCascadeOptions:
     folds : int
         Number of blocks of the cross-validation, reduced where blocks would be shorter than the reflex.
     slow_horizons_s : tuple of float
-        Times by which the slow torque is predicted ahead (s); the first one is that of the result.
+        Times by which the slow torque is predicted ahead (s); the result uses the first one.
     """
 
     intrinsic_lag_s: float = 0.04
@@ -145,7 +145,7 @@ class Relaxing:
     weights : ndarray, shape (r,)
         Their stiffnesses (N·m/rad), not negative.
     stiffness : float
-        Sum of the stiffnesses (N·m/rad), 0 without relaxation: K of quick movements exceeds that of slow ones
+        Sum of the stiffnesses (N·m/rad), 0 without relaxation: K of quick movements exceeds K of slow ones
         by it.
     stiffness_bootstrap : ndarray, shape (draws,)
         The same for bootstrapped blocks (N·m/rad).
@@ -321,7 +321,7 @@ class ParallelCascadeFit:
     gain_slope_bootstrap, unloading_gain_bootstrap : ndarray, shape (draws,)
         The same for bootstrapped blocks.
     reflex_share : float
-        Variance of tau_R relative to that of tau, in the fitted part (%).
+        Variance of tau_R relative to the variance of tau, in the fitted part (%).
     intrinsic_time, intrinsic_response : ndarray, shape (m,)
         Lag (s), and low-pass filtered h / T (N·m/rad per s).
     reflex_time : ndarray, shape (k,)

@@ -306,7 +306,7 @@ def make_design(
     structure : Structure
         Its terms.
     given : dict of str to ndarray of shape (n, columns), optional
-        Groups that replace those of the record (units of the torque's regressors).
+        Groups that replace groups of the record (units of the torque's regressors).
     fitted_only : bool
         Whether only the innovations of the fitted part are wanted, which is quicker.
 

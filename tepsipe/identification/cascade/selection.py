@@ -370,7 +370,7 @@ def _kernel(errors: dict[Structure, np.ndarray]) -> Structure:
 
 
 def _at_kernel(errors: dict[Structure, np.ndarray], structure: Structure) -> Structure:
-    """Of several kernels, that of a structure."""
+    """Structure with the kernel of a given structure, out of several kernels."""
     return next(s for s in errors if s.pole_per_s == structure.pole_per_s)
 
 
@@ -428,7 +428,7 @@ def _errors_of_terms(record: CascadeRecord, full: Structure) -> dict[Structure, 
             structure = replace(structure, direction=0, delay_s=0.0, threshold_rad_per_s=0.0, pole_per_s=0.0)
         errors = _fold_errors(sums, design, design.of(structure), record.options.penalties)
         candidates.append(_with_penalty(record, structure, errors))
-    # a reflex is the largest step, terms of the reflex are smaller ones than those of the joint
+    # a reflex is the largest step; terms of the reflex are smaller steps than terms of the joint
     candidates.sort(key=lambda x: (abs(x[0].direction), x[0].terms, x[1].mean()))
     return dict(candidates)
 
@@ -446,7 +446,7 @@ def _delays(record: CascadeRecord) -> list[float]:
 
 
 def _delay(profile: dict[float, np.ndarray], options: ParallelCascadeOptions) -> float:
-    """Of the delays that are allowed and alike (s), the one closest to the expectation."""
+    """Delay closest to the expectation, out of those that are allowed and alike (s)."""
     shortest, longest = options.reflex_delays_s
     tried = {d: e for d, e in profile.items() if shortest - 1e-9 <= d <= longest + 1e-9} or profile
     return min(alike(tried, options.delay_tolerance), key=lambda d: abs(d - options.expected_delay_s))

@@ -27,7 +27,7 @@ CROSSOVERS_HZ = np.concatenate([[0.0], np.geomspace(0.05, BAND_HZ, 13)])
 
 @dataclass(frozen=True)
 class SlowModel:
-    """Spectrum of the slow torque relative to that of the remains.
+    """Spectrum of the slow torque relative to the rest of the residual.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ def estimate_slow_model(residual: np.ndarray, rate_hz: float) -> SlowModel:
     corner, crossover = (x.ravel() for x in np.meshgrid(CORNERS_HZ, CROSSOVERS_HZ, indexing="ij"))
     below = frequency**2 + corner[:, None] ** 2
     shape = (below + crossover[:, None] ** 2) / below
-    # the level is that of the largest likelihood for the shape
+    # the level with the largest likelihood for the shape
     cost = np.log(shape).mean(axis=1) + np.log((power / shape).mean(axis=1))
     best = int(np.argmin(cost))
     return SlowModel(float(corner[best]), float(crossover[best]))

@@ -81,7 +81,7 @@ class Channels:
     foot, angle : ndarray, shape (n,)
         Y without its ramp (m), and theta - theta_0 (rad).
     log : ndarray, shape (n,), or None
-        Velocity of the belt without that of the ramp (m/s).
+        Velocity of the belt without the velocity of the ramp (m/s).
     ramp : ndarray, shape (n,)
         Acceleration of the ramp (m/s²).
     theta_0_rad : float
@@ -120,7 +120,7 @@ class Channels:
 
     @property
     def bins(self) -> np.ndarray:
-        """Indices of the frequencies that are fitted, of those of `numpy.fft.rfft`."""
+        """Indices of the fitted frequencies among the frequencies of `numpy.fft.rfft`."""
         frequency = np.fft.rfftfreq(self.foot.size, 1.0 / self.rate_hz)
         return np.flatnonzero((frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1]))
 
@@ -383,7 +383,7 @@ def smooth(spectrum: np.ndarray, samples: int, rate_hz: float, order: int = 0) -
     Parameters
     ----------
     spectrum : ndarray, shape (samples // 2 + 1,)
-        Of the signal, from `numpy.fft.rfft`.
+        Spectrum of the signal, from `numpy.fft.rfft`.
     samples : int
         Its length.
     rate_hz : float

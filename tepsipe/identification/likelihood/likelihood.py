@@ -53,7 +53,7 @@ _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 _HALF_RANGE = (0.1, 10.0)
 # standard error of log(phi_h) above which the trial does not determine it
 _UNDETERMINED = 0.5
-# steps, and those of them that update the noise of the log
+# number of steps, and of steps that update the noise of the log
 _STEPS, _NOISE_STEPS = 60, 15
 
 
@@ -119,7 +119,7 @@ class LikelihoodFit:
     point : Point
         Parameters (units in `tepsipe.identification.likelihood.model`).
     covariance : ndarray, shape (p, p)
-        Of the fitted ones.
+        Covariance of the fitted parameters.
     residuals : Residuals
         At the maximum.
     log_noise_m_per_s : float or None
@@ -308,7 +308,7 @@ def _start(likelihood: _Likelihood) -> Point:
 def _gauss_newton(
     likelihood: _Likelihood, point: Point, limits: tuple[float, float] | None = None
 ) -> LikelihoodFit:
-    """Gauss-Newton steps, halved where the likelihood falls; ``limits`` are those of phi_h (rad)."""
+    """Gauss-Newton steps, halved where the likelihood falls; ``limits`` bound phi_h (rad)."""
     current = likelihood.residuals(point)
     for count in range(_STEPS):
         if count < _NOISE_STEPS:

@@ -211,7 +211,7 @@ class LegModel:
             force = force + v["C"] * forces["C"] + v["B_s"] * forces["B_s"]
         gain, forced = -self.coupling * s**2 * inverse, force * inverse
         one, none = np.ones_like(s), np.zeros_like(s)
-        # derivatives of both parts: those of the angle by J, B, K are -phi'', -phi', -phi over D
+        # derivatives of both parts; the angle's derivatives by J, B, K are -phi'', -phi', -phi over D
         of_angle = {
             "J": (-(s**2) * inverse * gain, -inverse * (s**2 * forced + free_dd)),
             "B": (-s * inverse * gain, -inverse * (s * forced + free_d)),

@@ -34,7 +34,7 @@ _LAW = ("J", "B", "K", *SOFTENING)
 class LikelihoodEstimates(WindowedFits):
     """I, B, K by the likelihood at the amplitude of the perturbations.
 
-    Torque (N·m) and VAF (%) are those of pathway ``leg``, for comparison only.
+    Torque (N·m) and VAF (%) follow pathway ``leg``, for comparison only.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class LikelihoodEstimates(WindowedFits):
     fit : LikelihoodFit
         The likelihood's maximum, with delay, lag and noise levels.
     covariance : ndarray, shape (3, 3)
-        Of I, B, K (units of the parameters).
+        Covariance of I, B, K (units of the parameters).
     small : ndarray, shape (3,)
         I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad).
     small_covariance : ndarray, shape (3, 3)
@@ -282,7 +282,7 @@ def innovations(fit: LikelihoodFit) -> np.ndarray:
     Returns
     -------
     ndarray, shape (1, n) or (2, n)
-        Of the angle, and of the foot's markers against the log where there is one.
+        Innovations of the angle, and of the foot's markers against the log where there is one.
     """
     along, residual = fit.residuals.direction, fit.residuals.whitened
     channels, bins = len(residual), fit.model.bins

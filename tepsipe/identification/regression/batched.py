@@ -23,7 +23,7 @@ class BatchedFits:
     residuals : ndarray, shape (..., w, s)
         tau - X p (N·m).
     sem_as_printed : ndarray, shape (..., 3)
-        Thesis eq (3-2) of every fit; its unit is that of the parameter over the square root of N·m.
+        Thesis eq (3-2) of every fit; its unit is the parameter's over the square root of N·m.
     standard_error : ndarray, shape (..., 3)
         Ordinary standard error of every fit, for white residuals (units of ``parameters``).
     """

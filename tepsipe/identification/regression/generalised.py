@@ -50,7 +50,7 @@ class Record:
     target : ndarray, shape (..., n)
         y; leading axes are resampled versions of the record.
     regressors : ndarray, shape (..., n, p)
-        X (unit of the target over that of the parameters).
+        X (unit of the target over the parameter's unit).
     covariance : ndarray, shape (n, n)
         C (unit of the target squared), positive definite.
     """
@@ -126,7 +126,7 @@ def sensitivity(
     Parameters
     ----------
     fit : GeneralisedFit
-        Of ``records`` without leading axes.
+        Fit of ``records`` without leading axes.
     records : list of Record
         The records.
     target_slopes : list of ndarray, shape (..., n)

@@ -75,7 +75,7 @@ class OutputError(WindowedFits):
     """I, B, K of the simulated angle.
 
     The parameters (N·m·s²/rad, N·m·s/rad, N·m/rad) are contributions of the intervals from onset to onset,
-    whose mean is the estimate; torque (N·m) and VAF (%) are those of pathway ``leg``, for comparison only.
+    whose mean is the estimate; torque (N·m) and VAF (%) follow pathway ``leg``, for comparison only.
 
     Attributes
     ----------
@@ -377,7 +377,7 @@ def intervals_as_windows(
     each : ndarray, shape (intervals, 3)
         Contributions to I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     conditioning : float
-        Of the fit.
+        Conditioning of the fit.
     motion, leg, perturbations, at_rest
         As for `match_angle`.
 

@@ -99,7 +99,7 @@ def without_transient(omega: np.ndarray, spectra: np.ndarray) -> np.ndarray:
     omega : ndarray, shape (lines,)
         Angular frequencies w (rad/s).
     spectra : ndarray, shape (periods, lines) or (periods, lines, k)
-        Of one or more signals.
+        Spectra of one or more signals.
 
     Returns
     -------

@@ -15,7 +15,7 @@ band l (b frequencies) that are and are not linear in u (m perturbations), v = [
 that is the coherence of the residual with the perturbation, in every band over its own noise. This is limited
 information maximum likelihood (Anderson and Rubin 1949) with noise of any spectrum; unlike two-stage least
 squares it stays unbiased if coherence is low. With the right model chi2 has a chi-squared distribution with
-2 m L - q degrees of freedom, which tests the model. Standard errors are those of the jackknife over bands.
+2 m L - q degrees of freedom, which tests the model. Standard errors come from the jackknife over bands.
 
 What the data cannot say is refused (`tepsipe.identification.several_joints.identifiability`).
 """
@@ -307,7 +307,7 @@ def minimise(a: np.ndarray, c: np.ndarray, shape: tuple[int, int], strength: flo
     shape : (int, int)
         Frequencies per band b and perturbations m.
     strength : float
-        Of a direction that is determined.
+        Strength of a direction that is determined.
     starts : sequence of ndarray, shape (q,)
         Further parameters to start from.
 
@@ -364,7 +364,7 @@ def scaled_products(spectra: Spectra, joint: int, terms, delay_s: float | None):
     Parameters
     ----------
     spectra : Spectra
-        Of the record (rad, N·m).
+        Spectra of the record (rad, N·m).
     joint : int
         Whose torque.
     terms : sequence of (str, int)
@@ -388,7 +388,7 @@ def fit_row(spectra: Spectra, joint: int, model: str, options: MultiJointOptions
     Parameters
     ----------
     spectra : Spectra
-        Of the record (rad, N·m).
+        Spectra of the record (rad, N·m).
     joint : int
         Whose torque.
     model : {"intrinsic", "own-reflex", "all-reflex"}

@@ -26,7 +26,7 @@ class Limits:
     Attributes
     ----------
     stiffness, damping : float
-        Of K_ij in parts of sqrt(K_ii K_jj), and of B_ij likewise; the constants of inertia as B.
+        Limit of K_ij in parts of sqrt(K_ii K_jj), and of B_ij likewise; the constants of inertia as B.
     """
 
     stiffness: float = 0.15
@@ -38,7 +38,7 @@ class Limits:
         return cls(0.01 * stiffness_percent, 0.01 * damping_percent)
 
     def of(self, setting: Setting, q: int) -> np.ndarray:
-        """Of every parameter, shape (q,)."""
+        """Limit of every parameter, shape (q,)."""
         pairs = len(setting.pairs)
         return np.r_[np.full(pairs, self.stiffness), np.full(q - pairs, self.damping)]
 
@@ -54,7 +54,7 @@ class Determined:
     unknowns : int
         Number of parameters.
     condition : float
-        Of the information of the parameters in parts of their scale: largest over smallest eigenvalue.
+        Condition of the information of the scaled parameters: largest over smallest eigenvalue.
     errors : ndarray, shape (q,)
         Standard errors in parts of the scale.
     entries : ndarray of bool, shape (q,)
@@ -158,7 +158,7 @@ def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determi
     fit : MatrixFit
         Estimate.
     names : sequence of str
-        Of the joints.
+        Names of the joints.
     limits : Limits
         Largest half width of an interval in parts of sqrt(K_ii K_jj), sqrt(B_ii B_jj).
     known : Determined
@@ -167,7 +167,7 @@ def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determi
     Returns
     -------
     list of Entry
-        Of K, then of B, by rows.
+        Elements of K, then of B, by rows.
     """
     pairs = fit.setting.pairs
     limit = limits.of(fit.setting, fit.parameters.size)

@@ -34,7 +34,7 @@ class Directions:
     Attributes
     ----------
     strength : ndarray, shape (q,)
-        Power in the bands with the perturbation over that of noise alone, from weak to strong.
+        Power in the bands with the perturbation over the power of noise alone, from weak to strong.
     vectors : ndarray, shape (q, q)
         Columns: one standard deviation of noise along each direction (units of the parameters).
     influence : ndarray, shape (L, q)
@@ -59,7 +59,7 @@ class Directions:
         )
 
     def standard_error(self, combination: np.ndarray) -> float:
-        """Of a linear combination of the parameters, shape (q,): jackknife over the bands.
+        """Standard error of a linear combination of the parameters, shape (q,): jackknife over the bands.
 
         Directions that are too weak count with a signal of 2 % of noise, so that a combination to which they
         contribute is as uncertain as it is arbitrary.

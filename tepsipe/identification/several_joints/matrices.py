@@ -37,7 +37,7 @@ from tepsipe.mechanics.segment_chain import LinearChain
 # weight of the start in (2), in 1 per parameter squared, in parts of its scale
 RIDGE = 1e-2
 ITERATIONS, SETTLED = 30, 1e-3
-# a row of the scale is at most so many times that of the start
+# a row of the scale is at most so many times its starting value
 LARGEST_SCALE = 5.0
 
 
@@ -81,7 +81,7 @@ class Setting:
     inertia_known : bool
         Whether J and S are taken as exact.
     inertia_covariance : ndarray, shape (2 n, 2 n), or None
-        Of J and S over their values, if they are unknowns; None if nothing is known of them.
+        Covariance of J and S over their values, if they are unknowns; None if nothing is known of them.
     """
 
     body: LinearChain
@@ -156,7 +156,7 @@ class MatrixFit:
     parts : ndarray, shape (perturbations + 1, q, q)
         What each perturbation, and the inertia, add to it.
     epochs : tuple of float
-        Of each perturbation, and infinity for the inertia.
+        Number of epochs of each perturbation, and infinity for the inertia.
     scale : ndarray, shape (q,)
         Natural size of the parameters (units of the parameters).
     chi2 : float

@@ -128,7 +128,7 @@ def driven_products(spectra: Spectra, columns: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     spectra : Spectra
-        Of the record.
+        Spectra of the record.
     columns : ndarray of complex, shape (L, b, q)
         Transforms.
 
@@ -170,13 +170,13 @@ def joint_quantities(
     fit : RowFit
         Parameters and what the record determines (N·m/rad, N·m·s/rad, s).
     spectra : Spectra
-        Of the record (rad, N·m).
+        Spectra of the record (rad, N·m).
     joint : int
         Whose torque.
     names : sequence of str
-        Of the joints.
+        Names of the joints.
     largest_share : float
-        Of (1).
+        Share in (1).
     mode_below_hz : float
         Below this frequency motion is slow (Hz).
 

@@ -72,6 +72,6 @@ def _kind_of_text(head: bytes) -> str | None:
 
 
 def ending_of(path: str | Path) -> str:
-    """Ending of a file's name in lower case, without that of gzip."""
+    """Ending of a file's name in lower case, without the ending of gzip."""
     suffixes = [suffix.lower() for suffix in Path(path).suffixes]
     return "".join((suffixes[:-1] if suffixes[-1:] == [".gz"] else suffixes)[-1:])

@@ -140,7 +140,7 @@ def _of_type_3(channels: list, a: float, b: float, name: str) -> tuple[np.ndarra
 
 
 def _calibrated(group: dict, number: int, channels: list, name: str) -> list:
-    """Channels of type 4 times the calibration matrix; their units are those of the result."""
+    """Channels of type 4 times the calibration matrix, in the units of the result."""
     matrix = _parameter(group, "CAL_MATRIX", (6, 6), number, name)
     if "".join(map(str, _values(group, "MATRIX_STORE").ravel()[:1])).strip().upper() == "BYROW":
         matrix = matrix.T

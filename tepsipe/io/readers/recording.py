@@ -75,7 +75,7 @@ class Recording:
     plates : tuple of ForcePlate
         In the order of the file.
     channels : dict of str to Channel
-        Analog channels by the label in the file, those of the force plates included.
+        Analog channels by the label in the file, including the channels of force plates.
     """
 
     name: str

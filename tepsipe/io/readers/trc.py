@@ -1,6 +1,6 @@
 """Markers from TRC files, the text format of Motion Analysis (Cortex, EVaRT) and of OpenSim.
 
-The layout is that of OpenSim's documentation ("Marker (.trc) files"): ``PathFileType`` on the first line,
+The layout follows OpenSim's documentation ("Marker (.trc) files"): ``PathFileType`` on the first line,
 names of the settings on the second, their values on the third, ``Frame#``, ``Time`` and the markers on the
 fourth, ``X1 Y1 Z1 X2 ...`` on the fifth, then one row per frame, all separated by tabs. A hidden marker has
 empty fields, or 0 in all three.

@@ -224,7 +224,7 @@ def with_treadmill_error(
     Raises
     ------
     InputError
-        If the rate is not that of the treadmill's calibration.
+        If the rate differs from the treadmill's calibration.
     """
     rate = 1.0 / float(np.diff(broadband.time).mean())
     fitted = (broadband.time > -0.5 / rate) & (broadband.time <= window_s + 0.5 / rate)

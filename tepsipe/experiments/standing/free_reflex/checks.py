@@ -53,7 +53,7 @@ def failed_checks(
     perturbations : int
         Number of perturbations in them, usable or not.
     pre_reflex : tuple of ndarray of shape (2,) and Budget, or None
-        B and K of the pre-reflex window less those of ``fit`` (N·m·s/rad, N·m/rad), and the budget of the
+        B and K of the pre-reflex window less B and K of ``fit`` (N·m·s/rad, N·m/rad), and the budget of the
         difference; None without such an estimate.
 
     Returns
@@ -111,7 +111,7 @@ def difference_from_window(
     options: FreeReflexOptions,
     sources: list[Source],
 ) -> tuple[np.ndarray, Budget]:
-    """B and K by least squares in a short window less those of a fit, with the budget of the difference.
+    """Difference of B and K, least squares in a short window less a fit, with the budget of the difference.
 
     Parameters
     ----------
@@ -129,9 +129,9 @@ def difference_from_window(
     Returns
     -------
     difference : ndarray, shape (2,)
-        Of B and K (N·m·s/rad, N·m/rad).
+        Differences of B and K (N·m·s/rad, N·m/rad).
     budget : Budget
-        Of the difference. Its Type A is the scatter of the difference between responses. Sources of the
+        Budget of the difference. Type A is the scatter of the difference between responses. Sources of the
         signals and draws of the treadmill model are subtracted one by one; the onset of the reflex counts as
         in the fit, which alone has it. The spread over windows does not count: such a difference shows it.
     """

@@ -40,7 +40,7 @@ QUIET_STEP_S = 0.02
 ROUNDS = 3
 # fewest trials whose scatter is Type A
 FEWEST_TRIALS = 4
-# sources that this module adds to those of the signals
+# sources that this module adds to the sources of the signals
 WINDOW, REFLEX_ONSET, DISCREPANCY = "window_s", "reflex_onset_s", "model_discrepancy"
 
 
@@ -51,7 +51,7 @@ class FreeReflexOptions:
     Attributes
     ----------
     lowpass_cutoff_hz : float
-        Of all signals (Hz).
+        Cutoff of the low-pass of all signals (Hz).
     discrepancy, discrepancy_s : float
         Standard deviation of d as a share of the largest torque of the response, and its length (s).
     reflex_Nm, reflex_after_s, reflex_speed_m_per_s : float
@@ -133,7 +133,7 @@ def fit_free_reflex(
     rng : numpy.random.Generator
         Draws them.
     reflex_onset_s : float, optional
-        t_r (s); that of the options if left out.
+        t_r (s); from the options if left out.
 
     Returns
     -------

@@ -161,7 +161,7 @@ def free_body(
     models : dict of str to FittedModel
         Component, Fy or Mx -> treadmill model; empty for the loads as measured.
     offset_m : ndarray, shape (2,)
-        Of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
+        Offset of the joint's centre from the assumed one, anterior and longitudinal in the shank (m).
 
     Returns
     -------
@@ -171,7 +171,7 @@ def free_body(
     Raises
     ------
     InputError
-        If the belt or a marker is not in the trial, or the rate is not that of the calibration.
+        If the belt or a marker is not in the trial, or the rate differs from the calibration.
     """
     prepared = standing.prepared.behind(lowpass)
     time, rate, person, labels = prepared.time, prepared.rate_hz, options.person, prepared.markers
@@ -203,7 +203,7 @@ def free_body(
     used = {c: loads[c] for c in COMPONENTS}
     draws = np.empty((0, time.size))
     if models:
-        # the constants are those of a frame and of friction, not of a filter
+        # the constants belong to a frame and to friction, not to a filter
         models = {c: replace(m, lowpass=lowpass) for c, m in models.items()}
         compensated = compensated_loads(models, recordings)
         by_draw = compensated_draws(models, recordings)

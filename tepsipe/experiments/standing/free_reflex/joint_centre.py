@@ -39,7 +39,7 @@ class JointCentre:
     Attributes
     ----------
     offset_m : ndarray, shape (2,)
-        Of the centre from the assumed one: anterior, longitudinal, in the shank as all its markers show it
+        Centre relative to the assumed one: anterior, longitudinal, in the shank as all its markers show it
         (m).
     moving_m : ndarray, shape (2,)
         Where all markers of the shank see it, with the slip of those that it shares with the foot (m).

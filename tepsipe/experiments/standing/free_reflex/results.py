@@ -82,7 +82,7 @@ def fit_free(
     perturbations : int
         Number of perturbations in the trials, usable or not.
     reflex_onset_s : float, optional
-        Earliest instant of a reflex torque (s); that of the options if left out.
+        Earliest instant of a reflex torque (s); from the options if left out.
 
     Returns
     -------
@@ -130,7 +130,7 @@ def _pre_reflex(
     options: FreeReflexOptions,
     sources: list[Source],
 ) -> tuple[np.ndarray, Budget] | None:
-    """B and K in the first window without active torque less those of a fit, and the budget of this."""
+    """B and K in the first window without active torque less B and K of a fit, and the budget of this."""
     for estimator in estimators.values():
         plain = estimator.active == NONE and not estimator.inertia
         if plain and estimator.window_s <= options.windows_s[1]:
@@ -163,7 +163,7 @@ def reflex_onset(
     Parameters
     ----------
     latencies : list of MuscleLatency
-        Of the muscles with a response (s).
+        Latencies of the muscles with a response (s).
     action : dict of str to float
         Muscles that act at the ankle.
     detector : str
@@ -258,7 +258,7 @@ def _budget_from_result(result: Result, estimator: str) -> Budget:
 def task_difference(
     name: str, more: Result, less: Result, critical_stiffness: float
 ) -> tuple[list[Estimate], list[Contribution]]:
-    """B and K of one task less those of another of the same person.
+    """Difference of B and K between two tasks of the same person.
 
     What both tasks share, the joint's centre, the feet's mass, the plate, is subtracted source by source, so
     the interval is sharper than the two of its parts suggest.

@@ -248,7 +248,7 @@ def _selected_delays(
 
 
 def _at_bound(ranges: dict[str, tuple[float, float]], options: ActiveOptions) -> tuple[str, ...]:
-    """Those of T, L and D of which only the first or the last of several values tried is not rejected."""
+    """Parameters among T, L and D of whose values only the first or only the last is not rejected."""
     tried = options.tried
     return tuple(
         key

@@ -185,7 +185,7 @@ def latency_estimates(condition: str, latency: MuscleLatency, source: Source | N
 
 
 def _row(about: tuple, onset: Onset, responses: int, source: Source | None) -> Estimate:
-    """A latency with its interval: that of the resampled ensembles, widened by Type B on both sides."""
+    """A latency with the interval of the resampled ensembles, widened by Type B on both sides."""
     if onset.standard_error_s is None or onset.interval_s is None or source is None:
         low, high = onset.interval_s or (None, None)
         error = onset.standard_error_s

@@ -104,7 +104,7 @@ def fit_estimates(
     critical_stiffness : float
         m g h (N·m/rad).
     latencies : list of MuscleLatency
-        Of the muscles with a response (s).
+        Latencies of the muscles with a response (s).
     stretch : Source, optional
         Type B of the latencies (s).
 
@@ -236,7 +236,7 @@ def standing_result(
     recommended : str
         Pathway whose curves are stored.
     latencies : list of MuscleLatency
-        Of the muscles with a response (s), for a task.
+        Latencies of the muscles with a response (s), for a task.
     facts : dict
         Further facts.
     windows : ndarray, shape (windows, 4), optional
