@@ -1,4 +1,4 @@
-"""A person on a moving platform: impedance of ankle and hip in closed loop, and what the trial cannot say.
+"""A person on a moving platform: impedance of ankle and hip in closed loop, with refusals where needed.
 
 The torques of both joints are fitted with several models of increasing freedom, with the motion of the
 platform as instrument (`tepsipe.identification.several_joints.closed_loop`). The first model that leaves no

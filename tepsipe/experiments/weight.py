@@ -8,7 +8,7 @@ Symbols: F_y measured force (N), y_w position of the weight (m), m_w its mass (k
     estimated mass        m_hat = y_w'' \ F_y            (3-12)
 
 If the dynamics of the treadmill did not depend on the load carried, Delta F would equal F_y0. m_w is known:
-an interval of m_hat that does not hold it shows a belt-induced force beyond what its budget allows.
+an interval of m_hat that excludes it indicates a belt-induced force larger than its budget allows.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""From a table of an instrumented treadmill's load and belt velocity to one trial on a regular clock.
+"""Conversion of a table of an instrumented treadmill's load and belt velocity to a trial on a regular clock.
 
 Such a table is written sample by sample while the belt is accelerated, and its time stamps are often
 less accurate than its samples: load and velocity were sampled by a regular clock, and the stamps are the

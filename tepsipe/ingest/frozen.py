@@ -1,8 +1,9 @@
 """Stretches in which a channel repeats itself although it should be noisy.
 
-A channel whose usual step is hardly larger than its smallest one is quantised: there identical neighbours
-are the rule. Elsewhere noise changes every sample. In public C3D files the longest run of one
-position in all coordinates is 20 ms, that of one value in a force channel that reads no exact zero 39 ms.
+A channel whose median step is hardly larger than its smallest one is quantised: identical neighbours are
+common in it. In all other channels noise changes every sample. In public C3D files the longest run of
+one position in all coordinates is 20 ms; the longest run of one value in a force channel, exact zeros
+excluded, is 39 ms.
 """
 
 import numpy as np

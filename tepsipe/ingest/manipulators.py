@@ -1,4 +1,4 @@
-"""From the recordings of a manipulator to one trial on one regular clock.
+"""Conversion of the recordings of a manipulator to one trial on one regular clock.
 
 Each function repairs and aligns the output of the readers, and records in the attributes of the trial
 what it did.

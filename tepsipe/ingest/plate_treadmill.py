@@ -1,4 +1,4 @@
-"""From the treadmill's log and the markers, if there are any, to one trial on one clock.
+"""Conversion of the treadmill's log and the markers, if there are any, to one trial on one clock.
 
 Time 0 is the trigger. All signals are repaired, calibrated and aligned here, and the attributes of the
 trial record what was done.

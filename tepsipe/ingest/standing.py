@@ -1,4 +1,4 @@
-"""From treadmill, markers and electromyograms of a standing person to one trial.
+"""Conversion of treadmill, markers and electromyograms of a standing person to one trial.
 
 Time 0 is the trigger on every clock. Forces, belt and markers are on the clock of the motion capture, the
 electromyograms on their recorder's own, at the full rate. A file that holds all of them has one clock, which

@@ -1,4 +1,4 @@
-"""From one recording that holds a whole trial to one trial on one clock.
+"""Conversion of one recording of a whole trial to one trial on one clock.
 
 Markers, force plates and analog channels share their clock, so no trigger is needed: time 0 is the first
 frame, or the edge of a trigger channel where one is named. Positions, forces and moments are turned to the

@@ -5,9 +5,9 @@ a force between the pulses. Linear constants follow by least squares for every s
 projection; Golub & Pereyra 1973). The fit begins with the loaded frame and adds the term that most reduces
 the error of trials that are left out in turn, as long as the gain is clear: a treadmill without memory gets a
 model without bristles. Left-out errors follow from the linearised fit. So does the covariance of the
-constants: trials are clusters with errors of their own, whose residuals are corrected for how far the trial
-has drawn the fit towards itself (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife overstates
-what a single trial determines, for example all that only the fastest pulse shows.
+constants: trials are clusters with independent errors, whose residuals are corrected for the leverage of the
+trial on the fit (bias-reduced linearisation; Bell & McCaffrey 2002). The jackknife overstates the influence
+of a single trial, for example of the only one with the fastest pulse.
 """
 
 from dataclasses import dataclass, replace

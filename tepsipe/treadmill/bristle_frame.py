@@ -6,9 +6,9 @@
     d = d_0 + d_1 M,    e = e_0 + e_1 M
     S(s) = 1 - k t s / (1 + t s)
 
-Symbols as in `tepsipe.treadmill.loaded_frame`; further z, how far the bristles between belt and deck are bent
-(`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u and
-its speed v_s; p the share of a second mode of the frame, p_F of the force and p_M of the moment, r times
+Symbols as in `tepsipe.treadmill.loaded_frame`; further z, the deflection of the bristles between belt and
+deck (`tepsipe.treadmill.pulse_windows`), with the pre-sliding distance d_z, the excess of friction at rest u
+and its speed v_s; p the share of a second mode of the frame, p_F of the force and p_M of the moment, r times
 slower; lever the height of the friction, all terms of F_y with w and z, about the x axis (m); x cross-talk
 from the true fore-aft force to the moment (m). The pulses of all trials are fitted together, force and moment
 with one frame.

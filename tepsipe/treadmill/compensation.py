@@ -2,10 +2,10 @@
 
 The constants of a treadmill model are estimates from a few calibration trials. The attribute ``deviations``
 of `tepsipe.treadmill.registry.FittedModel` holds draws of their errors, the same draw in the same row for
-fore-aft force and pitch moment. Each draw gives other compensated loads, and so other joint torques and other
-parameters: their spread is the share of the calibration in the uncertainty. It counts as Type B, because
-repetition of the trial at hand does not reduce it; this departs from the letter of JCGM 100, which calls
-every statistical evaluation Type A.
+fore-aft force and pitch moment. Each draw gives different compensated loads, joint torques and parameters;
+their spread is the contribution of the calibration to the uncertainty. It counts as Type B, because
+repetition of the trial does not reduce it; this departs from the letter of JCGM 100, which calls every
+statistical evaluation Type A.
 """
 
 from dataclasses import replace

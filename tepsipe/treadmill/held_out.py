@@ -1,4 +1,4 @@
-"""Gate of a treadmill model in units of the joint's parameters: what its error does to I, B and K.
+"""Gate of a treadmill model: the effect of its error on I, B and K.
 
 R2 does not show whether a model is good enough: 0.998 is compatible with a wrong stiffness. What counts is
 the error of the torque, e = M_x + l F_y of the residuals, with the lever l of the joint, as far as it looks
@@ -7,8 +7,8 @@ and near its mass, is regressed on the subject's own motion,
 
     e(t) = dI theta'' + dB theta' + dK theta (+ constant),
 
-which is the error that the compensated estimates inherit. Residuals of calibration trials are those of a fit
-without that trial. What the gate cannot see: the state of friction before a pulse, and wrong geometry.
+which is the error that the compensated estimates inherit. Residuals of calibration trials come from a fit
+without that trial. The gate does not detect the state of friction before a pulse, nor wrong geometry.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
-"""The opening of a trial on the treadmill: one filter, perturbations, rest, and loads of the plate.
+"""Preparation of a trial on the treadmill: one filter, perturbations, rest, and loads of the plate.
 
-Every analysis of such a trial starts here. The perturbations are found in the measured belt velocity, so they
-are where the belt moved and not where it was told to move.
+Every analysis of such a trial starts here. The perturbations are found in the measured belt velocity, not in
+the commanded one.
 """
 
 from collections.abc import Callable

@@ -2,7 +2,7 @@
 
 The pulses of one trial are alike: the belt follows the same command, and what differs is noise. The mean over
 the pulses, aligned to a fraction of a sample, has less noise, which matters for friction with memory:
-noise of the velocity would shake the bristles loose. Bristles between belt and deck are bent by z:
+noise in the velocity would release the bristles. Bristles between belt and deck are deflected by z:
 
     d z' = w - |w| z / g(w),    g(w) = 1 + u exp(-(w / v_s)^2)
 

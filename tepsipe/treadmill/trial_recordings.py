@@ -1,4 +1,4 @@
-"""From a trial to the input of the treadmill models: one recording per component of the measured load.
+"""Conversion of a trial to the input of the treadmill models: one recording per component of the load.
 
 On the force plate the components are the fore-aft force Fy (N) and the moment Mx (N·m) about the plate's
 x axis, both of the perturbed belt. Because transducers drift, a straight line through the rest before

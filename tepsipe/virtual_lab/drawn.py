@@ -1,14 +1,14 @@
 """Laboratories drawn at random around the constants of a configuration file.
 
-A laboratory is measured with a ruler, a scale and clocks: its true constants are not the numbers that the
-analysis knows. The section ``drawn`` gives constants, by their path, a distribution around the number in the
-file. Each number has a generator of its own, seeded by the laboratory's seed and the path: a further entry
-changes no other draw.
+A laboratory is measured with a ruler, a scale and clocks, so its true constants differ from the numbers that
+the analysis uses. The section ``drawn`` gives constants, by their path, a distribution around the number in
+the file. Each number has its own generator, seeded by the laboratory's seed and the path, so that a further
+entry changes no other draw.
 
-A mass, a share or a rate that is drawn as a part of its number keeps the number's sign, and an entry may say
-that its numbers are positive, or below a limit such as the 1 of a share: a draw beyond is repeated by the
-same generator, so the distribution is cut off there and other numbers, of this laboratory and of others, stay
-as they are.
+A mass, a share or a rate that is drawn relative to its number keeps the number's sign. An entry may require
+its numbers to be positive, or below a limit such as 1 for a share: a draw beyond is repeated by the same
+generator. The distribution is thus truncated, and other numbers, of this laboratory and of others, do not
+change.
 """
 
 import copy

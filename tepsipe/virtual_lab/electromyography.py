@@ -1,7 +1,7 @@
-"""The recorder of muscle activity: bipolar electrodes on the skin, a file and a clock of its own.
+"""The recorder of muscle activity: bipolar electrodes on the skin, its own file and clock.
 
-Channel i lies over muscle i, whose neural drive is d_i (0 at rest, 1 in a maximal contraction). What it
-records is
+Channel i lies over muscle i, whose neural drive is d_i (0 at rest, 1 in a maximal contraction). It
+records
 
     u_i = sum_j C_ij A d_j w_j  +  G_i (h * a)  +  H_i (hum)  +  b_i  +  n_i
 

@@ -1,12 +1,12 @@
-"""The dual-belt treadmill's 14 force transducers and what stands between them and the load.
+"""The dual-belt treadmill's 14 force transducers, and the dynamics between them and the load.
 
 Per belt: 4 vertical transducers in the corners, 2 medio-lateral ones at the belt's ends, 1 fore-aft
 one in its middle. A wrench w = (Fx, Fy, Fz, Mx, My, Mz) spreads over the 7 transducers as the
 least-norm forces f with E f = w, where E holds the transducers' lines of action. Voltages are
-sensitivity times cross-talk times f. The calibration matrix is what a careful static calibration
-of such a plate would have found.
+sensitivity times cross-talk times f. The calibration matrix is the result of a careful static
+calibration of such a plate.
 
-What the transducers feel is not the reaction on the load alone. In the order in which it happens:
+The transducers do not measure the reaction on the load alone. In the order of the force path:
 
 1. Belt. The drive pulls the belt at its rear end, and belt and splices give in a viscous way: the
    load follows the rollers through a first-order lag, T on average, which changes by a factor phi(t)
@@ -19,21 +19,21 @@ What the transducers feel is not the reaction on the load alone. In the order in
 
        F_friction = (F_0 + mu N) ((1 - b) tanh(v_r / v_0) + b z) + c v_r
 
-   A share b of it is that of bristles z with a memory (below). The friction acts on
-   deck and bearings, a lever below the surface of the belt, and has a moment M_x by it.
-   At the load this friction leads the velocity and so resembles a mass, the more the slower the belt: the
-   apparent mass c_eff T falls with amplitude as the friction saturates. The excess mass of the upper run
-   of the belt over the lower run, which moves the other way, acts as a mass; the rollers, accelerated
-   against the frame, as a pitch moment -(I / r) v'.
+   A share b of it comes from bristles z with a memory (below). The friction acts on deck and
+   bearings, a lever arm below the surface of the belt, and so causes a moment M_x. At the load this
+   friction leads the velocity and so resembles a mass, more so for a slower belt: the apparent mass
+   c_eff T falls with amplitude as the friction saturates. The excess mass of the upper run of the belt
+   over the lower run, which moves the other way, acts as a mass; the rollers, accelerated against the
+   frame, act as a pitch moment -(I / r) v'.
 2. Floor. The building vibrates near its natural frequency and shakes the frame, whose mass lies about at
    the height of the belt: a fore-aft force that is independent of the perturbations.
 3. Frame. It sways fore and aft, Fy and Mx, on the transducer's stiffness and with the mass of frame
    and load: a second-order resonance, lower under a heavier load. Its gain below the resonance makes
-   a load seem heavier at higher frequencies. A share of Fy, and another of Mx, takes a second mode, the
-   frame's pitch, with a moving mass of its own: H = (1 - s) H_1 + s H_2, with a static gain of 1.
+   a load seem heavier at higher frequencies. A share of Fy, and another of Mx, passes through a second
+   mode, the frame's pitch, with its own moving mass: H = (1 - s) H_1 + s H_2, with a static gain of 1.
 4. Mounts. Rubber seals bridge the gap between the deck and the floor around it, at the height of the
-   belt. A quick force finds them stiff and passes a share s of itself to the floor; within T_m the
-   rubber relaxes (a Maxwell element), so a static calibration cannot see it:
+   belt. They are stiff under a quick force and pass a share s of it to the floor; within T_m the rubber
+   relaxes (a Maxwell element), so a static calibration does not detect it:
 
        F_transducer = F - s (T_m d/dt) / (1 + T_m d/dt) F
 

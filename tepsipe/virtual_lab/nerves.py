@@ -5,7 +5,7 @@ Muscle m is driven by
     e_m = [tone_m + G_m [s(t - L_m) - s_0]_+ + G_2m [s(t - L_2m) - s_0]_+ + balance]_+
 
 with the velocity s = sum_j w_mj phi_j' at which it is stretched, above a threshold, a short and a medium
-latency earlier (M1 and M2). Balance responds to the centre of mass a longer delay earlier, and has a random
+latency earlier (M1 and M2). Balance responds to the centre of mass after a longer delay, and has a random
 part. Force follows the drive as a twitch of second order that rises with T and falls with T_2, critically
 damped if both are the same:
 

@@ -1,4 +1,4 @@
-"""Files that a gait laboratory would have of a walk: markers and both force plates in one file, and events.
+"""Files of a walk as a gait laboratory records it: markers and both force plates in one file, and events.
 
 The walk is sagittal. Markers stand on lateral malleolus (the joint), knee, heel, toe and, where the walk has
 its motion, the sacrum. The foot's pitch follows from the angles of hip and knee under an upright trunk; a

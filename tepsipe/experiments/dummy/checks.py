@@ -1,20 +1,20 @@
-"""Checks of a dummy trial that warn: what the markers, the log and two estimators say of each other.
+"""Checks of a dummy trial that give warnings, from markers, log and two estimators against each other.
 
-Every check has a size in a unit of its own, a tolerance below which it does not matter (K moves by
-about a quarter of a per cent, less than the leg's mass is known), and the probability of so large a
-size in a laboratory without the fault. It fails if the size exceeds the tolerance and the
-probability lies below 0.05 / n, n the number of checks of the trial (Bonferroni): all together give
-false alarms in at most 5 % of the trials.
+Every check has a size in its own unit, a tolerance below which it does not matter (K changes by about
+a quarter of a per cent, less than the uncertainty of the leg's mass), and the probability of so large
+a size in a laboratory without the fault. It fails if the size exceeds the tolerance and the
+probability is below 0.05 / n, with n the number of checks of the trial (Bonferroni). All checks
+together give false alarms in at most 5 % of the trials.
 
 leg-disagrees
-    K of the windowed fit against what it should find. Markers without noise that move like the fitted
-    joint go through filter, pose, derivatives and regression; what noise adds by errors in
-    variables is predicted. The null distribution holds what sources of Type B do to the difference: a
-    rod that bends as much as is believed is no fault.
+    K of the windowed fit against its expected value. Noise-free markers that move like the fitted
+    joint pass through filter, pose, derivatives and regression; the bias by errors in variables is
+    added. The null distribution includes the effect of Type B sources on the difference: a rod that
+    bends within its stated uncertainty is no fault.
 foot-leg-delay
     Delay of the angle after the foot: sampling instants, or a marker that slips.
 joint-inertia
-    I against what is known of the joint's own: mass, centre of mass or inertia of the leg are wrong.
+    I against the known inertia of the joint: mass, centre of mass or inertia of the leg are wrong.
 foot-markers-apart
     Markers on the foot alone against each other, at rest between perturbations and locked to them.
 markers-slip
@@ -24,7 +24,7 @@ markers-pulse-locked
 lack-of-fit
     Residuals of the joint likelihood: their power, and their average over the perturbations.
 
-`noise_bias` is no test: it predicts the bias of a windowed fit from the noise that was measured.
+`noise_bias` is not a test: it predicts the bias of a windowed fit from the measured noise.
 
 Failed checks flag the rows of the pathways that they concern:
 
@@ -33,7 +33,7 @@ Failed checks flag the rows of the pathways that they concern:
     output error and joint likelihood          the same but noise-biased; foot-markers-apart, lack-of-fit
 
 The pathway of the configuration is quoted. If it is a joint likelihood whose model does not fit the trial
-(lack-of-fit), while the recommended windowed fit passes its own checks, that is quoted.
+(lack-of-fit), while the recommended windowed fit passes its own checks, the windowed fit is quoted.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,9 @@
-"""Uncertainty of I, B, K of the ankle dummy from the foot and the force plate: what each source contributes.
+"""Uncertainty of I, B, K of the ankle dummy from the foot and the force plate, source by source.
 
 The torque (`foot_torque`) is linear in forces, masses and lengths, and the parameters are linear in the
-torque: what a source contributes is the fit to the change of the torque. Only the clock and the delay of the
-markers after the forces change the regressors, too. Offsets of the leg's markers change the angle by a
-constant, which rest takes away.
+torque, so the contribution of a source is the fit to the change of the torque. Only the clock and the delay
+of the markers after the forces change the regressors as well. Offsets of the leg's markers change the angle
+by a constant, which is removed with the angle at rest.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,9 +1,8 @@
-"""Uncertainty of I, B, K of the ankle dummy from the motion of its leg: what each source contributes.
+"""Uncertainty of I, B, K of the ankle dummy from the motion of its leg, source by source.
 
 *From a torque* (windowed least squares). The torque is linear in m, m r and I_l, so central differences are
-exact for these. A layout of the markers that is wrong moves nothing but two constants, because the leg is
-rigid: the measured angle by a constant c, and the point that is taken for the centre of mass by (a, l) in the
-axes of the leg,
+exact for these. Because the leg is rigid, a wrong layout of the markers has two effects only: it shifts the
+measured angle by a constant c, and the assumed centre of mass by (a, l) in the axes of the leg,
 
     y'' -> y'' + (a cos theta + l sin theta)'',    z'' -> z'' + (l cos theta - a sin theta)''
 
@@ -16,8 +15,8 @@ too large and a clock that runs a times too fast,
     J -> s J,    B -> s B / a,    K -> k_g + s (K - k_g) / a^2,    k_g = m g r
 
 Offsets of markers and delays change the angle at rest and the delay, which are estimated. Sources that move
-markers against each other act on the joint likelihood by `tepsipe.experiments.dummy.likelihood_budget`. Every
-derivative is that of what the analysis would return with another value for the source.
+markers against each other act on the joint likelihood by `tepsipe.experiments.dummy.likelihood_budget`. All
+derivatives are of the result of the analysis with respect to the value of the source.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,8 +1,8 @@
-"""Uncertainty of the joint likelihood from what moves markers: instants, axes, a bending rod.
+"""Uncertainty of the joint likelihood due to displaced markers: instants, axes, a bending rod.
 
 The other sources scale the equation of motion (`tepsipe.experiments.dummy.leg_budget`). These change the
-channels of the likelihood; each is propagated to first order, by one step from the maximum for markers that
-are moved by one standard uncertainty:
+channels of the likelihood. Each is propagated to first order: markers are displaced by one standard
+uncertainty, and one step is taken from the maximum:
 
     marker_sampling_s                   y_j -> y_j + j dt y_j',  j the place of the marker in the sequence
     levelled_rad                        all markers turned by an angle after levelling

@@ -10,7 +10,7 @@ J = I_l + m r^2 + I, k_g = m g r.
 
 Noise n is white and Gaussian; its variance is the power of the signal over the SNR. The filter and the
 derivative are linear, F(theta + n) = F theta + F n, so the signal is filtered once, and F, D F and D D F are
-applied to the noise of each draw around the windows only. The rates of the noise-free signal are those of the
+applied to the noise of each draw around the windows only. The rates of the noise-free signal come from the
 simulation, without an error of differentiation. Signals are filtered once per trial, and noise is drawn once
 per trial, target and SNR; all processings share both.
 

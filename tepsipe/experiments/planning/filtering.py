@@ -1,4 +1,4 @@
-"""Low-passes of planned and recorded trials: all signals alike, and what happens if they are not.
+"""Low-passes of planned and recorded trials: the same for all signals, and the bias if they differ.
 
 A filter is linear: with h its impulse response, tau = I theta'' + B theta' + K theta implies
 h * tau = I h * theta'' + B h * theta' + K h * theta. Filtered alike, on the same clock, signals without noise

@@ -1,4 +1,4 @@
-"""The pulse that shows most of K within limits of the belt's motion, and a bound that none can exceed.
+"""Pulse with the most information on K within limits of the belt's motion, and a bound for all pulses.
 
 The command is v(t) = sum_j c_j N_j(t), with cubic B-splines N_j on equal knots, 0 with its slope at both
 ends. Through the drive, as long as its force is not at its limit, the belt's motion is linear in c, and so
@@ -18,7 +18,7 @@ semidefinite. For every d_i >= 0, M = sum_i d_i l_i l_i', and lambda the largest
     c' Q c <= lambda c' M c <= lambda sum_i d_i
 
 (dual of Shor's relaxation). The right-hand side is lowered by descent over d; any d gives a valid bound, and
-so does any w. This proves how far the best pulse can be from the one that was found.
+so does any w. This limits how much better than the pulse found the best pulse can be.
 """
 
 from dataclasses import dataclass, replace

@@ -1,11 +1,11 @@
-"""From a design to the standard uncertainty of I, B, K that it will have, and the perturbations it needs.
+"""Expected standard uncertainty of I, B, K for a design, and the number of perturbations it needs.
 
     u^2(n) = (u_A^2 - u_R^2) n_0 / n + u_R^2 + u_B^2
 
-u_A is that of the estimator with the planned number n_0, from its own covariance (`expected_fit`,
-`window_noise`); the Cramer-Rao bound is given beside that of the likelihood. u_R is the part of u_A that
-comes through the rest to which windowed least squares refers: it falls with the time of rest only. u_B comes
-from the tolerances of the calibration, as in the budgets of the dummy.
+u_A is the estimator's uncertainty with the planned number n_0, from its own covariance (`expected_fit`,
+`window_noise`); for the likelihood, the Cramer-Rao bound is given as well. u_R is the part of u_A due to the
+reference at rest of windowed least squares: it falls with the duration of rest only. u_B comes from the
+tolerances of the calibration, as in the budgets of the dummy.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Pulses of the belt: their velocity as commanded, what the drive makes of it, and their peaks.
+"""Pulses of the belt: commanded velocity, response of the drive, and peaks.
 
 The drive is a proportional-integral servo of the belt's velocity, whose force is limited,
 

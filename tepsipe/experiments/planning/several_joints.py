@@ -1,8 +1,8 @@
 """Number and place of the perturbations that identify stiffness and damping of ankle, knee and hip.
 
 A person is perturbed at belt, shank, thigh or pelvis. For every set of one to three of these, the Fisher
-information of the expected person tells which directions of the 3 x 3 matrices are determined, and simulated
-persons with sway and noise tell whether the estimator holds what it promises.
+information of the expected person determines the directions of the 3 x 3 matrices that can be identified.
+Simulated persons with sway and noise test whether the estimator reaches the predicted precision.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,7 @@
 """Expected standard uncertainty of B and K of a standing person's ankles, before anyone stands on the belt.
 
 The belt turns the shank about a point a distance L above the ankle, phi = -y / L, for the first tenth of a
-second, in which B and K are found beside a free reflex torque
+second. Within it, B and K are estimated together with a free reflex torque
 (`tepsipe.experiments.standing.free_reflex.fit`). With the estimator's own weights A = N^-1 X' C^-1,
 N = X' C^-1 X, for n responses
 
@@ -12,9 +12,9 @@ S is the covariance of sway in the window, relative to the baseline before the o
 
     cov(s(t), s(t')) = s^2 (1 + |t - t'| / T) exp(-|t - t'| / T) + F F'
 
-C does not fall with n where the model of rig and reflex limits, so neither does u_A as 1 / sqrt(n). Type B is
-a share of B and K that treadmill model, joint centre and mass of the feet leave. I is not estimated: that of
-the feet is known.
+Where the model of rig and reflex limits C, C does not fall with n, and u_A does not fall as 1 / sqrt(n).
+Type B is a share of B and K due to treadmill model, joint centre and mass of the feet. I is not estimated,
+because the inertia of the feet is known.
 """
 
 from dataclasses import dataclass, field

@@ -1,7 +1,7 @@
 """Windowed least squares with noise: variance and bias of I, B, K before anything is measured.
 
 With R the regressors theta'', theta', theta - theta_rest of one window without noise, dR their noise, d_tau
-that of the torque and x = (I, B, K), the estimate is
+the noise of the torque and x = (I, B, K), the estimate is
 
     x_hat - x = (R_n' R_n)^-1 R_n' e,    R_n = R + dR,    e = d_tau - dR x
 
@@ -11,8 +11,9 @@ where C = E[dR' dR], and c = E[dR' e],
 
     bias = G^-1 c,    covariance of a window = G^-1 R' Cov(e) R G^-1 + G^-1 cov(dR' e) G^-1
 
-to second order in the noise, which is enough while C is small compared with R'R. The windows are far apart:
-their mean has the covariance of a window over their number, and what rest adds, which is the same in all.
+to second order in the noise, which is enough while C is small compared with R'R. The windows are far apart,
+so their mean has the covariance of one window divided by their number, plus the covariance due to the
+reference at rest, which all windows share.
 
 Noise in the torque from the leg's motion, and from plate and foot, for a leg near the vertical:
 

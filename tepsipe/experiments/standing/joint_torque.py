@@ -1,9 +1,9 @@
 """Joint angles and ankle torque of a person standing on the treadmill (thesis section 3-2).
 
 Symbols: y forward along the belt, z up; angles of segments from the vertical, positive when they tip
-towards +y. The ankle angle is the angle of the shank minus that of the foot, the knee angle that of the thigh
-minus that of the shank (extension positive). The trunk has no marker, so the hip angle is unknown. The torque
-is that of both ankles.
+towards +y. The ankle angle is the angle of the shank minus the angle of the foot; the knee angle is the angle
+of the thigh minus the angle of the shank (extension positive). The trunk has no marker, so the hip angle is
+unknown. The torque is the sum of both ankles.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """The thesis's path from a moving dummy to its printed numbers, without a laboratory.
 
 A candidate joint is moved by the belt of a trial, its markers are sampled one after another, and the printed
-equations are applied (thesis section 3-1-2, eqs 3-8 and 3-9): what would this joint have given the thesis?
+equations are applied (thesis section 3-1-2, eqs 3-8 and 3-9), to find what the thesis would have printed.
 """
 
 from dataclasses import dataclass

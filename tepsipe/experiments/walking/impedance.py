@@ -11,13 +11,13 @@ and its covariance is known from unperturbed strides,
 
     S = cov(M + I theta'' + B theta' + K theta) (1/n + 1/m) + (0.02 y)^2 1 + s^2 R(t, t')
 
-with m unperturbed strides, 2 % of the response for what the model lacks, and a reflex moment of any shape
-from t_r on, an integrated Wiener process R that amounts to s 20 ms after t_r. What varies within the window
-is averaged with the weights of K, so that the estimate belongs to their centre of time (Lee, Krebs & Hogan
+with m unperturbed strides, 2 % of the response for errors of the model, and a reflex moment of any shape from
+t_r on, an integrated Wiener process R that reaches s at 20 ms after t_r. A changing impedance is averaged
+over the window with the weights of K, so the estimate belongs to their centre of time (Lee, Krebs & Hogan
 2016 and Shorter & Rouse 2018 on impedance that changes within stance).
 
-Errors in variables: means of natural scatter remain in Dtheta. Its covariances are known
-from unperturbed strides and are subtracted from the normal equations.
+Errors in variables: natural scatter remains in the mean Dtheta. Its covariances are known from unperturbed
+strides and are subtracted from the normal equations.
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""Perturbed strides minus what they would have been: unperturbed strides with the same past.
+"""Perturbed strides minus their unperturbed prediction, from unperturbed strides with the same past.
 
 An unperturbed stride is cut at the same time after its heel strike as the pulse. What follows is predicted
 from the state at the onset, by ridge regression on standardised features of the unperturbed strides:

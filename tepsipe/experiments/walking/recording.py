@@ -7,8 +7,8 @@ bandwidth of the force:
 
 with x forward and y upward, positive in plantarflexion. Gravity and inertia of the foot are left to
 `tepsipe.experiments.walking.impedance`, as a deviation of the moment that is known up to the foot's mass.
-Moments that gait software supplies are often low-passed at 6 Hz, which leaves neither the pulse nor
-the scatter of the strides within it: they flatter (`bandwidth_hz`).
+Moments from gait software are often low-passed at 6 Hz. This removes the pulse, and the scatter of the
+strides with it, so the results look better than they are (`bandwidth_hz`).
 """
 
 from dataclasses import dataclass, field

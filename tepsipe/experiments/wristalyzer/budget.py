@@ -1,9 +1,9 @@
-"""Uncertainty of I, B, K of the torque-controlled manipulator: what each source contributes.
+"""Uncertainty of I, B, K of the torque-controlled manipulator, source by source.
 
 With a torque that is s times the commanded one and an encoder that reads a times the angle, every estimate of
 a torque over an angle is 1 / (s a) times the true one, friction 1 / s, hardening 1 / (s a^3), and an angle a
-times. A torque that acts later than its record by d turns 1 / H by e^(j w d): the spectral fits take it for
-damping, the regressions estimate it. I is that of everything that turns with the handle.
+times. A torque that acts later than its record by d turns 1 / H by e^(j w d): the spectral fits mistake it
+for damping, the regressions estimate it. I is the inertia of everything that turns with the handle.
 """
 
 from collections.abc import Mapping

@@ -12,10 +12,10 @@ The model of Kearney, Stein & Parameswaran (1997), with both pathways in one reg
 
 T is the sampling period, theta_0 the mean angle of the fitted part, 2 c the angle-dependent stiffness (change
 of K per angle). tau_S is short-range stiffness: elastic-plastic stop elements (Prandtl 1928) of fixed radii
-r_j, so that K + sum of w is the stiffness of small movements and K that beyond yield; both fall steadily with
-amplitude in human calf muscles (Loram, Maganaris & Lakie 2007). Elements of stiffness v relax with fixed time
-constants T_j (Maxwell): after them their torque is gone. g is the reflex response, its integral the
-reflex gain G; the integral of m is the change of G per angle, that of b the gain of unloading, the delayed
+r_j. K + sum of w is then the stiffness of small movements, and K the stiffness beyond yield; the stiffness of
+human calf muscles falls steadily with amplitude (Loram, Maganaris & Lakie 2007). Elements of stiffness v
+relax with fixed time constants T_j (Maxwell). g is the reflex response, and its integral the reflex gain G.
+The integral of m is the change of G per angle; the integral of b is the gain of unloading, the delayed
 response to the other direction. They are linear between knots and zero at both ends, or sums of Laguerre
 functions t^k exp(-pole t), k >= 1. All signals and regressors are low-pass filtered identically, which
 preserves their linear relation. The criterion
@@ -25,14 +25,15 @@ preserves their linear relation. The criterion
 is minimised over the N samples of the fitted part, with every group of regressors scaled to unit size. W
 whitens the slow voluntary torque (`tepsipe.identification.cascade.slow_torque`): generalised least squares.
 The offset is the mean of the residual without W. h[-1], h[0] and h[1] are not penalised: by central
-differences they are I theta'' + B theta' + K theta. Roughness are second differences between knots, or the
+differences they are I theta'' + B theta' + K theta. Roughness means second differences between knots, or the
 size of the Laguerre coefficients; a large lambda reduces the model to I, B, K and stops. The structure is
 selected by cross-validation (`tepsipe.identification.cascade.selection`).
 
-Intervals: blocks are drawn with replacement, and for each draw terms, kernel and threshold by the same rules
-from folds drawn with replacement, so that they include these choices, but not that of the delay, which is
-assumed where the record does not determine it, nor the bias of the penalty. Percentiles of draws from n
-blocks are too narrow; they are expanded (`tepsipe.statistics.bootstrap.expanded_tail`).
+Intervals: blocks are drawn with replacement, and for each draw the terms, kernel and threshold are selected
+by the same rules from folds drawn with replacement. The intervals thus include these choices, but neither the
+choice of the delay, which is assumed where the record does not determine it, nor the bias of the penalty.
+Percentiles of draws from n blocks are too narrow; they are expanded
+(`tepsipe.statistics.bootstrap.expanded_tail`).
 """
 
 from dataclasses import dataclass, replace

@@ -1,6 +1,6 @@
 """Parts of the intrinsic and the reflex pathway of a parallel-cascade model (Kearney et al. 1997).
 
-Short-range stiffness is that of elastic-plastic elements in parallel (Prandtl, Jenkin), each a spring in
+Short-range stiffness comes from elastic-plastic elements in parallel (Prandtl, Jenkin), each a spring in
 series with a slider: its force follows the angle, but its deflection does not exceed its radius. A relaxing
 element (Maxwell) is a spring in series with a damper: its deflection decays.
 """

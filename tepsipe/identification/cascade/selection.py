@@ -1,10 +1,10 @@
 """Structure of a parallel-cascade model by cross-validation over blocks of the fitted part.
 
-Direction, kernel and threshold of the reflex, in this order, are those of the smallest cross-validated error
-with all terms present. Then the terms are chosen: the simplest set whose error is within a tolerance of the
+Direction, kernel and threshold of the reflex are chosen first, in this order, by the smallest cross-validated
+error with all terms present. The terms follow: the simplest set whose error is within a tolerance of the
 smallest. A reflex, and knots in place of Laguerre functions, must lower the error by more than ``SEPARATED``
-standard errors of the difference over blocks. At last the delay: among those that the record does not
-separate, the one closest to the expected delay. All errors are those of the weighted signals.
+standard errors of the difference over blocks. The delay is chosen last: among the delays that the record does
+not separate, the one closest to the expected delay. All errors refer to the weighted signals.
 """
 
 from dataclasses import dataclass, replace

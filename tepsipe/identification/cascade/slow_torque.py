@@ -1,4 +1,4 @@
-"""Slow torque of a person: what a joint's torque holds beside its response to the imposed movement.
+"""Slow torque of a person: the part of a joint's torque that does not respond to the imposed movement.
 
 The torque that no model of the joint explains is a slow voluntary torque b and faster remains w:
 

@@ -4,19 +4,19 @@ Marker j, at the longitudinal offset l_j and the anterior offset a_j of the leg 
 
     y_j = Y + (l_j + d) sin(theta) + a_j cos(theta) + c_j + e_j
 
-with white noise e_j of one standard deviation sigma. Only the mean of l_j and a_j is that of the layout:
-their differences are measured at rest, because an error of 1 mm in l_j is one of 0.1 % in theta. d, the
-distance of the joint from where the layout has it, is 0 on the foot; it is fitted to what least squares
-leaves over. Least squares over the markers reduces them, sample by sample, to Y and sin(theta) without loss
-of information; the residual holds sigma. The constants c_j are free. A marker that is hidden is
-replaced by what the others say. The net displacement of the belt over the trial is taken away as a smooth
-ramp, so that every channel can be repeated periodically:
+with white noise e_j of one standard deviation sigma. Only the mean of l_j and a_j is taken from the layout:
+their differences are measured at rest, because an error of 1 mm in l_j causes an error of 0.1 % in theta. d,
+the offset of the joint from its place in the layout, is 0 on the foot; it is fitted to the residuals of least
+squares. Least squares over the markers reduces them, sample by sample, to Y and sin(theta) without loss of
+information; sigma follows from the residual. The constants c_j are free. A hidden marker is reconstructed
+from the others. The net displacement of the belt over the trial is removed as a smooth ramp, so that every
+channel can be repeated periodically:
 
     ramp(t) = D w(t / T),    w(u) = 10 u^3 - 15 u^4 + 6 u^5
 
 Spectra are taken of whole channels, with N samples, and so white noise of variance s^2 has the variance N s^2
 at every frequency. sigma is estimated in the band of the fit, after regression of the residuals on Y and
-theta, so that what moves with them is no noise.
+theta, so that residuals that follow them do not count as noise.
 """
 
 from dataclasses import dataclass, replace

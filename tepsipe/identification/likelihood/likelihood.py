@@ -9,30 +9,30 @@ the likelihood is maximal at Y = h^H R^-1 (z - m) / h^H R^-1 h, and the residual
 
     l(x) = sum over f of |P W (z - m)|^2,    W = R^-1/2,    P = I - W h h^H W^H / |W h|^2
 
-is minimised by Gauss-Newton steps with columns u = P W (dh Y + dm). sigma is that of the markers' residuals;
+is minimised by Gauss-Newton steps with columns u = P W (dh Y + dm). sigma comes from the markers' residuals;
 sigma_v maximises the restricted likelihood. With noise in Y, |u|^2 overstates the information by |P W dh|^2 /
 |W h|^2. With F the information without that part and F_0 the whole, the covariance of x is
 
     F^-1 F_0 F^-1,    F_0 = 2 Re sum u^H u
 
-(Wald), to which the error of d, the joint's place between the markers, is added. No part of the
+(Wald). The error of d, the position of the joint relative to the markers, is added. No part of the
 trial is weighted by hand, nothing is filtered, and no spline is differentiated.
 
 A joint that softens with bending and loses more as it softens has three more parameters, C, B_s and phi_h:
 
     tau = I phi'' + B phi' + K phi - C q phi + B_s q phi',    q = phi^2 / (phi^2 + phi_h^2)
 
-C and B_s are fitted whether or not they differ from 0: a joint taken as linear because a test finds
-no softening has intervals that are too narrow. phi_h is fitted where they differ from 0 together
+C and B_s are fitted whether or not they differ from 0: if a joint were taken as linear because a test
+finds no softening, the intervals would be too narrow. phi_h is fitted if they jointly differ from 0
 (chi-square above `SOFTENS`) and the trial determines it; else it is the best of several, or the
-largest bending. b_0, the bending at rest, is then fitted, too: a vertical that is wrong by a few
-milliradians makes the law asymmetric. K, B and I of this law hold for small movements. What a
-linear fit finds at the amplitude of the perturbations is the mean over their windows of the least-
-squares fit of the law's torque on the measured motion,
+largest bending. b_0, the bending at rest, is then fitted as well, because an error of a few
+milliradians in the vertical makes the law asymmetric. K, B and I of this law hold for small
+movements. The linear parameters at the amplitude of the perturbations are the mean over their
+windows of the least-squares fit of the law's torque on the measured motion,
 
     tau - tau_rest = I theta'' + B theta' + K (theta - theta_rest)
 
-which is linear in K, B, I, C and B_s, so its covariance follows from that of x.
+which is linear in K, B, I, C and B_s, so its covariance follows from the covariance of x.
 """
 
 from dataclasses import dataclass, replace

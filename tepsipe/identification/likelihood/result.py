@@ -1,13 +1,13 @@
 """Estimates by the likelihood: I, B, K at the working amplitude and for small movements, residuals.
 
-Estimates are those of the linear joint nearest to the fitted law over the windows of the perturbations,
-mean over the windows (`likelihood`). Intervals are Wald's. Contributions of the intervals from onset
+Estimates describe the linear joint nearest to the fitted law, as a mean over the windows of the perturbations
+(`likelihood`). Intervals are Wald's. Contributions of the intervals from onset
 to onset, whose mean is the estimate, are for figures: with the residuals r(t) and columns u(t) of the
 likelihood in the time domain, n F^-1 sum of u r over the interval.
 
 Residuals of a correct model are white, with unit variance, in the band of the fit. At each frequency two
-directions are left when the foot's motion is estimated from three channels: that of the angle, and that of
-the foot's markers against the log. Both are given in the time domain (`innovations`).
+directions remain when the foot's motion is estimated from three channels: the angle, and the foot's markers
+against the log. Both are given in the time domain (`innovations`).
 """
 
 from dataclasses import dataclass

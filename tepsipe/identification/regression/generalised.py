@@ -2,11 +2,11 @@
 
     y_j = X_j b + e_j,   cov(e_j) = C_j,     b = N^-1 sum_j X_j' C_j^-1 y_j,   N = sum_j X_j' C_j^-1 X_j
 
-C_j says where a record can be believed. A part of the data that no model describes, for example a torque of
-unknown shape that begins at t_r, enters as a term of C_j: a Gaussian process of large variance takes the
-residual from there on and leaves what precedes it to the parameters. That is the same as fitting it with a
-smoothing spline of known stiffness (Wahba 1978): the integrated Wiener process is the prior of the cubic
-one.
+C_j weights each part of a record by its reliability. A part of the data that no model describes, for example
+a torque of unknown shape that begins at t_r, enters as a term of C_j: a Gaussian process of large variance
+takes the residual from there on and leaves what precedes it to the parameters. That is the same as fitting it
+with a smoothing spline of known stiffness (Wahba 1978): the integrated Wiener process is the prior of the
+cubic one.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Regular clocks behind time stamps: the rate at which samples were taken, and where each of them stands.
+"""Regular clocks behind time stamps: the sampling rate, and the position of each sample on the clock.
 
 Instruments sample at a regular rate; the times in their files are rounded, jitter, or were taken by the
 computer that wrote them. Samples are kept as they are and placed on the regular clock; missing ones leave

@@ -1,7 +1,7 @@
 """A file of D-Flow's mocap module as a recording: markers, force plates and channels on the frames' clock.
 
-D-Flow's time stamps say when D-Flow received a frame, not when it was taken: frames queue up and are stamped
-together. The clock is therefore the frame counter, and stamps only give its rate.
+D-Flow stamps a frame when it receives it, not when it was taken: frames queue up and are stamped together.
+The clock is therefore the frame counter, and stamps only give its rate.
 """
 
 from pathlib import Path

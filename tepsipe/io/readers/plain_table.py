@@ -1,4 +1,4 @@
-"""Text tables of numbers whose columns are not known beforehand: D-Flow, TRC, exports of EMG, plain CSV.
+"""Text tables of numbers with unknown columns: D-Flow, TRC, exports of EMG, plain CSV.
 
 `tepsipe.io.readers.text_table.read_text_table` reads named columns of a table that a configuration
 describes; here every column is read, and the delimiter and the decimal sign are found in the file.

@@ -1,7 +1,7 @@
-"""Epochs for the estimator with a free reflex torque, and how they change with each source of uncertainty.
+"""Epochs for the estimator with a free reflex torque, and their change with each source of uncertainty.
 
-The mean responses change in proportion to what is not known exactly, so one slope per source and trial is
-kept, and the trials of a task can be fitted again for any deviation without their recordings.
+The mean responses change in proportion to each uncertain constant. One slope per source and trial is
+therefore kept, and the trials of a task can be refitted for any deviation without their recordings.
 """
 
 from dataclasses import dataclass, replace

@@ -1,13 +1,13 @@
 """Checks of the standing person's K and B, which find broken assumptions in the responses themselves.
 
-Each check compares two estimates of one thing, or a setting with what was seen. A difference fails it only if
-it exceeds what is expected of a healthy trial by more than chance, of which each check takes 1 in 100.
+Each check compares two estimates of one quantity, or a setting with a measurement. A difference fails it only
+if it is significantly larger than in a sound trial; each check has a false-alarm probability of 1 in 100.
 
 `difference_from_window` compares the fit with a free reflex torque with least squares in a short window. Both
 estimates come from the same signals: centre of the joint, soft tissue, feet and treadmill model are the same
-in both, and so are their errors. Only what the errors do to one estimate and not to the other counts. A
-difference beyond that has causes that no source describes: a reflex before its assumed onset, a torque in the
-first milliseconds that is not that of the joint.
+in both, and so are their errors. Only the effects of errors that differ between the estimates count. A larger
+difference has causes that no source describes: a reflex before its assumed onset, or a torque in the first
+milliseconds that does not come from the joint.
 """
 
 import numpy as np

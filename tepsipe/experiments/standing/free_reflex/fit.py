@@ -3,16 +3,16 @@
     tau(t) = B phi'(t) + K phi(t) + r(t) + d(t) + s(t)
 
 for the mean response of every trial. r is the torque of reflexes, free from its earliest instant t_r on: an
-integrated Wiener process, whose size grows with the belt's speed. d is what the model of the rig leaves, a
-smooth error of a given share of the torque. s is sway, whose covariance is that of unperturbed standing,
-after B phi' + K phi, divided by the number of responses. The window may then end before or after the first
+integrated Wiener process, whose size grows with the belt's speed. d is the error of the rig's model, a smooth
+error of a given share of the torque. s is sway; its covariance is taken from unperturbed standing, after
+B phi' + K phi, and divided by the number of responses. The window may then end before or after the first
 reflex: K and B depend little on it.
 
 Type A is the scatter between trials, by the jackknife; of a single trial, between responses, by the
 bootstrap. Type B are the sources of `tepsipe.experiments.standing.free_reflex.free_body`, draws of the
 treadmill model's constants, the choice of window and t_r, and the part of d that all trials of a person
-share. Soft tissue counts with what the responses show of it, too: the apparent centre of the joint after a
-pulse, less that of quiet sway, over the shift that a metre of tissue motion causes.
+share. The contribution of soft tissue also uses the responses: the apparent centre of the joint after a pulse
+less the centre in quiet sway, over the shift that a metre of tissue motion causes.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """Effect of each source of uncertainty on B and K of a fit of mean responses, and on differences of fits.
 
-To first order, with the weights of the fit kept. Signs, draws and single responses are kept, too, so that of
-two fits of the same trials only what is not common to both remains in their difference.
+Effects are of first order, with the weights of the fit kept. Signs, draws and single responses are kept as
+well, so that errors common to two fits of the same trials cancel in their difference.
 """
 
 from dataclasses import dataclass

@@ -2,8 +2,8 @@
 
 The estimator with a free reflex torque uses the first milliseconds of a response, where inertia and
 friction of the belt dominate. All signals are low-pass filtered alike at a higher cutoff, and two terms of
-the torque are computed in another way than at 20 Hz: the acceleration of the feet is that of the belt by its
-encoder, because noise grows with frequency, and the friction of the belt follows the vertical force at each
+the torque are computed in another way than at 20 Hz. The acceleration of the feet comes from the belt's
+encoder, because noise grows with frequency. The friction of the belt follows the vertical force at each
 instant instead of the weight.
 """
 

@@ -5,11 +5,11 @@ above it moves over the foot, as the ankle angle phi changes, at
 
     dy / dphi = l cos(phi) - a sin(phi),     dz / dphi = -a cos(phi) - l sin(phi)
 
-so a point that was assumed to be the centre shows by its motion how far it is from it (Schwartz & Rozumalski
-2005: functional joint centres). In quiet sway soft tissue follows the bone and the displacement is that of
-the joint. After a perturbation it does not: the two centres differ by the wobble of the skin. A marker
-on the malleolus slips as the ankle turns, so the centre is found by the own markers of shank and foot, where
-each has two; the two apparent centres are compared with that marker, whose slip is in both.
+so the motion of the assumed centre reveals its offset from the true one (Schwartz & Rozumalski 2005:
+functional joint centres). In quiet sway soft tissue follows the bone, and the offset is the joint's. After a
+perturbation it does not: the two centres differ by the wobble of the skin. A marker on the malleolus slips as
+the ankle turns, so the centre is found from the markers that belong to shank or foot alone, where each has
+two. The two apparent centres are compared including that marker, whose slip is in both.
 """
 
 from dataclasses import dataclass, replace

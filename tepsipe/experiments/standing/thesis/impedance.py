@@ -4,10 +4,10 @@
 
 for mean responses relative to unperturbed standing. phi is the ankle angle, tau the torque of both ankles.
 In the pre-reflex window, before the first reflex can generate force, tau_active is 0. Later the muscles
-contribute; `tepsipe.experiments.standing.muscle_torque` has the models of tau_active, with delays L, D and T.
+contribute; `tepsipe.experiments.standing.muscle_torque` defines models of tau_active, with delays L, D and T.
 
-Linear parameters follow from least squares; L, D and T are selected from a grid. The uncertainty is that of
-whole responses: perturbed and unperturbed responses are both resampled, torque and angle of each together.
+Linear parameters follow from least squares; L, D and T are selected from a grid. The bootstrap resamples
+whole responses, perturbed and unperturbed, with torque and angle of each kept together.
 """
 
 from dataclasses import dataclass
