@@ -65,7 +65,7 @@ def bend(lag: float):
 
 
 def bend_as_believed(positions, motion, rng):
-    """The rod bends by an angle from the distribution that the analysis believes."""
+    """The rod bends by an angle from the distribution assumed in the analysis."""
     return bend(BELIEVED * rng.standard_normal())(positions, motion, rng)
 
 
@@ -100,7 +100,7 @@ def tilt(size_rad: float):
 
 
 def skew(size_s: float):
-    """Sequential sampling is forgotten: every marker is later by ``size_s`` than the one before."""
+    """Sequential sampling is ignored: every marker is later by ``size_s`` than the one before."""
 
     def broken(positions, motion, rng):
         rate = np.gradient(positions, 1.0 / lab.RATE_HZ, axis=0)
@@ -137,7 +137,7 @@ def look(motion: lab.Motion, instruments: lab.Instruments, seed: int, broken=Non
 
 
 def detected(motion: lab.Motion, instruments: lab.Instruments, unit: float, fault, count: int, start: float):
-    """Smallest size that nine of ten trials show, their flags, mean errors of K; None if none is."""
+    """Smallest size detected in nine of ten trials, its flags, mean errors of K; None if none is."""
     size = start
     while size < 300.0 * start:
         made = fault(size * unit)

@@ -166,5 +166,5 @@ class Motion:
 
 
 def with_leg(options: DummyOptions = OPTIONS, **changes) -> DummyOptions:
-    """Options that believe another leg (kg, m, kg·m²)."""
+    """Options that assume another leg (kg, m, kg·m²)."""
     return replace(options, leg=replace(options.leg, **changes))

@@ -106,7 +106,7 @@ def placed(section: dict, values: dict) -> dict:
 
 
 def variants(standing: dict) -> dict[str, dict]:
-    """Name -> section of the person: without mechanisms, with each alone, with all of the shipped ones."""
+    """Name -> section of the person: without mechanisms, with each one alone, with all shipped ones."""
     plain = placed(without(standing), AS_ANALYSED)
     sections = {"none": plain}
     for name in MECHANISMS:
@@ -173,7 +173,7 @@ class Analysis:
         return fit_free(broadband, name, used, self.choices, count, onset)[self.choices.pathway, chosen]
 
     def latency_options(self, muscle: str) -> tuple[str, OnsetOptions, np.random.Generator]:
-        """By what a muscle is lengthened, how its onset is found, and random numbers."""
+        """Lengthening of a muscle, detector of its onset, and random numbers."""
         choice = self.section["latency"]
         options = OnsetOptions(**choice | {"search_s": tuple(choice["search_s"]), "bootstrap_draws": 20})
         return self.section["muscles"][muscle]["lengthened_by"], options, np.random.default_rng(1)
@@ -250,7 +250,7 @@ def measured(job: tuple[str, dict, str, int]) -> dict:
 
 
 def print_assumptions(truth: dict, seeds: int, processes: int) -> None:
-    """Print a table of the recommended estimate where the person differs from what is assumed of her."""
+    """Print a table of the recommended estimate for persons who differ from the assumptions."""
     jobs = [
         (name, truth | {"standing": placed(truth["standing"], FEET | values), "drawn": None}, task, seed)
         for name, values in ASSUMED.items()

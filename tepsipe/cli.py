@@ -20,7 +20,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        What follows ``tepsipe``; the process's own if left out.
+        Arguments after ``tepsipe``; the process's own if left out.
 
     Returns
     -------
@@ -368,7 +368,7 @@ def _plan(chosen: argparse.Namespace) -> None:
 
 
 def _picture(file: Path, wanted: Path) -> Path:
-    """Name of the picture of a file: a PNG of its own in a folder that exists."""
+    """Name of the picture of a file: its own PNG in an existing folder."""
     png = Path(f"{file.name}.png") if wanted == Path() else wanted
     if png.suffix.lower() != ".png" or (
         png.exists() and (png.resolve() == file.resolve() or png.read_bytes()[:8] != b"\x89PNG\r\n\x1a\n")
@@ -398,7 +398,7 @@ def _check(chosen: argparse.Namespace) -> None:
 
 
 def _outputs(prefix: Path, endings: Sequence[str], *inputs: Path) -> list[Path]:
-    """Names of the files to write, none of which is an input; figures are drawn without a screen."""
+    """Names of the files to write; an input is refused, and figures are drawn without a screen."""
     import matplotlib
 
     matplotlib.use("Agg")

@@ -193,7 +193,7 @@ def table_of(scores: dict[str, list[Score]]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print the table, or one sentence of what is missing."""
+    """Print the table, or one sentence on what is missing."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("tables", nargs="+", type=Path)
     tables = parser.parse_args(arguments).tables

@@ -47,7 +47,7 @@ def group_of(entry) -> str:
 
 
 def run(project: Path, cores: int, *arguments: str) -> tuple[int, str]:
-    """Run the study as ``make`` does, and return its status and all that it says."""
+    """Run the study as ``make`` does; return its status and output."""
     command = [sys.executable, "-m", "workflow.run", f"-c{cores}", *arguments]
     done = subprocess.run(command, cwd=project, capture_output=True, text=True)
     return done.returncode, done.stdout + done.stderr

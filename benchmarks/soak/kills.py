@@ -57,11 +57,11 @@ def run(seed: int = 1, kills: int = 20, cores: int = 2, folder: Path | None = No
     seed : int
         Seed of moments and targets.
     kills : int
-        How many.
+        Number of kills.
     cores : int
         Number of cores of every run.
     folder : Path, optional
-        Where both studies are made; a temporary folder, which is removed, if left out.
+        Folder of both studies; a temporary folder, which is removed, if left out.
     """
     if folder is None:
         with tempfile.TemporaryDirectory(prefix="tepsipe-kills-") as name:

@@ -100,7 +100,7 @@ def used() -> tuple[float, float]:
 
 
 def work(name: str, files: list[Path], seed: int, ks: range, folder: Path, notes) -> None:
-    """Read damaged files one after the other, from the next one on."""
+    """Read damaged files one after the other, starting with the next one."""
     warnings.simplefilter("ignore")
     faulthandler.disable()  # a crash is noted by whoever waits for this process
     allowed_mb = max(MOST_MB, used()[1] + OWN_MB)
@@ -138,7 +138,7 @@ def run(reader: str, mutations: int, seed: int = 1, cores: int = 2, first: int =
     reader : str
         One of READERS.
     mutations : int
-        How many.
+        Number of mutations.
     seed : int
         Seed of all random choices.
     cores : int
@@ -172,7 +172,7 @@ def run(reader: str, mutations: int, seed: int = 1, cores: int = 2, first: int =
 
 
 def _looked_after(worker: list, context, outcome: Outcome) -> list | None:
-    """Replace a worker that ended or stopped in the middle of a mutation; None when all its work is done."""
+    """Replace a worker that ended or stalled in a mutation; None when all its work is done."""
     process, arguments = worker
     *_, ks, folder, notes = arguments
     stuck = time.monotonic() - notes[STARTED] > STUCK_S

@@ -12,7 +12,7 @@ from tepsipe.statistics.uncertainty import Budget
 
 
 def with_budget(rows: Sequence[Estimate], budget: Budget, quantities: Sequence[str]) -> list[Estimate]:
-    """Rows whose standard error and 95 % interval are the combined ones of a budget.
+    """Rows with the combined standard error and 95 % interval of a budget.
 
     Parameters
     ----------

@@ -111,7 +111,7 @@ class PlatformAnalysis:
     spectra : Spectra
         Responses to the platform and coherence (Hz, rad, N·m).
     mode : ndarray, shape (joints,)
-        How the platform moves the joints slowly.
+        Slow motion of the joints with the platform.
     models : dict of str to ModelFit
         In the order of the options.
     chosen : str
@@ -141,7 +141,7 @@ def analyse_platform(trial: Trial, options: PlatformOptions) -> PlatformAnalysis
         ``platform``, ``joint_angle`` (rad), ``joint_torque`` (N·m), and ``second_perturbation``,
         if there is one.
     options : PlatformOptions
-        Choices.
+        Options of the analysis.
 
     Returns
     -------
@@ -262,7 +262,7 @@ def _held_out(torque: np.ndarray, predicted: np.ndarray, training: int) -> HeldO
 
 
 def _driven_vaf(row: RowFit, spectra: Spectra, joint: int) -> float:
-    """VAF of the torque that the platform drives in a part of the trial that was not fitted (%)."""
+    """VAF of the torque that the platform drives, in the held-out part of a trial (%)."""
     torque = spectra.torque[:, :, joint]
     frequency = spectra.frequency_hz
     impedance = row.impedance(frequency.ravel()).reshape(*frequency.shape, -1)

@@ -99,7 +99,7 @@ def analyse_weight(
     recordings : dict of str to BeltRecording
         Name of a filter -> fore-aft force (N); the mass is estimated with the first.
     sources : dict of str to Source
-        What is not known exactly, as in `mass_budget`.
+        Uncertain constants, as in `mass_budget`.
     marker_lag_s : float, optional
         Time by which the weight's markers lag behind the belt (s), stored with the results.
 

@@ -66,7 +66,7 @@ class AdmittanceFit:
 
 
 def starting_values(estimate: FrequencyResponse) -> np.ndarray:
-    """I, B, K from which a search can start, by linear least squares of 1/H = K - I w^2 + j B w.
+    """Starting values of I, B, K by linear least squares of 1/H = K - I w^2 + j B w.
 
     Every frequency has the weight of its coherence and of 1/H itself; I and B are kept positive.
 
@@ -200,7 +200,7 @@ def _fit(function, estimate, bounds, start, scale, tolerance) -> AdmittanceFit:
 
 
 def error_of_misfit(fit: AdmittanceFit, estimate: FrequencyResponse) -> np.ndarray:
-    """Standard error of a fit whose residuals are unequal and not only noise.
+    """Standard error of a fit with unequal residuals that include model errors.
 
     Every frequency has its own variance, from its own residual (White's estimator, HC3): noise and
     the distortions of a joint that is not linear differ between frequencies, and distortions repeat in every

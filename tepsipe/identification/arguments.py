@@ -119,7 +119,7 @@ def bootstrap_generator(draws: int, confidence: float, seed: int) -> np.random.G
 
 
 def check_probability(confidence: float) -> None:
-    """Refuse a confidence that is no probability of an interval.
+    """Refuse a confidence outside (0, 1).
 
     Raises
     ------

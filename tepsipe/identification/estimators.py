@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
-    """Signals of one trial for an estimator; those that it does not need may be missing (None).
+    """Signals of one trial for an estimator; signals that it does not need may be None.
 
     Attributes
     ----------
@@ -183,7 +183,7 @@ ESTIMATORS = {
 
 
 def find_estimator(name: str) -> Estimator:
-    """Estimator of a name.
+    """Estimator with a given name.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def find_estimator(name: str) -> Estimator:
 
 
 def estimate(name: str, record: Record) -> "WindowedFits":
-    """Estimate I, B, K of a record by the estimator of a name.
+    """Estimate I, B, K of a record by the named estimator.
 
     Parameters
     ----------

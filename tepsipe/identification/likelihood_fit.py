@@ -37,7 +37,7 @@ def fit_joint_likelihood(
     positions : array_like or Signal, shape (n, all markers, 3) or (n, all markers, 2)
         Marker positions x, y, z or y, z (m) at these instants: y along the belt, z up.
     markers : SegmentMarkers
-        Which of the markers are on the leg, and where (m).
+        Markers on the leg, and their positions (m).
     leg : Leg
         The leg (kg, m, kg·m²).
     labels, belt_fixed : sequence of str

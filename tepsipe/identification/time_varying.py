@@ -29,13 +29,13 @@ from tepsipe.errors import InputError
 from tepsipe.signals.differentiation import derivative
 
 NAMES = ("I", "B", "K", "reflex_gain_ratio")
-# realisations or pieces below which a bootstrap over them tells little
+# fewest realisations or pieces for a bootstrap over them
 LEAST_PIECES = 8
 # part of the motion that must differ between realisations: the rest is the same in all and is subtracted
 LEAST_VARIATION = 0.02
 # a window whose velocity has less than this part of the usual power was not perturbed
 LEAST_POWER = 0.05
-# a segment with fewer samples per parameter than this is no basis of a fit
+# a segment with fewer samples per parameter than this cannot be fitted
 SAMPLES_PER_PARAMETER = 4
 CHUNK = 50
 
@@ -79,7 +79,7 @@ class VaryingImpedance:
     Attributes
     ----------
     over : {"time", "time after the trigger", "schedule"}
-        What ``at`` is.
+        Meaning of ``at``.
     at : ndarray, shape (m,)
         Centres of the segments (s, or unit of the schedule).
     names : tuple of str
@@ -341,7 +341,7 @@ def impedance_by_schedule(
 
 
 def _perturbed(starts: np.ndarray, window: int, velocity: np.ndarray) -> np.ndarray:
-    """Starts of the windows with the usual power of the velocity, or not far from it (samples)."""
+    """Starts of the windows in which the velocity has enough of its usual power (samples)."""
     power = np.array([np.mean(velocity[start : start + window] ** 2) for start in starts])
     return starts[power > LEAST_POWER * np.median(power)] if starts.size else starts
 

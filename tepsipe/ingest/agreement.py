@@ -21,25 +21,25 @@ from tepsipe.signals.resampling import resample
 GRAVITY_M_PER_S2 = 9.81
 # motion of markers and belt is compared below this frequency (Hz)
 COMPARED_HZ = 20.0
-# where markers or belt move faster than this fraction of their fastest
+# markers or belt move above this fraction of their highest speed
 MOVING_FRACTION = 0.1
 # smallest ratio of a pulse's peak to the noise around it
 PULSE_TO_NOISE = 8.0
-# a segment moves if its markers are this many times as fast, while the belt moves, as before
+# ratio of a segment's speed during the belt's motion to its speed before, above which it moves
 STILL_RATIO = 1.3
 # the torque is against the motion below this correlation of torque and angular velocity
 AGAINST_MOTION = -0.05
 
 
 def refuse_mass(trial: Trial, rig: Rig, files: dict[str, str]) -> None:
-    """Compare the vertical force, mean of the trial, with the mass that the belt is said to carry.
+    """Compare the mean vertical force of the trial with the stated mass on the belt.
 
     Parameters
     ----------
     trial : Trial
         Signals.
     rig : Rig
-        What the trial is said to hold (kg).
+        Stated contents of the trial (kg).
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -70,9 +70,9 @@ def refuse_foreign_markers(trial: Trial, limits: Limits, rig: Rig, files: dict[s
     trial : Trial
         Signals.
     limits : Limits
-        What each kind of signal can be.
+        Plausible range of each kind of signal.
     rig : Rig
-        Belt-fixed markers and segments (names, no unit).
+        Belt-fixed markers and segments.
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -202,14 +202,14 @@ def _moves(trial: Trial, columns: list[int], belt: np.ndarray) -> bool:
 
 
 def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
-    """Compare torque and angle of a joint in a manipulator: size, direction, and that both move.
+    """Compare torque and angle of a joint in a manipulator: size, direction, and motion of both.
 
     Parameters
     ----------
     trial : Trial
         Signals.
     limits : Limits
-        What each kind of signal can be.
+        Plausible range of each kind of signal.
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -236,14 +236,14 @@ def refuse_joint(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
 
 
 def refuse_joints(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
-    """Refuse joints of a person on a platform whose angle or torque is held, or of another unit or column.
+    """Refuse joints of a person on a platform whose angle or torque is held, or in the wrong unit or column.
 
     Parameters
     ----------
     trial : Trial
         Signals.
     limits : Limits
-        What each kind of signal can be.
+        Plausible range of each kind of signal.
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -276,7 +276,7 @@ def _refuse_held(trial: Trial, angle, torque, of: str, limits: Limits, log: str,
 
 
 def _refuse_ratio(angle, torque, of: str, limits: Limits, file: str) -> None:
-    """Refuse a torque of another size than a joint's."""
+    """Refuse a torque whose size is impossible for a joint."""
     ratio, (low, high) = float(torque.std() / angle.std()), limits.torque_per_angle_Nm_per_rad
     if not low <= ratio <= high:
         raise InputError(

@@ -26,7 +26,7 @@ REPEATED_STAMPS_AT_MOST = 0.1
 
 KEPT, INTERPOLATED = "samples kept", "samples interpolated"
 
-# unit -> how headers write it; small letters, without spaces, dots, stars, carets, hyphens, underscores
+# unit -> its spellings in headers; small letters, without spaces, dots, stars, carets, hyphens, underscores
 SPELLINGS = {
     "s": "s sec secs second seconds",
     "N": "n newton newtons",

@@ -141,7 +141,7 @@ def _cut(recording: Recording, first: int, stop: int) -> Recording:
 
 
 def _by_counter(mocap: DFlowTable, record: DFlowTable) -> np.ndarray:
-    """Samples at which the record file's rows stand: rows of one frame are spread over it evenly."""
+    """Samples of the record file's rows; rows of one frame are spread over it evenly."""
     frames = record.frames - mocap.frames[0]
     first = np.flatnonzero(np.diff(frames, prepend=frames[0] - 1) != 0)
     counts = np.diff(np.append(first, frames.size))
@@ -184,13 +184,13 @@ def _late(
     clock: Clock,
     belt_fixed_labels: tuple[str, ...],
 ) -> float:
-    """Samples by which the record file is late after alignment by stamps, from a common signal."""
+    """Delay of the record file after alignment by stamps (samples), from a common signal."""
     common = [name for name in signals if name in recording.channels]
     pairs = [(name, recording.channels[name].values, signals[name], False) for name in common]
     pairs = [pair for pair in pairs if np.nanstd(pair[1]) > 0.0 and np.nanstd(pair[2]) > 0.0]
     speeds = [name for name in record.speeds if name in signals]
     moving = [name for name in speeds if np.nanstd(signals[name]) > STEADY_M_PER_S]
-    # an empty belt has no such markers: a common channel does without them
+    # an empty belt has no such markers: a common channel is used instead
     velocity = None if pairs else _belt_fixed_velocity(recording, belt_fixed_labels)
     if velocity is not None:
         pairs += [(name, velocity, _over_two_frames(signals[name]), True) for name in moving]
@@ -207,7 +207,7 @@ def _late(
         for name, reference, signal, is_speed in pairs
         for delay, r, gain in [common_signal_delay(reference, signal, clock.rate_hz, SEARCH_S)]
     ]
-    # a common channel is an exact copy; it goes before a marker that follows the belt
+    # a common channel is an exact copy, preferred to a marker that follows the belt
     correlation, name, delay, gain, is_speed = max(scored, key=lambda score: (not score[4], score[0]))
     what = "the velocity of the belt-fixed markers" if is_speed else f"the same channel of {recording.name}"
     if correlation < LEAST_CORRELATION:

@@ -18,7 +18,7 @@ from tepsipe.signals.resampling import (
 
 @dataclass(frozen=True)
 class RecordedColumns:
-    """Columns of a table at their own instants, without repeated stamps and gaps.
+    """Columns of a table at their own instants, with repeated stamps and gaps removed.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class RecordedColumns:
     missing : ndarray of bool
         Samples that were filled.
     repaired : RepairedTime
-        What was wrong with the time stamps (s).
+        Repairs of the time stamps (s).
     recorded_hz : float
         Mean rate (Hz).
     """
@@ -58,7 +58,7 @@ class RecordedColumns:
         )
 
     def resampled(self, columns: np.ndarray, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
-        """Regular instants (s) and ``columns``, shape (n, c), there."""
+        """Regular instants (s) and ``columns``, shape (n, c), at these instants."""
         grid = regular_time(self.time[0], self.time[-1], rate_hz)
         band = BAND_PER_RATE * rate_hz if rate_hz < 0.99 * self.recorded_hz else None
         return grid, np.column_stack([resample(self.time, x, grid, band) for x in columns.T])
@@ -103,7 +103,7 @@ def recorded_columns(
 
 
 def refuse_slow(recorded_hz: float, rate_hz: float, setting: str, name: str) -> None:
-    """Refuse a recording that is slower than the rate of the trial (Hz); ``setting`` is what to lower.
+    """Refuse a recording slower than the rate of the trial (Hz); ``setting`` names the key to lower.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from tepsipe.signals.resampling import runs_of
 
 # a channel is quantised if the median of its steps is at most this many times the smallest
 QUANTISED_STEPS = 3.0
-# what a signal must do while another one is held, as a fraction of its whole range
+# smallest change of a signal while another one is held, as a fraction of its whole range
 MOVING_RANGE = 0.2
 # a held signal changes by less than this fraction of its whole range
 HELD_RANGE = 1e-6
@@ -21,7 +21,7 @@ HELD_RANGE = 1e-6
 def frozen_stretch(
     values: np.ndarray, rate_hz: float, longest_s: float, ignored: np.ndarray | None = None
 ) -> tuple[int, int] | None:
-    """Longest stretch of identical samples, if a noisy channel cannot have it.
+    """Longest stretch of identical samples, if it is implausible for a noisy channel.
 
     Parameters
     ----------

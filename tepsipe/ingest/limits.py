@@ -81,7 +81,7 @@ class Rig:
 
 
 def source(files: dict[str, str], *kinds: str) -> str:
-    """Path of the first of these kinds of file that there is, otherwise of the first of all."""
+    """Path of the first of these kinds of file that is present, otherwise of the first of all."""
     return next(
         (str(files[kind]) for kind in kinds if kind in files), str(next(iter(files.values()), "trial"))
     )

@@ -21,7 +21,7 @@ from tepsipe.signals.resampling import (
     runs_of,
 )
 
-# torque per angle (N·m/rad) below which columns are taken for exchanged, and least swing of an angle (rad)
+# torque per angle (N·m/rad) below which columns count as exchanged, and smallest range of an angle (rad)
 EXCHANGED_NM_PER_RAD, LEAST_SWING_RAD = 0.1, 1e-3
 # a saturated torque stays at its extreme value for this time (s), in this number of stretches
 SATURATED_S, SATURATED_STRETCHES = 0.02, 3
@@ -236,7 +236,7 @@ def ingest_position_manipulator(
 
 
 def _scheduled(table, keep, time, grid, options, name) -> dict[str, Signal]:
-    """Schedule and trigger of a table, where it has them: held between samples, because both may jump."""
+    """Schedule and trigger of a table, if present, held between samples because both may jump."""
     rate, signals = options.resample_rate_hz, {}
     for key, what in (("schedule", "scheduled quantity"), ("trigger", "start of a realisation")):
         if key not in table:
@@ -267,7 +267,7 @@ def _refuse_degrees(angle: np.ndarray, unit: str, name: str) -> None:
 
 
 def refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str, joint: str = "") -> None:
-    """Refuse a torque so small for the angle that each must be in the other's column.
+    """Refuse a torque so small for the angle that the columns must be exchanged.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def refuse_exchanged(angle: np.ndarray, torque: np.ndarray, name: str, joint: st
 
 
 def _refuse_saturated(torque: np.ndarray, rate_hz: float, name: str) -> None:
-    """Refuse a torque that stays again and again at its largest or smallest value."""
+    """Refuse a torque that repeatedly stays at its largest or smallest value."""
     for word, value in (("largest", torque.max()), ("smallest", torque.min())):
         runs = [stop - start for start, stop in runs_of(torque == value)]
         long = [run for run in runs if run >= max(3, round(SATURATED_S * rate_hz))]

@@ -71,7 +71,7 @@ class TreadmillSignals:
     command : ndarray, shape (n,), or None
         Its commanded velocity (m/s), if it was recorded.
     calibrated, moved, derived : tuple of str
-        What was done to forces and moments, to all signals but the velocity, and to the velocity.
+        Processing of forces and moments, of all signals but the velocity, and of the velocity.
     """
 
     belts: tuple[str, ...]
@@ -261,7 +261,7 @@ def treadmill_trial(
     markers: MarkerSignals | None,
     attributes: dict,
 ) -> Trial:
-    """One trial of what treadmill and markers recorded.
+    """One trial from the signals of treadmill and markers.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from tepsipe.ingest.frozen import frozen_stretch
 from tepsipe.ingest.limits import Limits, Rig, source, used_belt
 from tepsipe.io.trial import Trial
 
-# a person's marker that is frozen counts as hidden up to this fraction of the trial, above it stops it
+# a person's frozen marker counts as hidden up to this fraction of the trial; beyond it the trial is refused
 FROZEN_SHARE = 0.5
 
 
@@ -59,9 +59,9 @@ def plausible_trial(trial: Trial, limits: Limits, rig: Rig, files: dict[str, str
     trial : Trial
         Signals as ingest made them.
     limits : Limits
-        What each kind of signal can be.
+        Plausible range of each kind of signal.
     rig : Rig
-        What the trial is said to hold (kg).
+        Stated contents of the trial (kg).
     files : dict of str to str
         Kind of each source file -> its path, for messages.
 
@@ -118,7 +118,7 @@ def _refuse_ranges(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
 
 
 def _refuse_range(trial: Trial, name: str, values: np.ndarray, allowed, key: str, file: str) -> None:
-    """Refuse a signal that is not a number, or beyond what it can be."""
+    """Refuse a signal that is not a number, or outside its range."""
     signal, kind, (low, high) = trial.signals[name], _KINDS[name], allowed
     least, most = float(values.min()), float(values.max())
     if low <= least and most <= high:
@@ -145,7 +145,7 @@ def _place(trial: Trial, axes: tuple[str, ...], shape: tuple[int, ...], column: 
 
 
 def _refuse_jumps(trial: Trial, limits: Limits, files: dict[str, str]) -> None:
-    """Refuse a marker that is faster between two samples than any marker can be."""
+    """Refuse a marker with an impossible speed between two samples."""
     positions = trial.values("marker_position_as_sampled")
     speed = np.sqrt((np.diff(positions, axis=0).astype(float) ** 2).sum(axis=2)) * trial.rate_hz
     k, marker = np.unravel_index(int(speed.argmax()), speed.shape)

@@ -103,7 +103,7 @@ class RecordingOptions:
 
     @classmethod
     def from_settings(cls, recording: dict | None) -> Self:
-        """Options of a study; None, of trials of several files, has the defaults."""
+        """Options of a study; None, for trials of several files, gives the defaults."""
         if recording is None:
             return cls()
         return cls(

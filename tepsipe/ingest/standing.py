@@ -51,7 +51,7 @@ def ingest_standing_files(
     duration_s : float
         Length of the trial by the protocol (s).
     recording : RecordingOptions, optional
-        What the plates and channels of a file that holds a whole trial are.
+        Plates and channels of a file that holds a whole trial.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def with_emg(
 
 
 def _multiple(rate_hz: float, of_hz: float) -> float:
-    """The rate (Hz) if it is a multiple of another one, the next lower multiple if it is not."""
+    """The rate (Hz) if it is a multiple of ``of_hz``; else the next lower multiple."""
     nearest = round(rate_hz / of_hz) * of_hz
     if rate_hz < of_hz or abs(nearest - rate_hz) <= 1e-6 * rate_hz:
         return rate_hz

@@ -71,7 +71,7 @@ def ingest_files(
     options : TreadmillOptions
         Rates (Hz), longest gap (s), trigger (V).
     recording : RecordingOptions
-        What the plates and channels of a file that holds all are.
+        Plates and channels of a file that holds a whole trial.
     duration_s : float
         Length of the trial by the protocol (s).
 
@@ -110,7 +110,7 @@ def ingest_recording(
     options : TreadmillOptions
         Rates (Hz), longest gap (s), trigger (V).
     use : RecordingOptions
-        What plates and channels are.
+        Plates and channels.
     duration_s : float
         Length of the trial by the protocol (s).
     bridge_long_gaps : bool
@@ -246,7 +246,7 @@ def _origin(plates: dict[int, ForcePlate], axes: np.ndarray) -> np.ndarray:
 def _sources(
     recording: Recording, use: RecordingOptions, plates: dict[int, ForcePlate]
 ) -> list[tuple[int, float]]:
-    """Number of samples and rate (Hz) of everything that the trial takes, but markers."""
+    """Number of samples and rate (Hz) of all signals of the trial, except markers."""
     labels = {cell.channel: "load_cells" for cells in use.load_cells.values() for cell in cells}
     named = {"belt_velocity": use.belt_velocity, "belt_command": use.belt_command}
     labels |= {channel.channel: f"{key}.channel" for key, channel in named.items() if channel is not None}
@@ -431,7 +431,7 @@ def _velocity_of_markers(
     band = min(MARKER_BAND_HZ, BAND_PER_RATE * rate_hz)
     smooth = resample(markers.grid, along, markers.grid, band, rate_hz)
     velocity = derivative(markers.grid, smooth)
-    # where the filter sees the end of the trial, the noise of one sample tilts the whole end
+    # where the filter reaches an end of the trial, the noise of one sample would tilt the whole end
     held = min(int(np.ceil(FILTER_PERIODS * rate_hz / band)), velocity.size // 4)
     velocity[:held], velocity[-held:] = velocity[held], velocity[-held - 1]
     done = (

@@ -12,7 +12,7 @@ from tepsipe.io.readers import file_kind
 from tepsipe.io.readers.file_kind import ending_of, kind_of
 
 TABLES = (".csv", ".tsv", ".txt")
-# what the content says goes before the name
+# the content takes precedence over the name
 READ_AS = {
     file_kind.C3D: ".c3d",
     file_kind.EDF_FILE: ".edf",
@@ -62,7 +62,7 @@ def contents_of(path: str | Path) -> Contents:
         **dict.fromkeys(TABLES, _of_table),
     }
     kind, ending = kind_of(path), ending_of(path)
-    # MATLAB 7.3 as other programs write it is plain HDF5
+    # MATLAB 7.3 files written by other programs are plain HDF5
     if not (kind == file_kind.HDF5_FILE and ending == ".mat"):
         ending = READ_AS.get(kind) or ending
     if ending not in readers:

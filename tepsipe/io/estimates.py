@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from tepsipe.io.tables import Table, Undefinable
 
-# flag -> what it says about an estimate, and what to look at
+# flag -> its meaning for an estimate, and what to check
 FLAGS = {
     "at-bound": "a parameter lies at a bound of its search: widen the bound, or check units and signs",
     "assumed": "the record does not determine the value, which is assumed: see the rows of its range",
@@ -54,7 +54,7 @@ FLAGS = {
 UNCERTAINTIES = ("standard_error", "ci_low", "ci_high", "sem_as_printed", "u_type_a", "u_type_b")
 # quantities of which one estimate per trial is recommended
 QUOTED = ("I", "B", "K", "mass")
-# a VAF below this belongs to a prediction that grows without limit (%)
+# a VAF below this belongs to a diverging prediction (%)
 DIVERGED_VAF = -1e6
 
 
@@ -67,7 +67,7 @@ class Estimate:
     experiment, condition : str
         The trial.
     pathway, estimator : str
-        How the torque was computed, and how the parameters were estimated.
+        Method of computing the torque, and of estimating the parameters.
     quantity, unit : str
         For example I in Nms2/rad, or VAF_trial in %.
     value : float
@@ -114,7 +114,7 @@ def flagged(estimates: Iterable[Estimate], *flags: str) -> list[Estimate]:
 
 
 def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | None = None) -> list[Estimate]:
-    """Estimates, those to quote marked.
+    """Mark the estimates to quote.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ import numpy as np
 from tepsipe.errors import InputError, quoted
 from tepsipe.io.readers.guarded import guarded
 
-# a smaller array (bytes) would grow by what compression needs itself
+# compression would enlarge an array smaller than this (bytes)
 LARGE_BYTES = 4096
 
 

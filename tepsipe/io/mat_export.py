@@ -31,7 +31,7 @@ def export_mat(content: Trial | Result, path: str | Path) -> None:
     Parameters
     ----------
     content : Trial or Result
-        What `tepsipe.io.stored.read_stored` returns.
+        Trial or result, as `tepsipe.io.stored.read_stored` returns it.
     path : str or Path
         File to write.
     """
@@ -42,7 +42,7 @@ def export_mat(content: Trial | Result, path: str | Path) -> None:
 
 
 def valid_name(name: str, taken: Iterable[str] = ()) -> str:
-    """A name that MATLAB accepts for a variable or a field, and that is not taken.
+    """Unused name that MATLAB accepts for a variable or a field.
 
     Parameters
     ----------

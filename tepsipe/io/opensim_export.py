@@ -17,11 +17,11 @@ from tepsipe.io.result import Result
 from tepsipe.io.trial import Trial
 
 COORDINATE = "ankle_angle_r"
-# what a pathway is looked for by, the first that is there
+# names by which a pathway is searched; the first one present is used
 PREFERRED = ("leg", "foot-compensated", "foot")
 # study's x, y, z -> OpenSim's x, y, z
 TO_OPENSIM = [1, 2, 0]
-# below this vertical force (N) there is no centre of pressure: the moment is that about the origin
+# below this vertical force (N) there is no centre of pressure: the moment is taken about the origin
 LEAST_LOAD_N = 20.0
 RADIANS = {"rad": 1.0, "deg": np.pi / 180.0}
 
@@ -77,7 +77,7 @@ def motion_of(
     Parameters
     ----------
     content : Trial or Result
-        What `tepsipe.io.stored.read_stored` returns.
+        Trial or result, as `tepsipe.io.stored.read_stored` returns it.
     name : str
         Name of the motion, and of the source in messages.
     trial : Trial, optional

@@ -62,7 +62,7 @@ def write_result(path: str | Path, result: Result, linked: Mapping[str, str | Pa
 
 
 def joined(*results: Result) -> Result:
-    """One result with the arrays and facts of several, of which none has a name of another."""
+    """One result with the arrays and facts of several results that share no name."""
     return Result(
         {name: x for result in results for name, x in result.arrays.items()},
         {name: unit for result in results for name, unit in result.units.items()},

@@ -30,9 +30,9 @@ class Signal:
     axes : tuple of str
         Name of each axis, for example ``("time", "marker", "axis")``; ``("time",)`` if left out.
     meaning : str
-        What it is, in a few words.
+        Meaning of the signal, in a few words.
     processing : tuple of str
-        What was done to it, step by step, with units.
+        Processing steps, with units.
     """
 
     values: np.ndarray
@@ -89,7 +89,7 @@ class Trial:
 
 
 def checksum(path: str | Path) -> str:
-    """SHA-256 of a file (hexadecimal digits, no unit)."""
+    """SHA-256 of a file (hexadecimal digits)."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -59,7 +59,7 @@ class ForwardSimulation:
         Rate at which small swings about upright grow once the belt rests (1/s), negative where they die out:
         -B / (2 J) of a leg that swings.
     fell_at_s : float or None
-        When theta passed a quarter turn (s), on the clock of ``time``; None unless the leg falls.
+        Time at which theta passed a quarter turn (s), on the clock of ``time``; None unless the leg falls.
     """
 
     time: np.ndarray
@@ -188,7 +188,7 @@ def simulate_dummy(
 
 
 def _about_the_ankle(leg: Leg, joint: Joint) -> tuple[float, float]:
-    """J (kg·m²) and K - m g r (N·m/rad)."""
+    """Moment of inertia J (kg·m²) and net stiffness K - m g r (N·m/rad) about the ankle."""
     about_ankle = leg.inertia_kgm2 + leg.mass_kg * leg.com_m**2 + joint.inertia_Nms2_per_rad
     upright = joint.stiffness_Nm_per_rad - leg.mass_kg * leg.gravity_m_per_s2 * leg.com_m
     return about_ankle, upright

@@ -47,7 +47,7 @@ class Leg:
         return cls(**numbers, gravity_m_per_s2=geometry["gravity_m_per_s2"])
 
     def __post_init__(self):
-        """Refuse what no leg can be.
+        """Refuse impossible legs.
 
         Raises
         ------
@@ -306,7 +306,7 @@ def standing_torque_as_printed(
 def single_joint_torque(
     body: StandingBody, theta: np.ndarray, theta_dd: np.ndarray, ankle_dd: np.ndarray
 ) -> np.ndarray:
-    """Torque of both ankles if the body above them were one rigid body that rotates with the shank.
+    """Torque of both ankles for a body above them that rotates with the shank as one rigid body.
 
     This is `leg_torque` with the body in place of the leg, an inverted pendulum on a moving pivot:
 

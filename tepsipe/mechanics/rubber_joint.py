@@ -97,7 +97,7 @@ def swing(leg: Leg, joints: list[RubberJoint], foot_acceleration: np.ndarray, st
     half_squared = half**2
     add, subtract, multiply, divide, sin, cos = np.add, np.subtract, np.multiply, np.divide, np.sin, np.cos
     share, moment, part = np.empty((3, half.size))
-    # factors as arrays, too: a number would be converted every time
+    # factors as arrays as well: a number would be converted every time
     one, two, softening, h, halved, sixth = (
         np.full(half.size, x) for x in (1.0, 2.0, SOFTENING, step_s, 0.5 * step_s, step_s / 6.0)
     )

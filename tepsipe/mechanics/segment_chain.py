@@ -73,7 +73,7 @@ class Chain:
         return tolerance**2 * slopes @ slopes.T
 
     def drawn(self, rng: np.random.Generator, tolerance: float) -> "Chain":
-        """A chain whose masses (kg), centres of mass (m) and moments of inertia (kg m²) are off at random.
+        """A chain with random errors of masses (kg), centres of mass (m) and moments of inertia (kg m²).
 
         ``tolerance`` is their relative standard deviation.
         """
@@ -112,16 +112,16 @@ class LinearChain:
 
     @property
     def inertia(self) -> np.ndarray:
-        """M (kg m²), shape (n, n)."""
+        """Inertia matrix M (kg m²), shape (n, n)."""
         return self.inertia_parts.sum(axis=0)
 
     @property
     def gravity(self) -> np.ndarray:
-        """G (N·m/rad), shape (n, n), negative where gravity makes the posture fall."""
+        """Gravity matrix G (N·m/rad), shape (n, n), negative where gravity makes the posture fall."""
         return self.gravity_parts.sum(axis=0)
 
     def push(self, segment: int, height_m: float) -> np.ndarray:
-        """B (m) of a horizontal force on a segment, counted from 0, at a height (m) above its lower end."""
+        """Vector b (m) of a horizontal force on a segment (from 0), a height (m) above its lower end."""
         levers = np.zeros(self.posture.size)
         levers[:segment] = self.length_m[:segment]
         levers[segment] = height_m
@@ -129,12 +129,12 @@ class LinearChain:
 
 
 def to_segments(n: int) -> np.ndarray:
-    """T of phi = T q for n segments, shape (n, n)."""
+    """Matrix T of phi = T q for n segments, shape (n, n)."""
     return np.tril(np.ones((n, n)))
 
 
 def joint_angles(segment_angles: np.ndarray) -> np.ndarray:
-    """q, shape (..., n) (rad), of absolute angles phi of the segments, shape (..., n) (rad)."""
+    """Joint angles q, shape (..., n) (rad), of absolute angles phi of the segments, shape (..., n) (rad)."""
     return np.diff(segment_angles, axis=-1, prepend=0.0)
 
 

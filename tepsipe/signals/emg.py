@@ -95,7 +95,7 @@ def process_emg(raw: np.ndarray, rate_hz: float, options: EmgOptions) -> Process
     rate_hz : float
         Sampling rate (Hz).
     options : EmgOptions
-        Choices.
+        Options of the analysis.
 
     Returns
     -------

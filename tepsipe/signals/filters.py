@@ -166,7 +166,7 @@ def notch(x: np.ndarray, rate_hz: float, frequency_hz: float, width_hz: float) -
 def _designed(
     order: int, edges_hz: float | tuple[float, float], rate_hz: float, kind: str = "lowpass"
 ) -> np.ndarray:
-    """Second-order sections of a Butterworth filter, designed once: that takes as long as to filter.
+    """Second-order sections of a Butterworth filter, cached because design takes as long as filtering.
 
     Only read them: all filters of this design share them.
     """

@@ -33,7 +33,7 @@ DETECTORS = ("threshold", "teager-kaiser", "changepoint")
 FEWEST_DRAWS = 20
 # shortest baseline for its mean and standard deviation (s)
 SHORTEST_BASELINE_S = 0.1
-# the change point: window in which activity must stand out, and over which the first peak is sought (s)
+# the change point: window in which activity must stand out, and window of the first peak (s)
 STANDING_OUT_S = 0.011
 PEAK_WITHIN_S = 0.05
 # baseline that is fitted together with the ramp (s)
@@ -132,7 +132,7 @@ def detect_onset(
     responses : ndarray, shape (events, m)
         x_i, band-passed and unrectified, without movement artefact.
     options : OnsetOptions
-        Choices.
+        Options of the analysis.
     rng : numpy.random.Generator
         Draws events for the uncertainty.
 
@@ -356,7 +356,7 @@ def _change_points(time: np.ndarray, y: np.ndarray, error: float, options: Onset
     """Most likely start of a ramp in each ensemble mean, NaN without significant activity, shape (draws,)."""
     rate = _rate(time)
     z = _moving_mean(time, y, STANDING_OUT_S)
-    # a rest without any noise has no scale
+    # a rest without any noise has no scale of its own
     b = np.maximum(y[:, time < options.baseline_until_s].mean(axis=1), 1e-3 * y.max(axis=1))[:, None]
     b[b == 0.0] = 1.0
     searched = (time >= options.search_s[0]) & (time <= options.search_s[1])

@@ -9,7 +9,7 @@ from tepsipe.signals.units import regular_rate, same_length, samples
 
 # smallest peak of a perturbation (m/s): less may be one step of a quantised velocity
 SMALLEST_PEAK_M_PER_S = 0.01
-# a larger part of the peak is no threshold at which a perturbation begins
+# a larger fraction of the peak is not a valid threshold for the start of a perturbation
 LARGEST_FRACTION = 0.25
 # a belt travels above this speed (m/s); its constant speed may drift
 TRAVELLING_M_PER_S = 0.05

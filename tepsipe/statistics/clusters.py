@@ -3,7 +3,7 @@
 import numpy as np
 import scipy
 
-# part of a combination of parameters that other clusters must see for its error to be seen
+# smallest share of a combination of parameters that other clusters must determine
 ALONE = 1e-6
 
 

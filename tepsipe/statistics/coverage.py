@@ -55,7 +55,7 @@ def clopper_pearson(held: float, n: float) -> tuple[float, float]:
     Parameters
     ----------
     held, n : float
-        How many of how many; effective numbers need not be whole.
+        Number held, and number of all; effective numbers need not be whole.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def clopper_pearson(held: float, n: float) -> tuple[float, float]:
 
 
 def share_of(held: Sequence[bool], clusters: Sequence[object]) -> Share:
-    """Share of estimates that count, with the interval for clusters described at the head of this module.
+    """Share of estimates that count, with the interval for clusters described in this module's docstring.
 
     Parameters
     ----------

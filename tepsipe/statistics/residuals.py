@@ -87,7 +87,7 @@ def memory_s(x: np.ndarray, rate_hz: float) -> float:
 def solution_with_errors(
     regressors: np.ndarray, y: np.ndarray, block: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Least squares whose standard errors allow residuals that are correlated within blocks of time.
+    """Least squares with standard errors for residuals that are correlated within blocks of time.
 
     The jackknife over blocks (Efron 1982): every block is left out once.
 
@@ -125,7 +125,7 @@ def solution_with_errors(
 
 
 def equal_means_p(values: np.ndarray, errors: np.ndarray, freedom: np.ndarray) -> float:
-    """Probability that equal quantities differ so much, by Welch's test (1951, Biometrika 38, 330-336).
+    """Probability of a larger difference if the quantities are equal (Welch 1951, Biometrika 38, 330-336).
 
     Parameters
     ----------

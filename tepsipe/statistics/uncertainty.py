@@ -32,7 +32,7 @@ DISTRIBUTIONS = ("normal", "rectangular", "triangular")
 
 @dataclass(frozen=True)
 class Source:
-    """A quantity that the analysis takes as known, and how well it is known.
+    """A constant assumed by the analysis, and its uncertainty.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ class Budget:
     freedom: dict[str, float] = field(default_factory=dict)
 
     def of_source(self, name: str) -> np.ndarray:
-        """Standard uncertainty that a source contributes, shape (p,) (units of the estimates)."""
+        """Standard uncertainty contributed by a source, shape (p,) (units of the estimates)."""
         return np.sqrt((self.contributions[name] ** 2).sum(axis=0))
 
     @property
@@ -230,7 +230,7 @@ def linear_contributions(
         Takes deviations of the sources by name, returns the estimates, shape (p,). Sources
         that are not named do not deviate.
     sources : sequence of Source
-        What is not known exactly.
+        Uncertain constants.
 
     Returns
     -------

@@ -55,7 +55,7 @@ class Search(NamedTuple):
     high: float
 
 
-# the first of `Constants`, which are searched for; the others follow by least squares
+# the first constants of `Constants` are searched for; the others follow by least squares
 SEARCHES = {
     "damping_s": Search(1e-3, 0.5, -5.0, 20.0),
     "damping_s_per_kg": Search(1e-5, 0.0, -10.0, 10.0),
@@ -344,7 +344,7 @@ def _fit(windows: PulseWindows, weights: dict[str, float], terms: tuple[str, ...
         max_nfev=30,
     )
     constants, _ = _solve(windows, whole(solution.x), terms, weights)
-    # a bound of v_0 is no fault: where bristles explain the friction, the smooth part is about 0
+    # v_0 at a bound is no fault: where bristles explain the friction, the smooth part is about 0
     at_bound = solution.active_mask[free != AT["friction_speed_m_per_s"]].any()
     converged = bool(solution.success and not at_bound)
     return _Fit(constants, converged, *_leave_out(windows, weights, terms, constants))

@@ -82,7 +82,7 @@ class Constants(NamedTuple):
 # names of the constants in their order
 CONSTANTS = Constants._fields
 AT = {name: k for k, name in enumerate(CONSTANTS)}
-# constants that the response of the frame, the friction and the state of the bristles depend on
+# constants on which the response of the frame, the friction and the state of the bristles depend
 OF_FRAME = (*CONSTANTS[:7], "mount_share", "mount_time_s")
 OF_BRISTLES = ("lag_s", "bristle_m", "stribeck", "stribeck_speed_m_per_s")
 # factors of the terms of friction: viscous, smooth and of the bristles, each with its share per kilogram

@@ -114,7 +114,7 @@ MODEL_SCORES = Table(ModelScore, "scores of models", further=("belt",))
 
 @dataclass(frozen=True)
 class Calibration:
-    """One model to fit (names, no unit).
+    """One model to fit.
 
     Attributes
     ----------
@@ -143,13 +143,13 @@ def calibrate(
     Parameters
     ----------
     plan : list of Calibration
-        Which models, on what.
+        Models to fit, with their training and test recordings.
     training, testing : dict of str to list of BeltRecording
         Groups of recordings, all with the same filter. No recording should be in both.
     load : str
         Name of the load.
     options : FamilyOptions
-        Choices.
+        Options of the analysis.
 
     Returns
     -------
@@ -195,7 +195,7 @@ def calibrate(
 
 ALL_EMPTY = "empty, all"
 BOTH = "empty+weight"
-# what stands for a resonance that the signals do not show (Hz)
+# entry for a resonance that the signals do not show (Hz)
 UNSEEN_HZ = 1e6
 # models that need more than one mass on the belt
 OF_BOTH = ("loaded-frame", "bristle-frame")
@@ -244,7 +244,7 @@ def plate_plan(family: list[str], tests: list[str]) -> list[Calibration]:
     """Plan of the models to fit to the empty belt, to the weight, or to both, and of their tests.
 
     The mean of the empty belt is subtracted from the trials of the weight only, and the frames need
-    both experiments. Every other model is fitted to each experiment and evaluated on each (names, no unit).
+    both experiments. Every other model is fitted to each experiment and evaluated on each.
     """
     plan = []
     for model in family:

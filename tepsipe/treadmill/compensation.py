@@ -60,7 +60,7 @@ def compensated_loads(
 def added_per_kg(
     models: dict[str, FittedModel], recordings: dict[str, BeltRecording]
 ) -> dict[str, np.ndarray]:
-    """Belt-induced loads that another kilogram on the belt would add, before the response of the frame.
+    """Belt-induced loads added by another kilogram on the belt, before the response of the frame.
 
     A load that presses on the belt for a moment adds friction like a mass.
 

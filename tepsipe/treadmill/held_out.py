@@ -27,15 +27,15 @@ from tepsipe.treadmill.recording import BeltRecording
 TRUSTED = 0.1
 # largest mass of a subject relative to the heaviest weight of the calibration
 BEYOND = 1.1
-# trials whose pulses differ from the subject's by this much more than the most similar ones count, too
+# trials whose pulses differ from the subject's by this much more than the most similar ones also count
 ALIKE = 0.05
 ALIGNMENTS = 4
-# what a treadmill can be: resonance (Hz), share of the mounts, lag of the belt (s)
+# plausible treadmill: resonance (Hz), share of the mounts, lag of the belt (s)
 LOWEST_HZ, MOUNT_SHARES, LONGEST_LAG_S = 10.0, (-0.05, 0.9), 0.0199
 UNITS = {"Fy": "N", "Mx": "Nm"}
-# a model that falls clearly below its limit leaves more than this multiple, and more by this part
+# factor, and excess, by which the unexplained part of a model exceeds its limit
 TIMES, MORE = 2.0, 0.02
-# standard error of a model that falls below its limit (any unit of a parameter)
+# standard error of a model that falls below its limit
 UNKNOWN = 1e9
 # standard errors that a normal deviate exceeds once in 20 times, on one side
 ONE_SIDED = 1.645
@@ -43,7 +43,7 @@ ONE_SIDED = 1.645
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Residuals of trials that a model has not seen.
+    """Residuals of trials held out of a model's fit.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Subject:
-    """Subject as the gate needs to know it.
+    """Mass, lever and motion of the subject, for the gate.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ def held_out_residuals(
     testing: list[dict[str, BeltRecording]],
     below_limit_kg: Sequence[float] = (),
 ) -> Result:
-    """Residuals of all trials, each of a model that has not seen it.
+    """Residuals of all trials, each from a model fitted without it.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def read_held_out(result: Result) -> HeldOut | None:
 
 
 def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
-    """Error of the subject's I, B, K that the treadmill model's held-out residuals predict.
+    """Error of the subject's I, B, K predicted from the treadmill model's held-out residuals.
 
     Between the masses of two groups of trials the prediction is interpolated. The residual of a pulse the
     other way round counts with the opposite sign. After the window of the residuals its last value holds.

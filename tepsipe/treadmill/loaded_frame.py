@@ -104,7 +104,7 @@ class LoadedFrame(BeltModel):
         )
 
     def added_per_kg(self, recording: BeltRecording) -> np.ndarray:
-        """Load that another kg on the belt would add, before the frame's response (N or N·m), shape (n,)."""
+        """Load added by another kg on the belt, before the frame's response (N or N·m), shape (n,)."""
         heavier = replace(recording, carried_kg=recording.carried_kg + 1.0)
         return self.added(heavier) - self.added(recording)
 

@@ -23,7 +23,7 @@ from tepsipe.treadmill.recording import BeltRecording
 
 BEFORE_S, AFTER_S, BACK_S = 0.2, 0.8, 0.4  # window of a pulse, and the ramp back that makes it periodic
 MOVING_S = 0.6  # time from its onset in which a pulse moves the belt
-# a load that swings after a pulse moves the belt within the pre-sliding distance: the mean is followed longer
+# a load that swings after a pulse moves the belt within the pre-sliding distance: the mean is extended
 LONGEST_S = 2.2
 FINER = 2  # steps of the bristles per sample
 ALIGNMENTS = 3
@@ -198,14 +198,14 @@ def pulse_windows(trials: list[dict[str, BeltRecording]], *, whole: bool = False
 
 
 def longest_window(recording: BeltRecording) -> float:
-    """Time from the onset of a pulse that belongs to it, at most until the next pulse (s)."""
+    """Longest time from the onset that belongs to a pulse, at most until the next pulse (s)."""
     ends = [*recording.onsets, recording.load.size]
     apart_s = np.diff(ends).min(initial=recording.load.size) / recording.rate_hz
     return float(np.clip(apart_s - 2.0 * BEFORE_S, MOVING_S, LONGEST_S))
 
 
 def pulses_of(recording: BeltRecording) -> Pulses:
-    """Motion of the belt in the pulses of a trial: their mean, or each its own where they are not alike.
+    """Motion of the belt in the pulses of a trial: their mean, or each pulse if they are not alike.
 
     Parameters
     ----------
@@ -315,7 +315,7 @@ def coarse_spectrum(windows: PulseWindows, x: np.ndarray) -> np.ndarray:
 
 
 def held(recording: BeltRecording, pulses: Pulses, x: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """A signal of the whole trial from its windows, constant between them, filtered like the recording.
+    """A signal of the whole trial from its windows, constant in between, filtered like the recording.
 
     Parameters
     ----------

@@ -64,7 +64,7 @@ class BeltRecording:
 
     @property
     def position(self) -> np.ndarray:
-        """Distance that the belt has travelled since the recording's start (m), shape (n,), not filtered."""
+        """Distance travelled by the belt since the start of the recording (m), shape (n,), not filtered."""
         v = self.raw_velocity
         return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1])) / self.rate_hz])
 
@@ -127,7 +127,7 @@ def check_recordings(recordings: list[BeltRecording], shortest_s: float) -> None
     Parameters
     ----------
     recordings : list of BeltRecording
-        What is to be fitted or evaluated together.
+        Recordings to be fitted or evaluated together.
     shortest_s : float
         Shortest total time of all evaluated samples (s).
 

@@ -86,7 +86,7 @@ class FamilyOptions:
 
     @classmethod
     def from_settings(cls, models: dict) -> Self:
-        """Options of a study; ``ripple`` is known of a travelling belt only."""
+        """Options of a study; ``ripple`` applies to a travelling belt only."""
         options = {key: value for key, value in models.items() if key not in ("family", "calibration_draws")}
         if "ripple" in options:
             options["ripple"] = RippleOptions(**options["ripple"])
@@ -95,7 +95,7 @@ class FamilyOptions:
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A treadmill model with all that is needed to apply it.
+    """A treadmill model with everything needed to apply it.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ def fit_model(name: str, recordings: list[BeltRecording], options: FamilyOptions
     recordings : list of BeltRecording
         Calibration.
     options : FamilyOptions
-        Choices.
+        Options of the analysis.
 
     Returns
     -------

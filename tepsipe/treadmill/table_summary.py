@@ -12,7 +12,7 @@ from tepsipe.treadmill.transfer_function import DiscreteTransfer
 # coefficients of the mass-spring-damper, in the order of its regressors
 TERMS = ("m", "c", "k")
 BLOCKS = 20
-# fits that are quick enough to be repeated for every recording
+# models that are quick enough to be refitted to every recording
 CROSSED = ("mass-spring-damper", "output-error", "fir", "fir-causal")
 
 
@@ -112,7 +112,7 @@ def table_facts(
     family : list of str
         Names of the models.
     options : FamilyOptions
-        Choices.
+        Options of the analysis.
     """
     ranges, used = range_of_validity(calibration), {r.name for r in calibration}
     return {

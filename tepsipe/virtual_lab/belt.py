@@ -98,7 +98,7 @@ def minimum_jerk_pulse(s: float) -> float:
 
 
 def negative_sine_pulse(s: float) -> float:
-    """`sine_pulse` the other way round, for ``s`` in 0..1."""
+    """`sine_pulse` with its sign reversed, for ``s`` in 0..1."""
     return -sine_pulse(s)
 
 
@@ -117,7 +117,7 @@ def velocity_command(
     amplitude_m_per_s : float
         Peak velocity (m/s).
     onsets_s : ndarray, shape (n,)
-        When the pulses start (s), ascending.
+        Onsets of the pulses (s), ascending.
     pulse_s : float
         Length of a pulse (s).
 
@@ -133,7 +133,7 @@ def velocity_command(
     """
     pulse = PULSES[profile]
     onsets = onsets_s.tolist()
-    # between two pulses, where most calls ask: known to be still
+    # between two pulses, where most calls are made, the belt is still
     since, until = -math.inf, min(onsets, default=math.inf)
 
     def command(t: float) -> float:

@@ -25,7 +25,7 @@ TRIES = 1000
 
 @dataclass(frozen=True)
 class DrawnNumber:
-    """One number of the laboratory and what was drawn for it.
+    """One number of the laboratory and its drawn value.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ def drawn_numbers(constants: dict) -> list[DrawnNumber]:
 
 
 def _value(number: DrawnNumber, freedom: float, choice: dict, random: Random) -> float:
-    """A draw (unit of the number) that lies where it must."""
+    """A draw (unit of the number) within its limits."""
     first = _standardised(number.distribution, freedom, random)
     mean = 0.0
     if choice.get("shift"):
@@ -179,7 +179,7 @@ def _standardised(shape: str, freedom: float, random: Random) -> float:
 
 
 def _numbers(constants: dict, path: str) -> list[tuple[str, float]]:
-    """Full path and number of everything that a path names."""
+    """Full path and number of everything at a path."""
     place: object = constants
     for key in path.split("."):
         inside = range(len(place)) if isinstance(place, list) else place if isinstance(place, dict) else ()

@@ -42,11 +42,11 @@ class DummyTruth:
     leg_mass_kg, leg_com_m, leg_inertia_kgm2 : float
         Rod: mass (kg), centre of mass from the joint (m), moment of inertia about it (kg·m²).
     joint_inertia_kgm2 : float
-        What else turns with the rod: clamps, screws and half of the rubber (kg·m²).
+        Further inertia that turns with the rod: clamps, screws and half of the rubber (kg·m²).
     rest_angle_rad : float
         Angle at which the leg stands still (rad); of a trial, as the motion capture sees it.
     position_x_m, position_y_m : float
-        Where the foot stands on the plate (m).
+        Position of the foot on the plate (m).
     gravity_m_per_s2 : float
         Acceleration of gravity (m/s²).
     """
@@ -127,7 +127,7 @@ def move_dummy(
     duration_s, rate_hz : float
         Length of the run (s) and steps per second (Hz).
     foot : FootTilt, optional
-        How the foot gives; without it, or without a compliance, it does not tilt.
+        Compliance of the foot; without it, or with none, the foot does not tilt.
 
     Returns
     -------

@@ -31,7 +31,7 @@ import scipy
 
 MUSCLES = ("TA", "SOL", "GAS", "BF", "RF")
 CHANNELS = tuple(f"EMG {muscle}" for muscle in MUSCLES)
-# which muscles lie next to each other, in the shank and in the thigh
+# adjacent muscles in the shank and in the thigh
 NEIGHBOURS = (("TA", "SOL"), ("SOL", "GAS"), ("BF", "RF"))
 TRIGGER = "Trigger"
 TRIGGER_V = 5.0
@@ -117,7 +117,7 @@ def record_emg(
     signals : ndarray, shape (k, 5)
         Voltages in whole steps of the converter (uV).
     instants : ndarray, shape (k,)
-        When they were sampled, on the laboratory's clock (s).
+        Sampling instants, on the laboratory's clock (s).
     """
     of_pattern, of_artefact, of_hum, of_baseline, of_noise = rng.spawn(5)
     samples = round(np.ceil(ends_s - time[0]) * truth.rate_hz)
@@ -199,7 +199,7 @@ def write_emg(
             for label, unit, largest, data in channels
         ],
         patient=Patient(),
-        # the date that stands for none: the same study must give the same bytes
+        # a placeholder date: the same study must give the same bytes
         recording=Recording(startdate=date(1985, 1, 1), equipment_code="EMG-recorder"),
         data_record_duration=1.0,
         annotations=(),  # makes it EDF+

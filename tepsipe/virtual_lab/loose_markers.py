@@ -77,7 +77,7 @@ def slipping(step_m: float, settling_s: float, onsets_s: np.ndarray, rng: np.ran
     step_m, settling_s : float
         Standard deviation of a step (m) and its time constant (s).
     onsets_s : ndarray, shape (k,)
-        When pulses begin (s).
+        Onsets of the pulses (s).
     rng : numpy.random.Generator
         Draws the steps.
 

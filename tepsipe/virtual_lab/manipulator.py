@@ -144,7 +144,7 @@ def record_manipulator(
     signal_rng: np.random.Generator,
     trial_rng: np.random.Generator,
 ) -> ManipulatorRecording:
-    """Perturb the dummy's joint and log what the instruments see.
+    """Perturb the dummy's joint and log the signals of the instruments.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def _log(
     rng: np.random.Generator,
     motion: TrueMotion,
 ) -> ManipulatorRecording:
-    """Sample the angle irregularly, as the operating system of the logging computer lets it."""
+    """Sample the angle irregularly, as the operating system of the logging computer does."""
     step = 1.0 / truth.log_rate_hz
     instants = np.arange(step, time[-1] - step, step)
     instants = instants + np.clip(rng.normal(0.0, truth.log_jitter_s, instants.size), -0.4 * step, 0.4 * step)

@@ -21,7 +21,7 @@ from tepsipe.virtual_lab.person_constants import MUSCLES, NervesTruth, Subject
 
 
 def wander(nerves: NervesTruth, n: int, rate_hz: float, rng: np.random.Generator) -> np.ndarray:
-    """Torque that balance adds of itself (N·m), shape (n,): an Ornstein-Uhlenbeck process."""
+    """Random torque of balance (N·m), shape (n,): an Ornstein-Uhlenbeck process."""
     kept = math.exp(-1.0 / (nerves.wander_s * rate_hz))
     steps = rng.standard_normal(n) * math.sqrt(1.0 - kept**2)
     state, out = float(rng.standard_normal()), np.empty(n)
@@ -72,7 +72,7 @@ class Nerves:
         by_angle, by_rate = nerves.balance_Nm_per_rad, nerves.balance_Nms_per_rad
         threshold = nerves.reflex_threshold_rad_per_s
         (xx, xv), (vx, vv) = self._to_x, self._to_v
-        # of every muscle: constants, what stretched it, and drive and twitch at the last step
+        # for every muscle: constants, its stretch, and drive and twitch at the last step
         muscles = [(constants, [], [constants[0], constants[0], 0.0]) for constants in self._constants]
         leaned: list[float] = []
         k = -1

@@ -84,7 +84,7 @@ class PersonMotion(BeltMotion):
 
 
 def segments(person: PersonTruth) -> tuple[Segment, Segment, Segment]:
-    """Shanks, thighs and upper body (kg, m, kg·m²); the upper body has what the legs leave of the mass."""
+    """Shanks, thighs and upper body (kg, m, kg·m²); the upper body has the remaining mass."""
     size = person.mass_kg, person.stature_m
     legs = person.foot_mass + person.shank_mass + person.thigh_mass
     trunk = upper_body(*size, person.ankle_height_m)
@@ -102,7 +102,7 @@ def feet_of(person: PersonTruth) -> Segment:
 
 
 def _carried(chain: tuple[Segment, ...]) -> np.ndarray:
-    """a_ij (m), shape (3, 3): how far angle j carries the centre of mass of segment i."""
+    """Lever a_ij (m), shape (3, 3): displacement of the centre of mass of segment i per angle j."""
     a = np.diag([segment.com_m for segment in chain])
     for j, segment in enumerate(chain):
         a[j + 1 :, j] = segment.length_m
@@ -398,10 +398,10 @@ def true_ankles(
 
 
 def marked_shank(person: PersonTruth, swung: np.ndarray) -> np.ndarray:
-    """Rotation of the marked shank (rad), from the mean of both (rad), which stays what it is."""
+    """Rotation of the marked shank (rad) from the mean of both (rad), which is unchanged."""
     return person.marked_rotation * swung
 
 
 def marked_tilt(person: PersonTruth, tilt: np.ndarray) -> np.ndarray:
-    """Tilt of the marked foot (rad), from the mean of both: each is as stiff, and bears its leg's torque."""
+    """Tilt of the marked foot (rad) from the mean of both: equal stiffness, each with its leg's torque."""
     return 2.0 * person.marked_share * tilt

@@ -25,7 +25,7 @@ class PersonTruth:
     stance_rad : list of 3 float
         Angles of shanks, thighs and upper body in quiet standing (rad).
     position_x_m, position_y_m : float
-        Where the ankles are on the plate (m).
+        Position of the ankles on the plate (m).
     gravity_m_per_s2 : float
         Acceleration of gravity (m/s²).
     foot_mass, shank_mass, thigh_mass : float
@@ -102,7 +102,7 @@ class TaskTruth:
     medium_reflex_s_per_rad : list of 5 float
         The same of the medium-latency reflex (s/rad): G_2.
     short_range_Nm_per_rad : float
-        What is added to the stiffness of both ankles in small rotations: K_s.
+        Additional stiffness of both ankles in small rotations: K_s.
     """
 
     stiffness_Nm_per_rad: list
@@ -174,7 +174,7 @@ class PersonMarkers:
     lateral_m : float
         Position of all markers across the belt, from the middle between the feet (m).
     joint_centre_m : list of [forward, up]
-        Where the ankle's axis lies relative to the ankle's marker in quiet standing (m).
+        Position of the ankle's axis relative to the ankle's marker in quiet standing (m).
     """
 
     foot_m: list

@@ -75,7 +75,7 @@ def marker_displacements(
     centre_y, centre_z = markers.joint_centre_m
     swung, thigh = (motion.angles[:, k] - stance[k] for k in (0, 1))
     shank = stance[0] + marked_shank(person, swung)
-    # both legs carry the same hips: what the marked shank rotates more, its thigh rotates less
+    # both legs carry the same hips: the thigh rotates less by the excess rotation of the marked shank
     size = person.mass_kg, person.stature_m
     longer = shanks(*size).length_m / thighs(*size).length_m
     thigh = stance[1] + thigh - longer * (shank - stance[0] - swung)

@@ -15,7 +15,7 @@ def generator(seed: int, *names: str) -> np.random.Generator:
     seed : int
         Seed of the laboratory.
     *names : str
-        What the generator is for, for example ``"dummy", "sine-0.1", "markers"``.
+        Purpose of the generator, for example ``"dummy", "sine-0.1", "markers"``.
 
     Returns
     -------

@@ -15,7 +15,7 @@ import numpy as np
 from tepsipe.virtual_lab.platform_person import coloured_noise
 
 Matrix = tuple[tuple[float, float, float], ...]
-# of the simulation, and time in which the sway settles (s)
+# step of the simulation, and time in which the sway settles (s)
 STEP_S, SETTLING_S = 0.001, 10.0
 
 
@@ -101,7 +101,7 @@ class ChainProtocol:
     angle_noise_rad, force_noise_N, belt_noise_m_per_s2 : float
         Standard deviation of the noise of one sample (rad, N, m/s²).
     engine : {"pybullet", "mujoco", "auto"}
-        Which engine; "auto", and any other name, take the first that is installed.
+        Engine; "auto", and any other name, take the first that is installed.
     """
 
     pulses: Mapping[str, Pulse]
@@ -248,7 +248,7 @@ class _Mover:
             1.5 * rate[1] - 0.5 * last[1],
             1.5 * rate[2] - 0.5 * last[2],
         )
-        # in plain numbers, which are faster than short arrays
+        # plain numbers, which are faster than short arrays
         (k11, k12, k13, b11, b12, b13), (k21, k22, k23, b21, b22, b23), third = self.rows
         k31, k32, k33, b31, b32, b33 = third
         return (

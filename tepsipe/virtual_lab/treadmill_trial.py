@@ -39,7 +39,7 @@ class Protocol:
 
 @dataclass(frozen=True)
 class Schedule:
-    """When a trial's trigger rises and what the belt is asked to do.
+    """Instant of a trial's trigger, and the command of the belt.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Schedule:
     ends_s : float
         End of the recording (s).
     onsets_s : ndarray, shape (k,)
-        When the perturbations are commanded to start (s).
+        Commanded onsets of the perturbations (s).
     command : callable
         Commanded belt velocity (m/s) at t (s).
     """

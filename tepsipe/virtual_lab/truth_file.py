@@ -22,7 +22,7 @@ class TrueMotion:
     angle, rate, acceleration : ndarray, shape (n,)
         Motion of the joint (rad, rad/s), and of the segment whose inertia counts as the joint's (rad/s²).
     torque : ndarray, shape (n,)
-        What resists the motion, the joint's own inertia included (N·m).
+        Torque that resists the motion, including the joint's inertia (N·m).
     """
 
     time: np.ndarray

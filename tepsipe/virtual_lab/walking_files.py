@@ -26,7 +26,7 @@ LATERAL_M = (-0.285, 0.285)
 HALF_WIDTH_M, HALF_LENGTH_M = 0.265, 0.9
 ANALOG_PER_FRAME = 5
 CONTACT_N = 30.0
-# a C3D counts frames in 16 bits, and ezc3d cuts off what is beyond without a word
+# a C3D counts frames in 16 bits, and ezc3d truncates longer files without warning
 MOST_FRAMES = 65535
 
 
@@ -67,7 +67,7 @@ def walk_markers(walk: Walk, unperturbed: Walk, body: WalkerBody) -> dict[str, n
     unperturbed : Walk
         The same without pulses.
     body : WalkerBody
-        Where the markers are (m).
+        Body with the positions of the markers (m).
     """
     base, signals = unperturbed.signals, walk.signals
     offset = np.median(base["angle"][base["vertical"] > CONTACT_N])

@@ -32,7 +32,7 @@ class WeightTruth:
     com_height_m : float
         Centre of mass above the belt (m).
     position_x_m, position_y_m : float
-        Where the weight stands on the plate (m).
+        Position of the weight on the plate (m).
     gravity_m_per_s2 : float
         Acceleration of gravity (m/s²).
     """

@@ -15,7 +15,7 @@ from tepsipe.virtual_lab.weight import MARKERS, WeightTruth, move_weight, weight
 
 
 def make_weight_trial(truth: dict, condition: str, protocol: Protocol, files: dict[str, Path]) -> None:
-    """Make one trial with the weight on the belt, or with nothing on it.
+    """Make one trial with the weight on the belt, or with the empty belt.
 
     Parameters
     ----------

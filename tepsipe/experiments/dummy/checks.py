@@ -79,9 +79,9 @@ UNITS = {
     "markers-pulse-locked": "m",
     "lack-of-fit": "1",
 }
-# time after a perturbation that its response is averaged over, and in which markers may settle (s)
+# time after a perturbation over which its response is averaged, and in which markers may settle (s)
 _LOCKED_S, _SETTLED_S = 0.5, 0.2
-# part of the samples that interpolation at common instants leaves independent
+# share of the samples that stay independent after interpolation to common instants
 _INDEPENDENT = 0.6
 # sum of squares of markers without noise (m²)
 _EXACT = 1e-24
@@ -96,7 +96,7 @@ class Check:
     name : str
         One of `TOLERATED`; also the flag of an estimate.
     size : float
-        How far the trial departs (unit of `UNITS`).
+        Departure of the trial from its expectation (unit of `UNITS`).
     probability : float
         Probability of a size this large without a fault.
     tolerated : float or None
@@ -142,7 +142,7 @@ def delay_check(fit: LikelihoodEstimates, uncertainty_s: float) -> Check:
 def inertia_check(
     fit: LikelihoodEstimates, known_kgm2: float, known_uncertainty_kgm2: float, type_b_kgm2: float = 0.0
 ) -> Check:
-    """I of small movements against what is known of the joint's own.
+    """Compare I of small movements with the known inertia of the joint.
 
     Parameters
     ----------
@@ -255,7 +255,7 @@ def leg_check(
     of_k: float = 0.0,
     of_difference: float = 0.0,
 ) -> Check:
-    """K of the windowed fit against what it should find of the fitted joint.
+    """Compare K of the windowed fit with its expected value for the fitted joint.
 
     Parameters
     ----------
@@ -301,7 +301,7 @@ def expected_of_leg(
     lowpass: tuple[float, int],
     at_rest: np.ndarray,
 ) -> np.ndarray:
-    """I, B, K that the windowed fit finds of markers without noise that move like the fitted joint.
+    """Expected I, B, K of the windowed fit, from noise-free markers that move like the fitted joint.
 
     Takes the arguments of `leg_check`. Shape (3,), in N·m·s²/rad, N·m·s/rad and N·m/rad.
     """
@@ -324,7 +324,7 @@ def noise_bias(
     leg_markers: SegmentMarkers,
     lowpass: tuple[float, int],
 ) -> np.ndarray:
-    """Bias of a windowed fit by the noise in its regressors (errors in variables), to first order.
+    """Bias of a windowed fit due to noise in its regressors (errors in variables), to first order.
 
     Noise of the angle enters theta'', theta', theta and the torque; that of the markers' mean the torque
     alone. With A the regressors of a window of N samples and C the covariances of their noise,
@@ -422,7 +422,7 @@ def _locked(
 
 
 NOISE_BIASED = "noise-biased"
-# bias by noise over the combined standard uncertainty, from which a windowed fit is flagged
+# ratio of noise bias to combined standard uncertainty above which a windowed fit is flagged
 LARGEST_BIAS = 0.5
 OF_TORQUE = ("leg-disagrees", "foot-leg-delay", "joint-inertia", "markers-slip", "markers-pulse-locked")
 OF_ANGLE = (*OF_TORQUE, "foot-markers-apart", "lack-of-fit")
@@ -448,7 +448,7 @@ class Verdict:
 
 
 def known_inertia(checks: dict) -> tuple[float, float] | None:
-    """Inertia of the joint and its standard uncertainty (N·m·s²/rad) in a study; None if it is not known."""
+    """Inertia of the joint and its standard uncertainty (N·m·s²/rad) in a study; None if unknown."""
     known = checks["joint_inertia_Nms2_per_rad"]
     return None if known is None else (known, checks["joint_inertia_uncertainty_Nms2_per_rad"])
 
@@ -556,7 +556,7 @@ def _checks(
 
 
 def _order(labels: list[str], wanted: Sequence[str]) -> float:
-    """Mean place in the order of sampling."""
+    """Mean position in the order of sampling."""
     return float(np.mean([labels.index(label) for label in wanted]))
 
 

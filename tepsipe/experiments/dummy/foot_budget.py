@@ -46,7 +46,7 @@ class FootKnowledge:
     y_a, y_a_dd : ndarray, shape (n,)
         Position of the ankle on the plate (m) and its acceleration (m/s²).
     sources : dict of str to Source
-        What is not known exactly; none where Type B is not evaluated.
+        Uncertain constants; none if Type B is not evaluated.
     """
 
     foot: Foot
@@ -64,11 +64,11 @@ def changed_torques(known: FootKnowledge) -> dict[str, list[np.ndarray]]:
     per_unit = {
         "foot_mass_kg": [-0.5 * l_f * known.y_a_dd],
         "foot_com_m": [m_f * known.y_a_dd],
-        # along the belt, and in height
+        # offsets along the belt, and in height
         "joint_offset_m": [-f_z, f_y - m_f * known.y_a_dd],
-        # of the marker on the ankle
+        # offset of the marker on the ankle
         "anterior_offset_m": [-f_z],
-        # fore-aft, and the vertical transducers, which measure the moment, too
+        # scales of the fore-aft and of the vertical transducers, which also measure the moment
         "force_scale": [l_f * f_y, m_x - known.y_a * f_z],
         "vertical_leak": [l_f * f_z],
         "origin_height_m": [f_y],
@@ -107,7 +107,7 @@ def foot_budget(
     torque : ndarray, shape (n,)
         Torque of the foot (N·m).
     known : FootKnowledge
-        What was taken as known.
+        Assumed foot and plate, with their uncertainty.
 
     Returns
     -------

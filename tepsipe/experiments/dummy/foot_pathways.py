@@ -31,7 +31,7 @@ FOOT_TORQUES = ("foot-thesis", "foot")
 
 @dataclass(frozen=True)
 class FootPathway:
-    """One way from force plate and markers to parameters (names, no units).
+    """Definition of one path from force plate and markers to the parameters.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ def analyse_foot(
     name : str
         Names the trial in messages.
     dummy, options : DummyOptions, FootOptions
-        Choices.
+        Options of the analysis.
     pathways : dict of str to FootPathway
         Name -> pathway.
     models : dict of str to dict of str to FittedModel
@@ -231,7 +231,7 @@ def foot_side(
     prepared : PreparedTrial
         Forces (N), moments (N·m) and markers (m).
     options : FootOptions
-        Choices.
+        Options of the analysis.
     motion : SegmentMotion
         Filtered motion of the leg on the clock of the markers (s, rad, m).
     delay_s : float
@@ -254,7 +254,7 @@ def foot_side(
     )
     ankle = _along_belt(prepared)[:, prepared.markers.index(options.ankle_label)]
     ankle = advanced(time, ankle, delay_s)
-    # the belt creeps: a line through rest that is subtracted from Mx must be subtracted from y_A, too
+    # the belt creeps: y_A is referred to the same line through rest as Mx
     y_a = prepared.from_rest(ankle) + ankle[at_rest].mean()
     return FootSide(
         motion=motion,
@@ -266,7 +266,7 @@ def foot_side(
 
 @dataclass(frozen=True)
 class _OnPlate:
-    """One trial with all that its pathways share."""
+    """Signals and settings of one trial that its pathways share."""
 
     prepared: PreparedTrial
     dummy: DummyOptions

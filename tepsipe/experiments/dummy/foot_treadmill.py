@@ -11,13 +11,13 @@ from tepsipe.treadmill.held_out import HeldOut, PredictedError, Subject, model_f
 from tepsipe.treadmill.recording import BeltRecording
 from tepsipe.treadmill.registry import FittedModel
 
-# sources of uncertainty: draws of the constants, and what the model leaves of trials that it has not seen
+# sources of uncertainty: draws of the constants, and residuals of held-out trials
 CALIBRATION, RESIDUAL = "treadmill_calibration", "treadmill_residual"
 
 
 @dataclass(frozen=True)
 class TreadmillCheck:
-    """Uncertainty of I, B, K from the treadmill model, and whether it may be trusted.
+    """Uncertainty of I, B, K due to the treadmill model, and the verdict of its gate.
 
     Attributes
     ----------

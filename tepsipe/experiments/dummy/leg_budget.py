@@ -46,15 +46,15 @@ LEG_SOURCES = (
     "foot_compliance_rad_per_Nm",
     "leg_bending_rad_per_m_per_s2",
 )
-# of the joint likelihood alone
+# sources of the joint likelihood alone
 LIKELIHOOD_SOURCES = ("levelled_rad",)
 ANTERIOR, LONGITUDINAL = "anterior", "longitudinal"
-# of the markers, in the order of the columns of a layout
+# offsets of the markers, in the order of the columns of a layout
 OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
 
 
 def type_a_uncertainty(fit: WindowedFits) -> tuple[np.ndarray, float]:
-    """Type A of the means of I, B, K, shape (3,), and its degrees of freedom.
+    """Type A uncertainty of the means of I, B, K, shape (3,), and its degrees of freedom.
 
     From the covariance of the fit where it has one, from the scatter of the perturbations elsewhere.
     """
@@ -75,7 +75,7 @@ class LegKnowledge:
     markers : SegmentMarkers
         Its markers (m).
     sources : dict of str to Source
-        What is not known exactly; none where Type B is not evaluated.
+        Uncertain constants; none if Type B is not evaluated.
     motion, sampled_later : SegmentMotion
         As it was found, and as it is with a time between markers that is longer by its standard uncertainty
         (s, rad, m); None if that time does not act.
@@ -100,7 +100,7 @@ def compliance_contributions(values: np.ndarray, sources: Mapping[str, Source]) 
     values : ndarray, shape (3,)
         I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad).
     sources : mapping of str to Source
-        What is not known exactly; c in rad/Nm.
+        Uncertain constants; c in rad/Nm.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def leg_budget(
         Estimates them, shape (3,), from another motion and leg; None if they come from the
         angle over the whole trial.
     known : LegKnowledge
-        What was taken as known.
+        Assumed leg, with its uncertainty.
     further : mapping of str to ndarray, shape (k, 3), optional
         Contributions of other sources to I, B, K.
 
@@ -154,7 +154,7 @@ def leg_budget(
 def small_budget(
     fit: LikelihoodEstimates, leg: Leg, sources: Mapping[str, Source], further: Mapping[str, np.ndarray]
 ) -> Budget:
-    """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad); ``further`` as there."""
+    """Uncertainty of I, B, K of small movements (N·m·s²/rad, N·m·s/rad, N·m/rad), as `leg_budget`."""
     contributions = angle_contributions(fit.small, leg, sources) if sources else {}
     contributions |= compliance_contributions(fit.small, sources) | dict(further)
     freedom = {name: sources[name].freedom for name in contributions}
@@ -182,7 +182,7 @@ def marker_sources(markers: SegmentMarkers, sources: Mapping[str, Source]) -> li
 
 
 def of_layout(markers: SegmentMarkers, com_m: float, deviations: Mapping[str, float]) -> np.ndarray:
-    """C (rad), a and l (m) for deviations of `marker_sources` (m), shape (3,)."""
+    """Constants c (rad), a and l (m) for deviations of `marker_sources` (m), shape (3,)."""
     layout = markers.layout_m.copy()
     for name, deviation in deviations.items():
         kind, _, label = name.partition("/")
@@ -197,7 +197,7 @@ def of_layout(markers: SegmentMarkers, com_m: float, deviations: Mapping[str, fl
 def changed_motion(
     motion: SegmentMotion, markers: SegmentMarkers, com_m: float, deviations: Mapping[str, float]
 ) -> SegmentMotion:
-    """The motion of the leg (s, rad, m) as it would be found with deviations of the sources.
+    """Motion of the leg (s, rad, m) as estimated with deviations of the sources.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def changed_motion(
     turned, a, b = of_layout(markers, com_m, deviations)
     a += deviations.get(f"joint_offset_m/{ANTERIOR}", 0.0)
     b += deviations.get(f"joint_offset_m/{LONGITUDINAL}", 0.0) + deviations.get("leg_com_m", 0.0)
-    # lengths that are too large move the markers, not their layout, from whose centre the point is found
+    # excessive lengths move the markers but not their layout, from whose centre the point is computed
     wider = deviations.get("marker_scale", 0.0)
     centre = markers.layout_m.mean(axis=0)
     a, b = a + wider * centre[0], b - wider * (com_m - centre[1])
@@ -242,7 +242,7 @@ def changed_motion(
 
 
 def _bent(motion: SegmentMotion, com_m: float, lag: float) -> SegmentMotion:
-    """The motion (s, rad, m) seen by markers of a rod that lags by an angle (rad per m/s²) of its foot."""
+    """Motion (s, rad, m) measured by markers on a rod that lags its foot by an angle (rad per m/s²)."""
     if lag == 0.0:
         return motion
     sine, cosine = np.sin(motion.theta), np.cos(motion.theta)
@@ -304,7 +304,7 @@ def angle_contributions(values: np.ndarray, leg: Leg, sources: Mapping[str, Sour
     leg : Leg
         The leg (kg, m, kg·m²).
     sources : mapping of str to Source
-        What is not known exactly.
+        Uncertain constants.
 
     Returns
     -------

@@ -37,7 +37,7 @@ MARKER_SIGNALS = {"aligned": "marker_position", "as-sampled": "marker_position_a
 
 @dataclass(frozen=True)
 class Pathway:
-    """One way from markers to parameters (names, no units).
+    """Definition of one path from markers to the parameters.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class DummyOptions:
     belt_fixed_labels : tuple of str
         Belt-fixed markers, whose mean is the motion of the foot, for output error and joint likelihood.
     sources : dict of str to Source
-        What is not known exactly; without any, Type B is not evaluated.
+        Uncertain constants; without any, Type B is not evaluated.
     """
 
     leg: Leg
@@ -181,7 +181,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     trial : Trial
         Markers (m) and belt velocity (m/s).
     options : DummyOptions
-        Choices.
+        Options of the analysis.
     pathways : dict of str to Pathway
         Name -> pathway.
 
@@ -273,7 +273,7 @@ def trial_markers(trial: Trial, options: DummyOptions, instants: str) -> DummyMa
     trial : Trial
         Markers (m).
     options : DummyOptions
-        Which of them are on the leg (m), and on the belt.
+        Markers on the leg (m), and on the belt.
     instants : {"aligned", "as-sampled"}
         Whether sequential marker sampling is corrected.
 
@@ -391,7 +391,7 @@ def belt_fixed_position(trial: Trial, labels: tuple[str, ...], instants: str) ->
 
 
 def _noise_at_rest(prepared: PreparedTrial, options: DummyOptions) -> float:
-    """Root mean square of what the filter removes from the leg's markers at rest (m per coordinate)."""
+    """Root mean square of the noise filtered out of the leg's markers at rest (m per coordinate)."""
     columns = [prepared.markers.index(label) for label in options.leg_markers.labels]
     positions = prepared.trial.values(MARKER_SIGNALS["as-sampled"])[:, columns, 1:]
     return float(np.sqrt(np.mean((positions - prepared.filtered(positions))[prepared.at_rest] ** 2)))

@@ -62,9 +62,9 @@ def marker_contributions(
     fit : LikelihoodEstimates
         The estimates.
     data : LikelihoodData
-        What they were fitted to (s, m, m/s).
+        Data that they were fitted to (s, m, m/s).
     sources : mapping of str to Source
-        What is not known exactly; others than those of the module's head are ignored.
+        Uncertain constants; sources that the module's docstring does not list are ignored.
 
     Returns
     -------
@@ -96,7 +96,7 @@ def _turned(positions: np.ndarray, angle: float) -> np.ndarray:
 
 
 def _bent(markers: DummyMarkers, lag: float, acceleration: np.ndarray) -> np.ndarray:
-    """Positions (m), shape (n, k, 2), of a leg that lags by an angle (rad per m/s²) of the foot (m/s²)."""
+    """Positions (m), shape (n, k, 2), on a leg that lags by an angle (rad per m/s²) of the foot (m/s²)."""
     height = np.where(markers.on_leg, markers.layout_m[:, 1], 0.0)
     positions = markers.positions.copy()
     positions[..., 0] += lag * np.outer(acceleration, height)
@@ -104,5 +104,5 @@ def _bent(markers: DummyMarkers, lag: float, acceleration: np.ndarray) -> np.nda
 
 
 def _later(positions: np.ndarray, time: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Positions (m), shape (n, k, 2), at instants (s) that are later by the lags of the markers (s)."""
+    """Positions (m), shape (n, k, 2), at instants (s) delayed by the lags of the markers (s)."""
     return positions + lags[:, None] * np.gradient(positions, time, axis=0)

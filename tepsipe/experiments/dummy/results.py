@@ -19,14 +19,14 @@ from tepsipe.statistics.bootstrap import Interval, bootstrap_mean
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.uncertainty import Budget
 
-# quantities of small movements: name in the rows -> that at the working amplitude
+# quantities of small movements: name in the rows -> name at the working amplitude
 SMALL = {f"{quantity}_small": quantity for quantity in PARAMETERS}
 
 
 def joint_estimates(
     names: tuple[str, str, str, str], fit: LikelihoodEstimates, budget: Budget, count: int
 ) -> list[Estimate]:
-    """I, B, K of small movements, delay (s) of the angle after the foot, and softening where there is some.
+    """I, B, K of small movements, delay (s) of the angle after the foot, and softening if present.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ LOAD_UNITS = {"Fy": "N", "Mx": "Nm"}
 
 
 def bootstrap_pathways(analysis: DummyAnalysis, draws: int, seed: int) -> dict[str, Interval]:
-    """Intervals of the mean VAF (%) of every pathway, which ends at 100 % and is not symmetric.
+    """Intervals of the mean VAF (%) of every pathway; VAF ends at 100 % and is not symmetric.
 
     Parameters
     ----------

@@ -162,7 +162,7 @@ def specify_dummy(
     condition : str
         Name of the condition.
     dummy, foot, options : DummyOptions, FootOptions, SpecificationOptions
-        Choices.
+        Options of the analysis.
     as_printed, recommended : Pathway
         Pathways of the study; their combinations get a role.
 

@@ -98,7 +98,7 @@ def simulate_condition(
     step_s : float
         Step of the simulation (s).
     engine : {"pybullet", "mujoco", "equations", "auto"}
-        What moves the dummy.
+        Physics engine that moves the dummy.
 
     Returns
     -------

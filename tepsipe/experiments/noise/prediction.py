@@ -89,7 +89,7 @@ def predict_angle(leg: Leg, parameters: np.ndarray, belt_velocity: np.ndarray, r
 def torque_vaf(
     parameters: np.ndarray, gram: np.ndarray, noise_gram: np.ndarray, torque_noise: bool
 ) -> np.ndarray:
-    """Expected VAF of the torque over a whole trial, from sums of products only.
+    """Expected VAF of the torque over a whole trial, from sums of products alone.
 
     Parameters
     ----------

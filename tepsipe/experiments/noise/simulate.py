@@ -36,7 +36,7 @@ def simulate_trial(
     step_s : float
         Step of the simulation (s).
     engine : {"pybullet", "mujoco", "equations", "auto"}
-        What moves the dummy.
+        Physics engine that moves the dummy.
 
     Returns
     -------

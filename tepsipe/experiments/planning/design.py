@@ -23,7 +23,7 @@ JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT = (
     "leg",
     "foot",
 )
-# what can be planned for: two likelihoods, and windowed least squares with the torque from leg or foot
+# pathways of a plan: two likelihoods, and windowed least squares with the torque from leg or foot
 PATHWAYS = (JOINT_LIKELIHOOD, JOINT_LIKELIHOOD_LINEAR, LEG, FOOT)
 # markers of the thesis's dummy on the leg: anterior and longitudinal offset from the ankle (m)
 LEG_MARKERS = SegmentMarkers(
@@ -74,7 +74,7 @@ class Rig:
     drive: Drive = field(default_factory=Drive)
 
     def __post_init__(self):
-        """Refuse what no rig can be.
+        """Refuse impossible rigs.
 
         Raises
         ------
@@ -141,7 +141,7 @@ class Protocol:
     zero_lag: bool = True
 
     def __post_init__(self):
-        """Refuse what cannot be done.
+        """Refuse impossible protocols.
 
         Raises
         ------
@@ -181,7 +181,7 @@ class Protocol:
 
     @property
     def onsets_s(self) -> np.ndarray:
-        """When the pulses are commanded to start (s), shape (number,)."""
+        """Commanded onsets of the pulses (s), shape (number,)."""
         return self.rest_before_s + self.interval_s * np.arange(self.number)
 
     @property
@@ -204,11 +204,11 @@ class Design:
     joint : Joint
         Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
     leg, foot : Leg, Foot
-        What moves (kg, m, kg·m²).
+        Mechanical parameters (kg, m, kg·m²).
     rig : Rig
-        What measures and moves it.
+        Instruments and drive.
     protocol : Protocol
-        What is done.
+        Perturbations and their analysis.
     sources : mapping of str to Source
         Tolerances of the calibration, as of the uncertainty budgets; none: no Type B.
     """
@@ -222,7 +222,7 @@ class Design:
 
     @classmethod
     def from_settings(cls, plan: dict, name: str, geometry: dict, uncertainty: dict) -> Self:
-        """Design of a name in a plan: what it changes of joint, rig and protocol.
+        """Design of a name in a plan, with its changes of joint, rig and protocol.
 
         ``geometry`` has the constants of leg and foot (kg, m, kg·m²), ``uncertainty`` the tolerances.
         """
@@ -240,7 +240,7 @@ class Design:
         )
 
     def __post_init__(self):
-        """Refuse a joint on which the leg does not stand, and a foot that cannot be.
+        """Refuse a joint on which the leg does not stand, and an impossible foot.
 
         Raises
         ------
@@ -276,7 +276,7 @@ def belt_velocity(protocol: Protocol, pulse_velocity: np.ndarray, time: np.ndarr
     Parameters
     ----------
     protocol : Protocol
-        When and in which direction pulses start (s).
+        Onsets (s) and directions of the pulses.
     pulse_velocity : ndarray, shape (k,)
         Velocity of the belt after one of them, every `STEP_S` (m/s).
     time : ndarray, shape (n,)

@@ -22,7 +22,7 @@ from tepsipe.treadmill.registry import FittedModel
 from tepsipe.treadmill.trial_recordings import recordings_of_loads
 
 LEG, FOOT, COMPENSATED = "leg", "foot", "foot-compensated"
-# window of the torque from the foot, as in the study: most of K is in the swing that follows (s)
+# window of the torque from the foot, as in the study: the subsequent swing determines most of K (s)
 FOOT_WINDOW_S = 2.0
 
 

@@ -32,7 +32,7 @@ from tepsipe.signals.perturbations import Perturbation
 
 
 def filtered(x: np.ndarray, lowpass: Lowpass, rate_hz: float) -> np.ndarray:
-    """A signal, shape (n, ...), behind a filter that has rested at its first sample (unit of ``x``)."""
+    """A signal, shape (n, ...), behind a filter at rest at its first sample (unit of ``x``)."""
     start = x[:1]
     flat = (x - start).reshape(len(x), -1)
     return lowpass(flat, rate_hz).reshape(x.shape) + start
@@ -83,7 +83,7 @@ def delay_samples(lowpass: Lowpass, rate_hz: float) -> int:
 
 
 def late(windows: list[Perturbation], lowpass: Lowpass, rate_hz: float) -> list[Perturbation]:
-    """Windows (samples) of signals behind a filter that runs forwards only: as late as they are."""
+    """Windows (samples) delayed like the signals behind a filter that runs forwards only."""
     samples = delay_samples(lowpass, rate_hz)
     return [replace(p, start=p.start + samples, stop=p.stop + samples) for p in windows]
 
@@ -91,7 +91,7 @@ def late(windows: list[Perturbation], lowpass: Lowpass, rate_hz: float) -> list[
 def mismatch_bias(
     design: Design, motion: ExpectedMotion, of_torque: Lowpass | None, of_motion: Lowpass | None
 ) -> np.ndarray:
-    """Bias of I, B, K by different filters of torque and motion, without noise.
+    """Bias of I, B, K due to different filters of torque and motion, without noise.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def mismatch_bias(
     """
     rate = design.rig.camera_rate_hz
     positions, labels, _ = exact_markers(design, motion)
-    # nothing of an exact signal lies above this cutoff
+    # an exact signal has no power above this cutoff
     whole = Lowpass(0.45 * rate, 2, True)
     of_leg = filtered_motion(
         motion.time, positions, labels, design.rig.leg_markers, design.leg.com_m, of_motion or whole

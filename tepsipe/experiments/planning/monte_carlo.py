@@ -20,7 +20,7 @@ from tepsipe.signals.differentiation import derivative
 def draw_estimates(
     design: Design, motion: ExpectedMotion, rng: np.random.Generator, draws: int
 ) -> np.ndarray:
-    """Estimates of I, B, K from trials with noise that are otherwise the same.
+    """Estimates of I, B, K from trials that differ in their noise only.
 
     Parameters
     ----------

@@ -34,21 +34,21 @@ from tepsipe.identification.likelihood.likelihood import ExpectedFit
 OPTIMAL = "optimal"
 # distance of knots (s): frequencies above the likelihood's band are not shaped
 KNOT_S = 0.006
-# time after a pulse for which limits are held every `STEP_S`, then rarely (s), and their part in use
+# time after a pulse during which limits hold every `STEP_S`, then rarely (s), and their fraction in use
 _AFTER_S, _RARELY_S, _MARGIN = 0.03, 0.008, 0.9999
 _STEPS, _DESCENTS = 60, (2.0, 4.0, 8.0, 16.0, 32.0)
 
 
 @dataclass(frozen=True)
 class OptimalPulse:
-    """The best pulse that was found.
+    """The best pulse found.
 
     Attributes
     ----------
     pulse : Pulse
         Its command (m/s).
     belt_velocity : ndarray, shape (k,)
-        What the drive makes of it, every `STEP_S` (m/s).
+        Response of the drive to it, every `STEP_S` (m/s).
     peaks : Limits
         Peaks of the belt's motion (m/s, m, m/s², m/s³).
     standard_error : float
@@ -81,11 +81,11 @@ class _Problem:
         self.spectra = _spectra(self.moved, expected, protocol)
 
     def information(self, c: np.ndarray) -> np.ndarray:
-        """F(c)."""
+        """Information matrix F(c)."""
         return self.kernel @ np.abs(self.spectra @ c) ** 2
 
     def weights(self, c: np.ndarray) -> tuple[np.ndarray, float]:
-        """W and w' F w = 1 / [F^-1]_KK."""
+        """Weights w that minimise w' F w, and its minimum 1 / [F^-1]_KK."""
         information = self.information(c)
         scale = np.sqrt(np.diag(information))
         unit = np.zeros(len(scale))
@@ -96,12 +96,12 @@ class _Problem:
         return column / column[self.of_k], 1.0 / variance
 
     def quadratic(self, w: np.ndarray) -> np.ndarray:
-        """Q with c' Q c = w' F(c) w."""
+        """Matrix Q with c' Q c = w' F(c) w."""
         weight = np.einsum("a,abm,b->m", w, self.kernel, w)
         return (self.spectra.conj().T @ (weight[:, None] * self.spectra)).real
 
     def scaled(self, c: np.ndarray) -> np.ndarray:
-        """C as large as the limits allow."""
+        """Coefficients c scaled as far as the limits allow."""
         return c / np.abs(self.rows @ c).max()
 
 
@@ -131,7 +131,7 @@ def _with_drive(limits: Limits, drive: Drive) -> Limits:
 
 
 def _limit_rows(motions: np.ndarray, samples: int, limits: Limits) -> np.ndarray:
-    """Rows l_i of the limits of motions (n, coefficients) after commands of that number of samples."""
+    """Rows l_i of the limits of motions (n, coefficients) after commands of ``samples`` samples."""
     often = min(len(motions), samples + round(_AFTER_S / STEP_S))
     held = np.concatenate([np.arange(often), np.arange(often, len(motions), round(_RARELY_S / STEP_S))])
     padded = np.vstack([np.zeros(motions.shape[1]), motions, np.zeros(motions.shape[1])])
@@ -191,13 +191,13 @@ def optimise_pulse(design: Design, expected: ExpectedFit, limits: Limits) -> Opt
     sign = 1.0 if command[np.argmax(np.abs(command))] > 0.0 else -1.0
     belt = sign * (problem.moved @ best)
     pulse = Pulse(OPTIMAL, sign * command, design.protocol.pulse.one_way)
-    # limits as they are, not as they are used
+    # limits themselves, without the margin
     most = max(bound / _MARGIN**2, value)
     return OptimalPulse(pulse, belt, peaks_of(belt), value**-0.5, most**-0.5)
 
 
 def _starts(problem: _Problem) -> list[np.ndarray]:
-    """One-way, out and back, and what the information at a corner favours."""
+    """Starting commands: one-way, out and back, and the command favoured by the information at a corner."""
     passed = np.linspace(0.0, 1.0, len(problem.basis))
     shapes = (np.sin(np.pi * passed) ** 2, np.sin(2.0 * np.pi * passed), np.sin(3.0 * np.pi * passed))
     return [np.linalg.lstsq(problem.basis, shape, rcond=None)[0] for shape in shapes]

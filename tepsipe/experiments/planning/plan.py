@@ -63,7 +63,7 @@ class Plan:
         Smallest standard uncertainty of Type A that any unbiased estimator from markers and log can have
         (units of the parameters); None for estimators of other signals or with less than all of them.
     bias : ndarray, shape (3,)
-        What noise in the regressors adds to the mean of the estimates (units of the parameters).
+        Bias of the mean of the estimates due to noise in the regressors (units of the parameters).
     of_rest : ndarray, shape (3,)
         u_R, part of Type A that does not fall with the number (units of the parameters).
     budget : Budget
@@ -94,7 +94,7 @@ class Plan:
         return np.hypot(self.type_a, self.type_b)
 
     def number_for(self, relative: float, quantity: str = "K") -> int | None:
-        """Perturbations after which bias and 95 % interval are within +- ``relative`` of the value.
+        """Number of perturbations for bias and 95 % interval within +- ``relative`` of the value.
 
         None where no number is enough, because tolerances and bias alone exceed it, or the value is 0.
         """
@@ -281,7 +281,7 @@ def _of_windows(design: Design, motion: ExpectedMotion) -> Plan:
 
 
 def _with_jitter(design: Design) -> dict:
-    """Tolerances, with the synchronisation of the rig where the torque is from the plate."""
+    """Tolerances, with the rig's synchronisation added where the torque comes from the plate."""
     sources = dict(design.sources)
     if design.protocol.pathway == FOOT and design.rig.sync_jitter_s > 0.0:
         sources["log_delay_s"] = Source("log_delay_s", design.rig.sync_jitter_s)

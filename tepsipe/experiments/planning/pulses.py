@@ -20,7 +20,7 @@ from tepsipe.errors import InputError, listed, quoted
 STEP_S = 0.001
 # part of the peak velocity below which the belt rests
 _SETTLED = 1e-6
-# longest time that a drive is given to settle (s)
+# longest time allowed for a drive to settle (s)
 _LONGEST_S = 4.0
 
 
@@ -41,7 +41,7 @@ def _half_sine(s: np.ndarray) -> np.ndarray:
     return np.sin(np.pi * s)
 
 
-# velocity over the part of the pulse that has passed, and whether the belt stays where it was moved to
+# velocity over the elapsed part of the pulse, and whether the belt stays displaced
 PROFILES: dict[str, tuple[Callable[[np.ndarray], np.ndarray], bool]] = {
     "sine": (_sine, False),
     "minjerk": (_minjerk, False),
@@ -132,7 +132,7 @@ class Drive:
     acceleration_m_per_s2: float = 24.0
 
     def __post_init__(self):
-        """Refuse what no drive can be.
+        """Refuse impossible drives.
 
         Raises
         ------

@@ -28,9 +28,9 @@ from tepsipe.mechanics.segment_chain import Chain, LinearChain, joint_angles, li
 JOINTS = ("ankle", "knee", "hip")
 SEGMENTS = ("shank", "thigh", "trunk")
 Set = tuple[str, ...]
-# the inertia is taken as it is given, as given within its tolerance, or as unknown
+# inertia: exact, within its tolerance, or unknown
 EXACT, WITHIN, UNKNOWN = "exact", "within tolerance", "unknown"
-# whether matrices are symmetric, and the inertia; the first is the model of the plan
+# symmetry of the matrices, and knowledge of the inertia; the first is the model of the plan
 MODELS = tuple((symmetric, inertia) for symmetric in (False, True) for inertia in (WITHIN, EXACT, UNKNOWN))
 MODEL = MODELS[0]
 
@@ -58,7 +58,7 @@ class Point:
         return cls(SEGMENTS.index(perturbation["segment"]), perturbation["height_m"])
 
     def push(self, body: LinearChain) -> np.ndarray | None:
-        """B of the force (m), shape (3,); None for the belt."""
+        """Vector b of the force (m), shape (3,); None for the belt."""
         return None if self.segment is None else body.push(self.segment, self.height_m)
 
 
@@ -121,7 +121,7 @@ def epochs_of(
     chain : Chain
         Segments of the person (kg, m, kg m²).
     points : mapping of str to Point
-        Where each perturbation acts (m).
+        Point at which each perturbation acts (m).
     model : (bool, {"exact", "within tolerance", "unknown"})
         Whether the matrices are symmetric, and what is known of the inertia.
     tolerance : float
@@ -261,7 +261,7 @@ def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, n
     setting = epochs.setting
     p, q = expected_parameters(setting, *matrices), 2 * len(setting.pairs)
     f = information(setting, p, [epochs.perturbations[name] for name in chosen])
-    # with the inertia held at 1, the other parameters take what it explains
+    # with the inertia held at 1, the other parameters absorb its error
     shift = np.linalg.solve(f[:q, :q], f[:q, q:])
     covariance = shift @ setting.inertia_covariance @ shift.T
     return np.sqrt(np.diag(covariance)) / setting.scale(p)[:q]
@@ -269,7 +269,7 @@ def neglected_inertia(epochs: Epochs, chosen: Set, matrices: tuple[np.ndarray, n
 
 @dataclass(frozen=True)
 class Drawn:
-    """Estimate of one simulated person by one set of perturbations.
+    """Estimate for one simulated person by one set of perturbations.
 
     Attributes
     ----------

@@ -36,11 +36,11 @@ from tepsipe.signals.filters import butterworth_lowpass
 RATE_HZ = 250.0
 # epochs and baseline as in a standing trial (s)
 BEFORE_S, AFTER_S, BASELINE_S = 0.12, 0.2, 0.1
-# of the peak velocity, where the onset of a pulse is seen
+# share of the peak velocity at which the onset of a pulse is detected
 ONSET_SHARE = 0.1
 MOST_RESPONSES = 100_000
 WINDOW_S = 0.08  # that is fitted
-# choices of the estimator as shipped; a test holds them equal to the configuration
+# shipped choices of the estimator; a test compares them with the configuration
 OPTIONS = FreeReflexOptions(
     lowpass_cutoff_hz=60.0,
     discrepancy=0.02,
@@ -93,7 +93,7 @@ class StandingDesign:
     options: FreeReflexOptions = OPTIONS
 
     def __post_init__(self):
-        """Refuse what no experiment can be.
+        """Refuse impossible experiments.
 
         Raises
         ------
@@ -119,7 +119,7 @@ class StandingDesign:
 
 @dataclass(frozen=True)
 class BeltPulse:
-    """Motion of the belt, as the figure of a plan shows it.
+    """Motion of the belt for the figure of a plan.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class StandingPlan:
     design : StandingDesign
         The experiment.
     motion : BeltPulse
-        What the drive makes of its pulse (m/s).
+        Response of the drive to its pulse (m/s).
     """
 
     design: StandingDesign
@@ -197,7 +197,7 @@ class StandingPlan:
         return np.hypot(self.type_a_with(number), self.type_b)
 
     def number_for(self, relative: float, quantity: str) -> int | None:
-        """Responses after which the 95 % interval of B or K is within +- ``relative`` of it, or None."""
+        """Number of responses for a 95 % interval of B or K within +- ``relative`` of it, or None."""
         k = ("I", "B", "K").index(quantity)
         wanted = relative * self.design.parameters[k] / COVERAGE
 

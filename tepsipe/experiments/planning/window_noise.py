@@ -78,7 +78,7 @@ def lowpass_gain(frequency_hz: np.ndarray, rate_hz: float, lowpass: Lowpass) -> 
 
 
 def _noise_filters(design: Design, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """From every source of noise, in units of its standard deviation, to theta and the torque, (k, m)."""
+    """Filters from every source of noise, per standard deviation, to theta and the torque, (k, m)."""
     rig, leg, foot = design.rig, design.leg, design.foot
     layout = rig.leg_markers.layout_m
     centre = layout.mean(axis=0)
@@ -118,7 +118,7 @@ class _Noise:
         self.error = self._shared(error, error)
         self.crossed = [self._shared(x, error) for x in spectra]
         self.moved = [[self._shared(a, b) for b in spectra] for a in spectra]
-        # density of the error at 0 Hz, of which a mean over n samples keeps 1 / n
+        # spectral density of the error at 0 Hz; a mean over n samples keeps 1 / n of it
         self.slow = float(np.sum(np.abs(error[:, 0]) ** 2))
 
     def _shared(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:

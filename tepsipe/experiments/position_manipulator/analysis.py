@@ -34,7 +34,7 @@ REFLEX_ESTIMATOR = "parallel-cascade"
 MUSCLE_ESTIMATOR = "parallel-cascade-muscle"
 # terms of a structure, the columns of ``models_terms`` in a result
 TERMS = ("direction", "stops", "stiffening", "gain_slope", "unloading", "relaxing")
-# a constant of the muscle this close to a bound of its search lies at it
+# relative distance from a bound of its search at which a constant of the muscle counts as at the bound
 AT_BOUND = 1e-3
 MUSCLE_UNITS = {"reflex_gain": "Nms/rad", "reflex_frequency": "Hz", "reflex_damping": "1"}
 
@@ -103,7 +103,7 @@ class PositionManipulatorAnalysis:
 
 
 def _parts(trial: Trial, options: PositionManipulatorOptions) -> tuple[slice, int, int]:
-    """Samples that are kept, number of them that are fitted, and length of a block (samples)."""
+    """Kept samples, number of fitted ones, and length of a block (samples)."""
     rate = trial.rate_hz
     highest = BAND_PER_RATE * rate
     if options.lowpass_cutoff_hz > highest:
@@ -136,7 +136,7 @@ def analyse_position_manipulator(
     trial : Trial
         ``angle`` (rad) and ``torque`` (N·m).
     options : PositionManipulatorOptions
-        Choices.
+        Options of the analysis.
     rng : numpy.random.Generator
         Draws blocks.
 
@@ -316,7 +316,7 @@ def _drawn(names, quantity: str, unit: str, value: float, draws: np.ndarray, blo
 
 
 def _reflex_rows(names: tuple[str, str, str, str], fit: ParallelCascadeFit) -> list[Estimate]:
-    """Gain, terms and times of the reflex; a delay or threshold that the record does not tell is flagged."""
+    """Gain, terms and times of the reflex; an undetermined delay or threshold is flagged."""
     rows = [_drawn(names, "reflex_gain", "Nms/rad", fit.gain, fit.gain_bootstrap, fit.blocks)]
     if fit.muscle is None:
         return rows

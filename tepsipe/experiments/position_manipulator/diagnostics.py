@@ -33,7 +33,7 @@ from tepsipe.statistics.residuals import (
 # number of parts of the record whose stiffness is compared, and segments of the power spectra (s)
 PARTS = 3
 SEGMENT_S = 4.0
-# the slow part of the residual lies below this frequency (Hz)
+# upper frequency of the slow part of the residual (Hz)
 SLOW_HZ = 1.0
 # the response is shown up to this multiple of the filter's cutoff
 SHOWN = 1.25
@@ -109,7 +109,7 @@ def parts_of_record(
 def recording_facts(
     trial: Trial, analysis: PositionManipulatorAnalysis, options: PositionManipulatorOptions
 ) -> dict:
-    """Operating point and perturbation of the part of a trial that is used."""
+    """Operating point and perturbation of the used part of a trial."""
     time, angle, torque = analysis.time, analysis.angle, analysis.torque
     rate = trial.rate_hz
     velocity = derivative(time, angle)

@@ -114,7 +114,7 @@ def analyse_time_varying(
     fit : Result
         Fit of the whole trial: ``time`` (s), ``angle`` (rad), ``torque`` and ``reflex/reflex_torque`` (N·m).
     options : TimeVaryingOptions
-        Choices.
+        Options of the analysis.
     rng : numpy.random.Generator
         Draws blocks, realisations or pieces.
 

@@ -138,7 +138,7 @@ def cut_standing_epochs(standing: StandingTrial, options: EpochOptions) -> Stand
     standing : StandingTrial
         Angles (rad), torque (N·m), onsets (s), and the trial's electromyograms (uV).
     options : EpochOptions
-        Choices.
+        Options of the analysis.
 
     Returns
     -------
@@ -434,7 +434,7 @@ def _unit(group: str, key: str) -> str:
 
 
 def epochs_of(result: Result) -> StandingEpochs:
-    """The responses in a result of `epochs_result` (units as there)."""
+    """Read the responses from a result of `epochs_result` (units as there)."""
     groups: dict[str, dict[str, np.ndarray]] = {group: {} for group in GROUPS}
     for key, x in result.arrays.items():
         group, _, name = key.partition("/")

@@ -81,7 +81,7 @@ Fits = dict[tuple[str, str], StandingFit]
 
 
 def generator(seed: int, *names: str) -> np.random.Generator:
-    """Generator of one fit, independent of the others (seed and names without unit)."""
+    """Random generator of one fit, independent of the others."""
     return np.random.default_rng([seed, zlib.crc32("/".join(names).encode())])
 
 

@@ -117,7 +117,7 @@ def process_standing(
     name : str
         Names the trial in messages.
     options : StandingOptions
-        Choices.
+        Options of the analysis.
     pathways : dict of str to TorquePathway
         Name -> pathway.
     models : dict of str to dict of str to FittedModel
@@ -191,7 +191,7 @@ def process_standing(
 
 
 def _carried_mass(f_z: np.ndarray, options: StandingOptions, name: str) -> float:
-    """Mass on the belt (kg) by the unperturbed vertical force (N); it must be about the person's."""
+    """Mass on the belt (kg) from the unperturbed vertical force (N); it must be close to the person's."""
     person = options.person
     mass = float(f_z.mean()) / person.body.gravity_m_per_s2
     if abs(mass - person.mass_kg) > MASS_WITHIN * person.mass_kg:
@@ -286,7 +286,7 @@ def _plate(
     recordings: dict[str, BeltRecording],
     models: dict[str, dict[str, FittedModel]],
 ) -> PlateLoad:
-    """Load of the plate as measured, or less that which a treadmill model predicts (N, N·m)."""
+    """Load of the plate as measured, or less the load predicted by a treadmill model (N, N·m)."""
     used = {component: loads[component] for component in COMPONENTS}
     if pathway.treadmill_model is not None:
         chosen = {c: pick(models.get(c, {}), pathway.treadmill_model) for c in COMPONENTS}

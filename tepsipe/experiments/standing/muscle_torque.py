@@ -78,7 +78,7 @@ class MeanResponses:
     drive: dict[str, np.ndarray]
 
     def of(self, rows: slice) -> "MeanResponses":
-        """Some of the resamplings."""
+        """A selection of the resamplings."""
         return MeanResponses(
             self.time,
             {key: x[rows] for key, x in self.signals.items()},
@@ -149,7 +149,7 @@ def twitch(u: np.ndarray, step_s: float, twitch_s: float) -> np.ndarray:
 
 
 def _answered(means: MeanResponses) -> np.ndarray:
-    """Samples that can be a response: activity before the onset, less the width of the filter, is none."""
+    """Samples that can be a response: from the onset on, extended by the width of the filter."""
     return means.time >= -FILTER_WIDTH_S
 
 

@@ -14,7 +14,7 @@ BELTS = {"left": "right", "right": "left"}
 
 @dataclass(frozen=True)
 class TorquePathway:
-    """Definition of one ankle torque (names, no units).
+    """Definition of one ankle torque.
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ class Stance:
 
 
 def stance_fault(prepared: PreparedTrial, stance: Stance, options: StandingOptions) -> str | None:
-    """Reason why a trial is not one of quiet standing: a step, a stumble, or weight on another support.
+    """Reason why a trial is not quiet standing: a step, a stumble, or weight on another support.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ START = RubberJoint(
 )
 LOWEST = dict(zip(CONSTANTS, (1.0, 0.003, 0.0, 0.0, 0.0), strict=True))
 HIGHEST = dict(zip(CONSTANTS, (50.0, 1.0, 1.0, 1.0, 0.1), strict=True))
-# simpler joints: constants that they keep, the others at these values
+# simpler joints: constants held at fixed values; the others are fitted
 LINEAR = {"half_softening_rad": math.inf, "softened_damping_Nms_per_rad": 0.0}
 WITHOUT_LOSS = {"softened_damping_Nms_per_rad": 0.0}
 JOINTS = {"linear": LINEAR, "softening": WITHOUT_LOSS, "softening with losses": {}}
@@ -36,7 +36,7 @@ JOINTS = {"linear": LINEAR, "softening": WITHOUT_LOSS, "softening with losses": 
 
 @dataclass(frozen=True)
 class Cell:
-    """One printed number and what the fitted dummy gives.
+    """One printed number and its value for the fitted dummy.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ BEFORE_S, AFTER_S = 0.1, 0.3  # of the pulse that is averaged, around its onset 
 
 @dataclass(frozen=True)
 class PrintedPath:
-    """The thesis's processing of the dummy, and the dummy as the thesis knew it.
+    """The thesis's processing of the dummy, and its constants of the dummy.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class PrintedPath:
     markers : SegmentMarkers
         Markers on the leg and their offsets (m).
     sampled_after_s : ndarray, shape (markers,)
-        When each marker is sampled within a frame (s); zeros if all are sampled at once.
+        Sampling time of each marker within a frame (s); zeros if all are sampled at once.
     rate_hz : float
         Frames per second (Hz).
     cutoff_hz, order : float, int
@@ -54,7 +54,7 @@ class PrintedPath:
 
 @dataclass(frozen=True)
 class BeltMotion:
-    """Motion of the foot in one condition, free of measurement noise as far as averaging removes it.
+    """Motion of the foot in one condition, with measurement noise reduced by averaging.
 
     Attributes
     ----------
@@ -153,7 +153,7 @@ def printed_fits(
     marker_noise_m: float = 0.0,
     rng: np.random.Generator | None = None,
 ) -> WindowedFits:
-    """I, B, K and their measures of fit as the thesis would have found them.
+    """I, B, K and their measures of fit by the thesis's method.
 
     Parameters
     ----------

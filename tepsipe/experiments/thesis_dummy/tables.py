@@ -8,7 +8,7 @@ from tepsipe.io.result import Result
 from tepsipe.io.tables import Table
 from tepsipe.mechanics.impedance_model import UNITS
 
-# how close the fitted dummy must come: half the last printed digit and the scatter of the printed numbers
+# tolerances of the fitted dummy: half the last printed digit, and the scatter of the printed numbers
 INERTIA_SHARE = 0.02  # of I, which is rounded to 0.001 N·m·s²/rad
 STIFFNESS_SHARE = 0.1  # of K, the range of the boxes of Figure 4-4
 DAMPING = 0.012  # of B (N·m·s/rad): 2.4 printed standard errors

@@ -38,7 +38,7 @@ class WalkingImpedance:
     stance_s : float
         Mean stance of the unperturbed strides (s).
     quiet : ndarray of bool
-        Which strides are unperturbed.
+        Mask of the unperturbed strides.
     dropped : tuple of str
         A sentence for every stride, pulse and phase that was left out.
     """
@@ -159,7 +159,7 @@ def analyse_walking(
 def _rising(
     phases: dict[float, PhaseImpedance], at_percent: dict[float, float], stance_s: float
 ) -> dict[float, tuple[float, float, float]]:
-    """Rate of K at each phase by the phases beside it, its uncertainty, and the time of K after the onset."""
+    """Rate of K at each phase from the adjacent ones, its uncertainty, and the time of K after the onset."""
     usable = [phase for phase, fit in phases.items() if not fit.flags]
     rates = {}
     for k, phase in enumerate(usable):
@@ -178,7 +178,7 @@ def _rising(
 
 
 def _loaded(recording: WalkingRecording, onsets: np.ndarray, window_s: float) -> float:
-    """Mean share of the windows in which the foot is on the belt."""
+    """Mean share of the windows with the foot on the belt."""
     time = onsets[:, None] + np.arange(0.0, window_s, 1.0 / recording.rate_hz)
     return float((np.interp(time, recording.time, recording.vertical) > CONTACT_N).mean())
 

@@ -170,7 +170,7 @@ def estimate_impedance(
     deviations : Deviations
         Strides minus their unperturbed behaviour.
     options : WalkingOptions
-        Choices.
+        Options of the analysis.
     sources : mapping of str to Source
         Type B: joint_centre_anterior_m, joint_centre_vertical_m, foot_mass_kg, belt_load_kgm, sync_s,
         angle_gain, inertia_kgm2 (units in the names; the last counts where I is known).
@@ -212,7 +212,7 @@ def estimate_impedance(
 
 
 def without_contact(fit: PhaseImpedance) -> PhaseImpedance:
-    """The same without values: a foot in the air has no moment from the belt (units in `PhaseImpedance`)."""
+    """The same without values, because a foot in the air has no moment from the belt."""
     nothing, endless = np.full(3, np.nan), np.full(3, np.inf)
     budget = Budget(endless, 1.0)
     return replace(fit, values=nothing, budget=budget, low=-endless, high=endless, flags="no-contact")
@@ -232,7 +232,7 @@ def predicted_uncertainty(
     beta : ndarray, shape (3,)
         Expected I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad).
     options : WalkingOptions
-        Choices.
+        Options of the analysis.
 
     Returns
     -------
@@ -274,7 +274,7 @@ def _step(signals, time: np.ndarray, beta: np.ndarray, free: slice, options: Wal
     inverse = np.linalg.inv(covariance)
     design = mean[free].T
     gram = design.T @ inverse @ design
-    # what natural scatter adds to the normal equations: of angles with themselves, and with the moment
+    # contribution of natural scatter to the normal equations: angles with themselves, and with the moment
     product = np.einsum("nav,vw,nbw->ab", x0[:, free], inverse, x0[:, free]) * share / len(y0)
     rest = y0 - np.einsum("nqw,q->nw", x0[:, : free.start], beta[: free.start])
     cross = np.einsum("nav,vw,nw->a", x0[:, free], inverse, rest) * share / len(y0)
@@ -313,7 +313,7 @@ def _type_a(influence: np.ndarray, scatter: np.ndarray) -> tuple[np.ndarray, flo
 
 
 def _size(deviations: Deviations) -> float:
-    """RMS of the mean angle's response in standard deviations of what chance makes of it."""
+    """RMS of the mean angle's response in standard deviations expected by chance."""
     n, m = len(deviations.perturbed), len(deviations.unperturbed)
     mean = deviations.perturbed[:, ANGLE].mean(axis=0)
     chance = deviations.unperturbed[:, ANGLE].var(axis=0) * (1.0 / n + 1.0 / m)
@@ -321,7 +321,7 @@ def _size(deviations: Deviations) -> float:
 
 
 def _of_the_model(deviations: Deviations, beta: np.ndarray, weights: np.ndarray, free: slice) -> np.ndarray:
-    """Root of the covariance that 2 % of the response, independent from sample to sample, makes."""
+    """Root of the covariance of an independent error of 2 % of the response per sample."""
     modelled = beta @ deviations.perturbed.mean(axis=0)[list(REGRESSORS)]
     root = np.zeros((len(modelled), 3))
     root[:, free] = (weights * DISCREPANCY * modelled).T
@@ -336,7 +336,7 @@ def _type_b(
     options: WalkingOptions,
     sources: Mapping[str, Source],
 ) -> dict[str, np.ndarray]:
-    """Signed contributions, each the weights applied to the moment that one standard uncertainty makes."""
+    """Signed contributions: the weights applied to the moment due to one standard uncertainty."""
     mean = deviations.perturbed.mean(axis=0)
     modelled = beta[free] @ mean[list(REGRESSORS)][free]
     # resisting moment per unit of the source: M falls with a centre further forward, rises with a higher one

@@ -164,7 +164,7 @@ def walking_recording(
 
 
 def _plate(recording: Recording, number: int) -> ForcePlate:
-    """A force plate that can be used."""
+    """A force plate with usable data."""
     if not 1 <= number <= len(recording.plates):
         raise InputError(
             f"{recording.name}: expected a force plate {number}, found {len(recording.plates)} force plates: "

@@ -52,7 +52,7 @@ def fit_matching(features: np.ndarray, signals: np.ndarray, ridge: float) -> Mat
     features : ndarray, shape (n, f)
         State at the onset; f may be 0.
     signals : ndarray, shape (n, k)
-        What follows.
+        Signals after the onset.
     ridge : float
         Strength of the penalty lambda, relative to the number of strides.
 
@@ -63,7 +63,7 @@ def fit_matching(features: np.ndarray, signals: np.ndarray, ridge: float) -> Mat
     """
     n, f = features.shape
     centre, scale = features.mean(axis=0), features.std(axis=0)
-    # a feature without scatter foretells nothing
+    # a feature without scatter predicts nothing
     scale = np.where(scale > 1e-6 * np.abs(features).max(axis=0, initial=0.0), scale, np.inf)
     z, mean = (features - centre) / scale, signals.mean(axis=0)
     inverse = np.linalg.inv(z.T @ z + ridge * n * np.eye(f)) @ z.T

@@ -25,7 +25,7 @@ FEWEST_PLANNED = 10  # strides of a phase
 
 @dataclass(frozen=True)
 class ExpectedPulse:
-    """A pulse that is planned, and the joint that it will meet.
+    """A planned pulse, and the joint that it perturbs.
 
     Attributes
     ----------
@@ -150,9 +150,9 @@ def needed_strides(
     strides : Strides
         Its strides (s).
     pulse : ExpectedPulse
-        What is planned.
+        Planned pulse.
     options : WalkingOptions
-        Choices.
+        Options of the analysis.
 
     Returns
     -------

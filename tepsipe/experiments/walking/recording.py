@@ -114,7 +114,7 @@ def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float) -> f
 
 
 def agreement(recording: WalkingRecording, stance: np.ndarray) -> float:
-    """RMS difference in stance between the supplied moment and that from force and CoP (N·m).
+    """RMS difference in stance between the supplied moment and the moment from force and CoP (N·m).
 
     Both are low-passed alike. A large difference says that this side's moment cannot be rebuilt, for
     example because its centre of pressure or its ankle is not that of the foot: do not use it.

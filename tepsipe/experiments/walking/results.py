@@ -117,7 +117,7 @@ def walking_estimates(
 
 
 def _of_phase(condition: str, phase: float, fit: PhaseImpedance) -> list[Estimate]:
-    """I, B and K of one phase; without values where they say nothing."""
+    """I, B and K of one phase; without values where they are undetermined."""
     head = (EXPERIMENT, condition, phase_pathway(phase), ESTIMATOR)
     if fit.flags:
         nothing = [

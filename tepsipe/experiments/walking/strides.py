@@ -45,7 +45,7 @@ class Strides:
         return len(self.start)
 
     def taken(self, which: np.ndarray) -> "Strides":
-        """Some of the strides (units as here)."""
+        """A selection of the strides."""
         return Strides(self.start[which], self.stance[which], self.end[which], self.dropped)
 
     def in_stance(self, time: np.ndarray) -> np.ndarray:

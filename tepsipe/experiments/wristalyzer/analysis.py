@@ -79,11 +79,11 @@ def analyse_wristalyzer(
     trial : Trial
         ``torque`` (N·m) and ``angle`` (rad).
     options : WristalyzerOptions
-        Choices.
+        Options of the analysis.
     rng : numpy.random.Generator
         Draws starting values.
     sources : mapping of str to Source, optional
-        What is not known exactly: torque_scale, angle_scale, torque_delay_s.
+        Uncertain constants: torque_scale, angle_scale, torque_delay_s.
 
     Returns
     -------

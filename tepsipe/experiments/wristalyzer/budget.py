@@ -23,7 +23,7 @@ from tepsipe.identification.regression.pooled import PooledFit
 from tepsipe.signals.response import FrequencyResponse
 from tepsipe.statistics.uncertainty import Budget, Source
 
-# sources that are evaluated from the trial itself: choices that would not matter for a linear joint
+# sources evaluated from the trial itself: choices that would not matter for a linear joint
 CRITERION, BAND = "fit_criterion", "fitted_band"
 # powers of the torque and of the angle in a quantity
 POWERS = {"friction": (1, 0), "K_cubic": (1, -3), "softening_angle": (0, 1), "delay": (0, 0)}

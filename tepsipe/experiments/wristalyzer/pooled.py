@@ -15,7 +15,7 @@ from tepsipe.io.trial import Trial
 from tepsipe.statistics.uncertainty import Source
 
 CONDITION = "pooled"
-# the delay of the torque absorbs the hold of the command and is no property of the joint
+# the delay of the torque absorbs the hold of the command and is not a property of the joint
 NUISANCE = ("delay",)
 
 
@@ -63,7 +63,7 @@ def pooled_estimates(
     fit : PooledFit
         The fit.
     sources : mapping of str to Source
-        What is not known exactly: torque_scale, angle_scale.
+        Uncertain constants: torque_scale, angle_scale.
 
     Returns
     -------

@@ -115,7 +115,7 @@ def prepare(trial: Trial, options: WristalyzerOptions) -> PreparedTrial:
 
 @dataclass(frozen=True)
 class WristalyzerRecord:
-    """Signals of a trial, and what is known of them.
+    """Signals of a trial, and their known uncertainties.
 
     Attributes
     ----------
@@ -124,9 +124,9 @@ class WristalyzerRecord:
     prepared : PreparedTrial
         The same signals filtered (N·m, rad).
     options : WristalyzerOptions
-        Choices.
+        Options of the analysis.
     sources : mapping of str to Source
-        What is not known exactly: torque_scale, angle_scale, torque_delay_s.
+        Uncertain constants: torque_scale, angle_scale, torque_delay_s.
     """
 
     trial: Trial
@@ -135,7 +135,7 @@ class WristalyzerRecord:
     sources: Mapping[str, Source]
 
     def recorded(self, name: str) -> np.ndarray:
-        """A signal of the kept part without filtering."""
+        """A signal of the kept part, unfiltered."""
         return self.trial.values(name)[self.prepared.kept]
 
     @cached_property

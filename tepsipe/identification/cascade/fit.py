@@ -65,7 +65,7 @@ class ParallelCascadeOptions:
 
 @dataclass(frozen=True)
 class Structure:
-    """Structure that is selected by cross-validation.
+    """Structure selected by cross-validation.
 
     Attributes
     ----------
@@ -253,7 +253,7 @@ class Assumption:
 
 @dataclass(frozen=True)
 class ModelScore:
-    """One of the models that were compared.
+    """Score of one of the compared models.
 
     Attributes
     ----------

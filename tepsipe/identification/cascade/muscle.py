@@ -45,7 +45,7 @@ def fit_muscle(
     blocks : list of slice
         Samples of the bootstrapped blocks.
     times : ndarray, shape (draws, blocks)
-        How often each of them counts.
+        Multiplicity of each block.
     samples : int
         Length of the response (samples).
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-# draws that are solved together: bounds the memory
+# number of draws solved together, which bounds the memory
 BATCH = 200
 
 
@@ -21,7 +21,7 @@ class BlockSums:
     Attributes
     ----------
     normal : ndarray, shape (blocks, p, p)
-        X'X (unitless, columns are scaled).
+        X'X, of scaled columns.
     right : ndarray, shape (blocks, p)
         X'y (unit of y).
     power : ndarray, shape (blocks,)
@@ -36,7 +36,7 @@ class BlockSums:
     size: np.ndarray
 
     def of(self, columns: np.ndarray) -> "BlockSums":
-        """The same for some of the columns (indices, unitless)."""
+        """The same for a selection of the columns (indices)."""
         return BlockSums(
             self.normal[:, columns[:, None], columns], self.right[:, columns], self.power, self.size
         )
@@ -131,14 +131,14 @@ def solve_without_each(sums: BlockSums, penalty: np.ndarray, bounded: np.ndarray
 
 
 def solve_drawn(sums: BlockSums, times: np.ndarray, penalty: np.ndarray, bounded: np.ndarray) -> np.ndarray:
-    """Solutions for blocks that count several times or not at all, as a bootstrap draws them.
+    """Solutions for blocks with multiplicities, as a bootstrap draws them.
 
     Parameters
     ----------
     sums : BlockSums
         Normal equations of the blocks.
     times : ndarray, shape (draws, blocks)
-        How often each block counts.
+        Multiplicity of each block.
     penalty : ndarray, shape (p, p)
         Penalty per sample.
     bounded : ndarray of bool, shape (p,)

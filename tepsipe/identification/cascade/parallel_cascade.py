@@ -204,7 +204,7 @@ def _draw(selection: Selection, blocks: list[slice], times: np.ndarray, rng) -> 
 def _keep(
     drawn: dict, taken: np.ndarray, design: Design, coefficients: np.ndarray, structure, record
 ) -> None:
-    """Write coefficients, or what follows from them, to the draws that were taken."""
+    """Write coefficients, or quantities derived from them, to the selected draws."""
     for name in ("intrinsic", "stops", "relaxing", "stiffening"):
         columns = design.groups[name]
         if columns.stop > columns.start:

@@ -20,7 +20,7 @@ from tepsipe.identification.cascade.pathways import (
 from tepsipe.identification.cascade.slow_torque import SlowModel
 from tepsipe.signals.differentiation import derivative
 
-# part of the swing of the angle within which an element must be able to yield both ways
+# part of the angle's range within which an element must be able to yield both ways
 REACHED = 0.6
 # time constants of a Laguerre response after which it is cut, and ridge relative to lambda
 LASTS, RIDGE = 14.0, 0.1
@@ -30,7 +30,7 @@ FEWEST_LINES = 2.5
 
 @dataclass(frozen=True)
 class CascadeRecord:
-    """Filtered signals over the whole record, and the part of it that is used.
+    """Filtered signals over the whole record, and the part in use.
 
     Attributes
     ----------
@@ -47,13 +47,13 @@ class CascadeRecord:
     lowpass : function of ndarray to ndarray
         Filter of signals and regressors, along axis 0.
     options : ParallelCascadeOptions
-        Choices.
+        Options of the analysis.
     radii : tuple of float
         Radii of the stop elements within the recorded movement (rad).
     slow : SlowModel
         Spectrum of the slow torque against which the regression is weighted (Hz).
     made : dict
-        What was computed, by name and choice.
+        Cache of computed regressors, by name and choice.
     """
 
     torque: np.ndarray
@@ -70,12 +70,12 @@ class CascadeRecord:
 
     @property
     def used(self) -> np.ndarray:
-        """Torque of the part that is used (N·m)."""
+        """Torque of the part in use (N·m)."""
         return self.torque[self.kept]
 
     @property
     def white_torque(self) -> np.ndarray:
-        """Innovation of the torque of the part that is used (N·m)."""
+        """Innovation of the torque of the part in use (N·m)."""
         key = ("torque", self.slow)
         if key not in self.made:
             self.made[key] = self.whiten(self.torque)[self.kept]
@@ -113,7 +113,7 @@ class CascadeRecord:
         return tuple(self._late(x, structure.delay_s if len(key) > 1 else 0.0) for x in pair)
 
     def _late(self, x: np.ndarray, delay_s: float) -> np.ndarray:
-        """The part that is used of a delayed signal; a view where the delay is a whole number of samples."""
+        """Part in use of a delayed signal; a view where the delay is a whole number of samples."""
         samples = round(delay_s * self.rate_hz, 6)
         if samples == int(samples) and int(samples) <= self.kept.start:
             return x[self.kept.start - int(samples) : self.kept.stop - int(samples)]
@@ -190,7 +190,7 @@ def make_record(angle, torque, rate_hz, kept, training, lowpass, options) -> Cas
     lowpass : function of ndarray to ndarray
         Zero-lag low-pass for signals and regressors, along axis 0.
     options : ParallelCascadeOptions
-        Choices.
+        Options of the analysis.
 
     Returns
     -------

@@ -148,7 +148,7 @@ def choose(errors: dict[Structure, np.ndarray], tolerance: float) -> Structure:
 
 
 def choose_rows(tables: np.ndarray, reflex: np.ndarray, tolerance: float) -> np.ndarray:
-    """Rows of tables of errors that are chosen.
+    """Choose the rows of tables of errors.
 
     With and without a reflex, the simplest structure whose mean error exceeds the smallest by at most the
     tolerance; of the two, the one with a reflex if its mean error is smaller by more than ``SEPARATED``
@@ -220,7 +220,7 @@ def _vaf_of_folds(
 
 
 def fit_once(record: CascadeRecord, design: Design, structure: Structure) -> np.ndarray:
-    """Coefficients of the scaled columns (N·m); the offset is the mean of what the others leave.
+    """Coefficients of the scaled columns (N·m); the offset is the mean of the residual of the others.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-# highest frequency whose residual tells the slow torque (Hz); values of corner and crossover that are tried
+# highest frequency used to estimate the slow torque (Hz); tried values of corner and crossover
 BAND_HZ = 5.0
 CORNERS_HZ = np.geomspace(0.02, 2.0, 13)
 CROSSOVERS_HZ = np.concatenate([[0.0], np.geomspace(0.05, BAND_HZ, 13)])

@@ -28,7 +28,7 @@ from tepsipe.errors import InputError
 from tepsipe.mechanics.rigid_body_pose import fit_rigid_segment
 from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 
-# band of the fit (Hz): below it the foot does not move the leg, above it nothing but noise is left
+# band of the fit (Hz): below it the foot does not move the leg, above it only noise remains
 BAND_HZ = (0.1, 30.0)
 # motion in the terms that are not linear: kept up to the first frequency, none beyond the second (Hz)
 KEPT_HZ, LOST_HZ = 40.0, 60.0
@@ -38,7 +38,7 @@ _LEAST_NOISE = 1e-7
 _STILL = 1e-7
 # time at each end over which the position of the belt is averaged (s)
 _END_S = 0.2
-# largest slope of a belt that is taken for horizontal (rad), and smallest one that is seen, over its standard
+# largest slope of a belt that counts as horizontal (rad), and smallest detectable one, over its standard
 # error
 STEEPEST_RAD, SEEN = 0.02, 4.0
 
@@ -301,7 +301,7 @@ def make_channels(
 def _measured_layout(
     markers: DummyMarkers, at_rest: np.ndarray, theta_0: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Anterior and longitudinal offsets (m), 0 on the foot, with the differences that are seen at rest."""
+    """Anterior and longitudinal offsets (m), 0 on the foot, with the differences measured at rest."""
     on_leg = markers.on_leg
     y, z = markers.positions[at_rest][:, on_leg].mean(axis=0).T
     seen = np.array([y * np.cos(theta_0) - z * np.sin(theta_0), y * np.sin(theta_0) + z * np.cos(theta_0)])

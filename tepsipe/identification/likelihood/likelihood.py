@@ -46,9 +46,9 @@ from tepsipe.identification.likelihood.model import LINEAR, SOFTENING, LegModel,
 from tepsipe.identification.regression.windows import undetermined
 from tepsipe.mechanics.inverse_dynamics import Leg
 
-# chi-square of C and B_s above which phi_h is chosen by the trial
+# chi-square of C and B_s above which phi_h is fitted to the trial
 SOFTENS = 16.0
-# phi_h that is tried, over the largest bending, and how far a fitted one may lie from it
+# tried values of phi_h over the largest bending, and allowed distance of a fitted one from them
 _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 _HALF_RANGE = (0.1, 10.0)
 # standard error of log(phi_h) above which the trial does not determine it
@@ -59,7 +59,7 @@ _STEPS, _NOISE_STEPS = 60, 15
 
 @dataclass(frozen=True)
 class Residuals:
-    """Residuals at one point, with their derivatives: all that a Gauss-Newton step needs.
+    """Residuals at one point, with their derivatives, as a Gauss-Newton step needs them.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class LikelihoodFit:
     log_noise_m_per_s : float or None
         sigma_v (m/s); None without a log.
     channels : Channels
-        What was fitted.
+        Fitted channels.
     model : LegModel
         Its equations.
     """
@@ -385,7 +385,7 @@ def _sandwich(normal: np.ndarray, information: np.ndarray) -> np.ndarray:
 
 
 def _by_offset(likelihood: _Likelihood, current: Residuals, normal: np.ndarray | None = None) -> np.ndarray:
-    """Contribution of the standard error of the joint's place to the covariance, shape (p, p)."""
+    """Contribution of the error of the joint's position to the covariance, shape (p, p)."""
     channels = likelihood.channels
     shift = np.zeros_like(likelihood.measured)
     shift[:2] = channels.joint_offset_error_m * np.outer(channels.offset_slopes, likelihood.measured[1])
@@ -396,7 +396,7 @@ def _by_offset(likelihood: _Likelihood, current: Residuals, normal: np.ndarray |
 
 
 def _step_by(current: Residuals, gradient: np.ndarray, normal: np.ndarray | None = None) -> np.ndarray:
-    """F^-1 g, shape (p,): how far a gradient g (p,) moves the maximum (units of the parameters)."""
+    """Shift F^-1 g of the maximum by a gradient g, shape (p,) (units of the parameters)."""
     scale = np.sqrt(np.diag(current.information))
     normal = (current.information - current.excess if normal is None else normal) / np.outer(scale, scale)
     return np.linalg.solve(normal, gradient / scale) / scale
@@ -491,7 +491,7 @@ class ExpectedFit:
 def expected_fit(
     exact: LikelihoodFit, marker_noise_m: float, log_noise_m_per_s: float, *, softening: bool
 ) -> ExpectedFit:
-    """Covariance that fits to noisy signals of a linear joint will have, from a fit to exact ones.
+    """Expected covariance of fits to noisy signals of a linear joint, from a fit to exact ones.
 
     Parameters
     ----------

@@ -170,7 +170,7 @@ def first_order_changes(
 
 
 def _law_places(fit: LikelihoodFit) -> tuple[list[str], list[int]]:
-    """Names and places of the fitted parameters that make up I, B, K."""
+    """Names and positions of the fitted parameters that make up I, B, K."""
     names = [name for name in _LAW if name in fit.point.names]
     return names, [fit.point.names.index(name) for name in names]
 

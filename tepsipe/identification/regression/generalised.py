@@ -62,7 +62,7 @@ class Record:
 
 @dataclass(frozen=True)
 class GeneralisedFit:
-    """Parameters, and what is needed to see how they change with the data.
+    """Parameters, and the matrices of their sensitivity to the data.
 
     Attributes
     ----------

@@ -62,11 +62,11 @@ from tepsipe.statistics.least_squares import LinearFit
 # bounds of the angular frequency (rad/s) and damping ratio of the search
 _LOWEST_RAD_PER_S = 0.6
 _LARGEST_RATIO = 3.0
-# steps in which the instruments are updated; then they are fixed, so that the solution is unique
+# steps with updated instruments; they are then fixed, so that the solution is unique
 _RENEWED = 2
-# C over its standard error from which a joint softens: the larger of two noises in 10^4 trials
+# C over its standard error above which a joint softens: the larger of two noises in 10^4 trials
 SOFTENS = 5.0
-# phi_h that is tried, over the largest bending
+# tried values of phi_h over the largest bending
 _HALVES = (0.35, 0.6, 1.0, 1.7, 3.0)
 
 
@@ -295,14 +295,14 @@ def _solve(task: _Task, x: np.ndarray, low, high, half_rad: float | None = None)
 
 
 def _softening_solution(task: _Task, x: np.ndarray, low, high) -> _Solution | None:
-    """Solution for a joint that softens; None if the joint is linear as far as the trial shows."""
+    """Solution for a joint that softens; None without significant softening."""
     if len(task.perturbations) < 3:
         return None
     largest = float(np.abs(task.motion.theta - x[3]).max())
     angle, linear = task.simulate(x, task.belt, None)
     error, best = task.motion.theta - angle, None
     for half in (share * largest for share in _HALVES):
-        # one step of Gauss and Newton tells which phi_h leaves the least
+        # one Gauss-Newton step shows which phi_h leaves the smallest error
         columns = np.column_stack(
             [linear, task.simulate(np.append(x, [0.0, 0.0]), task.belt, half)[1][:, 5:]]
         )
@@ -349,7 +349,7 @@ def sums_by_interval(products: np.ndarray, perturbations: list[Perturbation]) ->
     Parameters
     ----------
     products : ndarray, shape (n, p)
-        What is summed.
+        Products to be summed.
     perturbations : list of Perturbation
         Their starts delimit the intervals (samples).
 

@@ -23,7 +23,7 @@ from tepsipe.signals.spectra import period_spectra
 
 # typical magnitude of I, B, K (N·m·s²/rad, N·m·s/rad, N·m/rad) and of the delay (s)
 TYPICAL = np.array([0.01, 0.1, 10.0, 1e-3])
-# the lower part of the band, which shows how far the band decides
+# the lower part of the band, for the sensitivity to the band
 NARROW = 0.6
 LEAST_LINES = 6
 
@@ -42,7 +42,7 @@ class PeriodFit:
     delay_s : float
         Delay of the torque after its record (s).
     of_band : ndarray, shape (3,)
-        What the lower part of the band changes (units of the parameters).
+        Change with the lower part of the band (units of the parameters).
     """
 
     parameters: np.ndarray

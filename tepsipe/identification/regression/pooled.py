@@ -33,7 +33,7 @@ FRICTION_RATE = 0.01
 SMOOTHING_PER_CUTOFF = 2.0
 # bending at which half of the softening has taken place, smallest and largest per RMS angle
 SOFTENING_RANGE = (0.2, 8.0)
-# the data ask for softening if the lost stiffness is this many standard errors from 0
+# standard errors from 0 of the lost stiffness above which the joint is taken to soften
 SOFTENING_T = 4.0
 UNITS = {
     "I": "Nms2/rad",
@@ -47,7 +47,7 @@ UNITS = {
     "softening_angle": "rad",
 }
 LINEAR = 6  # terms without softening
-# terms that act together: what they add to the linear joint nearest to the whole (columns)
+# groups of terms: their contribution to the linear joint nearest to the whole (columns)
 GROUPS = {"small": (0, 1, 2), "friction": (3,), "hardening": (4,), "softening": (6, 7)}
 
 

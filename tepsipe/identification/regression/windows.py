@@ -22,7 +22,7 @@ from tepsipe.signals.perturbations import Perturbation
 from tepsipe.statistics.goodness_of_fit import vaf
 from tepsipe.statistics.least_squares import LinearFit, least_squares_line
 
-# shift of the accelerations of the centre of mass, in either direction, that shows what a delay does (s)
+# shift of the centre of mass's accelerations, in either direction, for the sensitivity to a delay (s)
 SKEW_S = 0.001
 
 
@@ -101,7 +101,7 @@ def regress_perturbations(
     at_rest : ndarray of bool, shape (n,)
         Samples at rest.
     torque_pathway : {"leg", "leg-thesis"}
-        How the torque is derived.
+        Equation of the torque.
     thesis : bool
         Whether the torque at rest is kept, as printed, or subtracted.
 

@@ -116,7 +116,7 @@ class RowFit:
     freedom : int
         Degrees of freedom of chi2 if the model is right.
     directions : Directions
-        What the record determines; last column the delay, if there is one (units of the parameters).
+        Determined directions; last column the delay, if there is one (units of the parameters).
     direct : ndarray, shape (q,)
         Ordinary least squares of (1) at the same delay, which feedback biases (units of the parameters).
     converged : bool
@@ -282,7 +282,7 @@ class Solution:
     Attributes
     ----------
     p : ndarray, shape (q,)
-        Parameters (unitless, of scaled columns).
+        Parameters of scaled columns.
     chi2 : float
         (2) there.
     weak : int

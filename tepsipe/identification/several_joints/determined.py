@@ -21,7 +21,7 @@ from tepsipe.identification.several_joints.matrices import MatrixFit, Setting
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest error of what counts as determined.
+    """Largest error of a parameter that counts as determined.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ def determined(setting: Setting, information_: np.ndarray, scale: np.ndarray, li
     q, limit = scale.size, limits.of(setting, scale.size)
     natural = information_ * np.outer(scale, scale)
     values, vectors = scipy.linalg.eigh(natural)
-    # rounding is all there is below
+    # below this, only rounding errors remain
     values = np.maximum(values, 1e-15 * values[-1])
     covariance = (vectors / values) @ vectors.T
     errors = np.sqrt(np.diag(covariance))
@@ -162,7 +162,7 @@ def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determi
     limits : Limits
         Largest half width of an interval in parts of sqrt(K_ii K_jj), sqrt(B_ii B_jj).
     known : Determined
-        What the information at the estimate determines.
+        Directions determined by the information at the estimate.
 
     Returns
     -------

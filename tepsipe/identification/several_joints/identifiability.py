@@ -23,13 +23,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-# signal that is conceded to a direction that is too weak, over noise
+# signal-to-noise ratio assumed for a direction that is too weak
 CONCEDED = 0.02
 
 
 @dataclass(frozen=True)
 class Directions:
-    """Directions of the parameters and what is known along each.
+    """Directions of the parameters and the information along each.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Directions:
         return float(np.sqrt(chance + (loads**2).sum() / CONCEDED))
 
     def weak_partners(self, combination: np.ndarray) -> np.ndarray:
-        """Parameters that a weak direction of a combination moves, too, shape (q,), relative."""
+        """Parameters that a weak direction of a combination also moves, shape (q,), relative."""
         loads = combination @ self.vectors
         weak = self.strength < self.limit
         if not weak.any():
@@ -106,7 +106,7 @@ def directions_by_strength(
     """
     total = 2.0 * np.einsum("l,lij->ij", 1.0 / noise, a)[1:, 1:]
     alone = 2.0 * chance * np.einsum("l,lij->ij", 1.0 / noise, c)[1:, 1:]
-    # without any noise, rounding is all there is
+    # without any noise, rounding errors take its place
     alone = alone + 1e-12 * np.trace(total) / total.shape[0] * np.eye(total.shape[0])
     strength, vectors = scipy.linalg.eigh(total, alone)
     strong = vectors[:, strength >= limit]

@@ -95,7 +95,7 @@ class Setting:
 
     @property
     def joints(self) -> int:
-        """N."""
+        """Number of joints, n."""
         return self.body.posture.size
 
     @property
@@ -105,7 +105,7 @@ class Setting:
         return [(i, j) for i in range(n) for j in range(i if self.symmetric else 0, n)]
 
     def start(self) -> np.ndarray:
-        """Parameters to start from: joints of 1.5 times the critical stiffness (N·m/rad, N·m·s/rad, -)."""
+        """Starting parameters: joints of 1.5 times the critical stiffness (N·m/rad, N·m·s/rad, -)."""
         diagonal = 1.5 * np.abs(np.diag(self.body.gravity))
         k = [diagonal[i] if i == j else 0.0 for i, j in self.pairs]
         inertia = [] if self.inertia_known else [1.0] * len(self.body.inertia_parts)
@@ -142,7 +142,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class MatrixFit:
-    """Parameters and what is known of them.
+    """Estimated parameters and their uncertainty.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ class MatrixFit:
     covariance : ndarray, shape (q, q)
         By the scatter of the epochs (units of the parameters).
     parts : ndarray, shape (perturbations + 1, q, q)
-        What each perturbation, and the inertia, add to it.
+        Contribution of each perturbation, and of the inertia, to it.
     epochs : tuple of float
         Number of epochs of each perturbation, and infinity for the inertia.
     scale : ndarray, shape (q,)
@@ -165,7 +165,7 @@ class MatrixFit:
     freedom : int
         Samples less parameters.
     setting : Setting
-        What was given.
+        Setting of the fit.
     """
 
     parameters: np.ndarray
@@ -270,7 +270,7 @@ def responses(setting: Setting, p: np.ndarray, perturbation: Perturbation) -> tu
     states = _propagated(system, inputs, (perturbation.drive[:, None] * along)[..., None], step)[..., 0]
     q, rate = states[:, :n], states[:, n:]
     second = (perturbation.drive[:, None] * along - rate @ b.T - q @ total.T) @ inverse.T
-    # the torque that the change of one parameter makes, sample by sample
+    # torque caused by the change of one parameter, sample by sample
     every = slice(None, None, setting.substeps)
     pushed = np.zeros((q[every].shape[0], n, p.size))
     for column, (row, col) in enumerate(setting.pairs):
@@ -360,7 +360,7 @@ def fit_matrices(setting: Setting, perturbations: Sequence[Perturbation]) -> Mat
         curvature = current[2] + ridge
         damped = curvature + damping * np.diag(np.diag(curvature))
         step = np.linalg.solve(damped, current[1])
-        # a step too far makes a body that falls within the window: its cost is infinite
+        # too large a step gives a body that falls within the window: its cost is infinite
         with np.errstate(over="ignore", invalid="ignore"):
             tried = cost(p + step)
         if not tried[0] <= current[0]:

@@ -54,7 +54,7 @@ class Profile:
             delays = sorted({*fit.delays_s[near].tolist(), fit.delay_s})
         self._products = [scaled_products(spectra, joint, fit.terms, delay) for delay in delays]
         scale = [fit.parameters * scale[1:] / scale[0] for _, _, scale in self._products]
-        # without what keeps parameters small along weak directions: a strength that none falls below
+        # without the term that keeps parameters small along weak directions: a strength below all others
         self._best = [
             minimise(a, c, self._shape, 0.0, [start])
             for (a, c, _), start in zip(self._products, scale, strict=True)
@@ -90,7 +90,7 @@ NAMES = {"K": "K", "B": "B", "D": "K_reflex", "E": "B_reflex"}
 UNITS = {"K": "Nm/rad", "D": "Nm/rad", "B": "Nms/rad", "E": "Nms/rad"}
 # an undetermined direction involves a parameter with this part of its largest effect on the torque
 INVOLVED = 0.3
-# chi2 above its least within which 95 % of the delays lie
+# rise of chi2 above its minimum within which 95 % of the delays lie
 DELAY_CHI2 = 3.84
 
 
@@ -265,7 +265,7 @@ def refused(name: str, unit: str, refusal: str) -> Quantity:
 
 
 def _delay(fit: RowFit, joint: str, reflex: bool) -> Quantity:
-    """Delay of the reflex (s), if there is an identified reflex and the delay lies within those tried."""
+    """Delay of the reflex (s), if the reflex is identified and its delay is inside the range tried."""
     name = f"delay_{joint}"
     inside = np.flatnonzero(fit.delay_chi2 <= fit.delay_chi2.min() + DELAY_CHI2)
     if _open_delay(fit):

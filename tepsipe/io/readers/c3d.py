@@ -34,7 +34,7 @@ class Markers:
     positions: np.ndarray
 
     def __post_init__(self) -> None:
-        """Hide markers that are not there in whole."""
+        """Hide markers with incomplete coordinates."""
         whole = np.isfinite(self.positions).all(axis=-1, keepdims=True)
         object.__setattr__(self, "positions", np.where(whole, self.positions, np.nan))
 
@@ -64,7 +64,7 @@ def read_markers(path: str | Path, labels: list[str]) -> Markers:
 
 
 def select_markers(markers: Markers, labels: list[str], name: str | Path) -> Markers:
-    """The wanted ones of a file's markers (m), in the wanted order.
+    """Select markers of a file (m), in the wanted order.
 
     Raises
     ------

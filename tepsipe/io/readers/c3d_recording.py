@@ -11,7 +11,7 @@ from tepsipe.io.readers.recording import Channel, Recording
 
 
 def read_c3d_recording(path: str | Path) -> Recording:
-    """Read everything that a C3D file holds of a trial.
+    """Read all signals of a trial from a C3D file.
 
     The first sample of every channel is taken at the instant of the first frame.
 

@@ -25,7 +25,7 @@ ROUNDED_WITHIN = 1e-3
 
 @dataclass(frozen=True)
 class Clock:
-    """A regular clock and the samples that stand on it.
+    """A regular clock and the positions of the samples on it.
 
     Attributes
     ----------
@@ -49,11 +49,11 @@ class Clock:
 
     @property
     def size(self) -> int:
-        """Number of places from the first sample to the last."""
+        """Number of positions from the first sample to the last."""
         return int(self.index[-1]) + 1
 
     def placed(self, values: np.ndarray) -> np.ndarray:
-        """Rows of a file, shape (rows, ...), at their places, shape (size, ...), in their unit; or NaN."""
+        """Rows of a file, shape (rows, ...), at their positions, shape (size, ...), in their unit; or NaN."""
         grid = np.full((self.size, *values.shape[1:]), np.nan)
         grid[self.index] = values[self.rows]
         return grid

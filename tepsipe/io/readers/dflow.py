@@ -27,7 +27,7 @@ MARKER = re.compile(r"(.+)\.Pos([XYZ])")
 PLATE = re.compile(r"FP(\d+)\.(For|Mom|Cop)([XYZ])")
 ANALOG = re.compile(r"Channel\d+\.Anlg")
 SPEED = re.compile(r"speed|velocity", re.IGNORECASE)
-# a marker that stays where it is, to the last digit, for this number of frames was hidden
+# a marker with exactly the same position for this number of frames was hidden
 HELD_FRAMES = 3
 AXES = "XYZ"
 

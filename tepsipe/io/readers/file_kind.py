@@ -21,7 +21,7 @@ DFLOW_HEADER = re.compile(
     re.IGNORECASE,
 )
 DELSYS_HEADER = re.compile(r'^"?X ?\[s\]"?[,;\t]', re.MULTILINE)
-# voltages and calibrated signals of manipulators come from D-Flow, too, but as plain tables
+# voltages and calibrated signals of manipulators also come from D-Flow, but as plain tables
 MANIPULATOR = re.compile(r"MotorAngle|TriggerTime")
 
 

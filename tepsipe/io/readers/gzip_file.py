@@ -36,9 +36,9 @@ def plain_bytes(path: Path, what: str, largest_bytes: int | None = None) -> byte
     path : Path
         The file, under any name.
     what : str
-        What the file should be, for the message.
+        Expected kind of file, for the message.
     largest_bytes : int, optional
-        Size at which unpacking stops (bytes, no unit); by default 200 times the file's size, at least 20 and
+        Size at which unpacking stops (bytes); by default 200 times the file's size, at least 20 and
         at most 400 MB.
 
     Returns
@@ -93,7 +93,7 @@ def plain_file(path: Path, what: str) -> Iterator[Path]:
     path : Path
         The file, under any name.
     what : str
-        What the file should be, for the message.
+        Expected kind of file, for the message.
 
     Yields
     ------

@@ -26,7 +26,7 @@ def read_mat(path: str | Path, what: str, squeeze: bool = False) -> dict[str, ob
     path : str or Path
         The file, plain or compressed with gzip.
     what : str
-        What the file should be, for messages.
+        Expected kind of file, for messages.
     squeeze : bool
         Whether dimensions of length 1 are dropped.
 

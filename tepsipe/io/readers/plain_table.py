@@ -17,7 +17,7 @@ from tepsipe.io.readers.text_file import read_text
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
-# a number beyond this is no measurement, and overflows when its unit is converted
+# a larger number is not a measurement, and would overflow when its unit is converted
 LARGEST = 1e100
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma"}
 
@@ -96,7 +96,7 @@ def read_plain_table(
     path : str or Path
         The file, plain or compressed with gzip.
     what : str
-        What the file should be, for messages.
+        Expected kind of file, for messages.
     is_header : callable, optional
         Whether a line is the header; by default the first line that is not skipped.
     ragged : bool

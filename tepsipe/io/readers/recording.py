@@ -64,7 +64,7 @@ class ForcePlate:
 
 @dataclass(frozen=True)
 class Recording:
-    """Everything that one trial's file holds, on one clock whose time 0 is the first sample of all.
+    """All signals in one trial's file, on one clock whose time 0 is the first sample of all.
 
     Attributes
     ----------

@@ -26,7 +26,7 @@ SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 FORCES = {"": 1.0, "N": 1.0, "kN": 1e3}
 MOMENTS = {"": 1.0, "Nm": 1.0, "N·m": 1.0, "N.m": 1.0, "N*m": 1.0, "Nmm": 1e-3, "N·mm": 1e-3, "N.mm": 1e-3}
 SIDES = ("left", "l", "1", "right", "r", "2")
-# what has three components, too, but is no marker
+# other signals with three components, which are not markers
 OTHER = re.compile(r"grf|force|moment|torque|cop|acc|gyro|angle|rot|veloc|speed", re.IGNORECASE)
 AXES = "xyz"
 

@@ -14,7 +14,7 @@ def read_text(path: str | Path, what: str, ended: bool = False) -> str:
     path : str or Path
         The file, plain or compressed with gzip. A byte order mark at its start is skipped.
     what : str
-        What the file should be, for the message.
+        Expected kind of file, for the message.
     ended : bool
         Refuse a file whose last line has no line break: where it is cut within its last number, the rest
         is a number, too.

@@ -45,12 +45,12 @@ INSTALLED_BY = {
 
 
 def installed_engines() -> list[str]:
-    """Names of the engines that are installed, in the order in which "auto" takes them (no units)."""
+    """Names of the installed engines, in the order in which "auto" takes them."""
     return [name for name in ENGINES if name not in INSTALLED_BY or importlib.util.find_spec(name)]
 
 
 def resolved_engine(engine: str) -> str:
-    """Name of the engine that a setting selects, without importing it (no units).
+    """Name of the engine that a setting selects, without importing it.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def resolved_engine(engine: str) -> str:
 
 
 def engine_version(engine: str) -> str:
-    """Version of an engine; for the equations, the version of tepsipe (no units).
+    """Version of an engine; for the equations, the version of tepsipe.
 
     Raises
     ------

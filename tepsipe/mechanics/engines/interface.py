@@ -51,7 +51,7 @@ UPRIGHT = Start(0.0, 0.0)
 
 @dataclass(frozen=True)
 class Task:
-    """A dummy, the motion of its foot, and the clock; already checked.
+    """A dummy, the motion of its foot, and the clock, already checked.
 
     Attributes
     ----------

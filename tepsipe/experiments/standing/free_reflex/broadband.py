@@ -38,7 +38,7 @@ AFTER_S = 0.2
 PULSE_S = (-0.02, 0.1)
 # step of the sources for their slopes
 STEP = 1e-3
-# of a usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
+# usable centre: largest share of the foot's rotation in the ankle's, largest standard error (m)
 FOOT_SHARE, CENTRE_ERROR_M = 0.3, 0.002
 # largest distance of a usable centre from the palpated one (m)
 FAR_M = 0.03
@@ -114,7 +114,7 @@ class BroadbandEpochs:
         if (first, last) not in self._stretches:
             zero = self.time <= self.time[0] + 0.1  # of the epoch: as long before the onset as the baseline
             pieces = np.lib.stride_tricks.sliding_window_view(self.quiet, last + 1, axis=1)
-            # pieces that start at the same time stand together: start, epoch, time, signal
+            # pieces with the same start are adjacent: start, epoch, time, signal
             pieces = np.moveaxis(pieces[:, ::step], (1, 3), (0, 2))
             still = pieces[:, :, : zero.sum()].mean(axis=2, keepdims=True)
             stretches = (pieces[:, :, first:] - still).reshape(-1, last + 1 - first, 3)
@@ -139,7 +139,7 @@ def cut_broadband(
     epochs : StandingEpochs
         Its epochs: their onsets are used (s).
     options, cutting : StandingOptions, EpochOptions
-        Choices.
+        Options of the analysis.
     lowpass : Lowpass
         Filter of all signals here (Hz).
     models : dict of str to FittedModel
@@ -205,7 +205,7 @@ def with_treadmill_error(
     ankle_height_m: float,
     window_s: float,
 ) -> BroadbandEpochs:
-    """Epochs with the error of K that held-out trials of the treadmill predict (N·m/rad).
+    """Epochs with the error of K predicted by held-out trials of the treadmill (N·m/rad).
 
     Parameters
     ----------
@@ -326,7 +326,7 @@ def broadband_result(epochs: BroadbandEpochs) -> Result:
 
 
 def broadband_of(result: Result) -> BroadbandEpochs | None:
-    """The epochs in a result that holds those of `broadband_result` (units as there); None without them."""
+    """Read the epochs of `broadband_result` from a result; None without them."""
     if "broadband" not in result.facts:
         return None
     facts = dict(result.facts["broadband"])

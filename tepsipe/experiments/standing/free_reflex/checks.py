@@ -24,13 +24,13 @@ from tepsipe.identification.regression.generalised import Record, generalised_le
 from tepsipe.statistics.uncertainty import Budget, Source, coverage_factor
 from tepsipe.treadmill.held_out import BEYOND, UNKNOWN, clearly_wrong
 
-# each check alone warns of 1 healthy trial in 100
+# false-alarm probability of each check
 CONFIDENCE = 0.99
-# what windows of 50 to 70 ms differ by without a free reflex torque, and range of K over windows with one
+# difference over windows of 50 to 70 ms without a free reflex torque, and range of K over windows with one
 DIFFERENCE, WINDOW_RANGE = 0.05, 0.25
 # motion of the soft tissue that is too large to be corrected (m)
 SKIN_M = 0.003
-# predicted error of K from which it is not to be quoted, relative to K
+# predicted error of K above which K is not quoted, relative to K
 GROSS = 0.5
 # share of the perturbations that must be usable
 USABLE = 0.7
@@ -100,7 +100,7 @@ def _treadmill_error(trials: list[BroadbandEpochs]) -> tuple[float, float] | Non
     return float(errors[:, 0].mean()), float(errors[:, 1].mean()) if known else UNKNOWN
 
 
-# what the model of the rig leaves in one trial alone, and not in the others
+# error of the rig's model in one trial alone, not common to the others
 OWN_DISCREPANCY = "model_discrepancy_of_trial"
 
 
@@ -122,9 +122,9 @@ def difference_from_window(
     window_s : float
         Length of the short window (s).
     options : FreeReflexOptions
-        Choices.
+        Options of the analysis.
     sources : list of Source
-        What is not known exactly; of both estimates alike.
+        Uncertain constants, common to both estimates.
 
     Returns
     -------

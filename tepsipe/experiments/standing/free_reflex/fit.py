@@ -36,7 +36,7 @@ QUANTITIES = ("B", "K")
 FILTER_WIDTH_S = 0.03
 # step between the starts of overlapping stretches of quiet standing (s)
 QUIET_STEP_S = 0.02
-# covariance of sway and parameters are found in turn
+# covariance of sway and parameters are estimated in turn
 ROUNDS = 3
 # fewest trials whose scatter is Type A
 FEWEST_TRIALS = 4
@@ -125,9 +125,9 @@ def fit_free_reflex(
     window_s : float
         Length of the fitted window from the onset (s).
     options : FreeReflexOptions
-        Choices.
+        Options of the analysis.
     sources : list of Source
-        What is not known exactly (its unit in its name); those that move no signal of the trials are ignored.
+        Uncertain constants (unit in the name); sources that move no signal of the trials are ignored.
     draws : int
         Number of resampled sets of responses.
     rng : numpy.random.Generator
@@ -180,7 +180,7 @@ def fit_free_reflex(
 
 
 def inside_window(time: np.ndarray, window_s: float) -> np.ndarray:
-    """Samples of the window (s), with those into which the filter spreads the onset, shape (n,)."""
+    """Samples of the window (s), including those to which the filter spreads the onset, shape (n,)."""
     return (time >= -FILTER_WIDTH_S - 1e-9) & (time <= window_s + 1e-9)
 
 

@@ -71,7 +71,7 @@ class FitErrors:
 
 
 def _padded(rows: np.ndarray, most: int) -> np.ndarray:
-    """Root of a covariance for every trial, shape (trials, n, 2), with rows of 0 up to so many.
+    """Root of a covariance for every trial, shape (trials, n, 2), padded with rows of 0 to ``most`` rows.
 
     Roots of a process in windows that begin together are Cholesky factors: row k is of the same deviate.
     """
@@ -97,7 +97,7 @@ def fit_errors(
     inside : ndarray of bool, shape (n,)
         Samples of the window.
     sources : list of Source
-        What is not known exactly; those that move no signal are ignored.
+        Uncertain constants; sources that move no signal are ignored.
     discrepancy_s : float
         Length of the misfit (s).
 

@@ -26,13 +26,13 @@ from tepsipe.treadmill.registry import FittedModel
 from tepsipe.treadmill.trial_recordings import COMPONENTS, recordings_of_loads
 
 SIGNALS = ("torque", "ankle", "ankle_d")
-# soft tissue on the shank: natural frequency (Hz) and damping ratio of the one that is propagated
+# soft tissue on the shank: natural frequency (Hz) and damping ratio, as propagated
 # (Wakeling & Nigg 2001: 10 to 20 Hz while the muscles are relaxed)
 TISSUE_HZ, TISSUE_DAMPING = 12.0, 0.3
 # belt speed at which the size of the tissue's motion is stated (m/s)
 TISSUE_SPEED = 0.5
 STEP_M = 1e-4
-# other frequencies, lower and higher by this, show what the frequency does (Hz)
+# offset to lower and higher frequencies, for the sensitivity to the frequency (Hz)
 TISSUE_STEP_HZ = 1.0
 # sources of Type B that move the signals, with the unit in which they deviate
 SOURCES = (
@@ -135,7 +135,7 @@ class FreeBody:
             acceleration,
             np.zeros_like(self.belt_dd),
         )
-        # a foot is not rigid: its markers see a part of the rotation below the ankle
+        # a foot is not rigid: its markers follow part of the rotation below the ankle
         foot = (1.0 + off["foot_rotation"]) * self.foot
         ankle = (1.0 + off["marked_rotation"]) * (shank - foot)
         return np.column_stack([torque, ankle, derivative(self.time, ankle)])
@@ -155,7 +155,7 @@ def free_body(
     standing : StandingTrial
         The trial with the filter of all signals (s).
     options : StandingOptions
-        Choices.
+        Options of the analysis.
     lowpass : Lowpass
         Filter of all signals here (Hz).
     models : dict of str to FittedModel
@@ -230,7 +230,7 @@ def free_body(
 
 
 def tissue_frequencies() -> tuple[float, float, float]:
-    """Frequency that the soft tissue is taken to have, a lower and a higher one (Hz)."""
+    """Assumed frequency of the soft tissue, and a lower and a higher one (Hz)."""
     return TISSUE_HZ, TISSUE_HZ - TISSUE_STEP_HZ, TISSUE_HZ + TISSUE_STEP_HZ
 
 
@@ -243,7 +243,7 @@ def tissue_motion(
     rate_hz: float,
     tissue_hz: float = TISSUE_HZ,
 ) -> np.ndarray:
-    """Motion along the belt of the soft tissue below the shank's own markers, shape (n, markers).
+    """Motion of the soft tissue along the belt below the shank's own markers, shape (n, markers).
 
     A mass on a spring over the bone, which accelerates as the marker does: near the knee less than near the
     ankle. Tissue that accelerates as the belt does moves by 1 at `TISSUE_SPEED`. Other markers do not move.
@@ -255,7 +255,7 @@ def tissue_motion(
     labels : list of str
         Names of the markers.
     person : Person
-        Which markers are on the shank.
+        Person with the markers of the shank.
     belt_dd : ndarray, shape (n,)
         Acceleration of the belt (m/s²).
     peak_m_per_s, rate_hz, tissue_hz : float

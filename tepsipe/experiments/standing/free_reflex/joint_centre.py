@@ -23,11 +23,11 @@ from tepsipe.mechanics.segment_kinematics import SegmentMarkers
 from tepsipe.signals.filters import Lowpass
 from tepsipe.signals.resampling import runs_of
 
-# below it lies the sway of quiet standing, above it the noise of the markers (Hz)
+# cutoff between the sway of quiet standing and the noise of the markers (Hz)
 SWAY_HZ = 3.0
 # shortest stretch of quiet standing (s), and fewest stretches
 STRETCH_S, FEWEST = 1.0, 3
-# rotation of the forefoot over that of the hindfoot on a foot that gives way: halfway between a forefoot that
+# rotation of the forefoot over the hindfoot's on a compliant foot: halfway between a forefoot that
 # stays flat on the belt and a rigid foot; Kern et al. (2019)
 FOREFOOT_SHARE = 0.5
 
@@ -42,7 +42,7 @@ class JointCentre:
         Centre relative to the assumed one: anterior, longitudinal, in the shank as all its markers show it
         (m).
     moving_m : ndarray, shape (2,)
-        Where all markers of the shank see it, with the slip of those that it shares with the foot (m).
+        Position by all markers of the shank, including the slip of markers shared with the foot (m).
     own_m : ndarray, shape (2,)
         In the shank as its own markers show it (m).
     standard_error_m : ndarray, shape (2,)
@@ -65,7 +65,7 @@ class JointCentre:
 def relative_motion(
     positions: np.ndarray, labels: list[str], person: Person, *, own: bool = False
 ) -> np.ndarray:
-    """Ankle angle (rad), and place of the assumed centre, fixed in the shank, in axes of the foot (m).
+    """Ankle angle (rad), and position of the assumed centre, fixed in the shank, in axes of the foot (m).
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def relative_motion(
 
 
 def hindfoot(positions: np.ndarray, labels: list[str], person: Person) -> tuple[np.ndarray, np.ndarray]:
-    """Rotation of the hindfoot (rad), shape (n,), and the assumed centre that it carries (m), shape (n, 2).
+    """Rotation of the hindfoot (rad), shape (n,), and the assumed centre fixed in it (m), shape (n, 2).
 
     A marker ahead of the ankle rotates with the forefoot, by `FOREFOOT_SHARE` of the hindfoot's angle. The
     angles are small.
@@ -125,7 +125,7 @@ def hindfoot(positions: np.ndarray, labels: list[str], person: Person) -> tuple[
 
 
 def _exclusive_markers(segment: SegmentMarkers, other: SegmentMarkers) -> list[int]:
-    """Markers of a segment that are not on another; all of them if less than two are."""
+    """Markers of a segment that are not on another one; all of them if fewer than two are."""
     places = [k for k, label in enumerate(segment.labels) if label not in other.labels]
     return places if len(places) >= 2 else list(range(len(segment.labels)))
 
@@ -137,7 +137,7 @@ def _exclusive_pose(
     other: SegmentMarkers,
     point: np.ndarray,
 ) -> SegmentPose:
-    """Pose of a segment by its own markers; by all of them if it has less than two of its own."""
+    """Pose of a segment by the markers that belong to it alone; by all if there are fewer than two."""
     places = _exclusive_markers(segment, other)
     columns = [labels.index(segment.labels[k]) for k in places]
     return fit_rigid_segment(positions[:, columns], segment.layout_m[places], point)
@@ -164,7 +164,7 @@ def _centre(pieces: list[np.ndarray], mean_angle: float) -> JointCentre:
 
 
 def _turn(angle: float) -> np.ndarray:
-    """From the slopes of a point that was assumed to be the centre, to where the centre is, shape (2, 2)."""
+    """Matrix from the slopes of the assumed centre to the position of the centre, shape (2, 2)."""
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.array([[sine, cosine], [-cosine, sine]])
 

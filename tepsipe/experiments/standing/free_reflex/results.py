@@ -38,9 +38,9 @@ class FreeReflexChoices:
     pathway : str
         Torque that is fitted.
     options : FreeReflexOptions
-        Choices.
+        Options of the analysis.
     sources : dict of str to Source
-        What is not known exactly.
+        Uncertain constants.
     draws, seed : int
         Number of resampled sets of responses, and seed of the study.
     """
@@ -115,7 +115,7 @@ def fit_free(
 
 
 def _sources(trials: list[BroadbandEpochs], sources: dict[str, Source]) -> list[Source]:
-    """Sources of these trials: the centre of the joint is the palpated one where sway did not show it."""
+    """Sources of these trials; the joint's centre is the palpated one if sway did not determine it."""
     if PALPATED in sources and not all(trial.centre_used for trial in trials):
         felt = sources[PALPATED]
         swapped = [Source(n, felt.standard_uncertainty, felt.distribution, felt.freedom) for n in CENTRE]
@@ -305,7 +305,7 @@ def task_difference(
 
 
 def _shared(more: Budget, less: Budget) -> Budget:
-    """Budget of a difference; a source with another number of draws in each counts as two."""
+    """Budget of a difference; a source whose numbers of draws differ counts as two."""
     mine, theirs = dict(more.contributions), dict(less.contributions)
     for name in [n for n in mine if n in theirs and mine[n].shape != theirs[n].shape]:
         mine[name] = np.vstack([mine[name], theirs.pop(name)])

@@ -41,7 +41,7 @@ def _means(
 
     def parts(drawn: np.ndarray, usable: np.ndarray | float) -> np.ndarray:
         counted = drawn * usable
-        # a resampling without a usable response uses all of them
+        # a resampling without any usable response uses all responses
         counted = np.where(counted.sum(axis=1, keepdims=True) > 0.0, counted, counted[:1])
         return counted / counted.sum(axis=1, keepdims=True)
 
@@ -198,7 +198,7 @@ class _Regression:
         return _solve(regressors, self.torque[0], len(self.linear), self.model.by_muscle)
 
     def residual(self, delays: dict[str, float], muscles: tuple[str, ...]) -> np.ndarray:
-        """Torque that the model leaves of the responses themselves (N·m), shape (samples of all trials,)."""
+        """Residual torque of the responses themselves (N·m), shape (samples of all trials,)."""
         regressors = self.regressors(delays, muscles, slice(0, 1))[0]
         return self.torque[0] - regressors @ self.best(delays, muscles)
 

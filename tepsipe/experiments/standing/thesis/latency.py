@@ -166,7 +166,7 @@ def latency_estimates(condition: str, latency: MuscleLatency, source: Source | N
     latency : MuscleLatency
         Onsets (s).
     source : Source, optional
-        How well the start of a stretch that can be felt is known (s): Type B of every latency.
+        Uncertainty of the start of a perceptible stretch (s): Type B of every latency.
 
     Returns
     -------

@@ -41,7 +41,7 @@ def fit_all(
     draws: int,
     seed: int,
 ) -> tuple[Fits, list[str]]:
-    """Fit every estimator to every pathway, but those with a free reflex torque.
+    """Fit every estimator to every pathway, except those with a free reflex torque.
 
     Parameters
     ----------
