@@ -285,7 +285,7 @@ def _pulses(
     apparent = centre_from_pulses(cut(motion), at_rest)
     if centre is None:
         return apparent, (0.0, 0.0, 0.0)
-    by_shank = relative_motion(positions, labels, person, own=True)
+    by_shank = relative_motion(positions, labels, person, exclusive=True)
     responses = cut(by_shank)
     first = responses[:, : max(1, round(-0.5 * PULSE_S[0] * rate))].mean(axis=1, keepdims=True)
 
@@ -293,7 +293,7 @@ def _pulses(
         wobbling = positions.copy()
         motion = tissue_motion(positions, labels, person, belt_dd, peak, rate, tissue_hz)
         wobbling[..., 0] += STEP * motion
-        pattern = cut((relative_motion(wobbling, labels, person, own=True) - by_shank) / STEP)
+        pattern = cut((relative_motion(wobbling, labels, person, exclusive=True) - by_shank) / STEP)
         return tissue_from_pulses(responses - first, pattern, centre.own_m, at_rest)
 
     usual, lower, higher = map(skin_m, tissue_frequencies())

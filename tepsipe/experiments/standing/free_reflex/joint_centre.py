@@ -63,7 +63,7 @@ class JointCentre:
 
 
 def relative_motion(
-    positions: np.ndarray, labels: list[str], person: Person, *, own: bool = False
+    positions: np.ndarray, labels: list[str], person: Person, *, exclusive: bool = False
 ) -> np.ndarray:
     """Ankle angle (rad), and position of the assumed centre, fixed in the shank, in axes of the foot (m).
 
@@ -75,7 +75,7 @@ def relative_motion(
         Names of the markers.
     person : Person
         Layout of the markers (m). The foot is located by its own ones, if it has two.
-    own : bool
+    exclusive : bool
         Whether the shank is located by its own markers only, if it has two.
 
     Returns
@@ -84,7 +84,7 @@ def relative_motion(
         phi (rad), y, z (m), angle of the foot (rad).
     """
     foot_angle, carried = hindfoot(positions, labels, person)
-    if own:
+    if exclusive:
         shank = _exclusive_pose(positions, labels, person.shank, person.foot, np.zeros(2))
     else:
         columns = [labels.index(label) for label in person.shank.labels]
@@ -199,7 +199,7 @@ def centre_from_sway(
         return None
     seen = []
     for alone in (True, False):
-        motion = relative_motion(slow, labels, person, own=alone)
+        motion = relative_motion(slow, labels, person, exclusive=alone)
         pieces = [motion[a:b] for a, b in long]
         seen.append(_centre(pieces, float(np.mean([piece[:, 0].mean() for piece in pieces]))))
     by_shank, whole_shank = seen
