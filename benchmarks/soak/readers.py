@@ -158,11 +158,11 @@ def check_recording(recording) -> None:
 
 
 def mat_log(folder: Path) -> list[Path]:
-    """A log as the laboratory writes it, and compressed."""
+    """A log without compression, and compressed as the laboratory writes it."""
     plain, packed = folder / "log.mat", folder / "packed.mat"
-    write_treadmill_log(plain, 1000.0, rng().standard_normal((60, 14)), *rng().standard_normal((3, 60)))
-    content = {k: v for k, v in scipy.io.loadmat(plain).items() if not k.startswith("__")}
-    scipy.io.savemat(packed, content, do_compression=True)
+    write_treadmill_log(packed, 1000.0, rng().standard_normal((60, 14)), *rng().standard_normal((3, 60)))
+    content = {k: v for k, v in scipy.io.loadmat(packed).items() if not k.startswith("__")}
+    scipy.io.savemat(plain, content)
     return [plain, packed]
 
 

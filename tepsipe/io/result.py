@@ -1,8 +1,7 @@
 """HDF5 files for the results of an analysis: named arrays with units, and named facts."""
 
 import json
-import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,20 +30,10 @@ class Result:
     facts: dict
 
 
-def write_result(path: str | Path, result: Result, linked: Mapping[str, str | Path] | None = None) -> None:
+def write_result(path: str | Path, result: Result) -> None:
     """Write arrays with their unit as attribute ``units``, and the facts as one JSON attribute.
 
     Large arrays that are equal are stored once and have several names.
-
-    Parameters
-    ----------
-    path : str or Path
-        File to write.
-    result : Result
-        Its arrays and facts.
-    linked : dict of str to path, optional
-        Name of a signal -> another HDF5 file that holds it by the same name. The result links to it there and
-        stores no copy.
     """
     stored: dict[tuple, h5py.Dataset] = {}
     with h5py.File(path, "w") as file:
@@ -57,8 +46,6 @@ def write_result(path: str | Path, result: Result, linked: Mapping[str, str | Pa
                 continue
             stored[key] = write_array(file, name, values)
             stored[key].attrs["units"] = result.units[name]
-        for name, other in (linked or {}).items():
-            file[name] = h5py.ExternalLink(os.path.relpath(other, Path(path).parent), name)
 
 
 def joined(*results: Result) -> Result:
@@ -93,7 +80,7 @@ def _read(path: str | Path) -> Result:
 
 
 def _datasets(group: h5py.Group, before: str = "") -> Iterator[tuple[str, h5py.Dataset]]:
-    """Names and datasets, including several names of one dataset and linked ones."""
+    """Names and datasets, including all names of one dataset."""
     for name in group:
         if not isinstance(name, str):
             raise ValueError(f"a name {name!r} that is no text")

@@ -6,8 +6,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tepsipe.io.hdf5_file import write_array
-
 RATE_HZ = 500.0
 
 
@@ -57,4 +55,4 @@ def write_true_motion(path: str | Path, motion: TrueMotion) -> None:
     kept = np.flatnonzero(motion.time >= 0.0)[::every]
     with h5py.File(path, "w") as file:
         for name, values in vars(motion).items():
-            write_array(file, name, values[kept])
+            file.create_dataset(name, data=values[kept], compression="gzip", compression_opts=1, shuffle=True)

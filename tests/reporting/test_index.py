@@ -115,23 +115,6 @@ def test_abstract_has_what_the_study_has():
     assert "Wristalyzer" not in words and "platform" not in words
 
 
-def test_standing_person_is_told_task_by_task():
-    rows = [
-        {"task": task, "name": name, "stiffness": value, "over_mgh": "0.7"}
-        for task, name, value in (("a_b", "x", "1"), ("a_b", "y", "2"), ("c", "y", "3"))
-    ]
-    person = {"stood": "3", "trials": "4", "tasks": ["a_b", "c", "d"], "recommended": {"estimator": "y"}}
-    data = RECORDED | {
-        "experiments": ["standing"],
-        "standing": person | {"estimators": rows, "recovery": None},
-    }
-    (paragraphs,) = abstract_of(data).values()
-    (paragraph,) = paragraphs
-    assert ["emph", "a_b"] in paragraph
-    assert "is 2 N·m/rad, 0.7 times" in plain(paragraphs) and "is 3 N·m/rad" in plain(paragraphs)
-    assert "is 1 " not in plain(paragraphs) and ["emph", "d"] not in paragraph
-
-
 def test_formulas_sections_and_references_of_the_first_page_are_html():
     told = pieces('As _x_ says <b> $2 I_"leg"$ = 10 N·m/rad ([@claims]).')
     content = {"made": 1, "trials": 1, "summary": [told], "warnings": [], "abstract": {}}

@@ -451,30 +451,16 @@ def test_result_comes_back_from_its_file_with_units_and_facts(tmp_path, rng):
     assert read.facts == facts
 
 
-def test_equal_arrays_are_stored_once_and_those_of_another_file_are_linked(tmp_path, rng):
+def test_equal_arrays_are_stored_once_and_read_by_every_name(tmp_path, rng):
     values, units = rng.standard_normal((2000, 3)), {"a/x": "m", "b/x": "m", "c/x": "rad", "d/x": "m"}
     arrays = {"a/x": values, "b/x": values.copy(), "c/x": values, "d/x": values + 1e-15}
-    (tmp_path / "fits").mkdir()
-    (tmp_path / "trials").mkdir()
-    write_result(tmp_path / "trials/t.h5", Result({"command": values[:, 0]}, {"command": "m/s"}, {}))
-    path = tmp_path / "fits/r.h5"
-    write_result(path, Result(arrays, units, {}), {"command": tmp_path / "trials/t.h5"})
-    with h5py.File(path) as file:
+    write_result(tmp_path / "r.h5", Result(arrays, units, {}))
+    with h5py.File(tmp_path / "r.h5") as file:
         assert file["a/x"] == file["b/x"]  # the same dataset; units or values of the others differ
         assert len({file[name].id.__hash__() for name in arrays}) == 3
-    read = read_result(path)
-    assert read.units == units | {"command": "m/s"}
+    read = read_result(tmp_path / "r.h5")
+    assert read.units == units
     assert all((read.arrays[name] == array).all() for name, array in arrays.items())
-    assert (read.arrays["command"] == values[:, 0]).all()
-    # both may be moved together, but not the one without the other
-    moved = tmp_path / "moved"
-    moved.mkdir()
-    (tmp_path / "fits").rename(moved / "fits")
-    with pytest.raises(InputError) as caught:
-        read_result(moved / "fits/r.h5")
-    assert_one_sentence(caught.value, moved / "fits/r.h5")
-    (tmp_path / "trials").rename(moved / "trials")
-    assert "command" in read_result(moved / "fits/r.h5").arrays
 
 
 def test_result_file_that_is_damaged_is_refused(tmp_path):

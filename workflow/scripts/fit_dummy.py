@@ -37,8 +37,6 @@ intervals = bootstrap_pathways(found, params.bootstrap_draws, params.seed)
 rows = dummy_estimates(snakemake.wildcards.condition, found, intervals)
 result = dummy_result(found)
 result.facts["checks"] = check_facts(verdict)
-# the command, for figures, stays in the trial's file
-linked = {name: snakemake.input.trial for name in ("belt_command",) if name in trial.signals}
-write_result(output.fit, result, linked)
+write_result(output.fit, result)
 ESTIMATES.write(output.estimates, quoted_rows(flag_rows(rows, verdict), verdict))
 CONTRIBUTIONS.write(output.uncertainty, dummy_contributions(rows, found))

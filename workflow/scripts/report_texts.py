@@ -7,10 +7,7 @@ from tepsipe.reporting.laboratory import LABORATORY_ROWS
 from tepsipe.reporting.ledger import CELL_VERDICTS
 from tepsipe.reporting.numbers import (
     abstract,
-    figure_findings,
     laboratory,
-    shown_signals,
-    standing,
     study,
     summary,
 )
@@ -21,8 +18,8 @@ from tepsipe.reporting.thesis_tables import read_table
 
 def texts_of(run: Run, files: dict[str, str]) -> dict:
     """Numbers as text, of chapters that do not read tables themselves; ``files`` are those of the tables."""
-    choices, fits, about = run.settings, run.fits, run.study
-    experiments, provenance = about["experiments"], about["provenance"]
+    choices, about = run.settings, run.study
+    provenance = about["provenance"]
     text_columns = {"condition": str}
     estimates = pd.read_csv(files["estimates"], dtype=text_columns)
     recovery = claims = None
@@ -57,23 +54,8 @@ def texts_of(run: Run, files: dict[str, str]) -> dict:
         conditions, _ = read_table(files[table])
         names = [short_name(condition) for condition in conditions]
         data["slips"][table] = study.slips_data(slips, table, conditions, names)
-    if "standing" in experiments:
-        task_fits = {task: fits["standing_tasks"][task] for task in about["tasks"]}
-        data["standing"] = standing.standing_data(
-            fits["standing"],
-            task_fits,
-            estimates,
-            choices["standing"],
-            recovery,
-            about["people"],
-        ) | {
-            "signals": shown_signals.muscle_signals(
-                fits["standing"], task_fits, choices["standing"]["latency"]["detector"]
-            )
-        }
     data["recommended_coverage"] = summary.covered_of_recommended(estimates, recovery)
     data["summary"] = summary.summary_of(data)
     data["abstract"] = abstract.abstract_of(data)
     data["warnings"] = abstract.warnings_of(data)
-    data["figure_findings"] = figure_findings.figure_findings_of(data)
     return data

@@ -275,6 +275,7 @@ CHAPTERS = (
     "simulation",
     "noise",
     "weight",
+    "standing",
     "belt",
     "participants",
     "budgets",

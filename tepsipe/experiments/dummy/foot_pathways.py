@@ -138,6 +138,8 @@ def analyse_foot(
                 budgets[key] = replace(budgets[key], contributions=contributions)
     return DummyAnalysis(
         time=prepared.time,
+        belt_velocity=prepared.belt_velocity,
+        belt_command=trial.optional("belt_command"),
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,

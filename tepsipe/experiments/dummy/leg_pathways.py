@@ -123,8 +123,10 @@ class DummyAnalysis:
 
     Attributes
     ----------
-    time : ndarray, shape (n,)
-        Instants (s).
+    time, belt_velocity : ndarray, shape (n,)
+        Instants (s), and filtered measured velocity (m/s).
+    belt_command : ndarray, shape (n,), or None
+        Commanded velocity (m/s), for figures only; None where it was not recorded.
     regressions : dict of str to WindowedFits
         Pathway -> parameters and predictions.
     pathways : dict of str to Pathway
@@ -140,8 +142,6 @@ class DummyAnalysis:
     marker_noise_m : float
         Root mean square of the component that the filter removes from the leg's markers at rest (m per
         coordinate).
-    belt_velocity : ndarray, shape (n,), or None
-        Filtered measured velocity (m/s), for figures; None of pathways from the foot.
     loads : dict of str to ndarray, shape (n,)
         ``Fy/measured`` (N), ``Mx/measured`` (N·m) and the same compensated by each treadmill model that a
         pathway uses, for example ``Fy/loaded-frame``; empty without pathways from the foot.
@@ -150,6 +150,8 @@ class DummyAnalysis:
     """
 
     time: np.ndarray
+    belt_velocity: np.ndarray
+    belt_command: np.ndarray | None
     regressions: dict[str, WindowedFits]
     pathways: dict[str, Pathway]
     budgets: dict[str, Budget]
@@ -157,7 +159,6 @@ class DummyAnalysis:
     damping_per_skew: dict[str, float]
     marker_residual_rms_m: float
     marker_noise_m: float
-    belt_velocity: np.ndarray | None = None
     loads: dict[str, np.ndarray] = field(default_factory=dict)
     checks: dict[str, TreadmillCheck] = field(default_factory=dict)
 
@@ -228,6 +229,7 @@ def analyse_dummy(trial: Trial, options: DummyOptions, pathways: dict[str, Pathw
     return DummyAnalysis(
         time=prepared.time,
         belt_velocity=prepared.belt_velocity,
+        belt_command=trial.optional("belt_command"),
         regressions=regressions,
         pathways=pathways,
         budgets=budgets,

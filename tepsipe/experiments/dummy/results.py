@@ -190,10 +190,10 @@ def dummy_contributions(rows: Sequence[Estimate], analysis: DummyAnalysis) -> li
 
 def dummy_result(analysis: DummyAnalysis) -> Result:
     """Arrays and facts of one trial, for figures and for cross-validation."""
-    arrays: dict[str, np.ndarray] = {"time": analysis.time}
-    units = {"time": "s"}
-    if analysis.belt_velocity is not None:
-        arrays["belt_velocity"], units["belt_velocity"] = analysis.belt_velocity, "m/s"
+    arrays: dict[str, np.ndarray] = {"time": analysis.time, "belt_velocity": analysis.belt_velocity}
+    units = {"time": "s", "belt_velocity": "m/s"}
+    if analysis.belt_command is not None:
+        arrays["belt_command"], units["belt_command"] = analysis.belt_command, "m/s"
     first = next(iter(analysis.regressions.values()))
     arrays["windows"] = np.array([[p.start, p.stop] for p in first.perturbations])
     units["windows"] = "samples"

@@ -6,8 +6,6 @@ text, emph, strong, math (as Typst writes it) and ref (a section of the PDF).
 
 import re
 
-from tepsipe.reporting.numbers.format import number
-
 MARKUP = re.compile(
     r"\$(?P<math>[^$]+)\$|(?<!\w)_(?P<emph>[^_]+)_(?!\w)|\*(?P<strong>[^*]+)\*"
     r"|\[@(?P<ref>[\w-]+)\]"
@@ -48,9 +46,6 @@ def pieces(template: str, **values: object) -> Paragraph:
 def abstract_of(data: dict) -> dict[str, list[Paragraph]]:
     """Findings of the run by experiment or part (units in them), from the data of the report."""
     parts: dict[str, list[Paragraph]] = {}
-    for experiment, sentences in (("standing", _standing),):
-        if experiment in data["experiments"]:
-            parts[experiment] = sentences(data)
     if data["claims"] is not None:
         parts["claims"] = [
             pieces(
@@ -99,38 +94,4 @@ def warnings_of(data: dict) -> list[Paragraph]:
     )
     for kind in quoted["kinds"]:
         found += pieces(" _{where}_: {meaning}.", where=kind["where"], meaning=kind["meaning"])
-    return [found]
-
-
-def _amplitudes(clear_from: str, word: str = " at") -> str:
-    """The belt velocities (m/s) of which a sentence tells; nothing where the sheet has no amplitudes."""
-    return "" if clear_from == number(None) else f"{word} {clear_from} m/s and above"
-
-
-def _standing(data: dict) -> list[Paragraph]:
-    p = data["standing"]
-    found = pieces(
-        "{which} with a person standing on the treadmill were usable.",
-        which=f"All {p['trials']} trials"
-        if p["stood"] == p["trials"] != "1"
-        else f"{p['stood']} of {p['trials']} trials",
-    )
-    wanted = p["recommended"]["estimator"]
-    # of several people the means tell more
-    for task in p["tasks"] if p.get("participants") is None else ():
-        rows = [r for r in p["estimators"] if r["task"] == task and r["name"] == wanted]
-        if rows:
-            found += pieces(
-                " With the instruction _{task}_ the intrinsic stiffness of both ankles is {stiffness} "
-                "N·m/rad, {over_mgh} times the critical (gravitational) stiffness $m g h$.",
-                **{**rows[0], "task": task},
-            )
-    if p["recovery"] is not None:
-        found += pieces(
-            " Compared with the truth, the largest error is {stiffness} % in stiffness{of_latency}.",
-            stiffness=p["recovery"]["stiffness"],
-            of_latency=""
-            if p["recovery"]["latency"] == number(None)
-            else f" and {p['recovery']['latency']} ms in the latency of a muscle",
-        )
     return [found]

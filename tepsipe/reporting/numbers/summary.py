@@ -37,7 +37,7 @@ def summary_of(data: dict) -> list[Paragraph]:
     Parameters
     ----------
     data : dict
-        Data of the report: ``reported``, ``standing``, ``recommended_coverage``, texts.
+        Data of the report: ``reported``, ``recommended_coverage``, texts.
 
     Returns
     -------
@@ -46,25 +46,7 @@ def summary_of(data: dict) -> list[Paragraph]:
     """
     if data["reported"] is None or "dummy" not in data["experiments"]:
         return []
-    return [*_person(data), *_how_sure(data)]
-
-
-def _person(data: dict) -> list[Paragraph]:
-    p = data.get("standing")
-    if p is None or p.get("participants") is not None:
-        return []
-    wanted = p["recommended"]["estimator"]
-    rows = [row for row in p["estimators"] if row["name"] == wanted]
-    if not rows:
-        return []
-    values = ", ".join(f"{row['stiffness']} N·m/rad ({row['task']})" for row in rows)
-    return [
-        pieces(
-            "*On a person* the method needs the force plate and a model of the treadmill; the intrinsic "
-            "stiffness of both ankles is then {values} ([@standing]).",
-            values=values,
-        )
-    ]
+    return _how_sure(data)
 
 
 def _how_sure(data: dict) -> list[Paragraph]:

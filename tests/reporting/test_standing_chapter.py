@@ -1,0 +1,283 @@
+"""Conditions and numbers of the standing person's chapter, and the sentences that they choose."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from typst_builders import chapter_words, evaluated, findings_of, first_page_of, plain_words
+
+from tepsipe.io.result import Result
+from tepsipe.reporting.chapters import standing
+from tepsipe.reporting.recovery import AT_WORK
+from tepsipe.reporting.run import Run, report_content
+
+PERSON = {"mass_kg": 64.0, "stature_m": 1.75}
+ESTIMATORS = {
+    "gls": {"active": "free", "inertia": False, "window_s": 0.08},
+    "inert": {"active": "none", "inertia": True, "window_s": 0.1},
+    "short": {"active": "none", "inertia": False, "window_s": 0.06},
+    "twitch": {"active": "emg", "inertia": False, "window_s": 0.3},
+}
+PATHWAYS = {
+    "printed": {"torque": "ankle-thesis", "treadmill_model": None},
+    "plain": {"torque": "ankle", "treadmill_model": None},
+    "best": {"torque": "ankle", "treadmill_model": "frame"},
+}
+BEST = {"pathway": "best", "estimator": "gls"}
+SETTINGS = {
+    "estimators": ESTIMATORS,
+    "pathways": PATHWAYS,
+    "recommended": BEST,
+    "latency": {"detector": "changepoint"},
+    "person": PERSON,
+}
+# task, pathway, estimator, quantity and value
+ESTIMATES = (
+    ("calm", "best", "gls", "K", 400.0),
+    ("calm", "best", "gls", "B", 8.0),
+    ("calm", "best", "gls", "K_over_mgh", 0.7),
+    ("calm", "best", "short", "K", 500.0),
+    ("calm", "plain", "short", "K", 350.0),
+    ("calm", "printed", "short", "K", -25.0),
+    ("calm", "best", "twitch", "VAF_response", 97.04),
+    ("tense", "best", "twitch", "VAF_response", None),
+    ("a", "best", "gls", "K", 420.0),
+)
+WINDOWS = np.array([[0.04, 8.0, 398.0], [0.06, 8.2, 402.0], [0.08, 8.0, 400.0]])
+TIME = np.array([-0.1, 0.0, 0.1, 0.2])
+
+
+def trial(over_sway=50.0, responses=2):
+    facts = {"perturbations": 3, "responses": responses, "left_out": []}
+    facts |= {"angle_over_sway": over_sway, "torque_over_sway": 0.5 * over_sway}
+    activity = np.array([[9.0, 1.0, 4.0, 2.0], [0.0] * 4])
+    arrays = {"mean/time": TIME, "activity/TA": activity}
+    return Result(arrays, {}, facts | {"critical_stiffness_Nm_per_rad": 550.0})
+
+
+def onset(latency_s, interval_s=None):
+    return {"latency_s": latency_s, "interval_s": interval_s}
+
+
+def task(latency_s=0.04, knee=1.0, flags=(), free=True):
+    found = {"threshold": onset(0.05), "teager-kaiser": onset(None), "responses": 3}
+    found["changepoint"] = onset(latency_s, [0.038, 0.042] if latency_s else None)
+    facts = {"muscles": ["TA", "SOL"], "latencies": {"TA": found}, "left_out": [], "responses": 2}
+    facts |= {"centre_used": True, "joint_centre_m": [0.0043, -0.0002], "skin_m": 0.0017}
+    arrays = {
+        "windows/length": np.array([0.03, 0.05, 0.06, 0.3]),
+        "windows/K": np.array([[400.0], [540.0], [500.0], [-50.0]]),
+    }
+    turned = np.array([[np.nan, 0.0, 0.01, 0.005]])
+    arrays |= {
+        "mean/time": TIME,
+        "mean/shank": turned,
+        "mean/thigh": 0.8 * turned,
+        "mean/knee": knee * turned,
+    }
+    if free:
+        facts["budgets"] = {"gls": {"flags": list(flags)}}
+        arrays["budget/gls/windows"] = WINDOWS
+    return Result(arrays, {}, facts)
+
+
+def recovered(latency=True, error=-0.031, of=AT_WORK):
+    """Truth of the recommended K, and of a latency that is found 1.9 ms late."""
+    columns = ["condition", "pathway", "estimator", "quantity", "truth", "value", "covered"]
+    rows = [("calm", "best", "gls", "K", 410.0, 400.0, True)]
+    rows += [("calm", "emg", "changepoint", "latency_TA", 0.0381, 0.04, False)] if latency else []
+    return pd.DataFrame(rows, columns=columns).assign(
+        experiment="standing", relative_error=error, truth_of=of
+    )
+
+
+def run_of(trials=None, tasks=None, estimates=ESTIMATES, recovery=None, people=None):
+    """Run with two trials of one task, unless others are wanted."""
+    columns = ["condition", "pathway", "estimator", "quantity", "value"]
+    table = pd.DataFrame(estimates, columns=columns).assign(
+        experiment="standing", unit="1", standard_error="", ci_low="", ci_high="", n_perturbations=2, flags=""
+    )
+    sources = pd.DataFrame(
+        [
+            ("calm", "best", "gls", "K", source, kind, u)
+            for source, kind, u in (("scatter", "A", 20.0), ("skin_m", "B", 4.0), ("foot_mass", "B", 8.0))
+        ],
+        columns=["condition", "pathway", "estimator", "quantity", "source", "type", "u"],
+    ).assign(experiment="standing")
+    tables = {"estimates": table, "uncertainty": sources}
+    fits = {
+        "standing": trials or {"a": trial(), "b": trial(70.0)},
+        "standing_tasks": {"calm": task()} if tasks is None else tasks,
+    }
+    study = {"title": "t", "recordings_source": None, "experiments": {"standing": list("ab")}, "made": {}}
+    return Run(
+        tables | ({} if recovery is None else {"recovery": recovery}),
+        fits,
+        {"standing": SETTINGS},
+        study | {"people": people or {}},
+    )
+
+
+def content(run):
+    def text(rows):
+        return rows.replace({True: "true", False: "false"}).to_csv(index=False)
+
+    data = report_content(run, {"standing": standing})
+    return data, {name: text(rows) for name, rows in run.tables.items()}
+
+
+def chapter(run):
+    return chapter_words("standing", *content(run), cells="|")
+
+
+def abstract(run):
+    data, tables = content(run)
+    told = {"summary": [], "warnings": [], "abstract": {}}
+    return plain_words(first_page_of(data | told, "./a.pdf", tables)["findings"])
+
+
+@pytest.mark.parametrize(
+    ("trials", "holds"),
+    [
+        ({"a": trial(3.1)}, True),
+        ({"a": trial(3.1), "b": trial(2.9)}, False),
+        ({"a": trial(3.1), "b": trial(2.9, responses=0)}, True),
+        ({"a": trial(3.1, responses=0)}, False),
+    ],
+)
+def test_perturbations_are_visible_only_above_the_sway_of_every_usable_trial(trials, holds):
+    assert standing.visible(run_of(trials)) is holds
+    assert ("figure_4_13" in findings_of(["figure_4_13"], *content(run_of(trials)))) is holds
+
+
+@pytest.mark.parametrize(("knee", "holds"), [(0.2, True), (0.05, False)])
+def test_a_knee_that_hardly_turns_leaves_the_body_rigid(knee, holds):
+    run = run_of(tasks={"calm": task(knee=knee)})
+    assert standing.knee_turns(run) is holds
+    assert ("does not rotate as one rigid body" in chapter(run)) is holds
+    assert ("the knee hardly rotates" in chapter(run)) is not holds
+
+
+@pytest.mark.parametrize(("stiffness", "holds"), [(-90.0, True), (90.0, True), (-110.0, False)])
+def test_printed_torque_has_little_stiffness_only_if_it_has(stiffness, holds):
+    run = run_of(estimates=(*ESTIMATES[:5], ("calm", "printed", "short", "K", stiffness)))
+    assert standing.printed_little(run) is holds
+    assert ("yields almost no stiffness" in chapter(run)) is holds
+    assert not standing.printed_little(run_of(estimates=ESTIMATES[:5]))
+
+
+def test_shares_of_torques_and_the_change_by_window_are_those_of_the_run():
+    found = standing.numbers(run_of())
+    assert found["pre_reflex"] == "short"
+    assert found["share_percent"] == {"printed": [-5.0], "plain": [70.0], "best": [100.0]}
+    words = chapter(run_of())
+    assert "yields almost no stiffness: −5.0 % of K by best" in words
+    # of the windows of 50 and 60 ms; that of 30 ms is too far from 60 ms
+    assert "change its K by up to 8 %" in words
+    assert (
+        "windows of 40 to 80 ms change K by 1.0 % and B by 2.5 %; the K of short differs by 25.0 %" in words
+    )
+    assert "mass of the feet (2.0 %), motion of soft tissue over bone (1.0 %)." in words
+    assert "the ankle 4.3 mm in front of the assumed point and −0.2 mm above it" in words
+
+
+def test_warnings_of_a_task_are_told():
+    assert "Warning:" not in chapter(run_of())
+    run = run_of(tasks={"calm": task(flags=["skin-motion"])})
+    assert "Warning: soft tissue of the shank moves over the bone" in chapter(run)
+
+
+def test_a_reflex_is_free_only_in_an_estimate_that_has_a_budget():
+    assert standing.free_reflex(run_of())
+    run = run_of(tasks={"calm": task(free=False)})
+    assert not standing.free_reflex(run)
+    assert "is independent of the length of the window only if" not in chapter(run)
+    assert "figure_standing_window" not in findings_of(["figure_standing_window"], *content(run))
+
+
+def test_a_trial_without_an_estimate_is_left_out_of_the_table():
+    assert "|a|420|–|–|2||b|left out||||" in chapter(run_of())
+
+
+def test_cells_of_latencies_have_a_dash_where_there_is_no_onset():
+    assert "|calm|TA|50.0|–|40.0 (38.0 to 42.0)|3|–|" in chapter(run_of())
+    words = chapter(run_of(recovery=recovered()))
+    assert "|calm|TA|50.0|–|40.0 (38.0 to 42.0)|3|38|" in words
+    assert "error of the latencies is 1.9 ms and the mean error 1.9 ms; 0 of 1 intervals cover" in words
+
+
+@pytest.mark.parametrize("of", [AT_WORK, "small movements"])
+def test_truth_is_that_of_the_fitted_windows_only_if_it_is(of):
+    run = run_of(recovery=recovered(of=of))
+    assert standing.truth_at_work(run) is (of == AT_WORK)
+    words = chapter(run)
+    assert ("of the linear joint nearest to the true torque" in words) is (of == AT_WORK)
+    assert "the largest error is 3.1 % in K and – % in B; 1 of 1 intervals cover the true K" in words
+    assert not standing.recovered(run_of())
+    assert "Comparison with the truth" not in chapter(run_of())
+
+
+@pytest.mark.parametrize(
+    ("latency", "told"), [(True, " and 1.9 ms in the latency of a muscle."), (False, ".")]
+)
+def test_latencies_without_an_onset_have_no_error(latency, told):
+    words = abstract(run_of(recovery=recovered(latency)))
+    assert words.endswith(f"the largest error is 3.1 % in stiffness{told}")
+
+
+def test_standing_person_is_told_task_by_task():
+    own = [
+        (task, "best", name, quantity, value)
+        for task, name, stiffness in (("a_b", "short", 1), ("a_b", "gls", 2), ("c", "gls", 3))
+        for quantity, value in (("K", stiffness), ("K_over_mgh", 0.7))
+    ]
+    trials = {"a": trial(), "b": trial(), "c": trial(responses=0)}
+    tasks = dict.fromkeys(("a_b", "c", "d"), task())
+    words = abstract(run_of(trials, tasks, own))
+    assert words.startswith("2 of 3 trials with a person standing on the treadmill were usable.")
+    assert (
+        "With the instruction a_b the intrinsic stiffness of both ankles is 2.00 N·m/\u2060rad, 0.70" in words
+    )
+    assert "With the instruction c the intrinsic stiffness of both ankles is 3.00 N·m/\u2060rad" in words
+    assert "is 1.00 " not in words and "instruction d" not in words
+    assert abstract(run_of()).startswith("All 2 trials with a person")
+    people = run_of(trials, tasks, own, people={"P1": PERSON, "P2": PERSON | {"mass_kg": 81.5}})
+    assert not standing.one_person(people) and standing.one_person(run_of())
+    assert "With the instruction" not in abstract(people)
+    assert "They are of 2 participants of 64 to 81.5 kg and 1.75 m, whose" in chapter(people)
+
+
+FIGURES = [f"figure_standing_{name}" for name in ("activity", "latency", "response", "window", "joints")]
+
+
+def test_muscles_without_an_onset_have_no_latency_in_a_caption():
+    found = findings_of(["figure_4_14", *FIGURES], *content(run_of()))
+    # the sample before the onset does not count
+    assert found["figure_standing_activity"] == (
+        "The largest mean response is that of TA in a: 4.0 µV, 100 ms after the belt starts."
+    )
+    assert found["figure_standing_latency"] == (
+        "The muscles respond 40 ms after the start of the stretch; the three detectors differ by at most "
+        "10 ms."
+    )
+    assert "respond 40 ms after" in found["figure_4_14"]
+    assert "on the window: \N{MINUS SIGN}50.0 to 540 N·m/rad (calm)." in found["figure_standing_window"]
+    assert found["figure_standing_response"].endswith("explain 97.0 to 97.0 % of the mean torque.")
+    assert found["figure_standing_joints"].endswith("the knee turns by 0.57° (calm).")
+    silent = run_of(tasks={"calm": task(None)}, estimates=ESTIMATES[:5])
+    for fit in silent.fits["standing"].values():
+        fit.arrays.pop("activity/TA")
+    assert standing.numbers(silent)["largest_response"] is None
+    assert set(findings_of(["figure_4_14", *FIGURES], *content(silent))) == {FIGURES[3], FIGURES[4]}
+
+
+@pytest.mark.parametrize(("people", "told"), [({}, True), ({"P1": PERSON}, False)])
+def test_summary_tells_of_one_person_in_a_study_of_the_thesis(people, told):
+    data, tables = content(run_of(people=people))
+    data["chapters"]["dummy"] = {"holds": {"reproduces_thesis": True}}
+    ours = 'findings.summary.filter(row => row.first() == "dummy.reproduces_thesis").at(2).last()'
+    (words,) = evaluated(
+        [f"let it = ({ours})(); if it != none {{ plain(it) }}"], "findings.typ", data, tables
+    )
+    assert (words is not None) is told
+    if told:
+        assert "the intrinsic stiffness of both ankles is then 400 N·m/rad (calm) (" in words
