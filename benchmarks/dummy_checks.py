@@ -3,10 +3,10 @@
     .venv/bin/python benchmarks/dummy_checks.py > benchmarks/dummy_checks.md
 
 One motion per amplitude; noise, trigger and clocks are drawn for every trial, and the fault is added to
-the markers or to what the analysis believes. Sizes grow until nine of ten trials are flagged. Errors of K
-at that size are those of the joint likelihood and of `leg`, against the linear joint nearest to the
-true one in the windows. The analysis believes the shipped sources of uncertainty, and a clean trial has a
-rod that bends, drawn from what it believes.
+the markers or to the assumptions of the analysis. Sizes grow until nine of ten trials are flagged.
+Errors of K at that size are given for the joint likelihood and for `leg`, against the linear joint
+nearest to the true one in the windows. The analysis assumes the shipped sources of uncertainty; the rod
+of a clean trial bends by a draw from them.
 """
 
 import argparse

@@ -49,7 +49,7 @@ RATE_HZ, DURATION_S = 250.0, 70.0
 
 @dataclass(frozen=True)
 class Instruments:
-    """Instruments that record a motion; the defaults are those of the shipped laboratory.
+    """Instruments that record a motion; the defaults are the shipped laboratory's.
 
     Attributes
     ----------

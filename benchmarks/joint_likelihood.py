@@ -3,9 +3,9 @@
     .venv/bin/python benchmarks/joint_likelihood.py --seeds 200 > benchmarks/joint_likelihood.md
 
 One motion is integrated for each condition; noise, trigger and clocks are drawn for every seed. The
-bound is that of the exact motion and of the true noise levels, with the motion of the foot unknown
-at every frequency up to 100 Hz, and with delay, joint centre, lag, gain and drift of the log and
-the leg's free swing unknown, too. Its derivatives are differences of the transfer function, written
+bound holds for the exact motion and the true noise levels. The motion of the foot is unknown at
+every frequency up to 100 Hz, and so are delay, joint centre, lag, gain and drift of the log, and the
+leg's free swing. Its derivatives are differences of the transfer function, written
 down here.
 """
 

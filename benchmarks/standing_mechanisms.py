@@ -2,10 +2,10 @@
 
     .venv/bin/python benchmarks/standing_mechanisms.py [--seeds 1] [--assumptions]
 
-Two trials of each task, one in each direction, on a plate that feels nothing but the feet, are simulated and
-analysed by the shipped configuration. The truth is that of the comparison with the truth: the linear fit of
-the true intrinsic torque in the fitted window. With --assumptions, the table is of the recommended estimate
-and its interval where forefoot or soft tissue differ from what the corrections assume.
+Two trials of each task, one in each direction, on a plate that measures only the load of the feet, are
+simulated and analysed by the shipped configuration. The truth is the linear fit of the true intrinsic torque
+in the fitted window. With --assumptions, the table shows the recommended estimate and its interval where
+forefoot or soft tissue differ from the assumptions of the corrections.
 """
 
 import argparse

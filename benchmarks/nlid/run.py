@@ -2,9 +2,9 @@
 
     NLID_FOLDER=/path/to/reklab_public .venv/bin/python benchmarks/nlid/run.py TABLE [TABLE ...]
 
-Needs GNU Octave on the PATH and a copy of the toolbox (github.com/reklab/reklab_public), which is no part of
-this project. Tables are those of `config/config.yaml`, section position_manipulator. Both programs fit the
-same first part of a record; all predictions are filtered and scored by the same functions.
+Needs GNU Octave on the PATH and a copy of the toolbox (github.com/reklab/reklab_public), which is not part of
+this project. Tables are described in `config/config.yaml`, section position_manipulator. Both programs fit
+the same first part of a record; all predictions are filtered and scored by the same functions.
 """
 
 import argparse

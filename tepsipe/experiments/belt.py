@@ -192,7 +192,7 @@ def calibrate_treadmill(
 ) -> TreadmillCalibration:
     """Fit models of the belt-induced load to some recordings and evaluate them on others.
 
-    The defaults are those of Hnat and van den Bogert (2014): a causal low-pass of second order at 6 Hz.
+    The defaults follow Hnat and van den Bogert (2014): a causal low-pass of second order at 6 Hz.
 
     Parameters
     ----------

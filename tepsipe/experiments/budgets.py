@@ -52,8 +52,8 @@ def contributions_of(
 ) -> list[Contribution]:
     """Rows of the table of budgets for the estimates of one trial, pathway and estimator.
 
-    Arguments are those of `with_budget`. Type A comes first, and what is not finite, of a
-    single perturbation, is left out.
+    Takes the arguments of `with_budget`. Type A comes first; contributions that are not finite,
+    as with a single perturbation, are left out.
     """
     contributions = []
     for row in rows:

@@ -1,8 +1,8 @@
 """A person on a moving platform: impedance of ankle and hip in closed loop, with refusals where needed.
 
 The torques of both joints are fitted with several models of increasing freedom, with the motion of the
-platform as instrument (`tepsipe.identification.several_joints.closed_loop`). The first model that leaves no
-torque that is coherent with the platform is recommended. Its quantities are quoted as far as the
+platform as instrument (`tepsipe.identification.several_joints.closed_loop`). The first model whose residual
+is not coherent with the platform is recommended. Its quantities are quoted as far as the
 perturbation identifies them (`tepsipe.identification.several_joints.quantities`). Every model is also fitted
 to the first part of the trial and predicts the torque of the rest, beside ordinary regression, which the
 feedback biases.
@@ -279,8 +279,8 @@ def platform_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: every model by the instrument and by ordinary regression.
 
-    What is not identified has a row without a value and the flag ``not-identified``; rows of a model that
-    leaves torque coherent with the platform have the flag ``coherent-residual``.
+    Unidentified quantities have a row without a value and the flag ``not-identified``; rows of a model whose
+    residual is coherent with the platform have the flag ``coherent-residual``.
     """
     estimates = []
     for name, model in analysis.models.items():

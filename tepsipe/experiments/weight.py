@@ -58,9 +58,9 @@ def estimate_masses(recording: BeltRecording) -> np.ndarray:
 def mass_budget(masses: np.ndarray, sources: dict[str, Source]) -> Budget:
     """Uncertainty of the mean of m_hat.
 
-    m_hat is F_y over y_w'', so a relative error of the force is one of the mass, one of the lengths of the
-    motion capture is one with the opposite sign, and a belt-induced force in phase with y_w'', which grows
-    with the load, adds its share. The known mass of the weight does not enter.
+    m_hat is F_y over y_w''. A relative error of the force is therefore an equal relative error of the mass;
+    an error of the motion capture's lengths has the opposite sign. A belt-induced force in phase with y_w'',
+    which grows with the load, adds its share. The known mass of the weight does not enter.
 
     Parameters
     ----------

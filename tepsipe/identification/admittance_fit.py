@@ -68,7 +68,7 @@ class AdmittanceFit:
 def starting_values(estimate: FrequencyResponse) -> np.ndarray:
     """Starting values of I, B, K by linear least squares of 1/H = K - I w^2 + j B w.
 
-    Every frequency has the weight of its coherence and of 1/H itself; I and B are kept positive.
+    Every frequency is weighted by its coherence and by 1/H itself; I and B are kept positive.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def distance_to_other_criterion(
 ) -> np.ndarray:
     """Effect of the criterion: the fit less one by least squares of the torque.
 
-    That minimises S_uu |1 - H / H_model|^2, and would be the same for a linear joint.
+    The other criterion minimises S_uu |1 - H / H_model|^2; for a linear joint the two would agree.
 
     Parameters
     ----------

@@ -69,8 +69,8 @@ class Estimator:
     function : callable
         From the record to `WindowedFits`.
     of_windows : bool
-        Whether its estimates hold for the motion in the windows of the perturbations; those of the others
-        hold for small movements.
+        Whether its estimates hold for the motion in the windows of the perturbations; other estimators hold
+        for small movements.
     """
 
     meaning: str

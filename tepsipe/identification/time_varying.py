@@ -12,11 +12,11 @@ relative to it; the level a and the trend b stand for voluntary torque and for t
 - Ensemble: all realisations of a movement that begins at triggers. The mean over the realisations is
   subtracted from angle and torque at every instant, so that movement and voluntary torque that are the same
   in all of them do not count (MacNeil, Kearney & Hunter 1992; Lortie & Kearney 2001). The short segments
-  of all realisations around one instant are fitted together, each with a level of its own (Ludvig & Perreault
+  of all realisations around one instant are fitted together, each with its own level (Ludvig & Perreault
   2012). These authors estimate impulse responses; here the three parameters are estimated directly. Intervals
   come from a bootstrap over realisations.
 - Schedule: all pieces of the record in which a scheduled quantity, such as the phase of gait or a target,
-  lies in one bin are fitted together, each with a level and a trend of its own; bootstrap over pieces.
+  lies in one bin are fitted together, each with its own level and trend; bootstrap over pieces.
 """
 
 from dataclasses import dataclass
@@ -382,8 +382,9 @@ def _block_deviations(solvers, spans, starts, unit, level, block, draws, rng) ->
     """Errors of the parameters for residuals drawn in blocks, shape (windows, draws, parameters).
 
     ``unit`` holds the residuals of all windows over their RMS, ``level`` the RMS over time (N·m) and
-    ``spans`` orthonormal bases of what is fitted in each window. Least squares leaves less than there was,
-    of slow torque in a short window much less: errors grow by what a fit takes away from drawn residuals.
+    ``spans`` orthonormal bases of the regressors fitted in each window. Residuals of least squares are
+    smaller than the errors, much smaller for slow torque in a short window. The errors are therefore enlarged
+    by the share that a fit removes from drawn residuals.
     """
     block = min(block, unit.size)
     blocks = -(-level.size // block)

@@ -35,7 +35,7 @@ def contents_of(path: str | Path) -> Contents:
     Parameters
     ----------
     path : str or Path
-        The file; its content says what it is and, where that does not, the ending of its name.
+        The file; its kind follows from its content or, failing that, from the ending of its name.
 
     Returns
     -------

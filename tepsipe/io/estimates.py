@@ -142,9 +142,9 @@ def recommended(estimates: Iterable[Estimate], pathway: str, estimator: str | No
 def _flagged_where_undefined(estimate: Estimate) -> Estimate:
     """The estimate with the flags that its numbers require, None for an uncertainty that is NaN.
 
-    A value that is not finite has the flag ``undefined``, unless the quantity is ``not-identified``; an
-    uncertainty that is not a number ``no-interval``; a VAF of a prediction that grows without limit
-    ``diverged``. A standard error of a row without Type A and B is of Type A.
+    A value that is not finite gets the flag ``undefined``, unless the quantity is ``not-identified``. An
+    uncertainty that is not a number gets ``no-interval``, and the VAF of a diverging prediction ``diverged``.
+    A standard error of a row without Type A and B is of Type A.
     """
     if estimate.standard_error is not None and estimate.u_type_a is None and estimate.u_type_b is None:
         estimate = replace(estimate, u_type_a=estimate.standard_error)

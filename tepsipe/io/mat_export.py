@@ -25,8 +25,8 @@ def export_mat(content: Trial | Result, path: str | Path) -> None:
     """Write a trial or a result as MATLAB variables.
 
     Groups become structures, text becomes cells. Characters that MATLAB does not allow become underscores
-    (``leg-thesis`` becomes ``leg_thesis``, ``10 Hz`` becomes ``x10_Hz``). The structure ``units`` has the
-    names of the variables and holds their units; ``axes`` of a trial names the axes of each signal.
+    (``leg-thesis`` becomes ``leg_thesis``, ``10 Hz`` becomes ``x10_Hz``). The structure ``units`` gives the
+    unit of each variable; ``axes`` of a trial names the axes of each signal.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ Source: D. A. Winter (2009), Biomechanics and Motor Control of Human Movement, 4
 Figure 4.1. A foot is 0.0145 of the body's mass; its centre of mass lies half-way between ankle and second
 metatarsal, its radius of gyration is 0.475 of that length, and the length of a foot is 0.152 of the stature.
 The centre of mass of the whole body is at 0.55 of the stature above the floor for women and 0.56 for men. The
-moment of inertia of a standing body about the ankles is that of a uniform rod, J = 4/3 m h^2 (Morasso &
+moment of inertia of a standing body about the ankles equals a uniform rod's, J = 4/3 m h^2 (Morasso &
 Schieppati 1999: 1.32).
 """
 

@@ -109,7 +109,7 @@ def leg_torque_as_printed(
         tau = -F_Ay r cos(theta) - F_Az r sin(theta) - I_l theta''
 
     The equation holds for theta positive towards -y. With theta towards +y, as obtained from the
-    arctangent of two markers, the sign of the translational term is opposite to that of the other two, and
+    arctangent of two markers, the translational term has the opposite sign to the other two, and
     a fit returns I = I_j + 2 I_l, B, and K - 2 m g r. The overall sign is inverted so that I is positive,
     as the thesis reports.
 
@@ -287,7 +287,7 @@ def standing_torque_as_printed(
 
     The units of its terms differ: the centre of pressure is a lever arm of F_z, not of F_y, I_f lacks an
     angular acceleration, and m_f r_Af is the term of the parallel-axis theorem without the square. The
-    lever arm of the horizontal force, the height of the ankle, is missing. The arguments are those of
+    lever arm of the horizontal force, the height of the ankle, is missing. Takes the arguments of
     `standing_torque`.
 
     Returns

@@ -168,7 +168,7 @@ def _designed(
 ) -> np.ndarray:
     """Second-order sections of a Butterworth filter, cached because design takes as long as filtering.
 
-    Only read them: all filters of this design share them.
+    Do not modify them: all filters of this design share them.
     """
     return scipy.signal.butter(order, edges_hz, btype=kind, fs=rate_hz, output="sos")
 

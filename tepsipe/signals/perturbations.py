@@ -126,8 +126,8 @@ def detect_perturbations(
 def belt_noise(speed: np.ndarray, resting: int, rate_hz: float) -> float:
     """Noise of a belt's speed as the standard deviation of normal noise: the largest of three estimates.
 
-    The first is the median of the deviations at rest, which a perturbation in what is wrongly configured as
-    rest does not affect. The second is the median, over blocks of the rest, of the largest deviation, which
+    The first is the median of the deviations at rest, which a perturbation during a wrongly configured rest
+    does not affect. The second is the median, over blocks of the rest, of the largest deviation, which
     reveals the short dips of a belt that is walked on. The third, over the whole trial, reveals a rest
     that is quieter than what follows: the quantile below which half of the unperturbed samples lie if a
     fifth of all is perturbed.

@@ -1,4 +1,4 @@
-"""From the clocks of the instruments to one common, regular clock: repair, fill, align, resample.
+"""Conversion of signals to one common, regular clock: repair, fill, align, resample.
 
 No function extrapolates: a result exists only where its source was recorded.
 """

@@ -98,8 +98,8 @@ class FrequencyResponse:
 
         Without an error of its own, the response is a regression of n averaged spectra, with the relative
         error sqrt((1 - coherence) / coherence / (2 n - 2)) of 2 n - 2 degrees of freedom (Bendat & Piersol
-        2010, Random Data, 4th ed., ch. 9). Such bands hold noise and distortion that is not coherent with
-        the input; they do not hold leakage, or a resolution too coarse for the response.
+        2010, Random Data, 4th ed., ch. 9). Such bands include noise and distortion that is not coherent with
+        the input; they do not include leakage, or errors of a resolution too coarse for the response.
 
         Parameters
         ----------

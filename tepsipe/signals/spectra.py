@@ -21,8 +21,8 @@ def frequency_response(
     """Frequency response from u to y, with its coherence (thesis eqs 3-3 and 3-4).
 
     With the torque as u and the angle as y it is the admittance of the joint, the other way round its
-    impedance. Means are removed. If the perturbation is periodic, say so: whole periods are then averaged,
-    which neither leaks nor smears.
+    impedance. Means are removed. If the perturbation is periodic, give its period: whole periods are then
+    averaged, which causes neither leakage nor smearing.
 
     Parameters
     ----------

@@ -1,15 +1,15 @@
-"""Coverage of intervals: how often they hold the truth, and how well that share is known.
+"""Coverage of intervals: the share that include the truth, with its uncertainty.
 
-Estimates of one laboratory share its errors: they are a cluster, and n estimates of m laboratories say less
-about the coverage than n independent ones. With x_j of n_j estimates of laboratory j covered, and
+Estimates of one laboratory share its errors and form a cluster, so n estimates of m laboratories carry less
+information on the coverage than n independent ones. With x_j of n_j estimates of laboratory j covered, and
 p = sum x_j / sum n_j,
 
     var(p) = m / (m - 1)  sum_j (x_j - p n_j)^2 / n^2        (ratio estimator, clusters drawn independently)
     n_eff  = p (1 - p) / var(p)
 
-and the interval is that of Clopper and Pearson for n_eff p of n_eff (E. L. Korn and B. I. Graubard (1998),
-Confidence intervals for proportions with small expected number of positive counts estimated from survey
-data, Survey Methodology 24, 193-201). Where all or none are covered, var(p) is 0 and says nothing: then a
+and the interval is Clopper and Pearson's for n_eff p of n_eff (E. L. Korn and B. I. Graubard (1998),
+Confidence intervals for proportions with small expected number of positive counts estimated from survey data,
+Survey Methodology 24, 193-201). If all or none are covered, var(p) is 0 and carries no information: then a
 laboratory counts as one estimate, the least that the data can hold.
 """
 

@@ -5,7 +5,7 @@ With the values x_1 ... x_n of n people,
     mean = sum x_i / n,    SD^2 = sum (x_i - mean)^2 / (n - 1),    SEM = SD / sqrt(n),
 
 and the interval is mean +- t SEM, where t is the 97.5 % quantile of Student's distribution with n - 1 degrees
-of freedom. SD holds both the differences between people and the uncertainty of each person's value.
+of freedom. SD includes both the differences between people and the uncertainty of each person's value.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Type A and Type B uncertainty, budgets and combined intervals (GUM: JCGM 100:2008).
 
-Type A is what a trial's own scatter shows. Type B is everything else that was not known: masses, lengths,
+Type A is the uncertainty from the scatter within a trial. Type B is all other uncertainty: masses, lengths,
 calibrations, delays. Each source i of Type B has a standard uncertainty u(x_i); through the estimator
 f it contributes u_i(y) = c_i u(x_i), c_i = df/dx_i, to the estimate y (JCGM 100, eq 10):
 
@@ -11,10 +11,10 @@ Satterthwaite (JCGM 100, eq G.2b):
 
     nu_eff = u_c^4 / (u_A^4 / nu_A + sum_i u_i^4 / nu_i)
 
-A contribution keeps its sign, so that of a source common to two estimates only the difference counts in
-their difference (JCGM 100, section 5.2). Two departures from the letter of the GUM: the bootstrap of a
-calibration counts as Type B here, because it is evaluated once and does not vary within a trial; and the
-same degrees of freedom hold for all components of one source.
+A contribution keeps its sign, so a source common to two estimates affects their difference only by the
+difference of its contributions (JCGM 100, section 5.2). Two departures from the letter of the GUM: the
+bootstrap of a calibration counts as Type B here, because it is evaluated once and does not vary within a
+trial; and the same degrees of freedom hold for all components of one source.
 """
 
 import math
@@ -164,7 +164,7 @@ class Budget:
 
         Type A of both is independent and adds in quadrature, with degrees of freedom by Welch and
         Satterthwaite for the first estimate. A source of the same name is the same quantity: its
-        contributions are subtracted. A source of one budget alone enters alone.
+        contributions are subtracted. A source in only one of the budgets is kept.
 
         Raises
         ------

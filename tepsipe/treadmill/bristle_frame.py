@@ -277,7 +277,7 @@ class BristleFrame(BeltModel):
 def _spectrum(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Spectrum of ``x``, shape (n,), less a line between its ends, and the line (unit of ``x``).
 
-    The ends differ where bristles stay bent: the line is passed on as it is.
+    The ends differ where bristles stay bent; the line between them is passed on unchanged.
     """
     line = np.linspace(x[0], x[-1], x.size)
     return np.fft.rfft(x - line), line

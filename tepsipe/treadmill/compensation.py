@@ -62,7 +62,7 @@ def added_per_kg(
 ) -> dict[str, np.ndarray]:
     """Belt-induced loads added by another kilogram on the belt, before the response of the frame.
 
-    A load that presses on the belt for a moment adds friction like a mass.
+    A load that presses on the belt briefly adds friction like a mass.
 
     Parameters
     ----------

@@ -218,8 +218,9 @@ def read_held_out(result: Result) -> HeldOut | None:
 def predicted_error(held_out: HeldOut, subject: Subject) -> PredictedError:
     """Error of the subject's I, B, K predicted from the treadmill model's held-out residuals.
 
-    Between the masses of two groups of trials the prediction is interpolated. The residual of a pulse the
-    other way round counts with the opposite sign. After the window of the residuals its last value holds.
+    Between the masses of two groups of trials the prediction is interpolated. The residual of a pulse in the
+    opposite direction counts with the opposite sign. After the window of the residuals their last value is
+    held.
 
     Parameters
     ----------
@@ -322,7 +323,7 @@ def model_flags(model: BristleFrame, mass_kg: float) -> list[str]:
     """Flags of estimates that a model compensates at a mass on the belt (kg): names in `FLAGS`.
 
     ``beyond-calibrated-mass`` where the mass exceeds the heaviest weight by more than a tenth,
-    ``treadmill-model`` where a constant is out of the range that a treadmill can have.
+    ``treadmill-model`` where a constant is outside the plausible range of a treadmill.
     """
     flags = []
     if mass_kg > BEYOND * model.heaviest_kg:

@@ -81,7 +81,7 @@ class BeltRecording:
     def once(self, key: Hashable, compute: Callable[[], Any]) -> Any:
         """Result of ``compute``, cached for this recording and a key that names its other inputs.
 
-        Draws of a model's constants change one at a time: most of what a model computes stays as it was. The
+        Draws of a model's constants change one at a time, so most intermediate results can be reused. The
         result (unit of ``compute``) is shared and must not be changed.
         """
         if key not in self._known:

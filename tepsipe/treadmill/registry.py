@@ -138,7 +138,7 @@ class FittedModel:
         """Measured load less the predicted belt-induced load (unit of the load), shape (n,).
 
         A "bristle-frame" of the moment needs the true fore-aft force ``force`` (N), shape (n,), and takes
-        the friction of the belt (N), shape (n,), where it is known already.
+        the friction of the belt (N), shape (n,), where already known.
 
         Raises
         ------

@@ -57,8 +57,8 @@ def draw_laboratory(constants: dict) -> dict:
         ``{"rectangular": half width}`` or ``{"student": [standard deviation, degrees of freedom]}``, in the
         unit of the key, or with ``"relative": True`` as parts of the number, whose sign stays. ``"shift"``
         moves the mean of each number by so many standard deviations up or, as likely, down. With
-        ``"positive": True`` draws of 0 or less are repeated, with ``"below"`` those of a limit (unit of the
-        key) or more. None draws nothing.
+        ``"positive": True`` draws of 0 or less are repeated; with ``"below"``, draws at or above a limit
+        (unit of the key). None draws nothing.
 
     Returns
     -------

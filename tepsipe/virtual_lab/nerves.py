@@ -65,7 +65,7 @@ class Nerves:
     def stepper(self) -> Callable[[tuple[float, ...]], tuple[list[float], list[float]]]:
         """``step(state)``: drive and active torque at ankle, knee and hip (N·m) one step after ``state``.
 
-        The first call, with the first state, gives them at the first state itself.
+        The first call, with the first state, returns the values at that state itself.
         """
         (f1, f2, f3), (s1, s2, s3) = self._weights, self._stance
         nerves, wandered, (balance_late, balance_part) = self._nerves, self._wander, self._balance_late

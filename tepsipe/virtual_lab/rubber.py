@@ -61,8 +61,8 @@ class Rubber:
 class Relaxation:
     """Relaxing part of a rubber during integration: spring k and dashpot in series (Maxwell element).
 
-    Besides `Rubber.moment` it has the moment ``k (phi - s)``, where the slack s (rad) follows the bending,
-    ``s' = (phi - s) / T``. The slack is the last of the rig's states.
+    In addition to `Rubber.moment` it exerts the moment ``k (phi - s)``, where the slack s (rad) follows the
+    bending, ``s' = (phi - s) / T``. The slack is the last of the rig's states.
     """
 
     def __init__(self, rubber: Rubber) -> None:

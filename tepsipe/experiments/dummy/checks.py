@@ -326,8 +326,8 @@ def noise_bias(
 ) -> np.ndarray:
     """Bias of a windowed fit due to noise in its regressors (errors in variables), to first order.
 
-    Noise of the angle enters theta'', theta', theta and the torque; that of the markers' mean the torque
-    alone. With A the regressors of a window of N samples and C the covariances of their noise,
+    Noise of the angle enters theta'', theta', theta and the torque; noise of the markers' mean enters the
+    torque alone. With A the regressors of a window of N samples and C the covariances of their noise,
 
         bias = (A'A)^-1 N (C_Atau - C_AA x)
 

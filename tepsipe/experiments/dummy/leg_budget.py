@@ -56,7 +56,7 @@ OFFSETS = ("anterior_offset_m", "longitudinal_offset_m")
 def type_a_uncertainty(fit: WindowedFits) -> tuple[np.ndarray, float]:
     """Type A uncertainty of the means of I, B, K, shape (3,), and its degrees of freedom.
 
-    From the covariance of the fit where it has one, from the scatter of the perturbations elsewhere.
+    Taken from the covariance of the fit if it has one, else from the scatter of the perturbations.
     """
     covariance = getattr(fit, "covariance", None)
     if covariance is not None:

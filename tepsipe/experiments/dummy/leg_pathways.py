@@ -341,7 +341,7 @@ def leg_knowledge(
 ) -> LegKnowledge:
     """Leg and markers as a pathway assumes them (m, kg, s), with their uncertainty.
 
-    The thesis's torque has Type A only: of a wrong equation no uncertainty of its inputs is to be stated.
+    The thesis's equation is wrong, so only Type A is reported for it.
     """
     markers, sources = options.leg_markers, options.sources
     if pathway.torque != "leg":

@@ -120,8 +120,8 @@ def dummy_estimates(
 ) -> list[Estimate]:
     """Tidy rows of one trial: I, B, K, and VAF (%) per perturbation and over the trial.
 
-    For output error and joint likelihood also the VAF (%) of the angle, VAF_theta_trial, and for the joint
-    likelihood I, B, K of small movements.
+    Output error and joint likelihood add the VAF (%) of the angle, VAF_theta_trial; the joint likelihood also
+    adds I, B, K of small movements.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def dummy_estimates(
     Returns
     -------
     list of Estimate
-        Values are means over perturbations, with the intervals of their budgets; that of the VAF is
+        Values are means over perturbations, with the intervals of their budgets; the interval of the VAF is
         bootstrapped. The output error has no SEM as printed.
     """
     rows = []

@@ -63,7 +63,7 @@ PROCESSINGS = {
 class FilteredTrial:
     """A simulated trial, its signals with and without the low-pass, and its windows, shared by all cells.
 
-    All windows have the length of the longest; samples beyond the end of a shorter one are not inside.
+    All windows have the length of the longest; samples beyond the end of a shorter one are masked.
 
     Attributes
     ----------

@@ -222,7 +222,7 @@ def sweep(
 ) -> list[NoiseCell]:
     """Estimates from many draws of one noise by several processings, in batches over all perturbations.
 
-    The noise depends on the seed, the name of the trial, the noise target and the SNR only: cells may be
+    The noise depends only on the seed, the name of the trial, the noise target and the SNR. Cells may be
     computed in any order, and all processings have the same noise.
 
     Parameters

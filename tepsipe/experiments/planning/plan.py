@@ -96,7 +96,7 @@ class Plan:
     def number_for(self, relative: float, quantity: str = "K") -> int | None:
         """Number of perturbations for bias and 95 % interval within +- ``relative`` of the value.
 
-        None where no number is enough, because tolerances and bias alone exceed it, or the value is 0.
+        None if no number is enough, because tolerances and bias alone exceed the limit, or if the value is 0.
         """
         k = PARAMETERS.index(quantity)
         allowed = relative * self.design.parameters[k] - abs(self.bias[k])

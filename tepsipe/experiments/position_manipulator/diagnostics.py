@@ -1,10 +1,10 @@
 """Diagnostics of a recording of a position-controlled manipulator, and of the residuals of a model.
 
-The deviation of the stiffness in a part of the record is that of the residual e = tau - tau_predicted,
+The deviation of the stiffness in a part of the record is estimated from the residual e = tau - tau_predicted,
 
     e(t) = dI theta'' + dB theta' + dK theta + level + trend t
 
-so that it is measured beside the reflex and all other terms of the predicting model, whatever they are.
+so that the reflex and all other terms of the predicting model are accounted for, whatever they are.
 """
 
 from dataclasses import dataclass

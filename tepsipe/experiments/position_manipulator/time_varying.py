@@ -1,7 +1,7 @@
 """Impedance that changes within a trial of the position-controlled manipulator.
 
-The method follows from what the trial holds: realisations of a movement if it has a trigger, bins of its
-schedule if it has one, else sliding windows (`tepsipe.identification.time_varying`). Angle, torque and
+The method follows from the channels of the trial: realisations of a movement with a trigger, bins with a
+schedule, else sliding windows (`tepsipe.identification.time_varying`). Angle, torque and
 reflex torque come from the fit of the whole trial, filtered and cut.
 """
 

@@ -132,7 +132,7 @@ def process_standing(
     ------
     InputError
         If no perturbation is found, a marker, belt or model is missing, markers do not move as rigid
-        segments, the weight on the plate is not that of the person, or a pathway is unknown.
+        segments, the weight on the plate is not the person's, or a pathway is unknown.
     """
     prepared = prepare_trial(trial, name, options.lowpass, options.window, options.quiet_after_s)
     time, still, person = prepared.time, prepared.at_rest, options.person
@@ -215,7 +215,7 @@ def _labels(trial: Trial, person: Person, name: str) -> list[str]:
 
 
 def _refuse_loose_segments(positions: np.ndarray, labels: list[str], person: Person, name: str) -> None:
-    """Raise InputError if a segment's markers, y and z (m) where all are seen, are not those of one body."""
+    """Raise InputError if a segment's markers, y and z (m) where all are visible, do not move as one body."""
     if not positions.size:
         return  # the markers are never all visible: every perturbation will be omitted
     for segment in ("foot", "shank", "thigh"):

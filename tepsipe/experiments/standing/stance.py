@@ -136,7 +136,7 @@ def _visible(hidden: np.ndarray, rate_hz: float) -> np.ndarray:
 def _median_before(x: np.ndarray, seen: np.ndarray, samples: int) -> np.ndarray:
     """Median of the visible samples among the ``samples`` before each, shape (n,), about every 0.1 s.
 
-    A centred median would follow a marker that moves to another place and stays there (unit of ``x``).
+    A centred median would follow a marker that moves to another place and stays there.
     """
     places = np.arange(0, x.size, max(1, samples // 20))
     medians = np.empty(places.size)

@@ -186,8 +186,8 @@ def fit_marker_noise(
 ) -> float:
     """Standard deviation of the markers' noise (m) that gives the printed VAF of the full dataset.
 
-    The part of the torque that is not explained is d + e s^2, where s is the noise: d and e follow from one
-    simulation without noise and one with. Fitted by the logarithm of that part over the conditions.
+    The unexplained part of the torque is d + e s^2, where s is the noise; d and e follow from one simulation
+    without noise and one with noise. The logarithm of this part is fitted over the conditions.
 
     Parameters
     ----------

@@ -81,7 +81,7 @@ class BeltMotion:
     def position_after(self, late_s: float) -> np.ndarray:
         """Position of the foot (m), shape (n - 2,), a time after all frames but the first and the last.
 
-        It is evaluated once: a search asks hundreds of times.
+        It is evaluated once and cached, because a search needs it hundreds of times.
         """
         if late_s not in self._known:
             self._known[late_s] = self.position(self.time[1:-1] + late_s)

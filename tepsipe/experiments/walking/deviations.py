@@ -149,7 +149,7 @@ def subtract_unperturbed(
     Returns
     -------
     Deviations
-        Units there.
+        Deviations of the strides of this phase.
     """
     onset, delay = pulses
     time = np.arange(1, round(window_s * walk.rate_hz) + 1) / walk.rate_hz
@@ -177,7 +177,8 @@ def _matching(walk: FilteredWalk, onsets: np.ndarray, time: np.ndarray, ridge: f
 def _signals(walk: FilteredWalk, onsets: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Signals of `CHANNELS` after each onset, shape (n, 8, w), relative to the onset.
 
-    Derivatives too: a zero-lag filter brings the start of the pulse forward, before the onset.
+    This holds for derivatives as well, because a zero-lag filter moves the start of the pulse before the
+    onset.
     """
     responses = []
     for name, order in CHANNELS:

@@ -92,8 +92,8 @@ NEEDED_ROWS = Table(NeededRow, "strides needed")
 def allocation(needed: Sequence[float], total: int, fewest: int) -> list[int]:
     """Divide perturbed strides among phases so that all reach the same relative uncertainty of K.
 
-    u^2 falls with the number, so each phase gets strides in proportion to its need; at least ``fewest``,
-    because a phase also lends its K to the rise at its neighbours, and a scatter needs strides to be seen.
+    u^2 falls with the number, so each phase gets strides in proportion to its need. It gets at least
+    ``fewest``, because its K also determines the rise at its neighbours, and scatter needs several strides.
 
     Parameters
     ----------

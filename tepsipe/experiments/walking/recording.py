@@ -82,7 +82,7 @@ def ankle_moment(recording: WalkingRecording) -> np.ndarray:
 def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float) -> float:
     """Frequency at which a supplied moment has lost half of the power of the reference (Hz).
 
-    The gain is that of the open-loop spectral estimate from the reference, |S_ry / S_rr|, averaged over three
+    The gain is the open-loop spectral estimate from the reference, |S_ry / S_rr|, averaged over three
     lines. Half the rate is returned where the gain stays above 1/sqrt(2).
 
     Parameters
@@ -116,8 +116,8 @@ def bandwidth_hz(moment: np.ndarray, reference: np.ndarray, rate_hz: float) -> f
 def agreement(recording: WalkingRecording, stance: np.ndarray) -> float:
     """RMS difference in stance between the supplied moment and the moment from force and CoP (N·m).
 
-    Both are low-passed alike. A large difference says that this side's moment cannot be rebuilt, for
-    example because its centre of pressure or its ankle is not that of the foot: do not use it.
+    Both are low-passed alike. A large difference means that this side's moment cannot be reconstructed, for
+    example because its centre of pressure or its ankle does not belong to the foot. Do not use it then.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ def segment_strides(
     """Cut a trial into strides by the heel strikes of one foot.
 
     A stride is dropped, with a sentence, if it has no toe-off or several, or a stance that differs by more
-    than a quarter from the median, which says that an event is wrong. Closer limits would select among
+    than a quarter from the median, which indicates a wrong event. Closer limits would select among
     the unperturbed strides and not among the perturbed ones, whose stance the pulse changes.
 
     Parameters
@@ -145,7 +145,7 @@ def segment_strides(
 def detect_events(recording: WalkingRecording) -> tuple[np.ndarray, np.ndarray]:
     """Heel strikes and toe-offs (s) by the vertical force: it rises above, and falls below, 30 N.
 
-    A contact or a pause of less than 0.15 s is none, for example a foot that scuffs the belt.
+    A contact or a pause shorter than 0.15 s is ignored, for example if the foot scuffs the belt.
     """
     loaded = recording.vertical > CONTACT_N
     shortest = round(SHORTEST_CONTACT_S * recording.rate_hz)

@@ -101,8 +101,8 @@ def spectral_budget(
 def period_budget(fit: PeriodFit, sources: Mapping[str, Source]) -> Budget:
     """Uncertainty of the regression over whole periods (units of ``fit``).
 
-    What the lower part of the band changes counts as the half width of a rectangular distribution: a joint
-    that is not linear has another nearest linear joint in each band. The delay is estimated.
+    The change with the lower part of the band counts as the half width of a rectangular distribution, because
+    the linear joint nearest to a non-linear one differs between bands. The delay is estimated.
 
     Parameters
     ----------

@@ -176,8 +176,8 @@ class ShortRange:
     weights_bootstrap : ndarray, shape (draws, s)
         The same for bootstrapped blocks (N·m/rad).
     stiffness : float
-        K for quick movements within the smallest radius: K plus all weights, those of relaxing elements
-        included (N·m/rad).
+        K for quick movements within the smallest radius: K plus all weights, including relaxing elements
+        (N·m/rad).
     stiffness_bootstrap : ndarray, shape (draws,)
         The same for bootstrapped blocks (N·m/rad).
     yield_angle_rad : float

@@ -151,8 +151,8 @@ def choose_rows(tables: np.ndarray, reflex: np.ndarray, tolerance: float) -> np.
     """Choose the rows of tables of errors.
 
     With and without a reflex, the simplest structure whose mean error exceeds the smallest by at most the
-    tolerance; of the two, the one with a reflex if its mean error is smaller by more than ``SEPARATED``
-    standard errors of the difference over blocks.
+    tolerance is a candidate. The candidate with a reflex is chosen if its mean error is smaller by more than
+    ``SEPARATED`` standard errors of the difference over blocks.
 
     Parameters
     ----------

@@ -185,11 +185,11 @@ def dummy_markers(
 def levelled(markers: DummyMarkers, at_rest: np.ndarray) -> DummyMarkers:
     """Markers in axes in which the belt moves horizontally.
 
-    Axes of the motion capture that are tilted by e make terms of the second order wrong, -p y'' e phi among
-    them, from which the loss of a joint that softens is not separated: 3 mrad are 8 % of B. The direction of
-    the belt is seen in every trial, so e is measured, with a standard error of 0.03 to 0.1 mrad. Axes are
-    taken as they are where e is less than `SEEN` standard errors, so that no noise is added to level ones,
-    and where the belt rises by more than `STEEPEST_RAD`: it is inclined.
+    If the axes of the motion capture are tilted by e, terms of second order are wrong, among them -p y'' e
+    phi, which cannot be separated from the loss of a joint that softens: 3 mrad change B by 8 %. Every trial
+    shows the direction of the belt, so e is measured, with a standard error of 0.03 to 0.1 mrad. The axes are
+    left unchanged if e is less than `SEEN` standard errors, so that no noise is added to level axes, and if
+    the belt rises by more than `STEEPEST_RAD`, because it is then inclined.
 
     Parameters
     ----------
@@ -236,8 +236,8 @@ def make_channels(
     markers : DummyMarkers
         Markers of foot and leg (m).
     belt_velocity : ndarray, shape (n,), or None
-        Logged velocity of the belt, not filtered (m/s); None without a log whose noise is independent of
-        that of the markers.
+        Logged velocity of the belt, not filtered (m/s); None without a log whose noise is independent of the
+        markers' noise.
     at_rest : ndarray of bool, shape (n,)
         Samples at rest.
     level : bool

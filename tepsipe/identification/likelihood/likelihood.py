@@ -245,8 +245,8 @@ def maximise_likelihood(
 ) -> LikelihoodFit:
     """Maximise the likelihood of one trial.
 
-    A function of the geometry: with another ``leg``, other offsets in ``markers`` or other instants of one
-    channel it gives the estimates that this geometry would have given (0.05 s for a trial of 70 s).
+    The result is a function of the geometry: with another ``leg``, other offsets in ``markers`` or other
+    instants of one channel, it returns the estimates for that geometry (0.05 s for a trial of 70 s).
 
     Parameters
     ----------

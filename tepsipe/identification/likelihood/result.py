@@ -243,7 +243,7 @@ def estimated_angle(fit: LikelihoodFit) -> np.ndarray:
 def estimated_foot(fit: LikelihoodFit) -> np.ndarray:
     """Estimated position of the foot (m), shape (n,), with the measured frequencies outside the band.
 
-    Without the ramp of its net displacement.
+    The ramp of its net displacement is excluded.
     """
     return _in_band(fit, fit.channels.foot, fit.residuals.foot)
 

@@ -22,7 +22,7 @@ with the least-squares parameters:
 
     sum Z(t)' e(t) = 0,    step of x = (sum Z' S)^-1 sum Z' e
 
-The noise of the markers is independent of that of the drive, so this removes the bias. An error of scale,
+The noise of the markers is independent of the drive's noise, so this removes the bias. An error of scale,
 a delay or an offset of v changes Z only and causes no bias.
 
 Errors are correlated in time. Let c_i be the sum of Z' e over one interval, from the onset of a
@@ -34,7 +34,7 @@ A joint that softens with bending and loses more as it softens has two more para
 
     tau = K phi - C q phi + (B + B_s q) phi',    q = phi^2 / (phi^2 + phi_h^2)
 
-They enter u with the measured phi, so the equation stays linear in them, and K and B are those of small
+They enter u with the measured phi, so the equation stays linear in them, and K and B hold for small
 movements. phi_h is chosen among several by the remaining error. The joint is taken as linear unless C differs
 from 0 by more than `SOFTENS` standard errors over the intervals.
 

@@ -5,13 +5,14 @@ At the lines of the perturbation, with T_k and Y_k the spectra of torque and ang
     T_k = (K + j w B - w^2 I) Y_k + j w d T_k + E_k
 
 where d is the delay of the torque after its record. It is linear in I, B, K and d. Noise of the angle and
-torque ripple of a period are unrelated to those of the other periods, so the sum of the other periods'
-regressors is the instrument of a period; least squares would take the noise of the angle for softness. A
+torque ripple are unrelated between periods, so the sum of the other periods' regressors is the instrument of
+a period; least squares would mistake the noise of the angle for softness. A
 joint that is not linear distorts every period alike: its distortions are part of the nearest linear joint, as
 in a linear fit of the true torque, and no noise.
 
-The scatter of E_k between periods gives the variance of every line, and these that of the parameters. Each
-has 2 (periods - 1) degrees of freedom, their combination those of Welch and Satterthwaite.
+The scatter of E_k between periods gives the variance of every line, and from these the variance of the
+parameters follows. Each line has 2 (periods - 1) degrees of freedom; their combination follows Welch and
+Satterthwaite.
 """
 
 from dataclasses import dataclass

@@ -9,9 +9,9 @@ Fc is Coulomb friction, K3 a joint that hardens, Ks and Bs the stiffness that a 
 angles and the damping that it gains there. The softening terms are part of the model only if the data ask
 for them.
 
-Noise and torque ripple of a period are unrelated to those of the other periods of the perturbation, the
-torque is not. With X_i the regressors and e_i = y_i - X_i p the residuals of period i, the instruments of
-period i are the sum of the other periods' regressors, and p solves
+Noise and torque ripple are unrelated between periods of the perturbation; the torque is not. With X_i the
+regressors and e_i = y_i - X_i p the residuals of period i, the instruments of period i are the sum of the
+other periods' regressors, and p solves
 
     sum over i and j != i of X_j' e_i = 0
 
@@ -75,8 +75,8 @@ class PooledFit:
     Attributes
     ----------
     values, standard_error, low, high : dict of str to float
-        Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS`; without those of
-        softening where the data do not ask for it.
+        Quantity -> estimate, standard error and ends of the 95 % interval, units in `UNITS`; without
+        softening if the data do not require it.
     freedom : float
         Degrees of freedom of the standard errors.
     systematic_Nm : float

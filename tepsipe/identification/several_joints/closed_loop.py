@@ -4,8 +4,8 @@ With the torque tau_i of joint i that resists the angles theta_j of all joints,
 
     tau_i = sum_j [ K_ij + B_ij s + (D_ij + E_ij s) exp(-s d_i) ] theta_j + n_i                       (1)
 
-K, B are stiffness and damping that act at once, D, E those of a reflex with delay d_i. n_i is the torque
-that the person makes for reasons of their own. It moves the body, so theta is correlated with n_i and least
+K and B are stiffness and damping that act at once, D and E stiffness and damping of a reflex with delay d_i.
+n_i is the person's spontaneous torque. It moves the body, so theta is correlated with n_i and least
 squares of (1) are biased. The perturbation u is independent of n_i: at the right parameters the residual of
 (1) is not coherent with it. Let A_l and C_l be the parts of the cross products of [tau_i, theta_j ...] in
 band l (b frequencies) that are and are not linear in u (m perturbations), v = [1, -p]. The estimate minimises
@@ -17,7 +17,8 @@ information maximum likelihood (Anderson and Rubin 1949) with noise of any spect
 squares it stays unbiased if coherence is low. With the right model chi2 has a chi-squared distribution with
 2 m L - q degrees of freedom, which tests the model. Standard errors come from the jackknife over bands.
 
-What the data cannot say is refused (`tepsipe.identification.several_joints.identifiability`).
+Quantities that the data do not determine are refused
+(`tepsipe.identification.several_joints.identifiability`).
 """
 
 from dataclasses import dataclass
@@ -52,7 +53,7 @@ class MultiJointOptions:
     delay_step_s : float
         Distance of the delays that are tried (s).
     strength : float
-        Least power of a direction of the parameters in a band with the perturbation over that of noise alone,
+        Least power of a direction of the parameters in a band with the perturbation over the power of noise,
         below which it is not determined.
     """
 

@@ -150,8 +150,9 @@ class Entry:
 def entries(fit: MatrixFit, names: Sequence[str], limits: Limits, known: Determined) -> list[Entry]:
     """Elements of K and B with their 95 % intervals (N·m/rad, N·m·s/rad), or refused.
 
-    Where a direction of the parameters is not determined, the estimate along it is arbitrary, and intervals
-    of elements that seem free of it would rest on slopes at an arbitrary point: all elements are refused.
+    If a direction of the parameters is undetermined, the estimate along it is arbitrary. Intervals of
+    elements that seem independent of it would rest on slopes at an arbitrary point, so all elements are
+    refused.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ class Directions:
         """Standard error of a linear combination of the parameters, shape (q,): jackknife over the bands.
 
         Directions that are too weak count with a signal of 2 % of noise, so that a combination to which they
-        contribute is as uncertain as it is arbitrary.
+        contribute has a large standard error.
         """
         weak = self.strength < self.limit
         loads = combination @ self.vectors[:, weak]

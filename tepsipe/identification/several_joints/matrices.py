@@ -7,20 +7,20 @@ About a posture, the deviations q of the joint angles from unperturbed behaviour
 with the inertia M and the stiffness of gravity G of the body, the measured force or belt acceleration u,
 and b of its point of action. The mean response y_k to perturbation k, over n_k epochs of which each is
 multiplied by the direction of its pulse, is h_k(p) + e; h_k solves (1), and e has the covariance C / n_k of
-unperturbed behaviour over as long a time (`unperturbed_covariance`). The epochs begin before the onset,
+unperturbed behaviour over an equal time (`unperturbed_covariance`). The epochs begin before the onset,
 where h_k = 0, so that C predicts from there how the person would have gone on. Maximum likelihood minimises
 
     chi2(p) = sum_k n_k (y_k - h_k)' C^-1 (y_k - h_k),     F = sum_k n_k S_k' C^-1 S_k,   S_k = dh_k/dp   (2)
 
 with the Fisher information F. u is measured with little noise, so there is no noise in the regressors.
-Standard errors are not those of F but of the scatter of the epochs e about their mean, by their influence
-F^-1 S_k' C^-1 (y_ke - y_k), so that C only weighs. Where F leaves a direction of the parameters
+Standard errors do not come from F but from the scatter of the epochs e about their mean, by their influence
+F^-1 S_k' C^-1 (y_ke - y_k), so that C is only a weight. Where F leaves a direction of the parameters
 undetermined, p stays near its start there, and is refused
 (`tepsipe.identification.several_joints.determined`).
 
 K and B may be symmetric (6 unknowns each) or not (9). The inertia is exact, or its 2 n constants J, S
-(`tepsipe.mechanics.segment_chain`) are unknowns, too. Scales and tables may give values a0 for them, with
-the covariance A: (2) gains (a - a0)' A^-1 (a - a0), F gains A^-1, and the intervals hold the uncertainty of
+(`tepsipe.mechanics.segment_chain`) are unknowns, too. Scales and tables may give values a0 for them, with the
+covariance A: (2) gains (a - a0)' A^-1 (a - a0), F gains A^-1, and the intervals include the uncertainty of
 a0. If nothing is known of them, the belt alone leaves the scale of all parameters open, however many epochs
 there are: (1) with b = -(S ...) is homogeneous in M, B, K and S.
 """
@@ -131,7 +131,7 @@ class Setting:
     def scale(self, p: np.ndarray) -> np.ndarray:
         """Natural size of every parameter: sqrt(K_ii K_jj), sqrt(B_ii B_jj), J, S (units of the parameters).
 
-        A diagonal element that left the range of (0, 5] times its start counts as the end of the range.
+        A diagonal element outside the range of (0, 5] times its start counts as the end of the range.
         """
         start, parts = self.start(), []
         for matrix, first in zip(self.matrices(p), self.matrices(start), strict=True):
@@ -197,7 +197,7 @@ class MatrixFit:
 def unperturbed_covariance(record: np.ndarray, samples: int) -> np.ndarray:
     """Covariance of an epoch of unperturbed behaviour, from all epochs that a record holds.
 
-    Overlapping epochs count all. (Lagged products divided by their number, which depend on the lag only,
+    All overlapping epochs count. (Lagged products divided by their number, which depend on the lag only,
     are not positive definite; divided by the length of the record, they add a random walk to slow sway.)
 
     Parameters

@@ -5,13 +5,13 @@ perturbation drives, may be at most a stated share of the torque that the pertur
 
     u rms(x) <= share rms(tau)                                                                       (1)
 
-and the record must exclude values that are twice this away (below).
-Otherwise it is refused by name, and no number is given. Combinations stay: the static stiffness K + D of an
+and the record must exclude values at twice this distance (below).
+Otherwise it is refused by name, and no number is given. Combinations remain: the static stiffness K + D of an
 angle, and the static stiffness along the mode in which the perturbation moves the joints slowly,
 sum_j (K_ij + D_ij) phi_j, which is known even if the joints move in proportion.
 
 Profile of the criterion: standard errors trust the model near its estimate, at its delay. Where directions
-of the parameters are hardly determined, other values may fit as well far away, with another delay. A
+of the parameters are hardly determined, distant values may fit equally well with another delay. A
 quantity c'p is therefore held at a value v, and the criterion chi2 of
 `tepsipe.identification.several_joints.closed_loop` is minimised over all other parameters and over the
 delays. Its rise over the least chi2 has a chi-squared distribution with one degree of freedom if v is true

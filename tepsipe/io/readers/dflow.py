@@ -144,7 +144,7 @@ def held(position: np.ndarray, frames: np.ndarray | None) -> np.ndarray:
     """Frames in which a marker (m), shape (n, 3), only repeats its last position, shape (n,).
 
     The first of a run of at least three equal positions is a measurement, the others are not. Rows that
-    repeat a frame are no frames of their own.
+    repeat a frame do not count.
     """
     new = (
         np.ones(len(position), dtype=bool) if frames is None else np.diff(frames, prepend=frames[0] - 1) != 0

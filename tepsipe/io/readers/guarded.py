@@ -76,7 +76,7 @@ def guarded(
 ):
     """Call a function that reads a file in a child process with limits, and return its result.
 
-    What it prints, warns of or changes stays in the child. Within such a child, a call is direct.
+    Its output, warnings and side effects stay in the child. Within such a child, a call is direct.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ def read_all_markers(path: str | Path) -> Markers:
     Parameters
     ----------
     path : str or Path
-        The file, plain or, if it is text, compressed with gzip; its content says what it is.
+        The file, plain or, if it is text, compressed with gzip; its kind follows from its content.
 
     Returns
     -------

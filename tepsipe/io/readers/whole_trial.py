@@ -46,7 +46,7 @@ def read_recording(path: str | Path) -> Recording:
     Parameters
     ----------
     path : str or Path
-        The file; its name's ending says what kind it is.
+        The file; its kind follows from the ending of its name.
 
     Returns
     -------

@@ -109,7 +109,8 @@ class BroadbandEpochs:
         """Stretches of quiet standing, shape (m, last + 1 - first, 3), every ``step`` samples.
 
         Each is as long as samples ``first`` to ``last`` of an epoch, and relative to a baseline as long as
-        that of the responses. It is cut once for a window: many onsets of reflexes are tried with it.
+        the responses' baseline. The stretches are cut once for a window, in which many onsets of reflexes are
+        tried.
         """
         if (first, last) not in self._stretches:
             zero = self.time <= self.time[0] + 0.1  # of the epoch: as long before the onset as the baseline
@@ -268,7 +269,7 @@ def _pulses(
 ) -> tuple[JointCentre | None, tuple[float, float, float]]:
     """Apparent centre of the joint while the belt moves, and motion of the soft tissue at 0.5 m/s (m).
 
-    The latter if the tissue has each of `tissue_frequencies`.
+    The motion is given for each of `tissue_frequencies`.
     """
     if onsets_s.size < 2:
         return None, (0.0, 0.0, 0.0)

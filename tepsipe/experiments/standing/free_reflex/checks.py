@@ -91,7 +91,7 @@ def quotable(trials: list[BroadbandEpochs], stiffness: float) -> bool:
 def _treadmill_error(trials: list[BroadbandEpochs]) -> tuple[float, float] | None:
     """Predicted error of K by the treadmill model, mean over trials, and its standard error (N·m/rad).
 
-    All trials are compared with the same recordings of the treadmill: more of them do not reduce the latter.
+    All trials are compared with the same recordings of the treadmill, so more trials do not reduce the error.
     """
     errors = np.array([trial.treadmill_error for trial in trials if trial.treadmill_error is not None])
     if not errors.size:

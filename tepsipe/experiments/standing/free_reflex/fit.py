@@ -269,8 +269,8 @@ def _windows(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Window, B and K every 10 ms, shape (w, 3), and root of the covariance by the window, shape (w, 2).
 
-    Windows differ by what scatter and the other sources do to one and not to the other, too. This is counted
-    there: only the spread beyond it is that of the choice.
+    Scatter and the other sources also make windows differ, and are counted there. Only the spread beyond
+    them counts as the effect of the window.
     """
     low, high = options.windows_s
     lengths = np.linspace(low, high, max(2, round((high - low) / 0.01) + 1)).tolist()

@@ -64,7 +64,7 @@ class FitErrors:
     def variance(self, discrepancy: float) -> np.ndarray:
         """Variance by scatter, sources, and a share of misfit that is common to all trials, shape (2,).
 
-        Squares of the units of B and K.
+        In squared units of B and K.
         """
         rows = [self.scatter, *self.contributions.values(), discrepancy * self.discrepancy.sum(axis=0)]
         return sum((x**2).sum(axis=0) for x in rows)
@@ -73,7 +73,7 @@ class FitErrors:
 def _padded(rows: np.ndarray, most: int) -> np.ndarray:
     """Root of a covariance for every trial, shape (trials, n, 2), padded with rows of 0 to ``most`` rows.
 
-    Roots of a process in windows that begin together are Cholesky factors: row k is of the same deviate.
+    Roots of a process in windows that begin together are Cholesky factors: row k belongs to the same deviate.
     """
     return np.pad(rows, ((0, 0), (0, most - rows.shape[1]), (0, 0)))
 

@@ -245,8 +245,9 @@ def tissue_motion(
 ) -> np.ndarray:
     """Motion of the soft tissue along the belt below the shank's own markers, shape (n, markers).
 
-    A mass on a spring over the bone, which accelerates as the marker does: near the knee less than near the
-    ankle. Tissue that accelerates as the belt does moves by 1 at `TISSUE_SPEED`. Other markers do not move.
+    The tissue is a mass on a spring over the bone, which accelerates like the marker: less near the knee than
+    near the ankle. Tissue that accelerates like the belt moves by 1 at `TISSUE_SPEED`. Other markers do not
+    move.
 
     Parameters
     ----------

@@ -236,8 +236,8 @@ def tissue_from_pulses(
 ) -> float:
     """Motion of the soft tissue in the responses to perturbations, in units of a pattern.
 
-    What a joint about the centre of quiet sway does not explain of the shank's motion over the foot is fitted
-    by the pattern.
+    The pattern is fitted to the part of the shank's motion over the foot that a joint about the centre of
+    quiet sway does not explain.
 
     Parameters
     ----------

@@ -196,8 +196,8 @@ def centre_facts(trials: list[BroadbandEpochs]) -> dict:
 def to_quote(trials: list[BroadbandEpochs], fits: Fits, chosen: dict[str, str]) -> bool:
     """Test for a treadmill model that is good enough for the recommended fit to be quoted.
 
-    ``chosen`` has its ``pathway`` and ``estimator``. Fits with another torque
-    of reflexes are always quoted.
+    ``chosen`` names its ``pathway`` and ``estimator``. Fits with another torque of reflexes are always
+    quoted.
     """
     fit = fits.get((chosen["pathway"], chosen["estimator"]))
     if fit is None or fit.budget is None:
@@ -260,8 +260,8 @@ def task_difference(
 ) -> tuple[list[Estimate], list[Contribution]]:
     """Difference of B and K between two tasks of the same person.
 
-    What both tasks share, the joint's centre, the feet's mass, the plate, is subtracted source by source, so
-    the interval is sharper than the two of its parts suggest.
+    Sources common to both tasks (the joint's centre, the feet's mass, the plate) are subtracted source by
+    source, so the interval is narrower than the intervals of the two tasks suggest.
 
     Parameters
     ----------

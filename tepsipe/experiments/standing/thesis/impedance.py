@@ -225,8 +225,8 @@ def _selected_delays(
 
     The profile of a delay is the smallest sum of squares S over the others. It rejects a value where S
     exceeds (1 + t^2 / nu) S_min, t Student's 97.5 % quantile at nu = n / (1 + 2 sum rho) - p degrees of
-    freedom. rho is the autocorrelation of the residuals, up to its first zero: neighbouring samples of
-    filtered signals, and of what the model lacks, say the same.
+    freedom. rho is the autocorrelation of the residuals, up to its first zero, because neighbouring samples
+    of filtered signals, and of model errors, are not independent.
     """
     grid = regression.model.grid(regression.options)
     residuals = [regression.residual(delays, muscles) for delays in grid]
