@@ -23,14 +23,16 @@ from page_builders import (
 
 from tepsipe.io.result import Result
 from tepsipe.io.trial import Signal, Trial
-from tepsipe.reporting.numbers.format import by_uncertainty
+from tepsipe.reporting.format import by_uncertainty
 from tepsipe.reporting.pages import trial_page
+from tepsipe.reporting.pages.belt import belt_page
 from tepsipe.reporting.pages.dummy import dummy_page
 from tepsipe.reporting.pages.html import asset, json_script
-from tepsipe.reporting.pages.manipulators import belt_page, position_manipulator_page, wristalyzer_page
+from tepsipe.reporting.pages.position_manipulator import position_manipulator_page
 from tepsipe.reporting.pages.standing import standing_page
 from tepsipe.reporting.pages.trial_page import Band, Clock, Page, Panel, Section, Trace, render, write_page
 from tepsipe.reporting.pages.weight import weight_page
+from tepsipe.reporting.pages.wristalyzer import wristalyzer_page
 
 
 def dummy(study="A study", condition="sine-0.3", trial=None, foot=True, flags=""):

@@ -57,11 +57,14 @@ def test_experiment_has_columns_settings_and_captions_for_its_facts(name, config
         assert figure in read_captions(root / "report/captions.yaml")
 
 
-def test_every_figure_is_drawn_by_the_script_of_its_experiment_or_part(shipped, root):
+def test_every_figure_is_drawn_by_the_module_of_its_experiment_or_part(shipped, root):
     for name in [*EXPERIMENTS, *PARTS]:
         figures = outputs.figures_of(shipped, name)
-        text = (root / f"workflow/scripts/plot_{name}.py").read_text() if figures else ""
-        drawn = set(re.findall(r'"(figure_\w+)":', text))
+        text = (root / f"tepsipe/reporting/figures/{name}.py").read_text() if figures else ""
+        drawn = set(re.findall(r'yield "(figure_\w+)",', text))
+        if name == "budgets":
+            assert 'yield f"figure_budget_{name}"' in text
+            drawn = {f"figure_budget_{name}" for name in outputs.budget_names(shipped)}
         assert drawn == set(figures) - set(APPENDIX), name
 
 

@@ -25,7 +25,7 @@ rule plot_belt:
     input:
         fit="<results>/fits/belt.h5",
         scores="<results>/treadmill_models/belt.csv",
-        library=library_of("plot_belt"),
+        library=library_of("plot", "tepsipe/reporting/figures/belt.py"),
     output:
         **figure_files("belt"),
     log:
@@ -33,6 +33,7 @@ rule plot_belt:
     conda:
         "../envs/tepsipe.yaml"
     params:
-        chosen=SETTINGS["belt"]["chosen"],
+        drawn_by="belt",
+        model=SETTINGS["belt"]["chosen"],
     script:
-        "../scripts/plot_belt.py"
+        "../scripts/plot.py"

@@ -84,7 +84,7 @@ rule plot_dummy:
         fits=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         specification="<results>/tables/specification.csv",
         matrices="<results>/cross_validation/dummy.h5",
-        library=library_of("plot_dummy"),
+        library=library_of("plot", "tepsipe/reporting/figures/dummy.py"),
     output:
         **figure_files("dummy"),
     log:
@@ -92,12 +92,13 @@ rule plot_dummy:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="dummy",
         conditions=STUDY.conditions("dummy"),
         example=STUDY.shown("dummy", DUMMY["example_condition"]),
         as_printed=DUMMY["as_printed"],
         recommended=DUMMY["recommended"],
     script:
-        "../scripts/plot_dummy.py"
+        "../scripts/plot.py"
 
 
 rule fit_foot:
@@ -130,7 +131,7 @@ rule plot_foot:
     input:
         leg=STUDY.of_trials("<results>/fits/dummy/{condition}.h5", "dummy"),
         foot=STUDY.of_trials("<results>/fits/foot/{condition}.h5", "dummy"),
-        library=library_of("plot_foot"),
+        library=library_of("plot", "tepsipe/reporting/figures/foot.py"),
     output:
         **figure_files("foot"),
     log:
@@ -138,10 +139,11 @@ rule plot_foot:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="foot",
         conditions=STUDY.conditions("dummy"),
         recommended=DUMMY["recommended"],
     script:
-        "../scripts/plot_foot.py"
+        "../scripts/plot.py"
 
 
 rule fit_thesis_dummy:
@@ -200,12 +202,14 @@ rule plan_dummy:
 rule plot_thesis_dummy:
     input:
         table="<results>/tables/thesis_dummy.csv",
-        library=library_of("plot_thesis_dummy"),
+        library=library_of("plot", "tepsipe/reporting/figures/thesis_dummy.py"),
     output:
         **figure_files("thesis_dummy"),
     log:
         "<logs>/plot_thesis_dummy.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        drawn_by="thesis_dummy",
     script:
-        "../scripts/plot_thesis_dummy.py"
+        "../scripts/plot.py"

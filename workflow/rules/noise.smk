@@ -76,7 +76,7 @@ rule collect_noise:
 rule plot_noise:
     input:
         noise=[f"<results>/noise/{c}.csv" for c in STUDY.noise_conditions()],
-        library=library_of("plot_noise"),
+        library=library_of("plot", "tepsipe/reporting/figures/noise.py"),
     output:
         **figure_files("noise"),
     log:
@@ -84,8 +84,9 @@ rule plot_noise:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="noise",
         joint=NOISE["joint"],
         table_snr_db=NOISE["table_snr_db"],
         conditions=STUDY.averaged_noise_conditions(),
     script:
-        "../scripts/plot_noise.py"
+        "../scripts/plot.py"

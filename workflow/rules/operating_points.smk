@@ -33,15 +33,17 @@ rule plot_operating_points:
     input:
         points="<results>/tables/operating_points.csv",
         relations="<results>/tables/operating_relations.csv",
-        library=library_of("plot_operating_points"),
+        library=library_of("plot", "tepsipe/reporting/figures/operating_points.py"),
     output:
         **figure_files("operating_points"),
     log:
         "<logs>/plot_operating_points.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        drawn_by="operating_points",
     script:
-        "../scripts/plot_operating_points.py"
+        "../scripts/plot.py"
 
 
 rule vary_position_manipulator:
@@ -86,12 +88,14 @@ rule tabulate_time_varying:
 rule plot_time_varying:
     input:
         table="<results>/tables/time_varying.csv",
-        library=library_of("plot_time_varying"),
+        library=library_of("plot", "tepsipe/reporting/figures/time_varying.py"),
     output:
         **figure_files("time_varying"),
     log:
         "<logs>/plot_time_varying.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        drawn_by="time_varying",
     script:
-        "../scripts/plot_time_varying.py"
+        "../scripts/plot.py"

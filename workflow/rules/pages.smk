@@ -11,7 +11,7 @@ rule write_wristalyzer_pages:
         fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         estimates=STUDY.of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
         source=PAGE_SOURCE,
-        library=library_of("write_wristalyzer_pages"),
+        library=library_of("write_pages", "tepsipe/reporting/pages/wristalyzer.py"),
     output:
         pages=STUDY.of_trials(PAGE.format("wristalyzer"), "wristalyzer"),
     log:
@@ -19,10 +19,11 @@ rule write_wristalyzer_pages:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        composed_by="wristalyzer",
         title=TITLE,
         trials=STUDY.described("wristalyzer"),
     script:
-        "../scripts/write_wristalyzer_pages.py"
+        "../scripts/write_pages.py"
 
 
 rule write_dummy_pages:
@@ -33,7 +34,7 @@ rule write_dummy_pages:
         foot=STUDY.of_foot("<results>/fits/foot/{condition}.h5"),
         foot_estimates=STUDY.of_foot("<results>/estimates/foot/{condition}.csv"),
         source=PAGE_SOURCE,
-        library=library_of("write_dummy_pages"),
+        library=library_of("write_pages", "tepsipe/reporting/pages/dummy.py"),
     output:
         pages=STUDY.of_trials(PAGE.format("dummy"), "dummy"),
     log:
@@ -41,11 +42,12 @@ rule write_dummy_pages:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        composed_by="dummy",
         title=TITLE,
         trials=STUDY.described("dummy"),
         recommended=DUMMY["recommended"],
     script:
-        "../scripts/write_dummy_pages.py"
+        "../scripts/write_pages.py"
 
 
 rule write_weight_pages:
@@ -55,7 +57,7 @@ rule write_weight_pages:
         estimates=STUDY.of_trials("<results>/estimates/weight/{condition}.csv", "weight"),
         plates=outputs.plate_fits(STUDY),
         source=PAGE_SOURCE,
-        library=library_of("write_weight_pages"),
+        library=library_of("write_pages", "tepsipe/reporting/pages/weight.py"),
     output:
         pages=STUDY.of_trials(PAGE.format("weight"), "weight"),
     log:
@@ -63,12 +65,13 @@ rule write_weight_pages:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        composed_by="weight",
         title=TITLE,
         experiment="weight",
         belts=list(STUDY.plates().values()),
         trials=STUDY.described("weight"),
     script:
-        "../scripts/write_weight_pages.py"
+        "../scripts/write_pages.py"
 
 
 use rule write_weight_pages as write_empty_pages with:
@@ -78,12 +81,13 @@ use rule write_weight_pages as write_empty_pages with:
         estimates=STUDY.of_trials("<results>/estimates/empty/{condition}.csv", "empty"),
         plates=[],
         source=PAGE_SOURCE,
-        library=library_of("write_weight_pages"),
+        library=library_of("write_pages", "tepsipe/reporting/pages/weight.py"),
     output:
         pages=STUDY.of_trials(PAGE.format("empty"), "empty"),
     log:
         "<logs>/write_empty_pages.log",
     params:
+        composed_by="weight",
         title=TITLE,
         experiment="empty",
         belts=[],
@@ -97,7 +101,7 @@ rule write_standing_pages:
         estimates=STUDY.of_trials("<results>/estimates/standing/{condition}.csv", "standing"),
         epochs=STUDY.of_trials("<results>/epochs/standing/{condition}.h5", "standing"),
         source=PAGE_SOURCE,
-        library=library_of("write_standing_pages"),
+        library=library_of("write_pages", "tepsipe/reporting/pages/standing.py"),
     output:
         pages=STUDY.of_trials(PAGE.format("standing"), "standing"),
     log:
@@ -105,11 +109,12 @@ rule write_standing_pages:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        composed_by="standing",
         title=TITLE,
         trials=STUDY.described("standing"),
         recommended=STANDING["recommended"],
     script:
-        "../scripts/write_standing_pages.py"
+        "../scripts/write_pages.py"
 
 
 rule write_position_manipulator_pages:
@@ -120,7 +125,7 @@ rule write_position_manipulator_pages:
             "<results>/estimates/position_manipulator/{condition}.csv", "position_manipulator"
         ),
         source=PAGE_SOURCE,
-        library=library_of("write_position_manipulator_pages"),
+        library=library_of("write_pages", "tepsipe/reporting/pages/position_manipulator.py"),
     output:
         pages=STUDY.of_trials(PAGE.format("position_manipulator"), "position_manipulator"),
     log:
@@ -128,10 +133,11 @@ rule write_position_manipulator_pages:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        composed_by="position_manipulator",
         title=TITLE,
         trials=STUDY.described("position_manipulator"),
     script:
-        "../scripts/write_position_manipulator_pages.py"
+        "../scripts/write_pages.py"
 
 
 rule write_platform_pages:
@@ -140,7 +146,7 @@ rule write_platform_pages:
         fits=STUDY.of_trials("<results>/fits/platform/{condition}.h5", "platform"),
         estimates=STUDY.of_trials("<results>/estimates/platform/{condition}.csv", "platform"),
         source=PAGE_SOURCE,
-        library=library_of("write_platform_pages"),
+        library=library_of("write_pages", "tepsipe/reporting/pages/platform.py"),
     output:
         pages=STUDY.of_trials(PAGE.format("platform"), "platform"),
     log:
@@ -148,10 +154,11 @@ rule write_platform_pages:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        composed_by="platform",
         title=TITLE,
         trials=STUDY.described("platform"),
     script:
-        "../scripts/write_platform_pages.py"
+        "../scripts/write_pages.py"
 
 
 rule write_belt_pages:
@@ -159,7 +166,7 @@ rule write_belt_pages:
         trials=STUDY.of_trials("<results>/trials/belt/{condition}.h5", "belt"),
         fit=outputs.model_files(STUDY, "belt")[:1],
         source=PAGE_SOURCE,
-        library=library_of("write_belt_pages"),
+        library=library_of("write_pages", "tepsipe/reporting/pages/belt.py"),
     output:
         pages=STUDY.of_trials(PAGE.format("belt"), "belt"),
     log:
@@ -167,16 +174,19 @@ rule write_belt_pages:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        composed_by="belt",
         title=TITLE,
         trials=STUDY.described("belt"),
-        chosen=SETTINGS["belt"]["chosen"],
+        model=SETTINGS["belt"]["chosen"],
     script:
-        "../scripts/write_belt_pages.py"
+        "../scripts/write_pages.py"
 
 
 rule write_index:
     input:
         data="<results>/report/report.json",
+        tables=outputs.report_tables(STUDY),
+        report=report_sources(),
         captions=here("report/captions.yaml"),
         outputs=outputs.pages(STUDY),
         source=PAGE_SOURCE,
@@ -188,10 +198,12 @@ rule write_index:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        title=TITLE,
         pdf=f"{config['study']['name']}.pdf",
         figures=outputs.figures_by_category(STUDY),
         tables=outputs.tables(STUDY),
         trials=STUDY.all_conditions(),
         activity=STUDY.conditions("standing"),
+        report_folder=lambda w: here("report"),
     script:
         "../scripts/write_index.py"

@@ -35,7 +35,7 @@ rule plot_participants:
     input:
         participants="<results>/tables/participants.csv",
         group="<results>/tables/group.csv",
-        library=library_of("plot_participants"),
+        library=library_of("plot", "tepsipe/reporting/figures/participants.py"),
     output:
         **figure_files("participants"),
     log:
@@ -43,6 +43,7 @@ rule plot_participants:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="participants",
         shown=groups.shown_estimators(STUDY),
     script:
-        "../scripts/plot_participants.py"
+        "../scripts/plot.py"

@@ -22,7 +22,7 @@ rule plot_platform:
     input:
         fits=STUDY.of_trials("<results>/fits/platform/{condition}.h5", "platform"),
         estimates=STUDY.of_trials("<results>/estimates/platform/{condition}.csv", "platform"),
-        library=library_of("plot_platform"),
+        library=library_of("plot", "tepsipe/reporting/figures/platform.py"),
     output:
         **figure_files("platform"),
     log:
@@ -30,6 +30,7 @@ rule plot_platform:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="platform",
         conditions=STUDY.conditions("platform"),
     script:
-        "../scripts/plot_platform.py"
+        "../scripts/plot.py"

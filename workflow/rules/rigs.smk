@@ -6,7 +6,7 @@ rule plot_rigs:
         trials=[f"<results>/trials/{e}/{c}.h5" for e, c in STUDY.examples()],
         fits=[f"<results>/fits/{e}/{c}.h5" for e in ("dummy", "weight", "empty") for c in STUDY.conditions(e)],
         epochs=STUDY.of_trials("<results>/epochs/standing/{condition}.h5", "standing"),
-        library=library_of("plot_rigs"),
+        library=library_of("plot", "tepsipe/reporting/figures/rigs.py"),
     output:
         **figure_files("rigs"),
     log:
@@ -14,6 +14,7 @@ rule plot_rigs:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="rigs",
         trials=[name for name, _ in STUDY.examples()],
         fitted=[[e, c] for e in ("dummy", "weight", "empty") for c in STUDY.conditions(e)],
         standing=STUDY.conditions("standing"),
@@ -25,4 +26,4 @@ rule plot_rigs:
         sampling_hz=SETTINGS["dummy"]["ingest"]["marker_sampling_hz"],
         cutoff_hz=DUMMY_ANALYSIS["lowpass_cutoff_hz"],
     script:
-        "../scripts/plot_rigs.py"
+        "../scripts/plot.py"

@@ -48,7 +48,7 @@ rule plot_simulation:
     input:
         fits=STUDY.of_trials("<results>/fits/simulation/{condition}.h5", "dummy"),
         forward="<results>/tables/forward.csv",
-        library=library_of("plot_simulation"),
+        library=library_of("plot", "tepsipe/reporting/figures/simulation.py"),
     output:
         **figure_files("simulation"),
     log:
@@ -56,8 +56,9 @@ rule plot_simulation:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="simulation",
         conditions=STUDY.conditions("dummy"),
         frequent=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_7_condition"]),
         rare=STUDY.shown("dummy", DUMMY["simulation"]["figure_4_8_condition"]),
     script:
-        "../scripts/plot_simulation.py"
+        "../scripts/plot.py"

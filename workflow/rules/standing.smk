@@ -90,16 +90,18 @@ rule compare_standing_tasks:
 rule plot_standing_trials:
     input:
         responses=STUDY.of_trials("<results>/epochs/standing/{condition}.h5", "standing"),
-        library=library_of("plot_standing_trials"),
+        library=library_of("plot", "tepsipe/reporting/figures/standing_trials.py"),
     output:
-        figures_4_13=STUDY.of_trials("<results>/figures/standing/{condition}_4_13.png", "standing"),
-        figures_4_14=STUDY.of_trials("<results>/figures/standing/{condition}_4_14.png", "standing"),
+        **{f"{Path(path).stem}_png": path for path in outputs.standing_figures(STUDY)},
     log:
         "<logs>/plot_standing_trials.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        drawn_by="standing_trials",
+        conditions=STUDY.conditions("standing"),
     script:
-        "../scripts/plot_standing_trials.py"
+        "../scripts/plot.py"
 
 
 rule plot_standing:
@@ -107,7 +109,7 @@ rule plot_standing:
         example=f"<results>/epochs/standing/{STUDY.shown('standing', STANDING['example_condition'])}.h5",
         trials=[f"<results>/fits/standing/{c}.h5" for c in STUDY.shown_people()],
         tasks=[f"<results>/fits/standing_tasks/{task}.h5" for task in STUDY.shown_pools()],
-        library=library_of("plot_standing"),
+        library=library_of("plot", "tepsipe/reporting/figures/standing.py"),
     output:
         **figure_files("standing"),
     log:
@@ -115,6 +117,7 @@ rule plot_standing:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="standing",
         conditions=list(STUDY.shown_people()),
         tasks=list(STUDY.shown_pools()),
         task_of=STUDY.shown_people(),
@@ -125,7 +128,7 @@ rule plot_standing:
         window_s=STANDING["estimators"][STANDING["recommended"]["estimator"]]["window_s"],
         muscles=list(STANDING["muscles"]),
     script:
-        "../scripts/plot_standing.py"
+        "../scripts/plot.py"
 
 
 # the same of any participant, on demand
@@ -134,7 +137,7 @@ use rule plot_standing as plot_standing_of_participant with:
         example=lambda w: f"<results>/epochs/standing/{next(iter(STUDY.shown_people(w.participant)))}.h5",
         trials=lambda w: [f"<results>/fits/standing/{c}.h5" for c in STUDY.shown_people(w.participant)],
         tasks=lambda w: [f"<results>/fits/standing_tasks/{t}.h5" for t in STUDY.shown_pools(w.participant)],
-        library=library_of("plot_standing"),
+        library=library_of("plot", "tepsipe/reporting/figures/standing.py"),
     output:
         **figure_files("standing", "standing/{participant}"),
     log:
@@ -142,6 +145,7 @@ use rule plot_standing as plot_standing_of_participant with:
     wildcard_constraints:
         participant=any_of(STUDY.participants("standing")),
     params:
+        drawn_by="standing",
         conditions=lambda w: list(STUDY.shown_people(w.participant)),
         tasks=lambda w: list(STUDY.shown_pools(w.participant)),
         task_of=lambda w: STUDY.shown_people(w.participant),

@@ -33,7 +33,7 @@ rule plot_budgets:
     input:
         estimates="<results>/tables/estimates.csv",
         uncertainty="<results>/tables/uncertainty.csv",
-        library=library_of("plot_budgets"),
+        library=library_of("plot", "tepsipe/reporting/figures/budgets.py"),
     output:
         **figure_files("budgets"),
     log:
@@ -41,10 +41,11 @@ rule plot_budgets:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="budgets",
         foot_pathway=as_it_is(STUDY.budgeted_foot()),
         names=outputs.budget_names(STUDY),
     script:
-        "../scripts/plot_budgets.py"
+        "../scripts/plot.py"
 
 
 rule collect_treadmill_models:

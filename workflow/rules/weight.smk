@@ -62,7 +62,7 @@ rule plot_weight:
         empty=STUDY.of_trials("<results>/fits/empty/{condition}.h5", "empty"),
         plate=f"<results>/fits/{STUDY.shown_plate()}.h5",
         scores=f"<results>/treadmill_models/{STUDY.shown_plate()}.csv",
-        library=library_of("plot_weight"),
+        library=library_of("plot", "tepsipe/reporting/figures/weight.py"),
     output:
         **figure_files("weight"),
     log:
@@ -70,6 +70,7 @@ rule plot_weight:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="weight",
         weight=STUDY.usual_weight(),
         empty=STUDY.conditions("empty"),
         cutoffs_hz=WEIGHT["analysis"]["cutoffs_hz"],
@@ -77,4 +78,4 @@ rule plot_weight:
         coarse=STUDY.shown_several("weight", WEIGHT["figure_5_1_conditions"]),
         example=STUDY.shown("weight", WEIGHT["example_condition"], role="validate"),
     script:
-        "../scripts/plot_weight.py"
+        "../scripts/plot.py"

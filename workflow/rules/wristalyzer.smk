@@ -63,22 +63,24 @@ rule plot_wristalyzer_pooled:
         pooled="<results>/fits/wristalyzer_pooled.h5",
         estimates=STUDY.of_trials("<results>/estimates/wristalyzer/{condition}.csv", "wristalyzer"),
         recovery=outputs.recovery(STUDY),
-        library=library_of("plot_wristalyzer_pooled"),
+        library=library_of("plot", "tepsipe/reporting/figures/wristalyzer_pooled.py"),
     output:
         **figure_files("wristalyzer_pooled"),
     log:
         "<logs>/plot_wristalyzer_pooled.log",
     conda:
         "../envs/tepsipe.yaml"
+    params:
+        drawn_by="wristalyzer_pooled",
     script:
-        "../scripts/plot_wristalyzer_pooled.py"
+        "../scripts/plot.py"
 
 
 rule plot_wristalyzer:
     input:
         fits=STUDY.of_trials("<results>/fits/wristalyzer/{condition}.h5", "wristalyzer"),
         matrix="<results>/cross_validation/wristalyzer.h5",
-        library=library_of("plot_wristalyzer"),
+        library=library_of("plot", "tepsipe/reporting/figures/wristalyzer.py"),
     output:
         **figure_files("wristalyzer"),
     log:
@@ -86,9 +88,10 @@ rule plot_wristalyzer:
     conda:
         "../envs/tepsipe.yaml"
     params:
+        drawn_by="wristalyzer",
         conditions=STUDY.conditions("wristalyzer"),
         best=STUDY.shown("wristalyzer", SETTINGS["wristalyzer"]["best_condition"]),
         fit_band_hz=SETTINGS["wristalyzer"]["analysis"]["fit_band_hz"],
         start_stiffness=SETTINGS["wristalyzer"]["analysis"]["start"]["K_Nm_per_rad"],
     script:
-        "../scripts/plot_wristalyzer.py"
+        "../scripts/plot.py"

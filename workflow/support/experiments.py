@@ -15,7 +15,8 @@ class Experiment:
     ----------
     raw_files : kind of raw file -> its name in the virtual laboratory, None if that makes none
         The kinds are columns of the trial sheet.
-    category, figures : category of the HTML report, and names of the figures.
+    category, figures : category of the HTML report, and names of the figures
+        ``draw`` of the module in tepsipe/reporting/figures with the experiment's name yields them.
     optional_files : kinds of raw file that a recorded trial may lack.
     profiles : perturbation profiles of simulated trials.
     pulsed, at_random : whether perturbations are separate pulses, and whether their intervals may be a range.
@@ -59,7 +60,8 @@ class Experiment:
 class Part:
     """A part of a study without trials of its own, which needs the trials of several experiments.
 
-    ``tables`` are those of the thesis that it needs, with conditions in the study.
+    ``tables`` are those of the thesis that it needs, with conditions in the study. The module of its name
+    draws its ``figures``, as for an experiment.
     """
 
     needs: tuple[str, ...]

@@ -1,14 +1,47 @@
 """Figures of TEP-SIPE on the ankle dummy (thesis Figures 2-9, 3-3, 4-4)."""
 
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import cycle
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.io.result import Result
+from tepsipe.experiments.dummy.specification_curve import SPECIFICATIONS
+from tepsipe.identification.estimators import JOINT_LIKELIHOOD, OUTPUT_ERROR
+from tepsipe.io.result import Result, read_result
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
+from tepsipe.reporting.figures.matrix import plot_matrix
 from tepsipe.reporting.figures.names import PROFILES, short_name, unit_symbol, words
+from tepsipe.reporting.figures.pathways import plot_pathways
+from tepsipe.reporting.figures.specification_curve import plot_specification
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, legend_above, new_figure
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the fits of all trials, of the specification curve and of the cross-validation."""
+    names = list(chosen.conditions)
+    results = {name: read_result(path) for name, path in zip(names, files.fits, strict=True)}
+    matrices = read_result(files.matrices).arrays
+    example, printed = chosen.example, chosen.as_printed
+    colours = _colours(results[example].facts["estimators"], matrices, printed, chosen.recommended)
+    shown = {name: colours[name] for name in dict.fromkeys([printed, chosen.recommended])}
+    labels, axes = [short_name(name) for name in names], ("Parameters from", "Data of")
+    yield "figure_2_9", plot_perturbations(results)
+    yield "figure_3_3", plot_window(results[example], example, printed)
+    yield "figure_4_4", plot_parameter_boxes(results, printed)
+    yield "figure_pathways", plot_pathways(results, colours)
+    yield "figure_torque", plot_torque(results[example], example, shown)
+    yield "figure_specification", plot_specification(SPECIFICATIONS.read(files.specification))
+    yield "figure_dummy_cross_validation", plot_matrix(matrices[printed], labels, "VAF (%)", axes)
+
+
+def _colours(
+    estimators: Mapping[str, str], pathways: Iterable[str], printed: str, recommended: str
+) -> dict[str, str]:
+    """Pathway -> name of its colour."""
+    special = {OUTPUT_ERROR: "compensated", JOINT_LIKELIHOOD: "joint likelihood"}
+    colours = {name: special.get(estimators[name], "other") for name in pathways}
+    return colours | {printed: "as printed", recommended: "recommended"}
 
 
 def _around(result: Result, index: int, before_s: float, after_s: float) -> tuple[slice, np.ndarray]:
@@ -98,49 +131,6 @@ def plot_parameter_boxes(results: dict[str, Result], pathway: str) -> Figure:
     axes[2].set_xlabel("Perturbation profile and velocity amplitude")
     figure.align_ylabels()
     return figure
-
-
-@in_style
-def plot_pathways(results: dict[str, Result], colours: dict[str, str]) -> Figure:
-    """Mean I (N·m·s²/rad), B (N·m·s/rad), K (N·m/rad) of every pathway with 95 % intervals.
-
-    ``colours`` maps names of pathways to names of colours.
-    """
-    figure, axes = new_figure(3, 1, 3.6, sharex=True)
-    x = np.arange(len(results))
-    shifts = np.linspace(-0.22, 0.22, len(colours))
-    for k, (axis, quantity) in enumerate(zip(axes, PARAMETERS, strict=True)):
-        for shift, pathway in zip(shifts, colours, strict=True):
-            intervals = [result.arrays[f"{pathway}/mean_and_interval"] for result in results.values()]
-            value, low, high = np.array(intervals)[:, :, k].T
-            axis.errorbar(
-                x + shift,
-                value,
-                yerr=[value - low, high - value],
-                fmt="o",
-                markersize=3.2,
-                linewidth=0.9,
-                capsize=1.8,
-                color=COLOURS[colours[pathway]],
-                label=words(pathway),
-            )
-        axis.set_ylabel(f"${quantity}$ ({unit_symbol(UNITS[quantity])})")
-        low, high = _range_of_values(results, colours, k)
-        bottom, top = axis.get_ylim()
-        axis.set_ylim(max(bottom, low), min(top, high))
-    handles, names = axes[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=3)
-    axes[2].set_xticks(x, [short_name(name) for name in results])
-    axes[2].set_xlabel("Perturbation profile and velocity amplitude")
-    figure.align_ylabels()
-    return figure
-
-
-def _range_of_values(results: dict[str, Result], pathways, k: int) -> tuple[float, float]:
-    """Axis that shows every value of a quantity (its unit); wide intervals run out of it."""
-    values = [float(r.arrays[f"{p}/mean_and_interval"][0, k]) for r in results.values() for p in pathways]
-    margin = 0.3 * (max(values) - min(values))
-    return min(values) - margin, max(values) + margin
 
 
 @in_style

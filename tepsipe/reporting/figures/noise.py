@@ -1,10 +1,12 @@
 """Figures of the noise study (thesis Figure 4-12)."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tepsipe.experiments.noise.rows import NoiseRow
+from tepsipe.experiments.noise.rows import NOISE_ROWS, NoiseRow
 from tepsipe.mechanics.impedance_model import PARAMETERS, UNITS
 from tepsipe.reporting.figures.names import short_name, unit_symbol, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
@@ -16,6 +18,16 @@ PROCESSINGS = {
     "recommended-regression": ("#7fb2d9", "^"),
     "recommended": ("#1668a8", "D"),
 }
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the rows of all trials of the noise study."""
+    rows, joint = NOISE_ROWS.read(*files.noise), chosen.joint
+    stiffness = joint["stiffness_Nm_per_rad"]
+    others = (joint["inertia_Nms2_per_rad"], joint["damping_Nms_per_rad"])
+    level, conditions = float(chosen.table_snr_db), list(chosen.conditions)
+    yield "figure_4_12", plot_estimates(rows, conditions, level, (*others, stiffness[-1]))
+    yield "figure_noise", plot_usable(rows, (*others, stiffness[0]))
 
 
 @in_style

@@ -1,5 +1,6 @@
 """Figure of the impedance against the operating point: mean torque and angle of several trials."""
 
+from collections.abc import Iterator
 from itertools import cycle
 
 import numpy as np
@@ -14,6 +15,16 @@ SHOWN = {STIFFNESS: "Stiffness $K$", "B": "Damping $B$", "reflex_gain": "Reflex 
 BEYOND = 0.08
 # narrowest axis of angles (rad) and of torques (N·m)
 NARROWEST = (0.05, 2.0)
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figure of the tables of operating points and of the lines through them."""
+    text = {"participant": str, "condition": str}
+    points, relations = (
+        pd.read_csv(path, dtype=text, keep_default_na=False, na_values=[""])
+        for path in (files.points, files.relations)
+    )
+    yield "figure_operating_points", plot_operating_points(points, relations)
 
 
 @in_style

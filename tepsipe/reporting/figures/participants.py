@@ -1,5 +1,7 @@
 """Figure of the participants: every person, and the mean over people."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -18,6 +20,13 @@ SYMBOLS = {
     "K_mode_hip": "$K$, slow, hip",
 }
 MEAN_BESIDE = 0.24
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figure of the tables of participants and of the means over them."""
+    text = {"participant": str, "condition": str}
+    people, group = (pd.read_csv(path, dtype=text) for path in (files.participants, files.group))
+    yield "figure_participants", plot_participants(people, group, chosen.shown)
 
 
 @in_style

@@ -1,18 +1,28 @@
 """Figures of a person on a moving platform."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.result import Result
+from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
 SHOWN_S = 12.0
 TICKS_HZ = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 KINDS = {"K_": "at once", "K_reflex_": "reflex", "K_static_": "static", "K_mode_": "slow mode"}
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the fits and estimates of all trials."""
+    names = list(chosen.conditions)
+    results = {name: read_result(path) for name, path in zip(names, files.fits, strict=True)}
+    estimates = {name: ESTIMATES.read(path) for name, path in zip(names, files.estimates, strict=True)}
+    yield "figure_platform_responses", plot_responses(results)
+    yield "figure_platform_quantities", plot_quantities(results, estimates)
+    yield "figure_platform_prediction", plot_prediction(results)
 
 
 @in_style

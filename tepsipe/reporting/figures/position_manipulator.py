@@ -1,11 +1,12 @@
 """Figures of the position-controlled manipulator."""
 
+from collections.abc import Iterator
 from itertools import cycle
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.io.result import Result
+from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.chapters.position_manipulator import SHOWN_TRIALS
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, in_style, new_figure
 
@@ -30,6 +31,16 @@ RESPONSES = (
     "delay",
     "delay_vaf",
 )
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the fits of all trials."""
+    results = {name: read_result(path) for name, path in zip(chosen.conditions, files.fits, strict=True)}
+    yield "figure_position_manipulator_impedance", plot_impedance(results)
+    yield "figure_position_manipulator_prediction", plot_held_out(results)
+    yield "figure_position_manipulator_responses", plot_responses(results)
+    yield "figure_position_manipulator_stationarity", plot_stationarity(results)
+    yield "figure_position_manipulator_residual", plot_residual(results)
 
 
 @in_style

@@ -1,11 +1,13 @@
 """Figures of the forward simulations (thesis Figures 4-7 to 4-11 and Appendix B)."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tepsipe.experiments.forward.scores import ForwardScore
-from tepsipe.io.result import Result
+from tepsipe.experiments.forward.scores import FORWARD_SCORES, ForwardScore
+from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.figures.names import PARAMETER_SETS, short_name
 from tepsipe.reporting.figures.style import COLOURS, example_and_panels, in_style, new_figure
 
@@ -17,6 +19,23 @@ QUANTITIES = {
     "tau": r"torque $\tau_A$ as printed",
     "tau_consistent": r"torque $\tau_A$, consistent",
 }
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the simulations (``fits``) and of their scores (``forward``)."""
+    names = list(chosen.conditions)
+    results = {name: read_result(path) for name, path in zip(names, files.fits, strict=True)}
+    scores = FORWARD_SCORES.read(files.forward)
+    yield "figure_4_7", plot_angles(results[chosen.frequent])
+    yield "figure_4_8", plot_angles(results[chosen.rare])
+    yield "figure_4_9", plot_torques(results[chosen.frequent])
+    yield "figure_4_10", plot_scores(scores, names, "vaf_perturbation")
+    yield "figure_4_11", plot_scores(scores, names, "vaf_trial")
+    yield "figure_b", plot_all_angles(results)
+    # Figures B-1 to B-12, and no more: the thesis's B-13 is another one
+    for number, name in enumerate(names[:12], start=1):
+        yield f"figure_b_{number}", plot_angles(results[name])
+    yield "figure_b_13", plot_all_torques(results)
 
 
 def _around(result: Result, seconds: float) -> slice:

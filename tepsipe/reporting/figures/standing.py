@@ -1,16 +1,35 @@
 """Figures of a person standing on the treadmill (thesis Figures 4-13 and 4-14, and their continuation)."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from tepsipe.io.result import Result
+from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.figures.style import COLOURS, CYCLE, example_and_panels, in_style, new_figure
 
 TASK_COLOURS = ("#1668a8", "#c8371b", "#2f8f4e", "#8b5aa8", "#c28a0e", "#4b4b4b")
 DETECTOR_STYLES = {"threshold": ":", "teager-kaiser": "--", "changepoint": "-"}
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the ``example`` trial, of the ``trials`` of one person, and of the ``tasks``."""
+    example = read_result(files.example)
+    trials = dict(zip(chosen.conditions, map(read_result, files.trials), strict=True))
+    tasks = dict(zip(chosen.tasks, map(read_result, files.tasks), strict=True))
+    pathway, estimator = chosen.recommended["pathway"], chosen.recommended["estimator"]
+    yield "figure_4_13", plot_processed(example)
+    yield "figure_4_14", plot_activity(example)
+    yield "figure_standing_activity", plot_ensembles(trials, chosen.groups, chosen.muscles)
+    yield "figure_standing_latency", plot_latencies(tasks, chosen.detector)
+    yield "figure_standing_response", plot_torque_parts(tasks, chosen.active)
+    estimators = [estimator, *chosen.active]
+    yield "figure_standing_stiffness", plot_stiffness(trials, tasks, chosen.task_of, pathway, estimators)
+    yield "figure_standing_window", plot_windows(tasks, chosen.window_s, pathway, estimator)
+    yield "figure_standing_joints", plot_joints(tasks)
 
 
 def _task_colours(tasks: list[str]) -> dict[str, str]:

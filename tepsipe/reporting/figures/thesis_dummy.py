@@ -1,9 +1,11 @@
 """Figure of the inverse problem: printed numbers beside those of the fitted dummy."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.experiments.thesis_dummy.tables import CellRow
+from tepsipe.experiments.thesis_dummy.tables import CELL_ROWS, CellRow
 from tepsipe.reporting.figures.names import short_name
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
 
@@ -15,6 +17,11 @@ PANELS = (
     ("SEM_B", r"SEM of $B$ (N·m·s/rad)"),
     ("SEM_K", r"SEM of $K$ (N·m/rad)"),
 )
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figure of the table of printed and fitted numbers."""
+    yield "figure_thesis_dummy", plot_thesis_dummy(CELL_ROWS.read(files.table))
 
 
 @in_style

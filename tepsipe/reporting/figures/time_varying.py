@@ -1,10 +1,12 @@
 """Figure of impedance that changes within trials."""
 
+from collections.abc import Iterator
+
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from tepsipe.experiments.position_manipulator.time_varying import VaryingRow
+from tepsipe.experiments.position_manipulator.time_varying import VARYING_ROWS, VaryingRow
 from tepsipe.reporting.figures.style import CYCLE, in_style, new_figure
 
 PANELS = {
@@ -20,6 +22,11 @@ AXES = {
 }
 # more trials are drawn without a legend
 IN_LEGEND = 18
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figure of the table of impedance within trials."""
+    yield "figure_time_varying", plot_time_varying(VARYING_ROWS.read(files.table))
 
 
 @in_style

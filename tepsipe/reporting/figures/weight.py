@@ -1,13 +1,15 @@
 """Figures of the weight experiment and of the treadmill's models (thesis Figures 4-5, 4-6, 5-1)."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from tepsipe.io.result import Result
+from tepsipe.io.result import Result, read_result
 from tepsipe.reporting.figures.names import short_name, words
 from tepsipe.reporting.figures.style import COLOURS, in_style, new_figure
-from tepsipe.treadmill.calibration import ModelScore
+from tepsipe.treadmill.calibration import MODEL_SCORES, ModelScore
 
 PROFILE_COLOURS = {"S": "#1668a8", "M": "#c8371b"}
 MODEL_COLOURS = {
@@ -22,6 +24,19 @@ MODEL_COLOURS = {
     "bristle-frame": "#0b5d3b",
     "ripple-tracking": "#2f8f4e",
 }
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the fits with and without a weight, and of the treadmill's models (``plate``)."""
+    weight = dict(zip(chosen.weight, map(read_result, files.weight), strict=True))
+    empty = dict(zip(chosen.empty, map(read_result, files.empty), strict=True))
+    plate, scores = read_result(files.plate), MODEL_SCORES.read(files.scores)
+    first_hz, last_hz = chosen.cutoffs_hz[0], chosen.cutoffs_hz[-1]
+    yield "figure_4_5", plot_added_forces(empty, weight, f"{first_hz:g} Hz", list(weight))
+    yield "figure_4_6", plot_masses(weight, chosen.mass_kg)
+    yield "figure_5_1", plot_added_forces(empty, weight, f"{last_hz:g} Hz", list(chosen.coarse))
+    yield "figure_plate_models", plot_model_scores(scores, "Fy", first_hz)
+    yield "figure_plate_responses", plot_model_responses(plate, chosen.example, plate.facts["models"])
 
 
 def _shades(names: list[str]) -> dict[str, tuple]:

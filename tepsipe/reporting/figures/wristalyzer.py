@@ -1,16 +1,35 @@
 """Figures of the Wristalyzer experiment (thesis Figures 2-4, 3-1, 4-1, 4-2, 4-3)."""
 
+from collections.abc import Iterator
 from itertools import cycle
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from tepsipe.experiments.wristalyzer.names import AS_PRINTED, PERIODS
-from tepsipe.io.result import Result
+from tepsipe.io.result import Result, read_result
 from tepsipe.mechanics.impedance_model import admittance
+from tepsipe.reporting.figures.matrix import plot_matrix
 from tepsipe.reporting.figures.style import COLOURS, in_style, legend_above, new_figure
 
 LOWEST_HZ = 0.5
+
+
+def draw(files, chosen) -> Iterator[tuple[str, Figure]]:
+    """Figures of the fits of all trials and of their cross-validation (``matrix``)."""
+    names = list(chosen.conditions)
+    results = {name: read_result(path) for name, path in zip(names, files.fits, strict=True)}
+    matrix = read_result(files.matrix).arrays["vaf"]
+    best, band = chosen.best, tuple(chosen.fit_band_hz)
+    vaf = float(np.diag(matrix)[names.index(best)])
+    axes = ("Parameters from scale factor", "Data of scale factor")
+    yield "figure_2_4", plot_perturbation(results)
+    yield "figure_3_1", plot_spectral_estimate(results[best], best, band)
+    yield "figure_4_1", plot_admittance_fit(results[best], best, band)
+    yield "figure_4_2", plot_prediction(results[best], best, vaf)
+    yield "figure_4_3", plot_matrix(matrix, names, "VAF (%)", axes)
+    yield "figure_starting_values", plot_starting_values(results, chosen.start_stiffness)
+    yield "figure_averaging", plot_averaging(results[best], best, band)
 
 
 @in_style

@@ -1,12 +1,12 @@
 """Page of a trial of the ankle dummy."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.result import Result
-from tepsipe.io.trial import Trial
+from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.result import Result, read_result
+from tepsipe.io.trial import Trial, read_trial
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.signals import (
@@ -19,6 +19,15 @@ from tepsipe.reporting.pages.signals import (
 from tepsipe.reporting.pages.trial_page import Band, Clock, Page, Panel, Section, Trace
 
 LOADS = {"Fy": ("Fore-aft force", "N"), "Mx": ("Moment about the plate's x axis", "N·m")}
+
+
+def pages(files, chosen) -> Iterator[Page]:
+    """Page of every trial, of its file, its fits from the leg and, if any, the foot, and its estimates."""
+    for k, choices in enumerate(header.choices_of_trials(chosen)):
+        foot = read_result(files.foot[k]) if files.foot else None
+        estimates = ESTIMATES.read(files.estimates[k], *files.foot_estimates[k : k + 1])
+        choices |= {"recommended": chosen.recommended}
+        yield dummy_page(read_trial(files.trials[k]), read_result(files.fits[k]), foot, estimates, choices)
 
 
 def dummy_page(

@@ -1,13 +1,13 @@
 """Header and footer of a trial's page: facts, estimates, omissions, source files, processing."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import PurePath
 
 from tepsipe.io.estimates import FLAGS, Estimate
 from tepsipe.io.trial import Trial
 from tepsipe.reporting.figures.names import unit_symbol, words
-from tepsipe.reporting.numbers.format import by_uncertainty, number
+from tepsipe.reporting.format import by_uncertainty, number
 from tepsipe.reporting.pages.html import table, text
 
 # quantities in the first table; all others are in the second, which opens on demand
@@ -42,6 +42,7 @@ TITLES = {
     "position_manipulator": "Position-controlled manipulator",
     "platform": "Standing on a moving platform",
 }
+UNFLAGGED = "No check of this trial failed."
 
 
 def facts_list(facts: Iterable[tuple[str, str]]) -> str:
@@ -190,3 +191,15 @@ def trial_facts(trial: Trial, experiment: str, choices: dict) -> list[tuple[str,
             ", ".join(f"{PurePath(f).name} {digits[:12]}" for _, f, digits in _sources(trial)),
         ),
     ]
+
+
+def choices_of_trials(chosen) -> Iterator[dict]:
+    """Choices of each trial's page: study, condition, and the trial's row of the sheet."""
+    for condition, row in chosen.trials.items():
+        yield {"study": chosen.title, "condition": condition, **row}
+
+
+def facts_and_checks(facts: list, estimates: Sequence[Estimate], flags: list[str]) -> str:
+    """Header of a page without omissions: facts, estimates (units in them), failed checks."""
+    found = [*flagged(estimates), *flags]
+    return facts_list(facts) + estimates_table(estimates, []) + sentences_list("Flags", found, UNFLAGGED)

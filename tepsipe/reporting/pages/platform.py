@@ -1,14 +1,21 @@
 """Page of a trial of a person on a moving platform."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.result import Result
-from tepsipe.io.trial import Trial
+from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.result import Result, read_result
+from tepsipe.io.trial import Trial, read_trial
 from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, Section, Trace
 
 OTHERWISE = "The perturbation identifies every quantity, and no model is rejected."
+
+
+def pages(files, chosen) -> Iterator[Page]:
+    """Page of every trial, of its file, its fit and its estimates."""
+    rows = zip(files.trials, files.fits, files.estimates, header.choices_of_trials(chosen), strict=True)
+    for trial, fit, estimates, choices in rows:
+        yield platform_page(read_trial(trial), read_result(fit), ESTIMATES.read(estimates), choices)
 
 
 def platform_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choices: dict) -> Page:

@@ -82,3 +82,13 @@ def window_bands(time: np.ndarray, windows: np.ndarray, notes: Sequence[str] = (
         ends = (float(time[min(int(i), last)]) for i in (start, stop))
         bands.append(Band("window", *ends, f"perturbation {k + 1}{note}"))
     return bands
+
+
+def cut_bands(time: np.ndarray, start: int, stop: int) -> tuple[Band, ...]:
+    """Both ends that are not used (s), from the samples that are."""
+    ends = []
+    if start > 0:
+        ends.append(Band("cut", float(time[0]), float(time[start]), "not used"))
+    if stop < time.size:
+        ends.append(Band("cut", float(time[stop - 1]), float(time[-1]), "not used"))
+    return tuple(ends)

@@ -1,12 +1,12 @@
 """Page of a trial of a standing person."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.result import Result
-from tepsipe.io.trial import Trial
+from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.result import Result, read_result
+from tepsipe.io.trial import Trial, read_trial
 from tepsipe.reporting.figures.names import words
 from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.signals import belt_panel, force_panels, hidden_sentences, marker_panels
@@ -14,6 +14,15 @@ from tepsipe.reporting.pages.trial_page import CYCLE, Band, Clock, Page, Panel, 
 
 # where the centre of the ankle is taken to be, if not where quiet sway shows it
 NOT_SEEN = "palpated, because quiet sway does not show it; the interval contains its uncertainty"
+
+
+def pages(files, chosen) -> Iterator[Page]:
+    """Page of every trial, of its file, fit, epochs and estimates."""
+    recommended = list(chosen.recommended.values())
+    for k, choices in enumerate(header.choices_of_trials(chosen)):
+        trial, estimates = read_trial(files.trials[k]), ESTIMATES.read(files.estimates[k])
+        fit, epochs = read_result(files.fits[k]), read_result(files.epochs[k])
+        yield standing_page(trial, fit, epochs, estimates, choices | {"recommended": recommended})
 
 
 def standing_page(

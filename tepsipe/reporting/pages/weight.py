@@ -1,12 +1,12 @@
 """Pages of the trials with the weight and with the empty belt."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tepsipe.io.estimates import Estimate
-from tepsipe.io.result import Result
-from tepsipe.io.trial import Trial
+from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.result import Result, read_result
+from tepsipe.io.trial import Trial, read_trial
 from tepsipe.reporting.pages import header
 from tepsipe.reporting.pages.signals import (
     belt_panel,
@@ -18,6 +18,16 @@ from tepsipe.reporting.pages.signals import (
 from tepsipe.reporting.pages.trial_page import CYCLE, Clock, Page, Panel, Section, Trace
 
 ROLES = {"calibrate": "calibrates the treadmill models", "validate": "validates the treadmill models"}
+
+
+def pages(files, chosen) -> Iterator[Page]:
+    """Page of every trial, of its file, fit and estimates, and of the calibration of its belt, if any."""
+    plates = dict(zip(chosen.belts, map(read_result, files.plates), strict=True))
+    rows = zip(files.trials, files.fits, files.estimates, header.choices_of_trials(chosen), strict=True)
+    for path, fit, estimates, choices in rows:
+        choices |= {"experiment": chosen.experiment}
+        trial, plate = read_trial(path), plates.get(choices["belt"])
+        yield weight_page(trial, read_result(fit), plate, ESTIMATES.read(estimates), choices)
 
 
 def weight_page(

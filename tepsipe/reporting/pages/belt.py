@@ -1,0 +1,77 @@
+"""Pages of the recordings of an unloaded treadmill."""
+
+from collections.abc import Iterator
+
+from tepsipe.io.result import Result, read_result
+from tepsipe.io.trial import Trial, read_trial
+from tepsipe.reporting.pages import header
+from tepsipe.reporting.pages.trial_page import CYCLE, Clock, Page, Panel, Section, Trace
+
+
+def pages(files, chosen) -> Iterator[Page]:
+    """Page of every trial, beside the calibration of all of them (``fit``)."""
+    calibration = read_result(files.fit[0])
+    for trial, choices in zip(files.trials, header.choices_of_trials(chosen), strict=True):
+        yield belt_page(read_trial(trial), calibration, choices | {"chosen": chosen.model})
+
+
+def belt_page(trial: Trial, calibration: Result, choices: dict) -> Page:
+    """Velocity of a treadmill's belt, and load before and after compensation.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (m/s; load in the unit of its file).
+    calibration : Result
+        Of the calibration, with a part of every recording for validation (s, unit of the load).
+    choices : dict
+        ``study``, ``condition``, ``role``, ``chosen`` (model), ``made``.
+
+    Returns
+    -------
+    Page
+        Time in s.
+    """
+    clock, condition = Clock.of(trial.time), choices["condition"]
+    load = trial.signals["load"]
+    unit = "N·m" if load.unit == "Nm" else load.unit
+    panels = [
+        Panel("Belt velocity", "m/s", (Trace("measured", trial.values("belt_velocity"), clock),)),
+        Panel("Load", unit, (Trace("as ingested", load.values, clock, width=1.0),)),
+    ]
+    note = ""
+    if f"{condition}/measured" in calibration.arrays:
+        arrays = calibration.arrays
+        part = Clock.of(arrays[f"{condition}/time"] + trial.time[0])
+        measured = arrays[f"{condition}/measured"]
+        models = [m for m in calibration.facts["models"] if f"{condition}/{m}" in arrays]
+        models.sort(key=lambda name: name != choices["chosen"])
+        lines = dict(zip(models, CYCLE * 2, strict=False))
+        black = Trace("measured", measured, part, "black", width=1.8)
+        predicted = [Trace(m, arrays[f"{condition}/{m}"], part, *lines[m]) for m in models]
+        residual = [Trace(m, measured - arrays[f"{condition}/{m}"], part, *lines[m]) for m in models]
+        panels += [
+            Panel("Load, measured and predicted", unit, (black, *predicted), axis="part"),
+            Panel("Load before and after compensation", unit, (black, *residual), axis="part"),
+        ]
+        note = (
+            f"The predictions are stored for {measured.size / calibration.facts['rate_hz']:.4g} s in the "
+            f"middle of the trial, with the low-pass at {calibration.facts['cutoff_hz']:g} Hz."
+        )
+    facts = [
+        *header.trial_facts(trial, "belt", choices),
+        (
+            "Role",
+            {"calibrate": "calibrates the models", "validate": "validates the models"}.get(
+                choices["role"], ""
+            ),
+        ),
+    ]
+    return Page(
+        title=f"{header.TITLES['belt']}, {condition}",
+        study=choices["study"],
+        header=header.facts_and_checks(facts, [], []),
+        sections=(Section("Velocity and load", tuple(panels), note),),
+        footer=header.sources_table(trial) + header.processing(trial),
+        axes={"time": "Time (s)", "part": "Time (s)"},
+    )

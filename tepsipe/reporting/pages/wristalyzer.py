@@ -1,0 +1,86 @@
+"""Pages of the trials in the torque-controlled manipulator."""
+
+from collections.abc import Iterator, Sequence
+
+from tepsipe.experiments.wristalyzer.names import AS_PRINTED
+from tepsipe.io.estimates import ESTIMATES, Estimate
+from tepsipe.io.result import Result, read_result
+from tepsipe.io.trial import Trial, read_trial
+from tepsipe.reporting.pages import header
+from tepsipe.reporting.pages.signals import cut_bands
+from tepsipe.reporting.pages.trial_page import Clock, Page, Panel, Section, Trace
+
+
+def pages(files, chosen) -> Iterator[Page]:
+    """Page of every trial, of its file, its fit and its estimates."""
+    rows = zip(files.trials, files.fits, files.estimates, header.choices_of_trials(chosen), strict=True)
+    for trial, fit, estimates, choices in rows:
+        yield wristalyzer_page(read_trial(trial), read_result(fit), ESTIMATES.read(estimates), choices)
+
+
+def wristalyzer_page(trial: Trial, fit: Result, estimates: Sequence[Estimate], choices: dict) -> Page:
+    """Torque of the manipulator, and angle of the joint, measured and predicted.
+
+    Parameters
+    ----------
+    trial : Trial
+        Signals (N·m, rad).
+    fit : Result
+        Of `analyse_wristalyzer` (N·m, rad, Hz).
+    estimates : sequence of Estimate
+        Of the trial (units in them).
+    choices : dict
+        ``study``, ``condition``, ``made``.
+
+    Returns
+    -------
+    Page
+        Time in s.
+    """
+    clock, (start, stop) = Clock.of(trial.time), fit.facts["kept_samples"]
+    bands = cut_bands(trial.time, start, stop)
+    angle, predicted = fit.arrays["angle"], fit.arrays["predicted_angle"]
+    facts = [
+        *header.trial_facts(trial, "wristalyzer", choices),
+        ("Used", f"{(stop - start) / trial.rate_hz:.4g} s from {trial.time[start]:.4g} s on"),
+    ]
+    failed = [name for name, done in fit.facts["converged"].items() if not done]
+    failed = [f"The search of {name} ended before it converged." for name in failed]
+    bounded = [f"{name}: a parameter is at its bound." for name, at in fit.facts["at_bound"].items() if at]
+    return Page(
+        title=f"Wristalyzer, {choices['condition']}",
+        study=choices["study"],
+        header=header.facts_and_checks(facts, estimates, [*failed, *bounded]),
+        sections=(
+            Section(
+                "Torque and angle",
+                (
+                    Panel(
+                        "Commanded torque",
+                        "N·m",
+                        (
+                            Trace("as ingested", trial.values("torque"), clock, "grey", width=1.0),
+                            Trace("low-pass filtered", fit.arrays["torque"], clock, "black"),
+                        ),
+                        bands,
+                    ),
+                    Panel(
+                        "Angle",
+                        "rad",
+                        (
+                            Trace("measured", angle, clock, "black"),
+                            Trace(f"predicted by {AS_PRINTED}", predicted, clock, "vermilion", "5 3"),
+                        ),
+                        bands,
+                    ),
+                    Panel(
+                        "Measured less predicted angle",
+                        "rad",
+                        (Trace("residual", angle - predicted, clock, "blue", width=1.0),),
+                        bands,
+                    ),
+                ),
+            ),
+        ),
+        footer=header.sources_table(trial) + header.processing(trial),
+    )
