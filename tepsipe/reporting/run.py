@@ -10,7 +10,6 @@ import pandas as pd
 
 from tepsipe.io.result import Result
 from tepsipe.reporting.figures.names import UNIT_SYMBOLS, short_name, words
-from tepsipe.treadmill.registry import MODEL_MEANINGS
 
 
 @dataclass(frozen=True)
@@ -109,12 +108,12 @@ def report_content(run: Run, chapters: Mapping[str, ModuleType]) -> dict:
 
 
 def _identifiers(run: Run) -> list[str]:
-    """Pathways, estimators and models of a run and of its settings."""
-    estimates = run.rows("estimates")
-    found = {name for key in ("pathway", "estimator") if key in estimates for name in estimates[key]}
+    """Pathways, estimators and models in the tables of a run and in its settings."""
+    columns = ("pathway", "estimator", "model")
+    found = {name for rows in run.tables.values() for key in columns if key in rows for name in rows[key]}
     for section in run.settings.values():
         found |= {name for key in ("estimators", "table_estimators") for name in section.get(key) or ()}
-    return sorted(map(str, found | {*MODEL_MEANINGS}))
+    return sorted(map(str, found))
 
 
 def chapter_content(chapter: ModuleType, run: Run) -> dict:

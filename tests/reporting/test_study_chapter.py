@@ -135,9 +135,16 @@ def test_provenance_names_the_engine_that_ran(engine, shown):
     )
     assert [text for name, text in facts if name == "Engine of the simulations"] == shown
     assert ["Python", "3.13.0"] in facts and ["Commit", "abc"] in facts
-    run = study_run({}, {"commit": None, "modified": True})
+
+
+@pytest.mark.parametrize(
+    ("commit", "modified", "shown"),
+    [("abc", True, "abc, with uncommitted changes"), (None, None, "not a git checkout")],
+)
+def test_provenance_names_the_commit(commit, modified, shown):
+    run = study_run({}, {"commit": commit, "modified": modified})
     (facts,) = evaluated(["facts"], "provenance_values.typ", *study_content(run))
-    assert facts[0] == ["Commit", "not a git checkout, with uncommitted changes"]
+    assert facts[0] == ["Commit", shown]
 
 
 def test_digest_does_not_depend_on_the_order_of_the_files():
